@@ -124,6 +124,7 @@ def read_comparisons(folder: Path | str, *, named: Collection[str] = ()) -> dict
 
     Parameters
     ----------
+    folder : into which `run_study` wrote.
     named : as of `read_comparison`.
 
     Raises
@@ -132,6 +133,12 @@ def read_comparisons(folder: Path | str, *, named: Collection[str] = ()) -> dict
         If there is none.
     ValueError, TypeError
         As `read_comparison`.
+
+    Examples
+    --------
+    >>> from mgeo.studies import read_comparisons
+    >>> comparisons = read_comparisons("studies/benchmarks")  # doctest: +SKIP
+    >>> comparisons["zdt1"].order()  # doctest: +SKIP
     """
     folder = Path(folder)
     path = folder / OWNER

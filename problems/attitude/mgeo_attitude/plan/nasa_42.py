@@ -21,6 +21,15 @@ def script_text(plan: ManeuverPlan, *, spacing: float = 1.0) -> str:
     ------
     ValueError
         For a spacing not above zero.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_attitude.plan import ManeuverPlan, script_text
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> plan = ManeuverPlan(Scenario.paper(), design)
+    >>> print(script_text(plan).splitlines()[-1])
+    EOF
     """
     times, q = joined(plan, spacing)
     (epoch,) = utc_texts(plan.scenario.epoch, [0.0])

@@ -41,6 +41,15 @@ def ck_bytes(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID
         For a spacing not above zero or an id not below.
     ImportError
         If spiceypy is not installed, with what to install.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_attitude.plan import ManeuverPlan, ck_bytes
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> plan = ManeuverPlan(Scenario.paper(), design)
+    >>> ck_bytes(plan, naif_id=-123)[:7]  # doctest: +SKIP
+    b'DAF/CK '
     """
     _check(naif_id)
     spice = _spiceypy()
@@ -75,10 +84,23 @@ def ck_bytes(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID
 def sclk_text(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
     """The clock kernel of `ck_bytes`: microseconds since the plan's epoch.
 
+    Parameters
+    ----------
+    naif_id : of the spacecraft, below 0.
+
     Raises
     ------
     ValueError
         For an id not below zero.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_attitude.plan import ManeuverPlan, sclk_text
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> plan = ManeuverPlan(Scenario.paper(), design)
+    >>> sclk_text(plan, naif_id=-123).splitlines()[0]
+    'KPL/SCLK'
     """
     _check(naif_id)
     at = instants(plan.scenario.epoch, [0.0])

@@ -22,6 +22,15 @@ def stk_text(plan: ManeuverPlan, *, spacing: float = 1.0) -> str:
     ------
     ValueError
         For a spacing not above zero.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_attitude.plan import ManeuverPlan, stk_text
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> plan = ManeuverPlan(Scenario.paper(), design)
+    >>> print(stk_text(plan).splitlines()[5])
+    CoordinateAxes ICRF
     """
     times, q = joined(plan, spacing)
     epoch = as_utc(plan.scenario.epoch)

@@ -25,6 +25,15 @@ def waypoints_text(plan: ManeuverPlan, *, spacing: float = 1.0) -> str:
     ------
     ValueError
         For a spacing not above zero.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_attitude.plan import ManeuverPlan, waypoints_text
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> plan = ManeuverPlan(Scenario.paper(), design)
+    >>> len(waypoints_text(plan).splitlines()[0].split(","))
+    11
     """
     lines = [f"# {line}" for line in warnings(plan)]
     for part in attitudes(plan, spacing):
