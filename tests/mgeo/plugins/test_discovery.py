@@ -78,7 +78,7 @@ def test_files_are_read_by_the_problem_that_reads_any(tmp_path, monkeypatch):
 
 
 def test_an_unknown_name_is_refused_with_what_is_installed_and_a_suggestion():
-    with pytest.raises(PluginError, match=r"'cantilver'.*zdt1; did you mean 'cantilever'\?"):
+    with pytest.raises(PluginError, match=r"'cantilver'.*zdt1; .*did you mean 'cantilever'\?"):
         load_problem("cantilver")
 
 
@@ -158,7 +158,7 @@ def test_a_class_of_ones_own_is_imported_only_if_it_is_named(beam, tmp_path):
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("zdt1", "no problem is called 'zdt1': installed are"),
+        ("zdt2", "no problem is called 'zdt2': installed are"),
         ("nowhere:Class", "does not load: ModuleNotFoundError"),
         ("math:pi", "expected a class derived from pymoo.core.problem.Problem"),
         ("pymo/zdt1:x", "expected module:Class"),
@@ -195,5 +195,5 @@ def test_a_run_and_a_study_of_ones_own_class(beam, tmp_path):
     kept = read_comparison("studies/study", named=[beam])
     assert kept.order() == ["mgeo-real"]
     sys.modules.pop("own_beam")
-    with pytest.raises(PluginError, match="its module is imported only if"):
+    with pytest.raises(ValueError, match="its module is imported only if"):
         read_comparison("studies/study")
