@@ -50,6 +50,15 @@ def test_against_igrf14syn() -> None:
     assert worst < 0.3
 
 
+def test_many_points_are_those_of_each_alone() -> None:
+    rng = np.random.default_rng(0)
+    date = datetime(2025, 1, 1, tzinfo=UTC)
+    position = 7e6 * rng.uniform(-1.0, 1.0, (21000, 3)) + [7e6, 0.0, 0.0]
+    some = np.arange(19990, 20010)
+    field, alone = geomagnetic_field(position, date)[some], geomagnetic_field(position[some], date)
+    np.testing.assert_allclose(field, alone, rtol=1e-12, atol=1e-9 * np.abs(alone).max())
+
+
 @pytest.mark.parametrize("pole", [1.0, -1.0])
 def test_continuous_through_the_poles(pole: float) -> None:
     """At the exact pole the field is the mean of opposite points beside it."""

@@ -35,6 +35,15 @@ def test_direction_against_other_ephemerides(
     assert direction @ published > 0.0
 
 
+def test_many_instants_are_those_of_each_alone() -> None:
+    """Of so many the theory is evaluated at nodes."""
+    at = instants(datetime(2025, 3, 1, 12, tzinfo=UTC), np.linspace(0.0, 1e6, 25001))
+    some = np.arange(0, 25001, 500)
+    each = sun_position(Instants(at.midnight, at.ut[some], at.tt[some]))
+    error = sun_position(at)[some] - each
+    assert np.abs(error).max() < 1e-12 * ASTRONOMICAL_UNIT
+
+
 def test_direction_starts_at_the_satellite() -> None:
     position = np.array([[7e6, 0.0, 0.0], [0.0, 7e6, 0.0]])
     sun = np.array([[7e6, 1e11, 0.0], [0.0, 0.0, 1e11]])

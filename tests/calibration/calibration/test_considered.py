@@ -78,7 +78,7 @@ def test_what_is_considered_is_noise_of_all_readings(name, monkeypatch):
     index[parts.driven] = (N - 1) * d + np.arange(d)
     index[parts.constant] = N * d + np.arange(len(parts.constant))
     grown = np.ones(suite.n_states)
-    grown[parts.constant] = found.steps.growth[-1]
+    grown[parts.constant] = found.growth[-1]
     unit = spread[index] * scale[index] * grown
     expected = P[np.ix_(index, index)] / np.outer(spread[index], spread[index])
     np.testing.assert_allclose(last / np.outer(unit, unit), expected, rtol=0, atol=1e-9)

@@ -22,11 +22,12 @@ from mgeo_calibration.estimation.linearization import (
 )
 from mgeo_calibration.estimation.residuals import filtered, innovations, residuals
 from mgeo_calibration.estimation.smoother import (
+    Spread,
     covariances,
     last_covariance,
     linear_solution,
+    smoothed,
     solve,
-    spread,
 )
 from scipy.linalg import qr
 from scipy.optimize import least_squares
@@ -81,6 +82,15 @@ def near(of, seed=1, broken=True):
             states[:, state] *= np.exp(-data.suite.gyro.bias_decay * (data.times - data.times[0]))
     turn = matrix(np.array([0.01, -0.02, 0.015]))
     return data, Trajectory(truth.attitude[k].swapaxes(1, 2) @ turn, states)
+
+
+def spread(solution, n=None):
+    """Of all samples, from that of spans."""
+    spans = [
+        (found.given[span.first :], found.slope[span.first :])
+        for span, found in smoothed(solution, n)
+    ]
+    return Spread(*map(np.concatenate, zip(*reversed(spans), strict=True)))
 
 
 def dense(data, sigma, at, parts):
@@ -164,7 +174,7 @@ def test_steps_and_covariances_are_those_of_dense_least_squares(name, gyro, brok
     index[parts.driven] = (N - 1) * d + np.arange(d)
     index[parts.constant] = N * d + np.arange(len(parts.constant))
     grown = np.ones(len(sigma))
-    grown[parts.constant] = found.steps.growth[-1]
+    grown[parts.constant] = found.growth[-1]
     expected = P[np.ix_(index, index)] * np.outer(grown, grown)
     np.testing.assert_allclose(last / both[np.ix_(index, index)], expected, rtol=0, atol=1e-10)
 
@@ -173,7 +183,7 @@ def test_a_reading_against_all_others_is_that_of_a_solution_without_it():
     data, at = near(scenario("paper"))
     sigma, parts = data.suite.initial_sigma(1.0), Partition.of(data.suite)
     settled = solve(data, Belief.initial(data.suite), at, 30)
-    _, within = residuals(settled, spread(settled))
+    within = residuals(settled).squares
     for index, k in ((0, 3), (1, 12), (0, 30)):
         without = np.zeros(within.shape, dtype=bool)
         without[index, k] = True
@@ -183,16 +193,16 @@ def test_a_reading_against_all_others_is_that_of_a_solution_without_it():
         row = int(np.flatnonzero(seen.samples == k)[0])
         H = np.zeros((3, len(sigma)))
         H[:, seen.states] = seen.H[row]
-        own, fixed = H[:, parts.driven], H[:, parts.constant] * other.steps.growth[k]
+        own, fixed = H[:, parts.driven], H[:, parts.constant] * other.growth[k]
         known = spread(other, len(parts.driven))
         J = own @ known.slope[k]
         J[:, len(parts.driven) :] += fixed
         S = np.diag(seen.noise**2) + own @ known.given[k] @ own.T + J @ other.covariance @ J.T
         r = seen.z[row] - own @ other.e[k] - fixed @ other.e_c
         assert within[index, k] == pytest.approx(r @ np.linalg.solve(S, r), rel=1e-5)
-        left, outside = residuals(other, known)
-        np.testing.assert_allclose(left[index, k], r, rtol=1e-12)
-        assert outside[index, k] == pytest.approx(r @ np.linalg.solve(S, r), rel=1e-9)
+        left = residuals(other)
+        np.testing.assert_allclose(left.r[index, k], r, rtol=1e-12)
+        assert left.squares[index, k] == pytest.approx(r @ np.linalg.solve(S, r), rel=1e-9)
 
 
 def linear_case(name):
@@ -312,8 +322,8 @@ def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
     data = dataclasses.replace(data, breaks=np.zeros_like(data.breaks))
     sigma, parts = data.suite.initial_sigma(1.0), Partition.of(data.suite)
     found = linear_solution(data, Belief.initial(data.suite), at, parts)
-    move, (N, d) = found.steps, found.e.shape
-    past = filtered(found)
+    move, (N, d) = steps(data, at, parts), found.e.shape
+    past = filtered(found, d)
     errors, P_driven = past.errors, past.covariances
     for alone, with_all in zip(innovations(found), past.innovations, strict=True):
         np.testing.assert_array_equal(alone.whitened, with_all.whitened)
@@ -352,8 +362,8 @@ def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
             P_driven[k] / scale[:d, :d], P[:d, :d] / scale[:d, :d], rtol=0, atol=1e-8
         )
     np.testing.assert_allclose((found.e_c - x[d:]) / unit[d:], 0.0, atol=1e-8)
-    smoothed = covariances(found, spread(found, d))
-    np.testing.assert_allclose(P_driven[-1], smoothed[-1], rtol=1e-6)
+    known = covariances(found, spread(found, d))
+    np.testing.assert_allclose(P_driven[-1], known[-1], rtol=1e-6)
 
 
 def near_start(data, of):

@@ -17,6 +17,9 @@ from mgeo_attitude.environment.time_frames import as_utc
 # is the same to 1e-4 nT as long as these directions are taken at the same point.
 _NEAREST_TO_POLE = np.radians(1e-7)
 
+# ppigrf takes 13 kB a point, so that not all points of long telemetry are evaluated at once.
+_AT_ONCE = 20000
+
 
 def geomagnetic_field(position: Floats, date: datetime) -> Floats:
     """Field [nT] at positions [m], both ITRS and of shape (n, 3), on one date for all of them.
@@ -24,14 +27,19 @@ def geomagnetic_field(position: Floats, date: datetime) -> Floats:
     The field drifts by some 0.3 nT a day, so the middle of a run stands for all of it. A date
     without UTC offset, or outside the model's years, is a ValueError.
     """
-    import ppigrf  # it takes pandas a third of a second
-
     utc = as_utc(date)
     if not FIELD_MODEL_START <= utc <= FIELD_MODEL_END:
         raise ValueError(
             f"date = {date.isoformat()}: expected a date in the years of IGRF-14, from "
             f"{FIELD_MODEL_START:%Y-%m-%d} to {FIELD_MODEL_END:%Y-%m-%d} UTC"
         )
+    pieces = range(0, max(len(position), 1), _AT_ONCE)
+    return np.concatenate([_field(position[k : k + _AT_ONCE], utc) for k in pieces])
+
+
+def _field(position: Floats, utc: datetime) -> Floats:
+    import ppigrf  # it takes pandas a third of a second
+
     x, y, z = position.T
     radius = np.linalg.norm(position, axis=1)
     colatitude = np.clip(np.arctan2(np.hypot(x, y), z), _NEAREST_TO_POLE, np.pi - _NEAREST_TO_POLE)

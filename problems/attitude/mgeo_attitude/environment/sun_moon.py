@@ -15,17 +15,32 @@ import erfa
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT, EARTH_RADIUS, SUN_RADIUS
+from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT, DAY, EARTH_RADIUS, SUN_RADIUS
 from mgeo_attitude.environment.time_frames import Instants
 
 _INCIDENCES = 32  # points of the integral over the lit Earth, which is then good to 1e-4
+_MANY = 20000  # instants
+_NODES = 600.0 / DAY
 _SMALLEST_SEPARATION = 1e-9  # rad; keeps the division by it finite on the shadow's axis
 
 
 def sun_position(at: Instants) -> Floats:
-    """Vectors from the Earth's center to the Sun [m], GCRS, shape (n, 3)."""
-    heliocentric_earth, _ = erfa.epv00(at.midnight, at.tt)
-    return np.asarray(-ASTRONOMICAL_UNIT * heliocentric_earth["p"])
+    """Vectors from the Earth's center to the Sun [m], GCRS, shape (n, 3).
+
+    The theory takes 0.04 ms an instant. Of many it is evaluated every ten minutes, with Hermite's
+    cubics between, which are nearer to it than its own rounding.
+    """
+    span = float(at.tt[-1] - at.tt[0]) if len(at.tt) else 0.0
+    nodes = int(span / _NODES) + 2
+    if len(at.tt) <= _MANY or nodes > len(at.tt):
+        heliocentric_earth, _ = erfa.epv00(at.midnight, at.tt)
+        return np.asarray(-ASTRONOMICAL_UNIT * heliocentric_earth["p"])
+    from scipy.interpolate import CubicHermiteSpline  # which takes long to import
+
+    tt = np.linspace(at.tt[0], at.tt[-1], nodes)
+    known, _ = erfa.epv00(at.midnight, tt)
+    earth: Floats = CubicHermiteSpline(tt, known["p"], known["v"])(at.tt)  # au and au/day
+    return -ASTRONOMICAL_UNIT * earth
 
 
 def sun_direction(position: Floats, sun: Floats) -> Floats:

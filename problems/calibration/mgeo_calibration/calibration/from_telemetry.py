@@ -32,9 +32,9 @@ from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.considered import as_believed
 from mgeo_calibration.estimation.counting import LEAST, matters
 from mgeo_calibration.estimation.fit import Fit, fit
-from mgeo_calibration.estimation.linearization import Trajectory, sighting, turns
+from mgeo_calibration.estimation.linearization import Trajectory, misfits, turns
 from mgeo_calibration.estimation.residuals import Filtered, filtered
-from mgeo_calibration.estimation.smoother import covariances, last_covariance
+from mgeo_calibration.estimation.smoother import last_covariance
 from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
 
 #: Probability that a reading without fault is taken for an outlier.
@@ -215,8 +215,7 @@ def _tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:
         )
         count, rejected = each.whitened.size, int(found.rejected[index].sum())
         low, high = nis_bounds(count, n_tests)
-        before = sighting(found.batch, index, aligned)
-        used = np.isin(before.samples, each.samples)
+        before = misfits(found.batch, index, aligned)
         made.append(
             SensorTest(
                 sensor=sensor.name,
@@ -228,9 +227,9 @@ def _tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:
                 correlation=greatest_correlation(each),
                 correlation_bound=correlation_bound(count, n_tests),
                 unit=unit,
-                noise=factor * _rms(before.noise),
-                before=factor * _rms(before.z[used]),
-                after=factor * _rms(found.residuals[index, each.samples, : len(before.noise)]),
+                noise=factor * _rms(found.batch.noise[index, : before.shape[1]]),
+                before=factor * _rms(before[each.samples]),
+                after=factor * _rms(found.residuals.r[index, each.samples, : before.shape[1]]),
             )
         )
     return tuple(made)
@@ -238,20 +237,15 @@ def _tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:
 
 def _history(found: Fit, past: Filtered) -> History:
     attitude = found.solution.estimate.attitude
-    at_time = found.solution.trajectory.attitude @ np.moveaxis(matrix(past.errors[:, :3].T), -1, 0)
+    at_time = found.solution.trajectory.attitude @ np.moveaxis(matrix(past.errors.T), -1, 0)
     return History(
         times=found.batch.times,
         smoothed=attitude.swapaxes(1, 2),
-        smoothed_sigma=_attitude_sigma(covariances(found.solution, found.spread)),
+        smoothed_sigma=found.residuals.sigma,
         filtered=at_time.swapaxes(1, 2),
-        filtered_sigma=_attitude_sigma(past.covariances),
+        filtered_sigma=np.sqrt(np.einsum("nii->ni", past.covariances)),
         innovations=past.innovations,
     )
-
-
-def _attitude_sigma(P: Floats) -> Floats:
-    sigma: Floats = np.sqrt(np.einsum("nii->ni", P)[:, :3])
-    return sigma
 
 
 def _rms(values: Floats) -> float:

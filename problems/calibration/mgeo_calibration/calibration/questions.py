@@ -81,7 +81,7 @@ def _of_gyro(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Qu
     for state, (factor, unit, key) in _ERRORS.items():
         if state not in gyro.states():
             says = partial(_worst, f"gyro.{state} is", factor, unit)
-            departure = made.gyro_error(solution, state)
+            departure = made.gyro_error(state)
             asked[f"gyro.{state}"] = Question(departure, says, f"gyro.{key}")
     for name, channel in channels.items():
         says = partial(_worst, f"gyro.bias follows {name} by", size / np.ptp(channel), "deg/s")
@@ -122,11 +122,11 @@ def _of_sensor(
         if isinstance(sensor, Magnetometer) and state not in sensor.states():
             size, of, key = _ERRORS[state]
             says = partial(_worst, f"{name}.{state} is", size, of)
-            departure = made.vector_error(solution, index, state)
+            departure = made.vector_error(index, state)
             asked[f"{name}.{state}"] = Question(departure, says, f"{name}.{key}")
     for other, channel in channels.items():
         says = partial(_worst, f"{offset} follows {other} by", sizes / np.ptp(channel), unit)
-        departure = made.follows(solution, index, _scaled(channel))
+        departure = made.follows(index, _scaled(channel))
         key = f"{name}.{_INFLUENCES}" if "bias" in sensor.states() else _TAKEN_OUT
         if not follows(sensor, other):
             asked[f"{name}.{other}"] = Question(departure, says, key)

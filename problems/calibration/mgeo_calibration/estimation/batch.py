@@ -77,6 +77,11 @@ class Batch:
         """Of the steps [s]."""
         return np.diff(self.times)
 
+    @property
+    def there(self) -> Bools:
+        """Where sensors have reported, shape (s, n + 1)."""
+        return np.stack([np.isfinite(rows[:, 0, 0]) for rows in self.sensors])
+
     def part(self, low: int, high: int) -> Batch:
         """Samples low to high - 1."""
         samples, steps = slice(low, high), slice(low, high - 1)

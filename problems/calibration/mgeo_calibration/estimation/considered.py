@@ -6,6 +6,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 
 from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.linearization import discretized, spans
 from mgeo_calibration.estimation.smoother import Solution
 
 
@@ -39,12 +40,16 @@ def as_believed(
 
 def _without_readings(belief: Belief, solution: Solution) -> tuple[Floats, Floats]:
     """By what gyro and sensor states decay until the last sample, and the variance that is new."""
-    parts, move = solution.parts, solution.steps
+    parts, batch = solution.parts, solution.batch
     left, added = np.ones_like(belief.sigma), np.zeros_like(belief.sigma)
-    left[parts.constant] = move.growth[-1]
+    left[parts.constant] = solution.growth[-1]
     driven = parts.driven[3:]
-    decay, new = (np.einsum("nii->ni", matrix)[:, 3:] for matrix in (move.F, move.Q))
-    for k in range(len(decay)):
-        left[driven] *= decay[k]
-        added[driven] = decay[k] ** 2 * added[driven] + new[k]
+    for low, high, _ in spans(len(batch.times)):
+        own = batch.part(low, high)
+        durations, follows = own.durations, own.follows(own.suite.gyro, slice(1, None))
+        F, Q = discretized(own.suite, np.zeros((len(durations), 3)), durations, follows)
+        decay, new = (np.einsum("nii->ni", matrix)[:, driven] for matrix in (F, Q))
+        for k in range(len(durations)):
+            left[driven] *= decay[k]
+            added[driven] = decay[k] ** 2 * added[driven] + new[k]
     return left, added

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.rotation import matrix, shear, skew
 from mgeo_attitude.sensors import Sensor
 
-from mgeo_calibration.estimation.linearization import sighting, turns
+from mgeo_calibration.estimation.linearization import Equations, sighting, turns
 from mgeo_calibration.estimation.score import Departure
 from mgeo_calibration.estimation.smoother import Solution
 
@@ -21,60 +22,75 @@ LATE = 10.0
 
 def bias_decay(solution: Solution) -> Departure:
     """The bias's inverse correlation time is larger by one over the time of the telemetry."""
-    at, dt, bias = _biases(solution)
-    decay, end = solution.batch.suite.gyro.bias_decay, dt.sum()
-    left = np.exp(-decay * at)[:, None]
-    more = np.cumsum(dt[:, None] * bias / left, axis=0) / end
-    off = -left * np.vstack([np.zeros(3), more[:-1]])
-    return _of_rates(solution, off[:, :, None], -np.exp(-decay * end) * more[-1:].T)
+    times = solution.batch.times
+    at, dt, bias = times - times[0], np.diff(times), solution.trajectory.states[:-1, 3:6]
+    left = np.exp(-solution.batch.suite.gyro.bias_decay * at)[:, None]
+    more = np.cumsum(dt[:, None] * bias / left[:-1], axis=0) / at[-1]
+    off = -left * np.vstack([np.zeros(3), more])
+    return _of_rates(lambda own: off[own.low : own.high - 1, :, None], 1, off[-1:].T)
 
 
 def bias_drift(solution: Solution) -> Departure:
     """The bias drifts by its initial 1-sigma about an axis in a wave, on top of its random walk."""
-    at, dt, _ = _biases(solution)
-    size = solution.batch.suite.gyro.states()["bias"]
-    share = np.append(at, dt.sum()) / dt.sum()
-    off = np.einsum("nw,ij->niwj", size * drifts(share), np.eye(3)).reshape(len(share), 3, -1)
-    return _of_rates(solution, off[:-1], off[-1])
+    share, size = _shares(solution), solution.batch.suite.gyro.states()["bias"]
+
+    def off(share: Floats) -> Floats:
+        found: Floats = np.einsum("nw,ij->niwj", size * drifts(share), np.eye(3))
+        return found.reshape(len(share), 3, -1)
+
+    return _of_rates(lambda own: off(share[own.low : own.high - 1]), 3 * WAVES, off(share[-1:])[0])
 
 
-def gyro_error(solution: Solution, state: str) -> Departure:
+def gyro_error(state: str) -> Departure:
     """Scale factors, a misalignment or non-orthogonality of one, of a gyro that has none."""
-    rates, _ = turns(solution.batch, solution.trajectory.states)
-    off: Floats = _columns(state, rates)
-    return _of_rates(solution, off)
+    return _of_rates(lambda own: _columns(state, turns(own.batch, own.trajectory.states)[0]), 3)
 
 
 def gyro_follows(solution: Solution, channel: Floats) -> Departure:
     """The gyro's bias is its initial 1-sigma times a channel, shape (N,), about each axis."""
     size = solution.batch.suite.gyro.states()["bias"]
-    off = size * channel[:, None, None] * np.eye(3)
-    return _of_rates(solution, off[:-1], off[-1])
+    return _of_rates(
+        lambda own: size * channel[own.low : own.high - 1, None, None] * np.eye(3),
+        3,
+        size * channel[-1] * np.eye(3),
+    )
 
 
 def delay(solution: Solution, index: int) -> Departure:
     """A sensor, by its number, is late by `LATE`: attitude and vector are of before."""
-    rates, _ = turns(solution.batch, solution.trajectory.states)
-    before = np.vstack([rates[:1], rates])
-    turned = np.einsum("nij,nj->ni", _by(solution, index, 0), before)
-    reads = -LATE * (turned + _vector_rate(solution, index))
-    return Departure(width=1, reads={index: reads[:, :, None]})
+
+    def reads(own: Equations) -> Floats:
+        rates, _ = turns(own.batch, own.trajectory.states)
+        before = np.vstack([rates[:1], rates])
+        turned = np.einsum("nij,nj->ni", _by(own, index, 0), before)
+        found: Floats = -LATE * (turned + _vector_rate(solution, own, index))
+        return found[:, :, None]
+
+    return Departure(width=1, reads={index: reads})
 
 
 def along_track(solution: Solution) -> Departure:
     """The satellite is where its orbit has it `LATE` before."""
+
+    def reads(index: int) -> Callable[[Equations], Floats]:
+        return lambda own: -LATE * _vector_rate(solution, own, index)[:, :, None]
+
     sensors = range(len(solution.batch.suite.sensors))
-    reads = {i: -LATE * _vector_rate(solution, i)[:, :, None] for i in sensors}
-    return Departure(width=1, reads=reads)
+    return Departure(width=1, reads={index: reads(index) for index in sensors})
 
 
-def vector_error(solution: Solution, index: int, state: str) -> Departure:
+def vector_error(index: int, state: str) -> Departure:
     """Scale factors or non-orthogonality of one, of a sensor of vectors that has none."""
-    batch, at = solution.batch, solution.trajectory
-    first = batch.suite.places(batch.suite.sensors[index]).get("misalignment")
-    body = np.einsum("nji,nj->ni", at.attitude, batch.vectors[:, index])
-    mounted = np.eye(3) if first is None else matrix(at.states[0, first : first + 3])
-    return Departure(width=3, reads={index: mounted @ _columns(state, body)})
+
+    def reads(own: Equations) -> Floats:
+        batch, at = own.batch, own.trajectory
+        first = batch.suite.places(batch.suite.sensors[index]).get("misalignment")
+        body = np.einsum("nji,nj->ni", at.attitude, batch.vectors[:, index])
+        mounted = np.eye(3) if first is None else matrix(at.states[0, first : first + 3])
+        columns: Floats = mounted @ _columns(state, body)
+        return columns
+
+    return Departure(width=3, reads={index: reads})
 
 
 def constant(sensor: Sensor) -> str:
@@ -85,15 +101,23 @@ def constant(sensor: Sensor) -> str:
 
 def wander(solution: Solution, index: int) -> Departure:
     """The offset of a sensor goes by ten times its noise along an axis in a wave."""
-    times = solution.batch.times
-    waves = drifts((times - times[0]) / (times[-1] - times[0]))
-    reads = waves[:, None, :, None] * _offset(solution, index)[:, :, None]
-    return Departure(width=3 * WAVES, reads={index: reads.reshape(len(times), 3, -1)})
+    share = _shares(solution)
+
+    def reads(own: Equations) -> Floats:
+        waves = drifts(share[own.low : own.high])
+        found = waves[:, None, :, None] * _offset(own, index)[:, :, None]
+        return found.reshape(len(waves), 3, -1)
+
+    return Departure(width=3 * WAVES, reads={index: reads})
 
 
-def follows(solution: Solution, index: int, channel: Floats) -> Departure:
+def follows(index: int, channel: Floats) -> Departure:
     """The offset of a sensor is ten times its noise times a channel, shape (N,), on each axis."""
-    return Departure(width=3, reads={index: channel[:, None, None] * _offset(solution, index)})
+
+    def reads(own: Equations) -> Floats:
+        return channel[own.low : own.high, None, None] * _offset(own, index)
+
+    return Departure(width=3, reads={index: reads})
 
 
 def drifts(share: Floats) -> Floats:
@@ -103,29 +127,36 @@ def drifts(share: Floats) -> Floats:
     return waves
 
 
-def _biases(solution: Solution) -> tuple[Floats, Floats, Floats]:
-    """Time from the first sample and duration of each step [s], and the gyro's bias [rad/s]."""
+def _shares(solution: Solution) -> Floats:
+    """Of the time that the telemetry takes, at its samples."""
     times = solution.batch.times
-    return times[:-1] - times[0], np.diff(times), solution.trajectory.states[:-1, 3:6]
+    shares: Floats = (times - times[0]) / (times[-1] - times[0])
+    return shares
 
 
-def _of_rates(solution: Solution, off: Floats, last: Floats | None = None) -> Departure:
-    """Of a gyro that reports so much more in each step, shape (n, 3, k) [rad/s].
+def _of_rates(
+    off: Callable[[Equations], Floats], width: int, last: Floats | None = None
+) -> Departure:
+    """Of a gyro that reports so much more in each step, shape (n - 1, 3, k) [rad/s].
 
     Parameters
     ----------
     last : array, shape (3, k), optional
         That at the last sample, if it is of the bias.
     """
-    parts, move = solution.parts, solution.steps
-    if (parts.driven == 3).any():
-        first = int(np.flatnonzero(parts.driven == 3)[0])
-        turned = move.F[:, :3, first : first + 3]
-    else:
-        first = int(np.flatnonzero(parts.constant == 3)[0])
-        turned = move.G[:, :3, first : first + 3] / move.growth[:-1, None, first : first + 3]
-    moves = np.einsum("nij,njk->nik", turned, off)
-    return Departure(width=off.shape[2], moves=moves, bias=last)
+
+    def moves(own: Equations) -> Floats:
+        parts, move = own.parts, own.steps
+        if (parts.driven == 3).any():
+            first = int(np.flatnonzero(parts.driven == 3)[0])
+            turned = move.F[:, :3, first : first + 3]
+        else:
+            first = int(np.flatnonzero(parts.constant == 3)[0])
+            turned = move.G[:, :3, first : first + 3] / move.growth[:-1, None, first : first + 3]
+        found: Floats = np.einsum("nij,njk->nik", turned, off(own))
+        return found
+
+    return Departure(width=width, moves=moves, bias=last)
 
 
 def _columns(state: str, vectors: Floats) -> Floats:
@@ -139,33 +170,35 @@ def _columns(state: str, vectors: Floats) -> Floats:
     return columns
 
 
-def _vector_rate(solution: Solution, index: int) -> Floats:
-    """By what readings of a sensor change in a second as what it looks at does, shape (N, 3)."""
-    batch, vectors = solution.batch, solution.batch.vectors.copy()
-    vectors[:, index] += np.gradient(vectors[:, index], batch.times, axis=0)
-    later = sighting(dataclasses.replace(batch, vectors=vectors), index, solution.trajectory)
-    rate = np.zeros((len(batch.times), 3))
+def _vector_rate(solution: Solution, own: Equations, index: int) -> Floats:
+    """By what readings of a sensor change in a second as what it looks at does, shape (n, 3)."""
+    whole, vectors = solution.batch, own.batch.vectors.copy()
+    low, high = max(0, own.low - 1), min(len(whole.times), own.high + 1)
+    rate = np.gradient(whole.vectors[low:high, index], whole.times[low:high], axis=0)
+    vectors[:, index] += rate[own.low - low : own.high - low]
+    later = sighting(dataclasses.replace(own.batch, vectors=vectors), index, own.trajectory)
+    change = np.zeros((len(vectors), 3))
     k = later.z.shape[1]
-    rate[later.samples, :k] = solution.sightings.z[index, later.samples, :k] - later.z
-    return rate
+    change[later.samples, :k] = own.sightings.z[index, later.samples, :k] - later.z
+    return change
 
 
-def _offset(solution: Solution, index: int) -> Floats:
-    """By an offset of ten times the noise of a sensor along each axis, shape (N, 3, 3)."""
-    suite = solution.batch.suite
+def _offset(own: Equations, index: int) -> Floats:
+    """By an offset of ten times the noise of a sensor along each axis, shape (n, 3, 3)."""
+    suite = own.batch.suite
     sensor = suite.sensors[index]
     places = suite.places(sensor)
     if (state := constant(sensor)) in places:
-        columns = _by(solution, index, places[state])
+        columns = _by(own, index, places[state])
     else:  # a misalignment that it has not would turn its readings as the attitude's error back
-        columns = -_by(solution, index, 0)
+        columns = -_by(own, index, 0)
     offset: Floats = 10.0 * float(np.max(sensor.noise())) * columns
     return offset
 
 
-def _by(solution: Solution, index: int, first: int) -> Floats:
-    """What a sensor's readings are by three states from a first one on, shape (N, 3, 3)."""
-    seen, parts = solution.sightings, solution.parts
+def _by(own: Equations, index: int, first: int) -> Floats:
+    """What a sensor's readings are by three states from a first one on, shape (n, 3, 3)."""
+    seen, parts = own.sightings, own.parts
     driven, constants = seen.counts[index]
     places = seen.columns[index]
     states = np.concatenate([parts.driven[places[:driven]], parts.constant[places[driven:]]])

@@ -16,8 +16,8 @@ from mgeo_calibration.estimation.field_strength import start_states
 from mgeo_calibration.estimation.implausible import check_normalized, implausible
 from mgeo_calibration.estimation.linearization import Trajectory
 from mgeo_calibration.estimation.orders import check_orders
-from mgeo_calibration.estimation.residuals import residuals
-from mgeo_calibration.estimation.smoother import LAST, Solution, Spread, solve, spread
+from mgeo_calibration.estimation.residuals import Residuals, residuals
+from mgeo_calibration.estimation.smoother import LAST, Solution, solve
 from mgeo_calibration.estimation.start import (
     accumulated,
     carried_for,
@@ -46,22 +46,23 @@ class Fit:
     rejected : array of bool, shape (s, N)
         Readings of each sensor that the solution is without: those beyond the gate, and what has
         come and gone.
-    residuals, chi_squares : arrays, shapes (s, N, 3) and (s, N)
-        See `residuals.residuals`.
+    residuals : Residuals
     solution : Solution
-    spread : Spread
     """
 
     rejected: Bools
-    residuals: Floats
-    chi_squares: Floats
+    residuals: Residuals
     solution: Solution
-    spread: Spread
 
     @property
     def batch(self) -> Batch:
         """With all readings."""
         return self.solution.batch
+
+    @property
+    def chi_squares(self) -> Floats:
+        """Of all readings, shape (s, N); see `Residuals.squares`."""
+        return self.residuals.squares
 
 
 def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
@@ -100,6 +101,8 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     low = high = where.start
     while high - low < N:
         more = max(least, where.stop - where.start, (GROWTH - 1) * (high - low))
+        if 2 * (high - low + more) > N:  # hardly less work than all
+            more = N
         old = low, high
         low, high = _grown(low, high, more, arcs)
         at = _carried(batch, at, old, (low, high), arcs)
@@ -142,18 +145,17 @@ def settle(
     number = 0
     while True:
         solution = solve(batch, belief, at, _ITERATIONS, last, rejected)
-        known = spread(solution)
-        left, squares = residuals(solution, known)
-        beyond = squares > limit
+        left = residuals(solution)
+        beyond = left.squares > limit
         # readings may come and go for ever: in the end those that went do not come back
         if number >= _RETURNS:
             beyond |= rejected
         ended = not solution.settled(last) or np.array_equal(beyond, rejected)
         number += 1
         if ended or number == _ROUNDS:
-            return Fit(rejected, left, squares, solution, known)
+            return Fit(rejected, left, solution)
         rejected, at = beyond, solution.estimate
-        del solution, known  # which the next would stand beside
+        del solution, left  # which the next would stand beside
 
 
 def limits(suite: Suite, gate: float) -> Floats:

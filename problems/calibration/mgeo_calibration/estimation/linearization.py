@@ -1,9 +1,11 @@
-"""Equations of all samples at once, linear in the errors of a trajectory."""
+"""Equations of some samples at once, linear in the errors of a trajectory."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,8 +22,8 @@ from mgeo_calibration.estimation.innovation import innovation, jacobian
 from mgeo_calibration.estimation.kernels import load
 from mgeo_calibration.estimation.taylor import Linear
 
-#: Samples whose derivatives are formed at once: so many columns of all would need much memory.
-_SPAN = 20000
+#: Samples whose equations are formed at once: those of all would need much memory.
+SPAN = 2000
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +41,10 @@ class Trajectory:
 
     attitude: Floats
     states: Floats
+
+    def part(self, low: int, high: int) -> Trajectory:
+        """Samples low to high - 1."""
+        return Trajectory(self.attitude[low:high], self.states[low:high])
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +156,61 @@ class Sightings:
         return max(3, *(int(row[:n].max(initial=-1)) + 1 for row, (n, _) in each))
 
 
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """Those of samples low to high - 1 of a batch.
+
+    Attributes
+    ----------
+    low, high : int
+    batch : Batch
+        Of these samples.
+    trajectory : Trajectory
+        At these samples.
+    parts : Partition
+    steps : Steps
+    sightings : Sightings
+    """
+
+    low: int
+    high: int
+    batch: Batch
+    trajectory: Trajectory
+    parts: Partition
+    steps: Steps
+    sightings: Sightings
+
+
+def equations(
+    batch: Batch, at: Trajectory, parts: Partition, growth: Floats, low: int, high: int
+) -> Equations:
+    """Of samples low to high - 1, with the growth of constants at all samples, shape (N, c)."""
+    own, here = batch.part(low, high), at.part(low, high)
+    turned = turns(own, here.states)
+    move = steps(own, here, parts, growth[low:high], turned)
+    return Equations(low, high, own, here, parts, move, sightings(own, here, parts, turned[0]))
+
+
+def spans(n: int) -> Iterator[tuple[int, int, int]]:
+    """Parts of n samples, low to high - 1, and which of them is the first that is new.
+
+    Each begins with the last of the one before: so it has all steps to the samples that are new.
+    """
+    for low in range(0, max(n - 1, 1), SPAN):
+        yield low, min(n, low + SPAN + 1), int(low > 0)
+
+
+def growth(batch: Batch, parts: Partition) -> Floats:
+    """Of constants since the first sample, shape (N, c); see `Steps`."""
+    suite, N = batch.suite, len(batch.times)
+    decay = np.zeros(suite.n_states)
+    decay[: suite.n_dynamic] = -np.diag(suite.dynamics_matrix(np.zeros(3)))
+    if not decay[parts.constant].any():
+        return np.broadcast_to(1.0, (N, len(parts.constant)))
+    found: Floats = np.exp(-decay[parts.constant] * (batch.times - batch.times[0])[:, None])
+    return found
+
+
 def turns(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
     """Corrected body rate, shape (n, 3), and what it turns GCRS-to-body matrices by in each step.
 
@@ -162,10 +223,11 @@ def turns(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
     states : array, shape (n + 1, n_states)
     """
     gyro, suite, dt = batch.suite.gyro, batch.suite, batch.durations[:, None]
-    x = {name: states[:-1, i : i + 3] for name, i in suite.places(gyro).items()}
+    # all but the bias are the same at all samples
+    x = {name: states[:1, i : i + 3] for name, i in suite.places(gyro).items()}
     half = 0.5 * gyro.bias_decay * dt
     # a decaying bias's mean over the step, (1 - exp(-2 h)) / (2 h)
-    x["bias"] = x["bias"] * np.exp(-half) * _sinhc(half)
+    x["bias"] = states[:-1, 3:6] * np.exp(-half) * _sinhc(half)
     influenced(gyro.influences, x, batch.follows(gyro, slice(1, None)))
     errors = SimpleNamespace(**x)
     rates = gyro.corrected(errors, batch.gyro)
@@ -174,40 +236,51 @@ def turns(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
     return rates, np.moveaxis(exponential(-turn.T), -1, 0)
 
 
-def steps(batch: Batch, at: Trajectory, parts: Partition) -> Steps:
-    """The kinematics of a trajectory."""
+def steps(
+    batch: Batch,
+    at: Trajectory,
+    parts: Partition,
+    grown: Floats | None = None,
+    turned: tuple[Floats, Floats] | None = None,
+) -> Steps:
+    """The kinematics of a trajectory.
+
+    Parameters
+    ----------
+    grown : array, shape (n + 1, c), optional
+        Its `growth`, if the first sample of all is another one.
+    turned : tuple of arrays, optional
+        Its `turns`, if they are known.
+    """
     suite, n = batch.suite, len(batch.gyro)
-    rates, turn = turns(batch, at.states)
+    rates, turn = turns(batch, at.states) if turned is None else turned
     follows = batch.follows(suite.gyro, slice(1, None))
     F, Q = discretized(suite, rates, batch.durations, follows)
     constant = parts.constant[parts.constant < suite.n_dynamic]
-    growth = np.ones((n + 1, len(parts.constant)))
-    growth[1:, : len(constant)] = np.cumprod(np.einsum("nii->ni", F)[:, constant], axis=0)
+    grown = np.ascontiguousarray(growth(batch, parts) if grown is None else grown)
     G = np.zeros((n, len(parts.driven), len(parts.constant)))
-    G[:, :, : len(constant)] = (
-        F[:, parts.driven[:, None], constant] * growth[:-1, None, : len(constant)]
-    )
+    # rows of F from the fourth on are of a diagonal
+    G[:, :3, : len(constant)] = F[:, :3, constant] * grown[:-1, None, : len(constant)]
     bias = parts.driven[3:]
     defect = np.zeros((n, len(parts.driven)))
     reached = at.attitude[1:].swapaxes(1, 2) @ at.attitude[:-1] @ turn.swapaxes(1, 2)
     defect[:, :3] = vector(np.moveaxis(reached, 0, -1)).T
     defect[:, 3:] = np.einsum("nii->ni", F)[:, bias] * at.states[:-1, bias] - at.states[1:, bias]
     if len(parts.driven) < suite.n_dynamic:
-        # contiguous: numba would compile the smoother once more for another layout
-        F, Q = (
-            np.ascontiguousarray(each[:, parts.driven[:, None], parts.driven]) for each in (F, Q)
-        )
+        F, Q = _of_states(F, parts.driven), _of_states(Q, parts.driven)
     Q[:, range(3), range(3)] += batch.added
     if batch.breaks.any():
         F[batch.breaks, :3], G[batch.breaks, :3], defect[batch.breaks, :3] = 0.0, 0.0, 0.0
         Q[batch.breaks, :3], Q[batch.breaks, :, :3] = 0.0, 0.0
         Q[np.flatnonzero(batch.breaks)[:, None], range(3), range(3)] = UNKNOWN**2
-    return Steps(F, G, Q, defect, growth)
+    return Steps(F, G, Q, defect, grown)
 
 
-def sightings(batch: Batch, at: Trajectory, parts: Partition) -> Sightings:
-    """The readings of all sensors."""
-    rates = turns(batch, at.states)[0]
+def sightings(
+    batch: Batch, at: Trajectory, parts: Partition, rates: Floats | None = None
+) -> Sightings:
+    """The readings of all sensors; `rates` saves finding those of `turns`."""
+    rates = turns(batch, at.states)[0] if rates is None else rates
     each = [sighting(batch, index, at, rates) for index in range(len(batch.suite.sensors))]
     s, N, p = len(each), len(batch.times), max(len(one.states) for one in each)
     found = Sightings(
@@ -247,19 +320,6 @@ def sighting(batch: Batch, index: int, at: Trajectory, rates: Floats | None = No
     if not len(samples):
         return Sighting(samples, np.zeros((0, m)), samples, np.zeros((0, m, 0)), noise)
     rate = (turns(batch, at.states)[0] if rates is None else rates)[np.maximum(samples - 1, 0)]
-    cuts = range(0, len(samples), _SPAN)
-    each = (
-        _differences(batch, index, at, samples[k : k + _SPAN], rate[k : k + _SPAN]) for k in cuts
-    )
-    z, H, states = zip(*each, strict=True)
-    return Sighting(samples, np.concatenate(z), states[0], np.concatenate(H), noise)
-
-
-def _differences(
-    batch: Batch, index: int, at: Trajectory, samples: Ints, rate: Floats
-) -> tuple[Floats, Floats, Ints]:
-    """z and H of some readings, and the states that H is of."""
-    suite = batch.suite
     places = np.arange(3)[:, None] + np.array(suite.rotations)
     states = at.states[samples].T
     rotations = np.empty((3, 3, len(suite.rotations), len(samples)))
@@ -282,18 +342,30 @@ def _differences(
     )
     found, H = jacobian(r)
     H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
-    return r.value.T, H, found
+    return Sighting(samples, r.value.T, found, H, noise)
+
+
+def misfits(batch: Batch, index: int, at: Trajectory) -> Floats:
+    """z of a sensor at all samples, shape (N, k), NaN where it has not reported; see `Sighting`."""
+    found = np.full((len(batch.times), len(batch.suite.sensors[index].noise())), np.nan)
+    for low, high, first in spans(len(found)):
+        seen = sighting(batch.part(low, high), index, at.part(low, high))
+        new = seen.samples >= first
+        found[low + seen.samples[new]] = seen.z[new]
+    return found
 
 
 def moved(at: Trajectory, parts: Partition, growth: Floats, e: Floats, e_c: Floats,
-          suite: Suite) -> Trajectory:  # fmt: skip
-    """A trajectory with errors taken out: driven ones e, shape (N, d), and constant ones e_c."""
-    attitude = at.attitude @ np.moveaxis(matrix(e[:, :3].T), -1, 0)
-    states = at.states.copy()
-    states[:, parts.driven[3:]] += e[:, 3:]
-    states[:, parts.constant] += growth * e_c
+          suite: Suite, share: float = 1.0) -> Trajectory:  # fmt: skip
+    """A trajectory with a share of errors taken out: driven ones e, shape (N, d), constant e_c."""
+    attitude, states = np.empty_like(at.attitude), at.states.copy()
     error = np.zeros(suite.n_states)
-    error[parts.constant] = e_c
+    error[parts.constant] = e_c = share * e_c
+    for low, high, _ in spans(len(e)):
+        own, off = slice(low + (low > 0), high), share * e[low + (low > 0) : high]
+        attitude[own] = at.attitude[own] @ np.moveaxis(matrix(off[:, :3].T), -1, 0)
+        states[own, parts.driven[3:]] += off[:, 3:]
+        states[own, parts.constant] += growth[own] * e_c
     for first in suite.rotations[1:]:  # of which none is driven, or decays
         block = slice(first, first + 3)
         states[:, block] = vector(matrix(at.states[0, block]) @ matrix(error[block]))
@@ -315,9 +387,7 @@ def discretized(
     """
     n, m, k = len(rates), suite.n_dynamic, suite.n_kinematic
     F, Q = np.zeros((2, n, m, m))
-    rest = suite.dynamics_matrix(np.zeros(3))
-    unit = np.array([(suite.dynamics_matrix(axis) - rest)[:3, 6:k] for axis in np.eye(3)])
-    density, turning = suite.diffusion(), np.ascontiguousarray(rates)
+    density, turning, unit = suite.diffusion(), np.ascontiguousarray(rates), _by_rate(suite)
     densities, kernel = (density[0], density[3]), load("kinematics")
     kernel.discretized(suite.gyro.bias_decay, densities, unit, turning, durations, F, Q)
     if suite.following:
@@ -330,6 +400,24 @@ def discretized(
         own = range(first, first + 3)
         F[:, own, own], Q[:, own, own] = decay, variance
     return F, Q
+
+
+@lru_cache(maxsize=16)
+def _by_rate(suite: Suite) -> Floats:
+    """By what the gyro's constants change the attitude's rate, of each component of the rate."""
+    k, rest = suite.n_kinematic, suite.dynamics_matrix(np.zeros(3))
+    return np.array([(suite.dynamics_matrix(axis) - rest)[:3, 6:k] for axis in np.eye(3)])
+
+
+def _of_states(A: Floats, states: Ints) -> Floats:
+    """Rows and columns of n matrices; by slices, of which there are few."""
+    found = np.empty((len(A), len(states), len(states)))
+    ends = [0, *(np.flatnonzero(np.diff(states) > 1) + 1), len(states)]
+    runs = [(slice(i, j), slice(states[i], states[j - 1] + 1)) for i, j in pairwise(ends)]
+    for own, rows in runs:
+        for others, columns in runs:
+            found[:, own, others] = A[:, rows, columns]
+    return found
 
 
 def _sinhc(x: Floats) -> Floats:

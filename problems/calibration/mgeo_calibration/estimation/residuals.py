@@ -8,7 +8,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 
 from mgeo_calibration.estimation.kernels import load
-from mgeo_calibration.estimation.smoother import Solution, Spread
+from mgeo_calibration.estimation.smoother import Solution, Spread, covariances, smoothed
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,9 +38,9 @@ class Filtered:
 
     Attributes
     ----------
-    errors : array, shape (N, d)
-        Estimated driven errors after the readings of each sample.
-    covariances : array, shape (N, d, d)
+    errors : array, shape (N, n)
+        Estimates of the n leading driven errors after the readings of each sample.
+    covariances : array, shape (N, n, n)
     innovations : tuple of Innovations
         One a sensor.
     """
@@ -50,58 +50,84 @@ class Filtered:
     innovations: tuple[Innovations, ...]
 
 
-def residuals(solution: Solution, found: Spread) -> tuple[Floats, Floats]:
-    """What the estimate leaves of every reading, and its square over what all others allow.
+@dataclass(frozen=True, eq=False)
+class Residuals:
+    """What the estimate leaves of every reading, and how well the attitude is known.
 
-    That is rᵀ (R ∓ H P Hᵀ)⁻¹ r for the residual r to the smoothed estimate: minus where the reading
-    is part of the estimate, plus where it is not. Unlike an innovation it can tell an outlier among
-    the first readings, too.
-
-    Returns
-    -------
+    Attributes
+    ----------
     r : array, shape (s, N, 3)
-    squares : array, shape (s, N), NaN where there is no reading
+        To the smoothed estimate.
+    squares : array, shape (s, N)
+        rᵀ (R ∓ H P Hᵀ)⁻¹ r: minus where the reading is part of the estimate, plus where it is not,
+        NaN where there is none. Unlike the square of an innovation it can tell an outlier among the
+        first readings, too.
+    sigma : array, shape (N, 3)
+        1-sigma of the smoothed attitude about the body axes [rad].
     """
-    seen = solution.sightings
-    r, squares = np.zeros(seen.z.shape), np.full(seen.there.shape, np.nan)
-    load("residuals").all_others(
-        seen.there,
-        solution.used,
-        seen.arrays,
-        solution.steps.growth,
-        solution.e,
-        solution.common,
-        found.given,
-        found.slope,
-        solution.root,
-        r,
-        squares,
-    )
-    return r, squares
+
+    r: Floats
+    squares: Floats
+    sigma: Floats
 
 
-def filtered(solution: Solution) -> Filtered:
-    """One sample after the other."""
-    N, d = solution.e.shape
-    errors, until = np.empty((N, d)), np.empty((N, d, d))
+def residuals(solution: Solution) -> Residuals:
+    """Of all readings, also of those that the solution is without."""
+    s, N = solution.used.shape
+    left = Residuals(np.zeros((s, N, 3)), np.full((s, N), np.nan), np.empty((N, 3)))
+    for span, found in smoothed(solution):
+        seen, first = span.sightings, span.first
+        r, squares = np.zeros(seen.z.shape), np.full(seen.there.shape, np.nan)
+        load("residuals").all_others(
+            seen.there,
+            span.used,
+            seen.arrays,
+            span.steps.growth,
+            solution.e[span.low : span.high],
+            solution.common,
+            found.given,
+            found.slope,
+            solution.root,
+            first,
+            r,
+            squares,
+        )
+        left.r[:, span.new], left.squares[:, span.new] = r[:, first:], squares[:, first:]
+        attitude = Spread(found.given[first:, :3, :3], found.slope[first:, :3])
+        P = covariances(solution, attitude)
+        left.sigma[span.new] = np.sqrt(np.einsum("nii->ni", P))
+    return left
+
+
+def filtered(solution: Solution, n: int = 3) -> Filtered:
+    """One sample after the other; of the n leading errors, those of the attitude."""
+    N = len(solution.e)
+    errors, until = np.empty((N, n)), np.empty((N, n, n))
     return Filtered(errors, until, _innovations(solution, errors, until))
 
 
 def innovations(solution: Solution) -> tuple[Innovations, ...]:
-    """Those of `filtered` alone, in two thirds of the time."""
+    """Those of `filtered` alone."""
     return _innovations(solution, np.empty((0, 0)), np.empty((0, 0, 0)))
 
 
 def _innovations(solution: Solution, errors: Floats, until: Floats) -> tuple[Innovations, ...]:
     """Of each sensor; errors and covariances are written, unless they are empty."""
     r, J = solution.prior
-    root, white = np.linalg.inv(J), np.empty_like(solution.sightings.z)
-    load("residuals").those_before(
-        solution.used, solution.readings, solution.kept, root, root @ r, white, errors, until
-    )
-    found = (np.flatnonzero(used) for used in solution.used)
-    numbers = solution.sightings.numbers
+    s, N = solution.used.shape
+    root = np.linalg.inv(J)
+    common, white = root @ r, np.empty((s, N, 3))
+    for span in solution.spans():
+        own, first = slice(span.low, span.high), span.first
+        each = np.empty(span.sightings.z.shape)
+        load("residuals").those_before(
+            span.used, span.readings, span.kept, root, common, first, each, errors[own], until[own]
+        )
+        white[:, span.new] = each[:, first:]
+    numbers = [len(sensor.noise()) for sensor in solution.batch.suite.sensors]
     return tuple(
         Innovations(k, white[index, k, :m])
-        for index, (k, m) in enumerate(zip(found, numbers, strict=True))
+        for index, (k, m) in enumerate(
+            zip(map(np.flatnonzero, solution.used), numbers, strict=True)
+        )
     )

@@ -7,7 +7,7 @@ estimated beside them, in one pass of the filter.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,7 +16,7 @@ from scipy.linalg import solve_triangular
 from scipy.stats import chi2
 
 from mgeo_calibration.estimation.kernels import load
-from mgeo_calibration.estimation.linearization import Sightings, Steps
+from mgeo_calibration.estimation.linearization import Equations, Sightings, Steps, spans
 from mgeo_calibration.estimation.smoother import Solution
 
 
@@ -31,17 +31,17 @@ class Departure:
     ----------
     width : int
         k.
-    moves : array, shape (n, 3, k), optional
-        What they add to the attitude's error in each step [rad].
-    reads : mapping of int to array, shape (N, 3, k)
-        What they add to the readings of sensors, by number, in the filter's units.
+    moves : function of Equations, optional
+        What they add to the attitude's error in each step of these [rad], shape (n - 1, 3, k).
+    reads : mapping of int to function of Equations
+        What they add to the readings of sensors, by number, in the filter's units, shape (n, 3, k).
     bias : array, shape (3, k), optional
         What they add to the gyro's bias at the last sample beside its own error [rad/s].
     """
 
     width: int
-    moves: Floats | None = None
-    reads: Mapping[int, Floats] = field(default_factory=dict)
+    moves: Callable[[Equations], Floats] | None = None
+    reads: Mapping[int, Callable[[Equations], Floats]] = field(default_factory=dict)
     bias: Floats | None = None
 
 
@@ -117,7 +117,6 @@ class Scores:
 
 #: Of a unit vector along coefficients, from which on one belongs to it.
 _PART = 0.1
-_SPAN = 5000  # samples
 
 
 def scores(solution: Solution, departures: Mapping[str, Departure]) -> Scores:
@@ -136,7 +135,7 @@ def scores(solution: Solution, departures: Mapping[str, Departure]) -> Scores:
     last = _forward(solution, departures, places, R)
     own, slopes = R[q:, q:-1], -solve_triangular(R[:q, :q], R[:q, q:-1])
     driven = last[:, q:] + last[:, :q] @ slopes
-    change = np.vstack([driven, solution.steps.growth[-1, : q - d, None] * slopes[d:]])
+    change = np.vstack([driven, solution.growth[-1, : q - d, None] * slopes[d:]])
     order = np.concatenate([solution.parts.driven, solution.parts.constant])
     for name, departure in departures.items():
         if departure.bias is not None:
@@ -152,41 +151,33 @@ def scores(solution: Solution, departures: Mapping[str, Departure]) -> Scores:
 def _forward(
     solution: Solution, departures: Mapping[str, Departure], places: Mapping[str, slice], R: Floats
 ) -> Floats:
-    """One pass that leaves all equations in the triangle R; T of the last sample.
-
-    In spans of samples: so many columns of all would need much memory.
-    """
+    """One pass that leaves all equations in the triangle R; T of the last sample."""
     N, d = solution.e.shape
     wide = len(R)
-    x, T, P = np.zeros((1, d)), np.zeros((1, d, wide)), np.zeros((1, d, d))
-    for low in range(0, max(N - 1, 1), _SPAN):
-        span = slice(low, min(N, low + _SPAN + 1))
-        move, seen = _widened(solution, departures, places, span)
+    known = np.zeros(d), np.zeros((d, wide)), np.zeros((d, d))
+    for low, high, first in spans(N):
+        move, seen = _widened(solution.equations(low, high), departures, places)
         s, n, _, p = seen.H.shape
         kept = np.empty((n, d)), np.empty((n, d, wide)), np.empty((n, d, d))
-        for each, known in zip(kept, (x, T, P), strict=True):
-            each[0] = known[-1]
+        for each, one in zip(kept, known, strict=True):
+            each[0] = one
         room = tuple(np.empty((s, n, 3, *more)) for more in ((p,), (d,), (), (wide,)))
-        used = np.ascontiguousarray(solution.used[:, span])
+        used = np.ascontiguousarray(solution.used[:, low:high])
         load("two_stage").forward(
-            move.arrays, used, seen.arrays, move.growth, kept, room, R, int(low > 0)
+            move.arrays, used, seen.arrays, move.growth, kept, room, first, 0.0
         )
-        x, T, P = kept
-    last: Floats = T[-1]
-    return last
+        load("two_stage").learn(used, room, first, R)
+        known = kept[0][-1].copy(), kept[1][-1].copy(), kept[2][-1].copy()
+    return known[1]
 
 
 def _widened(
-    solution: Solution,
-    departures: Mapping[str, Departure],
-    places: Mapping[str, slice],
-    span: slice,
+    own: Equations, departures: Mapping[str, Departure], places: Mapping[str, slice]
 ) -> tuple[Steps, Sightings]:
     """Steps and readings of some samples with the coefficients as the last of the constants."""
-    move, seen, m = solution.steps, solution.sightings, sum(d.width for d in departures.values())
-    within = slice(span.start, span.stop - 1)
-    F, G, Q, defect = (each[within] for each in move.arrays)
-    H, c = seen.H[:, span], G.shape[2]
+    move, seen, m = own.steps, own.sightings, sum(d.width for d in departures.values())
+    F, G, Q, defect = move.arrays
+    H, c = seen.H, G.shape[2]
     s, N, _, p = H.shape
     wide, read = np.zeros((len(G), G.shape[1], c + m)), np.zeros((s, N, 3, p + m))
     wide[:, :, :c], read[:, :, :, :p] = G, H
@@ -200,14 +191,14 @@ def _widened(
     for name, departure in departures.items():
         place = places[name]
         if departure.moves is not None:
-            wide[:, :3, c:][:, :, place] = departure.moves[within]
-        for index, rows in departure.reads.items():
-            read[index, :, :, int(seen.counts[index].sum()) :][:, :, place] = rows[span]
-    growth = np.column_stack([move.growth[span], np.ones((N, m))])
-    z = np.ascontiguousarray(seen.z[:, span])
+            wide[:, :3, c:][:, :, place] = departure.moves(own)
+        for index, reads in departure.reads.items():
+            if seen.there[index].any():
+                read[index, :, :, int(seen.counts[index].sum()) :][:, :, place] = reads(own)
+    growth = np.column_stack([move.growth, np.ones((N, m))])
     return (
         Steps(F, wide, Q, defect, growth),
-        Sightings(seen.there[:, span], z, read, seen.noise, seen.numbers, counts, columns),
+        Sightings(seen.there, seen.z, read, seen.noise, seen.numbers, counts, columns),
     )
 
 

@@ -3,62 +3,140 @@
 Gauss-Newton on all residuals at once (B. M. Bell, The iterated Kalman smoother as a Gauss-Newton
 method, SIAM Journal on Optimization 4 (1994) 626-636): each step is that of the linear smoother
 about the trajectory (`kernels/two_stage.py`, `kernels/bryson_frazier.py`).
+
+Equations are formed, and the filter goes forward, in spans of samples. Of long telemetry what it
+knew at the first sample of each is kept, and all else is formed again when it goes backward.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.sensors.suite import Suite
 from scipy.linalg.lapack import dtrtri
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.kernels import load
 from mgeo_calibration.estimation.linearization import (
+    Equations,
     Partition,
-    Sightings,
-    Steps,
     Trajectory,
+    equations,
+    growth,
     moved,
-    sightings,
-    steps,
+    spans,
 )
 
 #: A step this small, in 1-sigmas of the constants and in rad, is the last: what it leaves is of the
 #: order of its square.
 LAST = 1e-2, 1e-5
 _HALVINGS = 4  # of a step that makes it worse
+#: Spans are kept as long as all of them take so much memory, and not formed again [bytes].
+KEPT = 400e6
+#: x, T and P, see `Span.kept`, of one sample.
+Known = tuple[Floats, Floats, Floats]
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
-    """The linear smoother about a trajectory.
+class Span(Equations):
+    """What the filter makes of the equations of some samples.
 
-    Errors c, to be taken out, are the driven ones at the first sample, then those of the constants;
-    q = d + c of them. Driven errors of a sample, by the readings until it, are e = x + T c.
+    Attributes
+    ----------
+    first : int
+        0, or 1 if the first of them is the last of the span before.
+    used : array of bool, shape (s, n)
+        Readings that are not left out.
+    kept : tuple of arrays
+        x, T and P, shapes (n, d), (n, d, q) and (n, d, d): driven errors, by the readings until a
+        sample, are e = x + T c, with covariance P of e - T c.
+    readings : tuple of arrays
+        What `kernels/two_stage.py` keeps of each.
+    """
+
+    first: int
+    used: Bools
+    kept: Known
+    readings: tuple[Floats, Floats, Floats, Floats]
+
+    @property
+    def new(self) -> slice:
+        """The samples of the batch that are not of the span before."""
+        return slice(self.low + self.first, self.high)
+
+    @property
+    def last(self) -> Known:
+        """What is known at its last sample."""
+        x, T, P = (each[-1].copy() for each in self.kept)
+        return x, T, P
+
+
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """A batch with its equations, linear about a trajectory.
 
     Attributes
     ----------
     batch : Batch
     trajectory : Trajectory
-        About which all is linear.
     parts : Partition
-    steps : Steps
-    sightings : Sightings
-        Of all readings.
     used : array of bool, shape (s, N)
         Readings that are not left out.
+    growth : array, shape (N, c)
+        See `Steps`.
+    """
+
+    batch: Batch
+    trajectory: Trajectory
+    parts: Partition
+    used: Bools
+    growth: Floats
+
+    def equations(self, low: int, high: int) -> Equations:
+        """Of samples low to high - 1."""
+        return equations(self.batch, self.trajectory, self.parts, self.growth, low, high)
+
+    def filtered(
+        self, known: Known, span: tuple[int, int, int], cost: float = 0.0
+    ) -> tuple[Span, float]:
+        """One of `spans`, from what is known at its first sample, and the cost until its end."""
+        low, high, first = span
+        own = self.equations(low, high)
+        move, seen = own.steps, own.sightings
+        (d, q), (s, n, _, p) = known[1].shape, seen.H.shape
+        kept = np.empty((n, d)), np.empty((n, d, q)), np.empty((n, d, d))
+        for each, one in zip(kept, known, strict=True):
+            each[0] = one
+        Hw, K, w, W = (np.empty((s, n, 3, *more)) for more in ((p,), (d,), (), (q,)))
+        readings, used = (Hw, K, w, W), np.ascontiguousarray(self.used[:, low:high])
+        forward = load("two_stage").forward
+        cost = forward(move.arrays, used, seen.arrays, move.growth, kept, readings, first, cost)
+        found = Span(**vars(own), first=first, used=used, kept=kept, readings=readings)
+        return found, cost
+
+
+@dataclass(frozen=True, eq=False)
+class Solution(Linear):
+    """The linear smoother about a trajectory.
+
+    Errors c, to be taken out, are the driven ones at the first sample, then those of the constants;
+    q = d + c of them.
+
+    Attributes
+    ----------
     cost : float
         Sum of squares of all residuals over their 1-sigmas.
     prior : tuple of arrays
         Residual of what is believed of c and minus its derivative, shapes (q,) and (q, q).
-    kept : tuple of arrays
-        x, T and the covariance of e - T c, shapes (N, d), (N, d, q) and (N, d, d).
-    readings : tuple of arrays
-        What `kernels/two_stage.py` keeps of each.
+    starts : tuple of Known
+        At the first sample of each span, and at the last one of all.
+    held : tuple of Span
+        All, or none if they would take more than `KEPT`.
     root : array, shape (q, q)
         S, an upper triangle, with S Sᵀ the covariance of c.
     common : array, shape (q,)
@@ -67,16 +145,10 @@ class Solution:
         Smoothed driven errors, to be taken out.
     """
 
-    batch: Batch
-    trajectory: Trajectory
-    parts: Partition
-    steps: Steps
-    sightings: Sightings
-    used: Bools
     cost: float
     prior: tuple[Floats, Floats]
-    kept: tuple[Floats, Floats, Floats]
-    readings: tuple[Floats, Floats, Floats, Floats]
+    starts: tuple[Known, ...]
+    held: tuple[Span, ...]
     root: Floats
     common: Floats
     e: Floats
@@ -95,25 +167,29 @@ class Solution:
 
     @property
     def constants_covariance(self) -> Floats:
-        """Of the constants, shape (c, c)."""
+        """Of e_c, shape (c, c)."""
         d = len(self.parts.driven)
         return self.covariance[d:, d:]
 
     @cached_property
     def estimate(self) -> Trajectory:
         """The trajectory with the errors taken out."""
-        return self.moved(1.0)
-
-    def moved(self, share: float) -> Trajectory:
-        """The trajectory with this share of the errors taken out."""
-        e, e_c, growth = share * self.e, share * self.e_c, self.steps.growth
-        return moved(self.trajectory, self.parts, growth, e, e_c, self.batch.suite)
+        return moved(self.trajectory, self.parts, self.growth, self.e, self.e_c, self.batch.suite)
 
     def settled(self, last: tuple[float, float] = LAST) -> bool:
         """Whether the step is small enough to be the last."""
         step = np.abs(self.e_c / np.sqrt(np.diag(self.constants_covariance))).max(initial=0.0)
         turn = np.abs(self.e[:, :3]).max()
         return bool(step < last[0] and turn < last[1])
+
+    def spans(self, backward: bool = False) -> Iterator[Span]:
+        """All, one after the other, formed again unless they are held."""
+        if self.held:
+            yield from reversed(self.held) if backward else self.held
+            return
+        each = [*zip(spans(len(self.e)), self.starts, strict=False)]
+        for span, known in reversed(each) if backward else each:
+            yield self.filtered(known, span)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,11 +227,11 @@ def solve(
         if found.settled(last):
             break
         # all else of the solution would be as large as that of the next
-        cost, at, growth = found.cost, found.trajectory, found.steps.growth
+        cost, at, grown = found.cost, found.trajectory, found.growth
         share, e, e_c = 1.0, found.e, found.e_c
         for _ in range(_HALVINGS):
             del found
-            reached = moved(at, parts, growth, share * e, share * e_c, batch.suite)
+            reached = moved(at, parts, grown, e, e_c, batch.suite, share)
             found = linear_solution(batch, belief, reached, parts, rejected)
             if found.cost <= cost * (1.0 + 1e-9):
                 break
@@ -171,63 +247,84 @@ def linear_solution(
     rejected: Bools | None = None,
 ) -> Solution:
     """The step from a trajectory, and the covariance of c."""
-    move, seen = steps(batch, at, parts), sightings(batch, at, parts)
-    used = seen.there if rejected is None else seen.there & ~rejected
+    used = batch.there if rejected is None else batch.there & ~rejected
+    linear = Linear(batch, at, parts, used, growth(batch, parts))
     N, d = len(batch.times), len(parts.driven)
     r, J = belief.residual(at.attitude[0], at.states[0])
     J = J[:, np.concatenate([parts.driven, parts.constant])]
-    q, (s, _, _, p) = len(r), seen.H.shape
+    q = len(r)
     R = np.linalg.qr(np.column_stack([J, r]))[1]
-    kept = np.empty((N, d)), np.empty((N, d, q)), np.empty((N, d, d))
-    Hw, K, w, W = (np.empty((s, N, 3, *more)) for more in ((p,), (d,), (), (q,)))
-    readings = Hw, K, w, W
-    forward = load("two_stage").forward
-    cost = forward(move.arrays, used, seen.arrays, move.growth, kept, readings, R, 0)
+    known: Known = (np.zeros(d), np.eye(d, q), np.zeros((d, d)))
+    starts, held, cost = [known], list[Span](), 0.0
+    hold = N * row_bytes(batch.suite, parts) <= KEPT
+    for span in spans(N):
+        found, cost = linear.filtered(starts[-1], span, cost)
+        load("two_stage").learn(found.used, found.readings, found.first, R)
+        starts.append(found.last)
+        held += [found] if hold else []
     root = np.ascontiguousarray(dtrtri(R[:, :q])[0])  # in one thread, unlike `solve_triangular`
-    common = root @ R[:, q]
-    e = np.empty((N, d))
-    load("bryson_frazier").backward(
-        move.F, used, seen.counts, seen.columns, readings, kept, common, e
-    )
-    return Solution(
-        batch=batch,
-        trajectory=at,
-        parts=parts,
-        steps=move,
-        sightings=seen,
-        used=used,
+    solution = Solution(
+        **vars(linear),
         cost=cost + float(r @ r),
         prior=(r, J),
-        kept=kept,
-        readings=readings,
+        starts=tuple(starts),
+        held=tuple(held),
         root=root,
-        common=common,
-        e=e,
+        common=root @ R[:, q],
+        e=np.empty((N, d)),
     )
+    adjoint = np.zeros(d)
+    for each in solution.spans(backward=True):
+        e, seen = np.empty((each.high - each.low, d)), each.sightings
+        load("bryson_frazier").backward(
+            each.steps.F,
+            each.used,
+            seen.counts,
+            seen.columns,
+            each.readings,
+            each.kept,
+            solution.common,
+            each.first,
+            adjoint,
+            e,
+        )
+        solution.e[each.new] = e[each.first :]
+    return solution
 
 
-def spread(solution: Solution, n: int | None = None) -> Spread:
-    """Of every sample.
+def row_bytes(suite: Suite, parts: Partition) -> int:
+    """What a sample takes in a `Span`."""
+    d, c, s = len(parts.driven), len(parts.constant), len(suite.sensors)
+    q, p = d + c, max(sum(3 for _ in suite.places(sensor)) + 3 for sensor in suite.sensors)
+    return 8 * (d * (2 * d + c + 1) + d * (q + d + 1) + 3 * s * (2 * p + d + q + 2) + c)
+
+
+def smoothed(solution: Solution, n: int | None = None) -> Iterator[tuple[Span, Spread]]:
+    """All spans, the last one first, with the spread at their samples; the first may be without.
 
     Parameters
     ----------
     n : int, optional
         How many leading errors. Default: those of the attitude, and of all that readings depend on.
     """
-    N, _, q = solution.kept[1].shape
-    if n is None:
-        n = solution.sightings.leading
-    found = Spread(np.empty((N, n, n)), np.empty((N, n, q)))
-    load("bryson_frazier").smoothed(
-        solution.steps.arrays,
-        solution.used,
-        solution.sightings.arrays,
-        solution.readings,
-        solution.kept,
-        found.given,
-        found.slope,
-    )
-    return found
+    d, q = solution.starts[0][1].shape
+    later, adjoint = np.zeros((d, d)), np.zeros((d, q))
+    for each in solution.spans(backward=True):
+        size, leading = each.high - each.low, each.sightings.leading if n is None else n
+        found = Spread(np.empty((size, leading, leading)), np.empty((size, leading, q)))
+        load("bryson_frazier").smoothed(
+            each.steps.arrays,
+            each.used,
+            each.sightings.arrays,
+            each.readings,
+            each.kept,
+            each.first,
+            later,
+            adjoint,
+            found.given,
+            found.slope,
+        )
+        yield each, found
 
 
 def covariances(solution: Solution, found: Spread) -> Floats:
@@ -239,14 +336,14 @@ def covariances(solution: Solution, found: Spread) -> Floats:
 
 def last_covariance(solution: Solution) -> Floats:
     """Of all states at the last sample, shape (n_states, n_states)."""
-    parts, growth = solution.parts, solution.steps.growth[-1]
+    parts, grown = solution.parts, solution.growth[-1]
     d, n = len(parts.driven), len(parts.driven) + len(parts.constant)
-    _, T, P_given = (each[-1] for each in solution.kept)
-    cross = T @ solution.covariance[:, d:] * growth
+    _, T, P_given = solution.starts[-1]
+    cross = T @ solution.covariance[:, d:] * grown
     P = np.zeros((n, n))
     P[np.ix_(parts.driven, parts.driven)] = P_given + T @ solution.covariance @ T.T
     P[np.ix_(parts.constant, parts.constant)] = (
-        growth[:, None] * solution.constants_covariance * growth
+        grown[:, None] * solution.constants_covariance * grown
     )
     P[np.ix_(parts.driven, parts.constant)] = cross
     P[np.ix_(parts.constant, parts.driven)] = cross.T

@@ -15,13 +15,16 @@ loop = njit(cache=True, error_model="numpy", nogil=True)
 
 
 @loop
-def backward(F, seen, counts, columns, readings, kept, c, e):
-    """Smoothed errors e, shape (N, d), for errors c."""
+def backward(F, seen, counts, columns, readings, kept, c, first, adjoint, e):
+    """Smoothed errors e, shape (N, d), for errors c, from the last sample to a first one.
+
+    `adjoint`, shape (d,), is zero at the last of all samples, and what to go on with in the end.
+    """
     Hw, K, w, W = readings
     x, T, P = kept
     N, d, q = T.shape
-    adjoint, before, u = np.zeros(d), np.zeros(d), np.empty(3)
-    for k in range(N - 1, -1, -1):
+    before, u = np.zeros(d), np.empty(3)
+    for k in range(N - 1, first - 1, -1):
         for i in range(d):
             s0, s1, s2 = x[k, i], 0.0, 0.0
             for j in range(0, q, 3):
@@ -60,25 +63,26 @@ def backward(F, seen, counts, columns, readings, kept, c, e):
 
 
 @loop
-def smoothed(moves, seen, sights, readings, kept, given, slope):
-    """Covariance of the smoothed e for a known c, and its change with c, of every sample.
+def smoothed(moves, seen, sights, readings, kept, first, later, adjoint, given, slope):
+    """Covariance of the smoothed e for a known c, and its change with c, from a first sample on.
 
     The covariance is that of the filter with the information of all later readings, which goes
     backward in time by itself (D. C. Fraser and J. E. Potter, The optimum linear smoother as a
     combination of two optimum linear filters, IEEE Transactions on Automatic Control 14 (1969)
     387-390): nothing is subtracted.
 
-    Written: `given`, shape (N, n, n), and `slope`, shape (N, n, q), of the n leading errors.
+    `later`, shape (d, d), and `adjoint`, shape (d, q), are zero at the last of all samples, and
+    what to go on with in the end. Written: `given`, shape (N, n, n), and `slope`, shape (N, n, q),
+    of the n leading errors.
     """
     F, Q = moves[0], moves[2]
     _, H, noise, counts, columns = sights
     Hw, K, _, W = readings
     _, T, P = kept
     (N, d, q), n_leading = T.shape, given.shape[1]
-    later, now, L, X = np.zeros((d, d)), np.empty((d, d)), np.empty((d, d)), np.empty((d, d))
-    adjoint, turned, U = np.zeros((d, q)), np.empty((d, q)), np.empty((3, q))
-    room = np.empty((d, d))
-    for k in range(N - 1, -1, -1):
+    now, L, X, room = np.empty((d, d)), np.empty((d, d)), np.empty((d, d)), np.empty((d, d))
+    turned, U = np.empty((d, q)), np.empty((3, q))
+    for k in range(N - 1, first - 1, -1):
         for i in range(d):
             for j in range(d):
                 room[i, j] = P[k, i, j]
@@ -189,5 +193,9 @@ def backed(F, k, A, out):
     for j in range(d):
         f = F[k, j, j] if j >= 3 else 0.0
         f0, f1, f2 = F[k, 0, j], F[k, 1, j], F[k, 2, j]
-        for m in range(q):
-            out[j, m] = f * A[j, m] + f0 * A[0, m] + f1 * A[1, m] + f2 * A[2, m]
+        if f0 != 0.0 or f1 != 0.0 or f2 != 0.0:
+            for m in range(q):
+                out[j, m] = f * A[j, m] + f0 * A[0, m] + f1 * A[1, m] + f2 * A[2, m]
+        else:
+            for m in range(q):
+                out[j, m] = f * A[j, m]

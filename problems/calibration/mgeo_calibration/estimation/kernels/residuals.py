@@ -11,8 +11,8 @@ loop = njit(cache=True, error_model="numpy", nogil=True)
 
 
 @loop
-def all_others(there, used, sights, growth, e, common, given, slope, root, residuals, found):
-    """Square of every residual to what all other readings say, over its covariance.
+def all_others(there, used, sights, growth, e, common, given, slope, root, first, residuals, found):
+    """Square of residuals to what all other readings say, over its covariance.
 
     Parameters
     ----------
@@ -26,6 +26,8 @@ def all_others(there, used, sights, growth, e, common, given, slope, root, resid
         See `smoother.Spread`; of all errors that readings depend on.
     root : array, shape (q, q)
         S, an upper triangle, with S Sᵀ the covariance of c.
+    first : int
+        Sample to begin with.
     residuals, found : arrays, shapes (s, N, 3) and (s, N)
         Written.
     """
@@ -34,7 +36,7 @@ def all_others(there, used, sights, growth, e, common, given, slope, root, resid
     total, spread, V, r = np.empty((3, q)), np.empty((3, q)), np.empty((3, 3)), np.empty(3)
     for s in range(len(there)):
         nd, nc = counts[s]
-        for k in range(N):
+        for k in range(first, N):
             if not there[s, k]:
                 continue
             for i in range(3):
@@ -76,7 +78,7 @@ def all_others(there, used, sights, growth, e, common, given, slope, root, resid
 
 
 @loop
-def those_before(seen, readings, kept, root, common, white, errors, until):
+def those_before(seen, readings, kept, root, common, first, white, errors, until):
     """The filter of e and c together, from that of a known c.
 
     Potter's square root of the covariance of c, by one number of a whitened reading at a time
@@ -86,14 +88,16 @@ def those_before(seen, readings, kept, root, common, white, errors, until):
     ----------
     root, common : arrays, shapes (q, q) and (q,)
         Of what is believed of c; in the end of what all readings say.
+    first : int
+        Sample to begin with.
     white : array, shape (s, N, 3)
         Written: innovations, whitened.
-    errors, until : arrays, shapes (N, d) and (N, d, d), or empty
-        Written: estimated errors at every sample, and their covariance.
+    errors, until : arrays, shapes (N, n) and (N, n, n), or empty
+        Written: estimates of the n leading errors at every sample, and their covariance.
     """
-    N, d, q = kept[1].shape
-    phi, small, spread = np.empty((3, q)), np.empty((4, 3)), np.empty((d, q))
-    for k in range(N):
+    N, _, q = kept[1].shape
+    phi, small, spread = np.empty((3, q)), np.empty((4, 3)), np.empty((errors.shape[1], q))
+    for k in range(first, N):
         for s in range(len(seen)):
             if seen[s, k]:
                 potter(s, k, readings, root, common, white, phi, small)
@@ -164,10 +168,10 @@ def potter(s, k, readings, root, common, white, phi, small):
 
 @helper
 def estimate(k, kept, root, common, spread, errors, until):
-    """Errors e of a sample, x + T c, and their covariance; `spread` is room."""
+    """Leading errors e of a sample, x + T c, and their covariance; `spread` is room."""
     x, T, P = kept
-    d, q = spread.shape
-    for i in range(d):
+    n, q = spread.shape
+    for i in range(n):
         errors[k, i] = x[k, i]
         for j in range(q):
             spread[i, j] = 0.0

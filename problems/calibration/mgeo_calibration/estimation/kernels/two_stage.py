@@ -19,17 +19,21 @@ from numba import njit
 from mgeo_calibration.estimation.kernels.algebra import cholesky, helper, square
 
 loop = njit(cache=True, error_model="numpy", nogil=True)
+#: Its sums may be taken in another order.
+reordered = njit(error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 
 #: From where on the variance of a predicted reading is so much above its noise that subtracting
 #: what is learned would leave few digits; then Joseph's sum of squares is taken.
 LARGE = 100.0
+#: Rows that are reflected at once, a multiple of three.
+TOGETHER = 48
 #: Squares below this are what rounding leaves of rounding, and their reciprocals not finite.
 NOTHING = 1e-200
 
 
 @loop
-def forward(moves, seen, sights, growth, kept, readings, R, first):
-    """The filter over all samples; the sum of squares of steps and readings.
+def forward(moves, seen, sights, growth, kept, readings, first, cost):
+    """The filter over some samples; the sum of squares of steps and readings.
 
     Parameters
     ----------
@@ -42,16 +46,15 @@ def forward(moves, seen, sights, growth, kept, readings, R, first):
         Written: e = x + T c, with covariance P, after the readings of a sample.
     readings : Hw, K, w, W, shapes (s, N, 3, p), (s, N, 3, d), (s, N, 3), (s, N, 3, q)
         Written; see `update`.
-    R : array, shape (q, q + 1)
-        Triangle of the equations of c and their right sides: what is believed of c, in the end
-        what all readings say.
     first : int
         0, or 1 to go on from the first sample of `kept`.
+    cost : float
+        The sum until then.
     """
     x, T, P = kept
     z, noise = sights[0], sights[2]
     N, d, q = T.shape
-    room, y, A, cost = np.zeros((2 * d + 3, d)), np.empty(d), np.empty((3, q + 1)), 0.0
+    room, y = np.zeros((2 * d + 3, d)), np.empty(d)
     for i in range(0 if first else d):
         x[0, i] = 0.0
         for m in range(q):
@@ -67,8 +70,41 @@ def forward(moves, seen, sights, growth, kept, readings, R, first):
                 for i in range(3):
                     cost += (z[s, k, i] / noise[s, i]) ** 2
                 update(sights, s, k, growth, kept, readings, room)
-                learn(s, k, readings, R, A)
     return cost
+
+
+@loop
+def learn(seen, readings, first, R):
+    """Put whitened readings into the triangle of c, `TOGETHER` rows at a time.
+
+    Parameters
+    ----------
+    seen, readings, first
+        As of `forward`.
+    R : array, shape (q, q + 1)
+        Triangle of the equations of c and their right sides: what is believed of c, in the end
+        what all readings say.
+    """
+    w, W = readings[2], readings[3]
+    q, n = len(R), 0
+    A, v = np.zeros((q + 1, TOGETHER)), np.empty(TOGETHER)
+    for k in range(first, seen.shape[1]):
+        for s in range(len(seen)):
+            if not seen[s, k]:
+                continue
+            for i in range(3):
+                for m in range(q):
+                    A[m, n + i] = W[s, k, i, m]
+                A[q, n + i] = w[s, k, i]
+            n += 3
+            if n == TOGETHER:
+                reflect(A, R, v)
+                n = 0
+    if n:
+        for m in range(q + 1):
+            for i in range(n, TOGETHER):
+                A[m, i] = 0.0
+        reflect(A, R, v)
 
 
 @helper
@@ -185,30 +221,33 @@ def update(sights, s, k, growth, kept, readings, room):
                 P[k, j, m] -= f0 * K[s, k, 0, m] + f1 * K[s, k, 1, m] + f2 * K[s, k, 2, m]
 
 
-@helper
-def learn(s, k, readings, R, A):
-    """Put a whitened reading into the triangle R of c, by Householder's reflections."""
-    w, W = readings[2], readings[3]
-    q = len(R)
-    for i in range(3):
-        for m in range(q):
-            A[i, m] = W[s, k, i, m]
-        A[i, q] = w[s, k, i]
+@reordered
+def reflect(A, R, v):
+    """Rows of equations, columns of A, into the triangle R by Householder's reflections.
+
+    The sums go along many rows, of which the processor takes several at once. A is what remains, v
+    is room.
+    """
+    q, rows = len(R), len(v)
     for j in range(q):
-        a0, a1, a2, r = A[0, j], A[1, j], A[2, j], R[j, j]
-        tail = a0 * a0 + a1 * a1 + a2 * a2
+        tail = 0.0
+        for i in range(rows):
+            v[i] = A[j, i]
+            tail += v[i] * v[i]
         if tail < NOTHING:
             continue
-        length = math.copysign(math.sqrt(r * r + tail), r)
-        first = r + length
+        length = math.copysign(math.sqrt(R[j, j] * R[j, j] + tail), R[j, j])
+        first = R[j, j] + length
         factor = 1.0 / (length * first)
         R[j, j] = -length
         for m in range(j + 1, q + 1):
-            f = factor * (first * R[j, m] + a0 * A[0, m] + a1 * A[1, m] + a2 * A[2, m])
+            total = first * R[j, m]
+            for i in range(rows):
+                total += v[i] * A[m, i]
+            f = factor * total
             R[j, m] -= f * first
-            A[0, m] -= f * a0
-            A[1, m] -= f * a1
-            A[2, m] -= f * a2
+            for i in range(rows):
+                A[m, i] -= f * v[i]
 
 
 @helper

@@ -1,0 +1,114 @@
+"""Telemetry in spans, which are formed again, against all of it at once; what a row takes."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import Scenario
+from mgeo_calibration import calibrate
+from mgeo_calibration.calibration.questions import questions
+from mgeo_calibration.estimation import linearization, smoother
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.linearization import Partition
+from mgeo_calibration.estimation.residuals import filtered, residuals
+from mgeo_calibration.estimation.score import scores
+from mgeo_calibration.estimation.smoother import covariances, last_covariance, linear_solution
+
+from .flights import flown, short, with_holes, with_outliers
+from .test_smoother import MEMS, near, scenario, spread
+
+
+@pytest.fixture
+def spans(monkeypatch):
+    """Sets how many samples are formed at once; none of them is kept."""
+
+    def of(length):
+        monkeypatch.setattr(linearization, "SPAN", length)
+        monkeypatch.setattr(smoother, "KEPT", 0.0)
+
+    return of
+
+
+def said(of, data, at):
+    """All that a solution says, each in its own 1-sigmas or so."""
+    belief, parts = Belief.initial(data.suite), Partition.of(data.suite)
+    rejected = np.zeros(data.there.shape, dtype=bool)
+    rejected[0, [3, 22]] = True
+    found = linear_solution(data, belief, at, parts, rejected)
+    d = len(parts.driven)
+    past, left = filtered(found, d), residuals(found)
+    sigma = np.sqrt(np.einsum("nii->ni", covariances(found, spread(found, d))))
+    last = last_covariance(found)
+    unit = np.sqrt(np.diag(last))
+    channel = np.sin(0.3 * data.times)
+    asked = questions(found, {"temperature": channel})
+    tested = scores(found, {name: one.departure for name, one in asked.items()})
+    scale = np.sqrt(np.diag(tested.information)) + 1e-6
+    estimate = found.estimate
+    return {
+        "cost": found.cost / found.cost,
+        "e": found.e / sigma,
+        "e_c": found.e_c / np.sqrt(np.diag(found.constants_covariance)),
+        "sigma": sigma / sigma.mean(axis=0),
+        "last": last / np.outer(unit, unit),
+        "attitude": (estimate.attitude - at.attitude) / sigma.mean(axis=0)[:3, None],
+        "states": (estimate.states - at.states) / (data.suite.initial_sigma(1.0)),
+        "residuals": left.r / data.noise[:, None],
+        "squares": np.nan_to_num(left.squares),
+        "attitude's sigma": left.sigma / sigma[:, :3],
+        "past": past.errors / sigma.mean(axis=0),
+        "until": past.covariances / np.outer(*[sigma.mean(axis=0)] * 2),
+        **{f"whitened {k}": each.whitened for k, each in enumerate(past.innovations)},
+        "information": tested.information / np.outer(scale, scale),
+        "score": tested.score / scale,
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "gyro"),
+    [
+        ("paper", MEMS),
+        ("full gyro", MEMS | {"rate_random_walk": 0.0, "bias_decay": 1e-3}),
+        ("varying errors", MEMS),
+        ("cubesat_6u_full", {}),
+        ("late", MEMS),
+    ],
+)
+def test_spans_say_what_all_at_once_say(name, gyro, spans):
+    """Short ones, of which some are without any reading of a sensor, beside a break."""
+    of = scenario(name, **gyro)
+    data, at = near(of)
+    sensors = [rows.copy() for rows in data.sensors]
+    sensors[-1][8:20] = np.nan
+    data = dataclasses.replace(data, sensors=tuple(sensors))
+    spans(10**6)
+    whole = said(of, data, at)
+    for length in (1, 5):
+        spans(length)
+        parts = said(of, data, at)
+        for what, values in whole.items():
+            np.testing.assert_allclose(parts[what], values, rtol=1e-9, atol=1e-9, err_msg=what)
+
+
+def test_a_calibration_in_spans_is_that_of_all_at_once(spans):
+    """With holes and outliers, rounds of which leave out the same readings."""
+    of = short(Scenario.cubesat_6u(), 600.0)
+    rng = np.random.default_rng(3)
+    telemetry, _ = with_outliers(with_holes(flown(of, 4), 0.1, rng), 0.02, rng)
+    whole = calibrate(of, telemetry)
+    spans(150)
+    parts = calibrate(of, telemetry)
+    assert len(whole.rejected) > 10
+    assert [each[:2] for each in parts.rejected] == [each[:2] for each in whole.rejected]
+    assert parts.conclusion == whole.conclusion
+    sigma = np.sqrt(np.diag(whole.covariance))
+    np.testing.assert_allclose(parts.states / sigma, whole.states / sigma, rtol=0.0, atol=1e-7)
+    np.testing.assert_allclose(
+        parts.covariance / np.outer(sigma, sigma),
+        whole.covariance / np.outer(sigma, sigma),
+        rtol=0.0,
+        atol=1e-8,
+    )
+    np.testing.assert_allclose(parts.attitude, whole.attitude, rtol=0.0, atol=1e-8)
+    pairs = zip(parts.model_tests, whole.model_tests, strict=True)
+    assert all(abs(one.chi_square - other.chi_square) < 1e-6 for one, other in pairs)
