@@ -1,13 +1,16 @@
 """Telemetry in spans, which are formed again, against all of it at once; what a row takes."""
 
 import dataclasses
+import gc
+import tracemalloc
 
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario
+from mgeo_attitude.environment import environment, field
 from mgeo_calibration import calibrate
 from mgeo_calibration.calibration.questions import questions
-from mgeo_calibration.estimation import linearization, smoother
+from mgeo_calibration.estimation import linearization, memory, smoother
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.linearization import Partition
 from mgeo_calibration.estimation.residuals import filtered, residuals
@@ -112,3 +115,28 @@ def test_a_calibration_in_spans_is_that_of_all_at_once(spans):
     np.testing.assert_allclose(parts.attitude, whole.attitude, rtol=0.0, atol=1e-8)
     pairs = zip(parts.model_tests, whole.model_tests, strict=True)
     assert all(abs(one.chi_square - other.chi_square) < 1e-6 for one, other in pairs)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("preset", ["cubesat_6u", "cubesat_6u_full"])
+def test_a_sample_takes_less_than_four_kilobytes(preset, spans, monkeypatch):
+    """Of all that NumPy allocates at once; it was 10 and 37."""
+    spans(500)
+    monkeypatch.setattr(field, "_AT_ONCE", 500)
+    of = short(getattr(Scenario, preset)(), 6000.0)
+    telemetry = flown(of, 1)
+    calibrate(of, telemetry.until(300.0))  # what is compiled, or found once
+    peaks = []
+    for end in (2000.0, 6000.0):
+        some = telemetry.until(end)
+        environment._sun_and_field.cache_clear()
+        gc.collect()
+        tracemalloc.start()
+        calibrate(of, some)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    row = (peaks[1] - peaks[0]) / 4000.0
+    print(f"{preset}: {row:.0f} bytes a sample")
+    told = memory.needed(of.suite, 1001) - memory.needed(of.suite, 1)
+    assert 0.4 * told < 1000.0 * row < told
+    assert row < 4000.0

@@ -13,6 +13,7 @@ from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_calibration import calibrate, fly
 from mgeo_calibration.calibration import read_json
 from mgeo_calibration.commands.calibrate import FILES
+from mgeo_calibration.estimation import memory
 
 from ...attitude.commands.test_show import table
 from ..calibration.flights import PLAN, flown, short
@@ -42,6 +43,18 @@ def test_the_table_and_the_conclusion(run, flight):
     assert table(text, "Innovations")["rejected"] == [str(t.rejected) for t in found.tests]
     assert text.splitlines()[-1] == "the innovations support it"
     assert "promised" not in text
+
+
+def test_much_memory_is_told_before_the_work_and_too_much_is_refused(run, flight, monkeypatch):
+    folder, scenario, telemetry = flight
+    arguments = ("calibrate", folder / "telemetry.csv", "--scenario", folder / "mine.toml")
+    assert "memory" not in run(*arguments).stdout
+    monkeypatch.setattr(memory, "LARGE", 0.0)
+    first = run(*arguments).stdout.splitlines()[0]
+    assert first == "901 samples take about 0.75 GB of memory"
+    monkeypatch.setattr(memory, "physical", lambda: 0.5e9)
+    with pytest.raises(ValueError, match=r"of memory, and this machine has 0\.5 GB: expected a sh"):
+        calibrate(scenario, telemetry)
 
 
 def test_files_and_what_a_plan_promised(run, flight, tmp_path):

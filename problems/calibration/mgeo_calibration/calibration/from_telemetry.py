@@ -27,6 +27,7 @@ from mgeo_calibration.calibration.sensor_tests import (
     greatest_correlation,
     nis_bounds,
 )
+from mgeo_calibration.estimation import memory
 from mgeo_calibration.estimation.batch import Batch, batch, gyro_noise, gyro_spikes, usual_step
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.considered import as_believed
@@ -92,6 +93,7 @@ def calibrate(
         raise InvalidValue("gyro.holds", "unknown", "expected none, or that of calibrate_alone")
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
+    memory.told(scenario.suite, len(telemetry.times))
     belief, data = Belief.of(scenario), None
     try:
         data = batch(scenario, telemetry)

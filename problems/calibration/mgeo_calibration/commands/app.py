@@ -251,8 +251,9 @@ def calibrate(
             command.print_alone(alone, output)
             output.result(command.alone_document(alone))
             raise typer.Exit(ExitCode.INCOMPLETE if alone.failures else ExitCode.DONE)
+        samples = command.read_samples(telemetry, of, read, output)
         try:
-            first = found = calibrated(of, telemetry, read)
+            first = found = calibrated(of, samples, read)
         except CannotCalibrate as refused:
             if diagnose:
                 command.print_refusal(refused, output)
@@ -260,7 +261,7 @@ def calibrate(
             raise
         promised = found.compare(flown) if flown else None
         if fit is not None:
-            found = calibrate_with(first, telemetry, read, fit.split(","))
+            found = calibrate_with(first, samples, read, fit.split(","))
     command.print_calibration(found, promised, picked, output)
     if diagnose:
         command.print_tests(found, output)

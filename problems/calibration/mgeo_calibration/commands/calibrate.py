@@ -22,6 +22,8 @@ from mgeo_calibration.calibration.alone import StrengthCalibration
 from mgeo_calibration.calibration.document import document
 from mgeo_calibration.calibration.refused import CannotCalibrate
 from mgeo_calibration.calibration.report import report_html
+from mgeo_calibration.estimation import memory
+from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
 
 #: In place of a plan: no maneuver.
 NOTHING = Path("[]")
@@ -42,6 +44,22 @@ def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
             raise ValueError("--scenario FILE.toml|PRESET: expected it, or --plan, which has one")
         return plan.scenario
     return Scenario.from_dict(read_scenario(PROBLEM, text))
+
+
+def read_samples(
+    path: Path, scenario: Scenario, mapping: TelemetryMapping | None, output: Output
+) -> Telemetry:
+    """Telemetry, with a line that says what it takes of memory if that is much.
+
+    Raises
+    ------
+    OSError, ImportError, ValueError
+        From `read_telemetry`, or for more than this machine has memory for.
+    """
+    telemetry = read_telemetry(path, scenario, mapping)
+    if words := memory.told(scenario.suite, len(telemetry.times)):
+        output.print(note(words))
+    return telemetry
 
 
 def flown_plan(
