@@ -42,7 +42,7 @@ OF_CALIBRATION = {
     "telemetry": set(),
     "flight": {"telemetry"},
     "estimation": {"flight", "telemetry"},
-    "verification": {"estimation"},
+    "verification": {"estimation", "flight"},
     "diagnosis": {"estimation", "telemetry"},
     "calibration": {"diagnosis", "estimation", "flight", "telemetry"},
 }

@@ -109,12 +109,12 @@ def test_without_a_preset_nothing_without_default_may_be_missing(key: str) -> No
 
 
 def test_keys_have_meaning_unit_range_and_default() -> None:
-    noise = scenario_schema()["$defs"]["Magnetometer"]["properties"]["noise_nt"]
+    noise = scenario_schema()["$defs"]["StarTracker"]["properties"]["noise_arcsec"]
     assert noise == {
-        "default": 500.0,
-        "description": "noise per sample, 1-sigma per axis [nT]",
+        "default": 10.0,
+        "description": "noise about the cross axes, 1-sigma [arcsec]",
         "exclusiveMinimum": 0.0,
-        "title": "noise_nt",
+        "title": "noise_arcsec",
         "type": "number",
     }
 

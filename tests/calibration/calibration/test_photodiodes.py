@@ -110,7 +110,7 @@ def test_three_lit_faces_say_where_the_sun_is(telemetry):
     data = batch(SCENARIO, telemetry)
     k = np.searchsorted(telemetry.times, data.times)
     true = telemetry.truth.states[k]
-    found = sun_directions(data, true)
+    found = sun_directions(data.suite, data.sensors, true)
     there = np.isfinite(found[:, 0])
     lit = sum(np.isfinite(rows[:, 0, 0]).astype(int) for rows in data.sensors[:6])
     np.testing.assert_array_equal(there, lit == 3)
@@ -122,7 +122,8 @@ def test_three_lit_faces_say_where_the_sun_is(telemetry):
     dark = dataclasses.replace(SCENARIO, world=World())
     clean = fly(dark, PLAN, 2)
     data = batch(dark, clean)
-    found = sun_directions(data, clean.truth.states[np.searchsorted(clean.times, data.times)])
+    true = clean.truth.states[np.searchsorted(clean.times, data.times)]
+    found = sun_directions(data.suite, data.sensors, true)
     sun = np.einsum("kij,kj->ki", clean.truth.attitude[-len(found) :], data.vectors[:, 0])
     assert np.nanstd(found - sun) < 0.03
 

@@ -96,11 +96,17 @@ def measured(suite, sensor, C, x):
     return as_array(report)[None]
 
 
+def channels(sensor):
+    """What its influences are times."""
+    return (1.5, -0.7)[: len(sensor.influences)]
+
+
 def expanded(suite, index, y, C, x):
     """Innovation, dense H and dense matrices of second derivatives."""
     v, gradient = look(suite, suite.sensors[index])
     at = estimate(suite, C, x)
-    r = innovation(suite, index, as_reported(y), v, at, gradient=gradient, rate=RATE)
+    further = {"gradient": gradient, "rate": RATE, "influences": channels(suite.sensors[index])}
+    r = innovation(suite, index, as_reported(y), v, at, **further)
     states, H = jacobian(r)
     m, n = len(r.value), suite.n_states
     dense, second = np.zeros((m, n)), np.zeros((m, n, n))
@@ -182,7 +188,9 @@ def test_at_zero_the_derivative_is_the_declared_H(name):
             y = measured(suite, sensor, C, x)
             H = in_space(suite, index, y, C, x)[1]
             v, gradient = look(suite, sensor)
-            declared = suite.measurement_matrix(sensor, C @ v, C, gradient @ C.T, RATE)
+            declared = suite.measurement_matrix(
+                sensor, C @ v, C, gradient @ C.T, RATE, channels(sensor)
+            )
             if sensor.unit_length:
                 declared = (gradient[:2] @ C.T).T @ declared
             np.testing.assert_allclose(H, declared, atol=1e-15)

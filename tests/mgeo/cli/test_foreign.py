@@ -165,7 +165,7 @@ from mgeo._foreign import foreign
 from mgeo.cli.output import Output
 from types import SimpleNamespace
 
-with ended(SimpleNamespace(meta={})), foreign():
+with ended(SimpleNamespace(meta={}, args=[])), foreign():
     for _ in range(100):
         Output().print("a line " * 1000)
 """

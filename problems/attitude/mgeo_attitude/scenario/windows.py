@@ -6,15 +6,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import InvalidValue, Validated, expect, quantity
-
-if TYPE_CHECKING:
-    from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.flight import FlightErrors
+from mgeo_attitude.scenario.settings import Convergence, ManeuverLimits
 
 #: Starts of which the best is looked for: each has a limit of its own.
 MOST_STARTS = 2000
@@ -60,10 +59,36 @@ class Window(_Span):
 
 @dataclass(frozen=True, kw_only=True)
 class Contact(_Span):
-    """A ground contact, in which a plan may be commanded to begin; both ends are converted."""
+    """A ground contact, in which a plan may be commanded to begin; both ends are converted.
+
+    Examples
+    --------
+    >>> from datetime import UTC, datetime
+    >>> from mgeo_attitude.scenario import Contact
+    >>> start, end = (datetime(2026, 3, 1, 10, minute, tzinfo=UTC) for minute in (4, 13))
+    >>> str(Contact(start=start, end=end))
+    '2026-03-01T10:04:00Z to 2026-03-01T10:13:00Z'
+    """
 
     start: datetime = quantity(doc="the contact begins; with its UTC offset")
     end: datetime = quantity(doc="it ends: a plan has begun by then, and may go on")
+
+
+class Operated(Protocol):
+    """What a scenario says of when plans may be flown."""
+
+    @property
+    def epoch(self) -> datetime: ...
+    @property
+    def windows(self) -> tuple[Window, ...]: ...
+    @property
+    def contacts(self) -> tuple[Contact, ...]: ...
+    @property
+    def maneuvers(self) -> ManeuverLimits: ...
+    @property
+    def convergence(self) -> Convergence: ...
+    @property
+    def flight(self) -> FlightErrors | None: ...
 
 
 def seconds(epoch: datetime, spans: Sequence[_Span]) -> Floats:
@@ -73,7 +98,7 @@ def seconds(epoch: datetime, spans: Sequence[_Span]) -> Floats:
     ).reshape(-1, 2)
 
 
-def deadlines(scenario: Scenario, starts: Floats) -> Floats:
+def deadlines(scenario: Operated, starts: Floats) -> Floats:
     """When plans that begin at `starts` [s] after the epoch have to be over, [s] after that.
 
     Infinite without windows; minus infinity where none is open. It is so even if a plan begins as
@@ -89,7 +114,7 @@ def deadlines(scenario: Scenario, starts: Floats) -> Floats:
     return ends
 
 
-def start_times(scenario: Scenario) -> Floats:
+def start_times(scenario: Operated) -> Floats:
     """When plans may begin [s] after the epoch, ascending; at the epoch unless it is free.
 
     Raises
@@ -120,7 +145,7 @@ def start_times(scenario: Scenario) -> Floats:
     return _in_time(scenario, times)
 
 
-def _in_time(scenario: Scenario, times: Floats) -> Floats:
+def _in_time(scenario: Operated, times: Floats) -> Floats:
     """Of start times those after which the shortest plan is over in time."""
     left, least = deadlines(scenario, times), scenario.convergence.window
     if (left >= least).any():

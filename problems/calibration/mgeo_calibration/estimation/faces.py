@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors import Photodiode, Sensor
-
-if TYPE_CHECKING:
-    from mgeo_calibration.estimation.batch import Batch
+from mgeo_attitude.sensors.suite import Suite
 
 #: Smallest eigenvalue of Σ n nᵀ over normals of lit faces: it is 1 of three at right angles.
 _SPREAD = 0.05
@@ -33,20 +31,22 @@ def without_dark(sensor: Sensor, rows: Floats) -> Floats:
     return found
 
 
-def sun_directions(batch: Batch, states: Floats) -> Floats:
+def sun_directions(suite: Suite, readings: Sequence[Floats], states: Floats) -> Floats:
     """Where all photodiodes together see the Sun, body axes, shape (N, 3), NaN where they do not.
 
     By least squares over those that are lit, of which three or more have to look well apart.
 
     Parameters
     ----------
+    readings : sequence of array, shape (N, k, 3)
+        Of each sensor of the suite.
     states : array, shape (N, n_states)
         Whose errors are taken out.
     """
-    A, b = np.zeros((len(batch.times), 3, 3)), np.zeros((len(batch.times), 3))
-    for sensor, rows in zip(batch.suite.sensors, batch.sensors, strict=True):
+    A, b = np.zeros((len(states), 3, 3)), np.zeros((len(states), 3))
+    for sensor, rows in zip(suite.sensors, readings, strict=True):
         if isinstance(sensor, Photodiode):
-            first = batch.suite.places(sensor)["sensitivity"]
+            first = suite.places(sensor)["sensitivity"]
             normals = sensor.axes[2] + states[:, first : first + 3] @ sensor.axes
             seen = np.isfinite(rows[:, 0, 0])
             A[seen] += normals[seen, :, None] * normals[seen, None]

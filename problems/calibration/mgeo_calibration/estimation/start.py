@@ -154,7 +154,7 @@ def directions(batch: Batch, relative: Floats, states: Floats) -> Directions:
         Whose biases are taken out of vectors.
     """
     samples, sensors, weights, body, inertial = [], [], [], [], []
-    suns = sun_directions(batch, states)
+    suns = sun_directions(batch.suite, batch.sensors, states)
     for index, rows in enumerate(batch.sensors):
         if rows.shape[2] == 1:  # the first of all photodiodes stands for them
             rows, suns = suns[:, None], np.full_like(suns, np.nan)

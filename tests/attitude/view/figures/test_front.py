@@ -10,8 +10,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.criteria.robustness import draw_flights
 from mgeo_attitude.filter.accuracy import attitude_sigma_deg
 from mgeo_attitude.filter.evaluator import evaluate
-from mgeo_attitude.scenario import FlightErrors, PathLimit
-from mgeo_attitude.scenario.settings import Window
+from mgeo_attitude.scenario import FlightErrors, PathLimit, Window
 from mgeo_attitude.view.figures.front import front_figure
 from mgeo_attitude.view.figures.solutions import Solutions
 from mgeo_attitude.view.plans import spread
