@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 _ROBUST = FlightErrors(count=512, quantile=0.95)
 #: Designs that a run begins with, if not told otherwise.
 _STARTS = 12
+#: Maneuvers from which on these and a polish are recommended; see docs/how-good.md.
+_POLISHED = 6
 _GROW = 0, 16, 64  # of them in the stages of a search before the last
 #: Problems of one start that stay in memory.
 _MOST_BEGUN = 64
@@ -351,10 +353,12 @@ class AttitudeManeuverProblem(ShownByView, Problem):
     def recommended(self) -> dict[str, Any]:
         """How a run is best begun and ended; nothing of the paper's scenario, which is a study.
 
-        Nothing, too, of what takes longer to polish than to search: over flights, and with coils.
+        Nothing, too, with few maneuvers, where a search alone comes as near the limit, and of what
+        takes longer to polish than to search: over flights, and with coils.
         """
         scenario = self.scenario
-        if scenario.name == "paper" or scenario.flight is not None or scenario.turned_by_coils:
+        few = scenario.maneuvers.count < _POLISHED
+        if few or scenario.name == "paper" or scenario.flight or scenario.turned_by_coils:
             return {}
         return {"starts": _STARTS, "polish": can_be_polished(self.objectives)}
 

@@ -138,3 +138,13 @@ def least_ratios(
         else:
             ratios[name] = (value / curve[at]).min()
     return {name: float(ratio) for name, ratio in ratios.items()}
+
+
+def without_albedo(scenario: Scenario) -> Scenario:
+    """The same without light from the Earth."""
+    sensors = tuple(
+        dataclasses.replace(each, sees_albedo=False) if hasattr(each, "sees_albedo") else each
+        for each in scenario.sensors
+    )
+    world = dataclasses.replace(scenario.world, albedo=0.0, earth_albedo=0.0)
+    return dataclasses.replace(scenario, sensors=sensors, world=world)

@@ -68,6 +68,8 @@ def test_the_limit_is_the_mean_information_over_a_cube(name):
         if block == "attitude" or block.endswith(("albedo", "error")):
             # it knows the bias all the way, the slow one at the steps
             assert ratio > 0.95 or found.given_away, block
+        elif any(each.startswith(block.split(".")[0]) for each in found.given_away):
+            continue  # noise that differs by axes counts as nowhere more than on its best
         elif not (varies and block.endswith(("scale_factor", "nonorthogonality"))):
             # a scale common to all axes is as an error of the field is, whatever the attitude
             assert ratio == pytest.approx(1.0, rel=1e-9), block

@@ -5,11 +5,14 @@ import pytest
 from mgeo_attitude import FilterModel
 from mgeo_attitude.bound import limit
 
-from .plans import documented, hard, least_ratios, random_plans
+from .plans import documented, hard, least_ratios, random_plans, without_albedo
 
 #: What rounding of some thousand filter steps leaves.
 ROUNDING = 1e-9
 ALL = documented() | hard()
+#: Light from the Earth makes a photodiode's reading depend on the attitude in a way that no bound
+#: is proved for; without it there is one.
+ALL["photodiodes.toml"] = without_albedo(ALL["photodiodes.toml"])
 
 
 #: Each other has a kernel of its own to compile.

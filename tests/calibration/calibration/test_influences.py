@@ -70,8 +70,8 @@ def test_coefficients_are_calibrated_as_claimed(telemetry):
 
 @pytest.mark.slow
 def test_many_flights_are_consistent():
-    """Filter of 50 flights of 1000 s; calibrations of four."""
-    of = scenario(1000.0)
+    """Filter of 50 flights of 1500 s; calibrations of four."""
+    of = scenario(1500.0)
     criteria = consistency(simulate(of, PLAN, 50, seed=3))
     assert all(criteria[name].passed for name in ("nees", "nis sun", "nis mag"))
     environment = Environment.from_scenario(of)

@@ -49,8 +49,8 @@ def test_gains_and_normals_are_calibrated_as_claimed(telemetry):
 
 @pytest.mark.slow
 def test_many_flights_are_consistent():
-    """Filter of 50 flights of 1000 s, with all that there is; calibrations of four."""
-    of = short(SCENARIO, 1000.0)
+    """Filter of 50 flights of 2000 s, with all that there is; calibrations of four."""
+    of = short(SCENARIO, 2000.0)
     criteria = consistency(simulate(of, PLAN, 50, seed=3))
     assert criteria["nees"].passed
     assert all(each.passed for each in criteria.criteria if each.name.startswith("nis"))
