@@ -254,7 +254,8 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         designs = np.asarray(X, dtype=float)
         if designs.ndim != 2 or designs.shape[1] != self.n_var:
             raise ValueError(f"X of shape {designs.shape}: expected (n, {self.n_var})")
-        decode(designs[:, : VARIABLES_PER_MANEUVER * self.scenario.maneuvers.count])  # tells of bad
+        maneuvers = designs[:, : VARIABLES_PER_MANEUVER * self.scenario.maneuvers.count]
+        decode(maneuvers)  # tells of a bad design by its place among all of them
         ends = [self.n_obj, self.n_obj + self.n_ieq_constr]
         out["F"], out["G"], _ = np.split(self.judged(designs), ends, axis=1)
 

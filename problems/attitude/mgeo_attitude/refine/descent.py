@@ -77,7 +77,7 @@ class Descent:
         return float(found[0]), slopes[0]
 
     def known(self, z: Floats) -> tuple[Floats, Floats]:
-        """Value and margins, shape (1 + k,), and their slopes, shape (1 + k, 4 m - 1)."""
+        """Value and margins, shape (1 + k,), and their slopes, shape (1 + k, 4 m)."""
         key = z.tobytes()
         if key not in self._known:
             self._known = {key: self._taken(z)}
