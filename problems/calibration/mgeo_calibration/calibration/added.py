@@ -11,12 +11,12 @@ import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import InvalidValue, known_names
-from mgeo_attitude.fields.units import DEG
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Gyro, Influence, Sensor, sigma_of
 from mgeo_attitude.sensors.base import with_noise as scaled_noise
 
 from mgeo_calibration.calibration.calibration import Calibration
+from mgeo_calibration.calibration.corrections import unit_of_bias
 from mgeo_calibration.calibration.from_telemetry import calibrate
 from mgeo_calibration.calibration.questions import follows
 from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
@@ -127,7 +127,7 @@ def followable(scenario: Scenario, others: Mapping[str, Floats]) -> dict[str, In
             if bias is None or follows(owner, column) or not np.ptp(values):
                 continue
             channel, unit = name_and_unit(column)
-            in_key = DEG.factor if isinstance(owner, Gyro) else owner.channel_unit.factor
+            in_key = unit_of_bias(owner).factor
             found[f"{name}.{channel}"] = Influence(
                 channel,
                 initial_sigma=float(_LARGE * in_key * np.max(sigma_of(bias)) / np.ptp(values)),

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields.units import Unit
+from mgeo_attitude.fields.units import DEG, Unit
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.geometry.rotation import matrix, shear
 from mgeo_attitude.sensors import Gyro, Photodiode, Sensor, World
@@ -46,7 +46,7 @@ def _corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[
     for state, value in constants.items():
         if state in followed:
             influence = followed[state]
-            unit = influence.unit_of(_unit_of_bias(owner))
+            unit = influence.unit_of(unit_of_bias(owner))
             entry.setdefault("influences", {})[influence.channel] = {
                 "bias_per_unit": (unit.factor * value).tolist(),
                 "unit": unit.text,
@@ -56,7 +56,7 @@ def _corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[
             R = matrix(value)
             entry |= {"dcm": R.tolist(), "quaternion": quaternions(R[None])[0].tolist()}
         elif state == "bias":
-            unit = _unit_of_bias(owner)
+            unit = unit_of_bias(owner)
             entry |= {"bias": (unit.factor * value).tolist(), "unit": unit.text}
         elif state == "delay":
             entry["delay_s"] = float(value.mean())
@@ -75,9 +75,14 @@ def _corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[
     return entry
 
 
-def _unit_of_bias(owner: Gyro | Sensor) -> Unit:
+def unit_of_bias(owner: Gyro | Sensor) -> Unit:
     """In telemetry."""
     return DEG_S if isinstance(owner, Gyro) else owner.channel_unit
+
+
+def unit_of_innovations(sensor: Sensor) -> Unit:
+    """That of its readings; of a quaternion, whose innovation is a rotation, degrees."""
+    return DEG if len(sensor.channels) == 4 else sensor.channel_unit
 
 
 def telemetry_units(suite: Suite) -> dict[str, Unit]:
@@ -86,7 +91,7 @@ def telemetry_units(suite: Suite) -> dict[str, Unit]:
     biases: dict[str, Unit] = {}
     owners: tuple[Gyro | Sensor, ...] = (suite.gyro, *suite.sensors)
     for owner in owners:
-        name, unit = getattr(owner, "name", "gyro"), _unit_of_bias(owner)
+        name, unit = getattr(owner, "name", "gyro"), unit_of_bias(owner)
         biases[f"{name}.bias"] = unit
         biases |= {f"{name}.{each.state}": each.unit_of(unit) for each in owner.influences}
     return {block: biases.get(block, unit) for block, unit in units.items()}

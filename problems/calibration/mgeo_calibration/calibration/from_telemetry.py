@@ -16,6 +16,7 @@ from mgeo_attitude.scenario import Scenario
 from mgeo_calibration import diagnosis
 from mgeo_calibration.calibration import model_tests as models
 from mgeo_calibration.calibration.calibration import Calibration
+from mgeo_calibration.calibration.corrections import unit_of_innovations
 from mgeo_calibration.calibration.history import History
 from mgeo_calibration.calibration.prior_tests import number_of_tests, prior_tests
 from mgeo_calibration.calibration.questions import questions
@@ -209,12 +210,7 @@ def _tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:
     for index, (sensor, each) in enumerate(zip(suite.sensors, past.innovations, strict=True)):
         if not len(each.samples):
             continue
-        vectors = len(sensor.channels) < 4
-        unit, factor = (
-            (sensor.channel_unit.text, sensor.channel_unit.factor)
-            if vectors
-            else ("deg", float(np.degrees(1.0)))
-        )
+        unit = unit_of_innovations(sensor)
         count, rejected = each.whitened.size, int(found.rejected[index].sum())
         low, high = nis_bounds(count, n_tests)
         before = misfits(found.batch, index, aligned)
@@ -228,10 +224,10 @@ def _tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:
                 nis_high=high,
                 correlation=greatest_correlation(each),
                 correlation_bound=correlation_bound(count, n_tests),
-                unit=unit,
-                noise=factor * _rms(found.batch.noise[index, : before.shape[1]]),
-                before=factor * _rms(before[each.samples]),
-                after=factor * _rms(found.residuals.r[index, each.samples, : before.shape[1]]),
+                unit=unit.text,
+                noise=unit.factor * _rms(found.batch.noise[index, : before.shape[1]]),
+                before=unit.factor * _rms(before[each.samples]),
+                after=unit.factor * _rms(found.residuals.r[index, each.samples, : before.shape[1]]),
             )
         )
     return tuple(made)

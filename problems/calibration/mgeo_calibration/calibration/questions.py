@@ -11,6 +11,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor
 
+from mgeo_calibration.calibration.corrections import unit_of_innovations
 from mgeo_calibration.estimation import departures as made
 from mgeo_calibration.estimation.score import Departure, Score
 from mgeo_calibration.estimation.smoother import Solution
@@ -101,9 +102,8 @@ def _of_sensor(
 ) -> dict[str, Question]:
     batch = solution.batch
     sensor, name = batch.suite.sensors[index], batch.suite.sensors[index].name
-    vectors = len(sensor.channels) < 4
-    unit = sensor.channel_unit.text if vectors else "deg"
-    factor = sensor.channel_unit.factor if vectors else float(np.degrees(1.0))
+    shown = unit_of_innovations(sensor)
+    unit, factor = shown.text, shown.factor
     sizes = 10.0 * float(np.max(sensor.noise())) * factor
     offset = f"{name}.{made.constant(sensor)}"
 
