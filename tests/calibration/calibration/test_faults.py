@@ -11,7 +11,7 @@ from mgeo_calibration import fly as fly_plan
 from mgeo_calibration.calibration import from_json, to_json
 from mgeo_calibration.calibration.questions import questions
 from mgeo_calibration.diagnosis import causes
-from mgeo_calibration.estimation import linearization, score
+from mgeo_calibration.estimation import score, trajectory
 from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import fit
@@ -50,7 +50,7 @@ def test_all_is_asked_in_spans_as_at_once(monkeypatch):
     solution = fit(batch(scenario, telemetry), Belief.of(scenario), 1e-5).solution
     asked = {name: one.departure for name, one in questions(solution, {}).items()}
     whole = score.scores(solution, asked)
-    monkeypatch.setattr(linearization, "SPAN", 97)
+    monkeypatch.setattr(trajectory, "SPAN", 97)
     parts = score.scores(solution, asked)
     # mean squares, since what hardly matters is what rounding leaves
     scale = np.sqrt(np.diag(whole.information)) + 1e-6

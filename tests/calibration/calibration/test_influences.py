@@ -17,7 +17,7 @@ from mgeo_calibration import (
     simulate_calibrations,
 )
 from mgeo_calibration.calibration.added import calibrate_with
-from mgeo_calibration.estimation.linearization import discretized
+from mgeo_calibration.estimation.kinematics import discretized
 from scipy.linalg import expm
 from scipy.stats import chi2
 

@@ -13,14 +13,9 @@ from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_calibration.estimation.batch import Batch, batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.linearization import (
-    Partition,
-    Trajectory,
-    discretized,
-    sighting,
-    steps,
-)
+from mgeo_calibration.estimation.kinematics import discretized, steps
 from mgeo_calibration.estimation.residuals import filtered, innovations, residuals
+from mgeo_calibration.estimation.sightings import sighting
 from mgeo_calibration.estimation.smoother import (
     Spread,
     covariances,
@@ -29,6 +24,7 @@ from mgeo_calibration.estimation.smoother import (
     smoothed,
     solve,
 )
+from mgeo_calibration.estimation.trajectory import Partition, Trajectory
 from scipy.linalg import qr
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation

@@ -10,12 +10,12 @@ from mgeo_attitude import Scenario
 from mgeo_attitude.environment import environment, field
 from mgeo_calibration import calibrate
 from mgeo_calibration.calibration.questions import questions
-from mgeo_calibration.estimation import linearization, memory, smoother
+from mgeo_calibration.estimation import memory, smoother, trajectory
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.linearization import Partition
 from mgeo_calibration.estimation.residuals import filtered, residuals
 from mgeo_calibration.estimation.score import scores
 from mgeo_calibration.estimation.smoother import covariances, last_covariance, linear_solution
+from mgeo_calibration.estimation.trajectory import Partition
 
 from .flights import flown, short, with_holes, with_outliers
 from .test_smoother import MEMS, near, scenario, spread
@@ -26,7 +26,7 @@ def spans(monkeypatch):
     """Sets how many samples are formed at once; none of them is kept."""
 
     def of(length):
-        monkeypatch.setattr(linearization, "SPAN", length)
+        monkeypatch.setattr(trajectory, "SPAN", length)
         monkeypatch.setattr(smoother, "KEPT", 0.0)
 
     return of

@@ -34,9 +34,11 @@ from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.considered import as_believed
 from mgeo_calibration.estimation.counting import LEAST, matters
 from mgeo_calibration.estimation.fit import Fit, fit
-from mgeo_calibration.estimation.linearization import Trajectory, misfits, turns
+from mgeo_calibration.estimation.kinematics import turns
 from mgeo_calibration.estimation.residuals import Filtered, filtered
+from mgeo_calibration.estimation.sightings import misfits
 from mgeo_calibration.estimation.smoother import last_covariance
+from mgeo_calibration.estimation.trajectory import Trajectory
 from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
 
 #: Probability that a reading without fault is taken for an outlier.

@@ -18,10 +18,10 @@ from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.estimate import Estimate
 from mgeo_calibration.estimation.fit import check, settle
-from mgeo_calibration.estimation.linearization import Trajectory
 from mgeo_calibration.estimation.monte_carlo import MonteCarlo, Record
 from mgeo_calibration.estimation.residuals import innovations
 from mgeo_calibration.estimation.simulate import Planned, planned
+from mgeo_calibration.estimation.trajectory import Trajectory
 from mgeo_calibration.flight import Flight
 from mgeo_calibration.flight.flight import unsteady
 from mgeo_calibration.flight.own import true_states

@@ -6,8 +6,9 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.linearization import discretized, spans
+from mgeo_calibration.estimation.kinematics import discretized
 from mgeo_calibration.estimation.smoother import Solution
+from mgeo_calibration.estimation.trajectory import spans
 
 
 def as_believed(

@@ -10,8 +10,10 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.rotation import matrix, shear, skew
 from mgeo_attitude.sensors import Sensor
 
-from mgeo_calibration.estimation.linearization import Equations, sighting, turns
+from mgeo_calibration.estimation.kinematics import turns
+from mgeo_calibration.estimation.linearization import Equations
 from mgeo_calibration.estimation.score import Departure
+from mgeo_calibration.estimation.sightings import sighting
 from mgeo_calibration.estimation.smoother import Solution
 
 #: Waves of a drift that is looked for, each of half a period more than the one before.

@@ -14,7 +14,6 @@ from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.field_strength import start_states
 from mgeo_calibration.estimation.implausible import check_normalized, implausible
-from mgeo_calibration.estimation.linearization import Trajectory
 from mgeo_calibration.estimation.orders import check_orders
 from mgeo_calibration.estimation.residuals import Residuals, residuals
 from mgeo_calibration.estimation.smoother import LAST, Solution, solve
@@ -26,6 +25,7 @@ from mgeo_calibration.estimation.start import (
     first_attitude,
     stretch,
 )
+from mgeo_calibration.estimation.trajectory import Trajectory
 
 #: Samples to each side of the first stretch, at most, and how much longer each next one is.
 FIRST, GROWTH = 200, 3

@@ -16,8 +16,11 @@ from scipy.linalg import solve_triangular
 from scipy.stats import chi2
 
 from mgeo_calibration.estimation.kernels import load
-from mgeo_calibration.estimation.linearization import Equations, Sightings, Steps, spans
+from mgeo_calibration.estimation.kinematics import Steps
+from mgeo_calibration.estimation.linearization import Equations
+from mgeo_calibration.estimation.sightings import Sightings
 from mgeo_calibration.estimation.smoother import Solution
+from mgeo_calibration.estimation.trajectory import spans
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

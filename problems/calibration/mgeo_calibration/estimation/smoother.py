@@ -22,15 +22,9 @@ from scipy.linalg.lapack import dtrtri
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.kernels import load
-from mgeo_calibration.estimation.linearization import (
-    Equations,
-    Partition,
-    Trajectory,
-    equations,
-    growth,
-    moved,
-    spans,
-)
+from mgeo_calibration.estimation.kinematics import growth
+from mgeo_calibration.estimation.linearization import Equations, equations
+from mgeo_calibration.estimation.trajectory import Partition, Trajectory, moved, spans
 
 #: A step this small, in 1-sigmas of the constants and in rad, is the last: what it leaves is of the
 #: order of its square.

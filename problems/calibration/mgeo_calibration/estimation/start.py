@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.faces import sun_directions
-from mgeo_calibration.estimation.linearization import turns
+from mgeo_calibration.estimation.kinematics import turns
 
 #: Lengths of stretches to look at, in samples; the first that will do is taken.
 LENGTHS = (10, 30, 100, 300, 1000, 3000)

@@ -19,7 +19,7 @@ def all_others(there, used, sights, growth, e, common, given, slope, root, first
     there, used : arrays of bool, shape (s, N)
         Where there is a reading, and where the smoother has taken it.
     sights : z, H, noise, counts, columns
-        See `linearization.Sightings`.
+        See `sightings.Sightings`.
     e, common : arrays, shapes (N, d) and (q,)
         Smoothed errors.
     given, slope : arrays, shapes (N, n, n) and (N, n, q)

@@ -40,7 +40,7 @@ def forward(moves, seen, sights, growth, kept, readings, first, cost):
     moves : F, G, Q, defect, shapes (n, d, d), (n, d, c), (n, d, d), (n, d)
     seen : array of bool, shape (s, N)
     sights : z, H, noise, counts, columns
-        See `linearization.Sightings`.
+        See `sightings.Sightings`.
     growth : array, shape (N, c)
     kept : x, T, P, shapes (N, d), (N, d, q), (N, d, d)
         Written: e = x + T c, with covariance P, after the readings of a sample.

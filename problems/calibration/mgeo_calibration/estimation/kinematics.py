@@ -1,0 +1,175 @@
+"""From one sample to the next: how errors of a trajectory go on, by what the gyro has measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.geometry.rotation import cross, exponential, vector
+from mgeo_attitude.sensors.influences import influenced
+from mgeo_attitude.sensors.suite import Suite
+
+from mgeo_calibration.estimation.batch import Batch
+from mgeo_calibration.estimation.belief import UNKNOWN
+from mgeo_calibration.estimation.kernels import load
+from mgeo_calibration.estimation.trajectory import Partition, Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Steps:
+    """defect + F e_k + G e_c - e_{k+1} ~ N(0, Q) for driven errors e_k and constant errors e_c.
+
+    Attributes
+    ----------
+    F, Q : arrays, shape (n, d, d)
+    G : array, shape (n, d, c)
+    defect : array, shape (n, d)
+    growth : array, shape (n + 1, c)
+        Of constants since the first sample: a bias that nothing drives decays.
+    """
+
+    F: Floats
+    G: Floats
+    Q: Floats
+    defect: Floats
+    growth: Floats
+
+    @property
+    def arrays(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """All but `growth`, in this order."""
+        return self.F, self.G, self.Q, self.defect
+
+
+def growth(batch: Batch, parts: Partition) -> Floats:
+    """Of constants since the first sample, shape (N, c); see `Steps`."""
+    suite, N = batch.suite, len(batch.times)
+    decay = np.zeros(suite.n_states)
+    decay[: suite.n_dynamic] = -np.diag(suite.dynamics_matrix(np.zeros(3)))
+    if not decay[parts.constant].any():
+        return np.broadcast_to(1.0, (N, len(parts.constant)))
+    found: Floats = np.exp(-decay[parts.constant] * (batch.times - batch.times[0])[:, None])
+    return found
+
+
+def turns(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
+    """Corrected body rate, shape (n, 3), and what it turns GCRS-to-body matrices by in each step.
+
+    A rate that is a line turns by a rotation vector that is its integral and a twelfth of the
+    step's square times rate × change (J. E. Bortz, A New Mathematical Formulation for Strapdown
+    Inertial Navigation, IEEE Transactions on Aerospace and Electronic Systems AES-7 (1971) 61-66).
+
+    Parameters
+    ----------
+    states : array, shape (n + 1, n_states)
+    """
+    gyro, suite, dt = batch.suite.gyro, batch.suite, batch.durations[:, None]
+    # all but the bias are the same at all samples
+    x = {name: states[:1, i : i + 3] for name, i in suite.places(gyro).items()}
+    half = 0.5 * gyro.bias_decay * dt
+    # a decaying bias's mean over the step, (1 - exp(-2 h)) / (2 h)
+    x["bias"] = states[:-1, 3:6] * np.exp(-half) * _sinhc(half)
+    influenced(gyro.influences, x, batch.follows(gyro, slice(1, None)))
+    errors = SimpleNamespace(**x)
+    rates = gyro.corrected(errors, batch.gyro)
+    later = gyro.corrected(errors, batch.gyro + batch.change)
+    turn = dt * rates + dt**2 / 12.0 * cross(rates, later)
+    return rates, np.moveaxis(exponential(-turn.T), -1, 0)
+
+
+def steps(
+    batch: Batch,
+    at: Trajectory,
+    parts: Partition,
+    grown: Floats | None = None,
+    turned: tuple[Floats, Floats] | None = None,
+) -> Steps:
+    """The kinematics of a trajectory.
+
+    Parameters
+    ----------
+    grown : array, shape (n + 1, c), optional
+        Its `growth`, if the first sample of all is another one.
+    turned : tuple of arrays, optional
+        Its `turns`, if they are known.
+    """
+    suite, n = batch.suite, len(batch.gyro)
+    rates, turn = turns(batch, at.states) if turned is None else turned
+    follows = batch.follows(suite.gyro, slice(1, None))
+    F, Q = discretized(suite, rates, batch.durations, follows)
+    constant = parts.constant[parts.constant < suite.n_dynamic]
+    grown = np.ascontiguousarray(growth(batch, parts) if grown is None else grown)
+    G = np.zeros((n, len(parts.driven), len(parts.constant)))
+    # rows of F from the fourth on are of a diagonal
+    G[:, :3, : len(constant)] = F[:, :3, constant] * grown[:-1, None, : len(constant)]
+    bias = parts.driven[3:]
+    defect = np.zeros((n, len(parts.driven)))
+    reached = at.attitude[1:].swapaxes(1, 2) @ at.attitude[:-1] @ turn.swapaxes(1, 2)
+    defect[:, :3] = vector(np.moveaxis(reached, 0, -1)).T
+    defect[:, 3:] = np.einsum("nii->ni", F)[:, bias] * at.states[:-1, bias] - at.states[1:, bias]
+    if len(parts.driven) < suite.n_dynamic:
+        F, Q = _of_states(F, parts.driven), _of_states(Q, parts.driven)
+    Q[:, range(3), range(3)] += batch.added
+    if batch.breaks.any():
+        F[batch.breaks, :3], G[batch.breaks, :3], defect[batch.breaks, :3] = 0.0, 0.0, 0.0
+        Q[batch.breaks, :3], Q[batch.breaks, :, :3] = 0.0, 0.0
+        Q[np.flatnonzero(batch.breaks)[:, None], range(3), range(3)] = UNKNOWN**2
+    return Steps(F, G, Q, defect, grown)
+
+
+def discretized(
+    suite: Suite, rates: Floats, durations: Floats, follows: Sequence[Floats] = ()
+) -> tuple[Floats, Floats]:
+    """F and Q, equation (7), of n steps at once, shape (n, n_dynamic, n_dynamic).
+
+    Of attitude and gyro by a series; of the sensors' processes, which depend on nothing else,
+    exactly. Coefficients of the gyro's influences turn the attitude as a constant bias does.
+
+    Parameters
+    ----------
+    follows : sequence of arrays, shape (n, 1)
+        Of each of the gyro's influences; see `Suite.influence_values`.
+    """
+    n, m, k = len(rates), suite.n_dynamic, suite.n_kinematic
+    F, Q = np.zeros((2, n, m, m))
+    density, turning, unit = suite.diffusion(), np.ascontiguousarray(rates), _by_rate(suite)
+    densities, kernel = (density[0], density[3]), load("kinematics")
+    kernel.discretized(suite.gyro.bias_decay, densities, unit, turning, durations, F, Q)
+    if suite.following:
+        constant = np.zeros((2, n, 6, 6))
+        kernel.discretized(0.0, densities, unit[:, :, :0], turning, durations, *constant)
+        for columns, value in zip(suite.following, follows, strict=True):
+            F[:, :3, columns] = value[:, :, None] * constant[0][:, :3, 3:6]
+    for process, first in zip(suite.processes.values(), range(k, m, 3), strict=True):
+        decay, variance = process.over(durations[:, None])
+        own = range(first, first + 3)
+        F[:, own, own], Q[:, own, own] = decay, variance
+    return F, Q
+
+
+@lru_cache(maxsize=16)
+def _by_rate(suite: Suite) -> Floats:
+    """By what the gyro's constants change the attitude's rate, of each component of the rate."""
+    k, rest = suite.n_kinematic, suite.dynamics_matrix(np.zeros(3))
+    return np.array([(suite.dynamics_matrix(axis) - rest)[:3, 6:k] for axis in np.eye(3)])
+
+
+def _of_states(A: Floats, states: Ints) -> Floats:
+    """Rows and columns of n matrices; by slices, of which there are few."""
+    found = np.empty((len(A), len(states), len(states)))
+    ends = [0, *(np.flatnonzero(np.diff(states) > 1) + 1), len(states)]
+    runs = [(slice(i, j), slice(states[i], states[j - 1] + 1)) for i, j in pairwise(ends)]
+    for own, rows in runs:
+        for others, columns in runs:
+            found[:, own, others] = A[:, rows, columns]
+    return found
+
+
+def _sinhc(x: Floats) -> Floats:
+    """sinh(x) / x."""
+    ratio: Floats = np.divide(np.sinh(x), x, out=np.ones_like(x), where=x != 0.0)
+    return ratio
