@@ -179,6 +179,10 @@ def test_a_plan_begins_in_a_contact_and_is_over_in_the_window():
             {"maneuvers": {"latest_start": 9e4, "start_interval": 1.0}},
             r"maneuvers\.start_interval = 1.*at least 45\.02 s",
         ),
+        (
+            {"maneuvers": FREE, "channels": [{"name": "temp", "times": [0.0], "values": [20.0]}]},
+            r"maneuvers\.latest_start = 5400\.0: expected none beside \[\[channels",
+        ),
         ({"maneuvers": {"latest_start": 2e6}}, r"maneuvers\.latest_start.*at most 1000000 times"),
         ({"contacts": CONTACTS, "maneuvers": {}}, r"epoch.*a start in one of the contacts, 2018"),
         (

@@ -432,6 +432,8 @@ class Scenario(Validated):
             expect(few, "maneuvers.latest_start", limits.latest_start, most)
             later = "no free start after a calibration, which knows attitude and errors of one time"
             expect(self.prior is None, "maneuvers.latest_start", limits.latest_start, later)
+            fixed = "none beside [[channels]], which are of one start"
+            expect(not self.channels, "maneuvers.latest_start", limits.latest_start, fixed)
         start_times(self)
 
 
