@@ -41,6 +41,20 @@ def test_a_sensor_with_fewer_samples_counts_for_those_it_has():
     np.testing.assert_allclose(evaluate(coarse, X, until=150).trace, exact, rtol=0.03)
 
 
+def test_noise_by_axis_and_channels_are_thinned_with_the_rest():
+    table = Scenario.from_dict({"preset": "cubesat_6u"} | SHORT).to_dict()
+    table["channels"] = [{"name": "current", "times": [0.0, 1500.0], "values": [0.0, 0.5]}]
+    (mag,) = (each for each in table["sensors"] if each["kind"] == "magnetometer")
+    mag["noise_nt"] = [100.0, 100.0, 200.0]
+    mag["influences"] = [{"channel": "current", "unit": "A", "initial_sigma": 1000.0}]
+    problem = AttitudeManeuverProblem(Scenario.from_dict(table))
+    X = plans(problem)
+    exact = evaluate(problem.model, X, until=1500).trace
+    coarse = thinned(problem.model, 10)
+    assert len(coarse.influences) == 151
+    np.testing.assert_allclose(evaluate(coarse, X, until=150).trace, exact, rtol=0.03)
+
+
 @pytest.mark.parametrize("preset", ["cubesat_1u"])
 def test_what_has_tables_of_its_own_stays_as_it_is(preset):
     model = AttitudeManeuverProblem(Scenario.from_dict({"preset": preset})).model

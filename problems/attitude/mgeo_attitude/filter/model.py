@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment import Environment
@@ -251,6 +251,21 @@ class FilterModel:
         sigma = self.initial_sigma
         covariance: Floats = sigma[:, None] * self.initial_correlation * sigma
         return covariance
+
+    def at_samples(self, samples: slice, **changes: Any) -> FilterModel:
+        """The same with the tables of some samples, and with other changes."""
+
+        def some(table: NDArray[Any]) -> NDArray[Any]:
+            return np.ascontiguousarray(table[samples])
+
+        tables: dict[str, Any] = {
+            "references": some(self.references),
+            "available": some(self.available),
+            "directions": some(self.directions),
+            "radii": some(self.radii),
+            "channels": {name: some(values) for name, values in self.channels.items()},
+        }
+        return dataclasses.replace(self, **(tables | changes))
 
     @property
     def times(self) -> Floats:

@@ -189,12 +189,8 @@ class StartTimes:
             budget = dataclasses.replace(
                 made, position=budget.position[rows], field=budget.field[rows]
             )
-        return dataclasses.replace(
-            whole,
-            references=whole.references[rows],
-            available=whole.available[rows],
-            directions=whole.directions[rows],
-            radii=whole.radii[rows],
+        return whole.at_samples(
+            rows,
             initial_attitude=attitude,
             initial_rate=rate,
             slew_limits=limits,

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Any
 
 import numpy as np
 
-from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.coils import CoilDrive
-from mgeo_attitude.sensors import Sensor
+from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.sensors.suite import Suite
 
 
@@ -40,33 +38,19 @@ def thinned(model: FilterModel, every: int) -> FilterModel:
     suite = Suite(
         model.suite.gyro,
         tuple(
-            _averaged(sensor, max(float(count), 1.0))
+            # noise of the mean of so many samples, whenever it has them
+            dataclasses.replace(
+                with_noise(sensor, 1.0 / math.sqrt(max(float(count), 1.0))), sample_interval=None
+            )
             for sensor, count in zip(model.suite.sensors, counts, strict=True)
         ),
         model.suite.world,
     )
-    return dataclasses.replace(
-        model,
+    return model.at_samples(
+        pick,
         suite=suite,
         step=every * model.step,
-        references=_rows(model.references, pick),
         # the sample at the start is not used, and the kernel that gates sensors stays the same
         available=np.vstack([~np.array(model.gated, dtype=bool), some]),
-        directions=_rows(model.directions, pick),
-        radii=_rows(model.radii, pick),
         window_steps=max(round(model.window_steps / every), 1),
     )
-
-
-def _averaged(sensor: Sensor, count: float) -> Sensor:
-    """A sensor with the noise of the mean of so many samples, whenever it has them."""
-    share = 1.0 / math.sqrt(count)
-    noise: dict[str, Any] = {
-        name: share * getattr(sensor, name) for name in sensor.noise_parameters
-    }
-    return dataclasses.replace(sensor, sample_interval=None, **noise)
-
-
-def _rows(table: Floats, pick: slice) -> Floats:
-    rows: Floats = np.ascontiguousarray(table[pick])
-    return rows
