@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import re
+from datetime import timedelta
 from pathlib import Path
 
 import numpy as np
@@ -151,6 +152,17 @@ inertia = [0.185, 0.144, 0.061]
         shown = run("calibrate", tmp_path / "t.csv", *arguments).stdout
         printed = table(shown, f"1-sigma that the plan promised for 600 s, and achieved: {name}")
         assert printed["mag bias x"][1] == f"{expected.loc['mag bias x', 'predicted']:.4g}"
+
+
+def test_a_scenario_of_another_epoch_than_the_plans_is_refused(run, flight, tmp_path):
+    # such as the one of a search with a free start, where the plan has its own
+    folder, scenario, _ = flight
+    later = scenario.epoch + timedelta(hours=14)
+    dataclasses.replace(scenario, epoch=later).save(tmp_path / "s.toml")
+    command = ("calibrate", folder / "telemetry.csv", "--plan", folder / "plan.json")
+    told = run(*command, "--scenario", tmp_path / "s.toml", code=2).stderr
+    assert "its epoch is 2018-06-05T14:00:00.000Z" in told
+    assert "expected the plan's, 2018-06-05T00:00:00.000Z" in " ".join(told.split())
 
 
 def test_all_that_is_tested_is_printed_where_nothing_is_calibrated(run, flight, tmp_path):

@@ -8,6 +8,7 @@ from typing import Any
 import pandas as pd
 from mgeo_attitude.commands.files import Picked, check_targets, load_plan
 from mgeo_attitude.commands.show import note, rows, titled
+from mgeo_attitude.environment.time_frames import utc_text
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.scenario import Scenario
@@ -37,13 +38,20 @@ def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
     Raises
     ------
     OSError, ValueError, TypeError
-        If neither is given, or it cannot be read.
+        If neither is given, or it cannot be read, or both are and begin at other times: the plan
+        was promised, and seconds of telemetry are counted, from its own epoch.
     """
     if text is None:
         if plan is None:
             raise ValueError("--scenario FILE.toml|PRESET: expected it, or --plan, which has one")
         return plan.scenario
-    return Scenario.from_dict(read_scenario(PROBLEM, text))
+    scenario = Scenario.from_dict(read_scenario(PROBLEM, text))
+    if plan is not None and plan.scenario.epoch != scenario.epoch:
+        raise ValueError(
+            f"--scenario {text}: its epoch is {utc_text(scenario.epoch, 0.0)}; expected the "
+            f"plan's, {utc_text(plan.scenario.epoch, 0.0)} (without --scenario, the plan's own is taken)"
+        )
+    return scenario
 
 
 def read_samples(
