@@ -162,7 +162,7 @@ def test_a_scenario_of_another_epoch_than_the_plans_is_refused(run, flight, tmp_
     command = ("calibrate", folder / "telemetry.csv", "--plan", folder / "plan.json")
     told = run(*command, "--scenario", tmp_path / "s.toml", code=2).stderr
     assert "its epoch is 2018-06-05T14:00:00.000Z" in told
-    assert "expected the plan's, 2018-06-05T00:00:00.000Z" in " ".join(told.split())
+    assert "expected that of the plan, 2018-06-05T00:00:00.000Z" in " ".join(told.split())
 
 
 def test_all_that_is_tested_is_printed_where_nothing_is_calibrated(run, flight, tmp_path):

@@ -48,8 +48,8 @@ def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
     scenario = Scenario.from_dict(read_scenario(PROBLEM, text))
     if plan is not None and plan.scenario.epoch != scenario.epoch:
         raise ValueError(
-            f"--scenario {text}: its epoch is {utc_text(scenario.epoch, 0.0)}; expected the "
-            f"plan's, {utc_text(plan.scenario.epoch, 0.0)} (without --scenario, the plan's own is taken)"
+            f"--scenario {text}: its epoch is {utc_text(scenario.epoch, 0.0)}; expected that of "
+            f"the plan, {utc_text(plan.scenario.epoch, 0.0)} (taken where there is no --scenario)"
         )
     return scenario
 
