@@ -257,7 +257,7 @@ def _run(
     jobs = (
         separate(flown_by)
         if history
-        else shared(plan.rates, plan.starts, plan.over, model.n_steps, flown_by)
+        else shared(*(plan.asked or (plan.rates, plan.starts)), plan.over, model.n_steps, flown_by)
     )
     n_jobs = len(jobs.design)
     record = np.full((n if history else 0, model.n_steps + 1, suite.n_states), np.nan)

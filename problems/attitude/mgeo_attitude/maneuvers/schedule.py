@@ -112,6 +112,9 @@ class Schedule:
         Which maneuver of the design each stretch belongs to, from 0.
     free : array of bool, shape (n, k), optional
         Of coils, whether they are off.
+    asked : arrays, shapes (n, m, 3) and (n, m), optional
+        Of coils, rates and first steps of the maneuvers: designs that are asked for the same until
+        some step fly the same until then.
     """
 
     rates: Floats
@@ -120,6 +123,7 @@ class Schedule:
     over: Ints
     maneuver: Ints
     free: Bools | None = None
+    asked: tuple[Floats, Ints] | None = None
 
     def take(self, rows: Ints) -> Schedule:
         """Of some of the designs."""
@@ -130,6 +134,7 @@ class Schedule:
             self.over[rows],
             self.maneuver[rows],
             None if self.free is None else self.free[rows],
+            None if self.asked is None else (self.asked[0][rows], self.asked[1][rows]),
         )
 
     def steady(self) -> Bools:
@@ -179,7 +184,7 @@ def schedule(
         mean, end, free = limits.rates(rates, starts, step, n_steps)
         steps = np.tile(np.arange(mean.shape[1]), (len(free), 1))
         begun = (starts[:, None, :] <= steps[:, :, None]).sum(axis=2)
-        return Schedule(mean, end, steps, over, begun - 1, free)
+        return Schedule(mean, end, steps, over, begun - 1, free, (rates, starts))
     ends = np.column_stack([starts[:, 1:], np.full(n, NEVER)])
     time, length = np.empty((n, m)), np.empty((n, m), dtype=np.int64)
     before = np.empty((n, m, 3))  # the rate that each maneuver begins with
@@ -235,6 +240,8 @@ def scheduled(
         return next(iter(parts.values()))
     shape = len(table), max((part.starts.shape[1] for part in parts.values()), default=0)
     coils = any(part.free is not None for part in parts.values())
+    count = table.shape[1] // VARIABLES_PER_MANEUVER
+    asked = np.empty((len(table), count, 3)), np.empty((len(table), count), dtype=np.int64)
     plan = Schedule(
         rates=np.zeros((*shape, 3)),
         end_rates=np.zeros((*shape, 3)),
@@ -242,6 +249,7 @@ def scheduled(
         over=np.empty(len(table), dtype=np.int64),
         maneuver=np.zeros(shape, dtype=np.int64),
         free=np.zeros(shape, dtype=bool) if coils else None,
+        asked=asked if coils else None,
     )
     for k, part in parts.items():
         rows, width = np.flatnonzero(which == k), part.starts.shape[1]
@@ -249,6 +257,8 @@ def scheduled(
             if getattr(part, name) is not None:
                 getattr(plan, name)[rows, :width] = getattr(part, name)
         plan.over[rows] = part.over
+        if part.asked is not None:
+            asked[0][rows], asked[1][rows] = part.asked
     return plan
 
 
