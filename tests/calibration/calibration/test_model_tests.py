@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
+from mgeo_calibration import fly as fly_own
 from mgeo_calibration.calibration import from_json, to_json
 from mgeo_calibration.calibration.report import report_html
 from mgeo_calibration.estimation.batch import batch
@@ -69,6 +70,29 @@ def test_nothing_is_named_of_what_is_as_it_is_said(scenario, motion):
         found = calibrate(scenario, flown(scenario, seed, motion))
         assert found.supported, found.conclusion
         assert not found.model_table()["named"].any()
+
+
+TURNS = [-0.1, 0.2, -0.4, 300.0, 0.3, -0.4, 0.3, 500.0, -0.2, 0.4, 0.3, 600.0,
+         0.3, 0.3, -0.2, 200.0, -0.3, -0.3, 0.4, 300.0]  # fmt: skip
+
+
+@pytest.mark.parametrize("late", [0.0, 0.1])
+def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
+    """The gyro's noise of a step is three times its own, and is in the rate and in the attitude."""
+    scenario = short(Scenario.microsatellite(), 2400.0)
+    tracker, *others = scenario.sensors
+    sees = {"sun_exclusion_deg": None, "earth_exclusion_deg": None}
+    tracker = dataclasses.replace(tracker, initial_delay_s=late, **sees)
+    true = dataclasses.replace(scenario, sensors=(tracker, *others))
+    scenario = dataclasses.replace(
+        true, sensors=(dataclasses.replace(tracker, initial_delay_s=0.0), *others)
+    )
+    found = calibrate(scenario, fly_own(true, TURNS, seed=4))
+    if not late:
+        assert found.supported, found.conclusion
+        assert not found.model_table()["named"].any()
+    else:
+        assert "str_a.delay" in found.model_table().query("named").index
 
 
 def test_what_cannot_be_told_and_matters_is_a_note():

@@ -49,6 +49,12 @@ def test_what_flights_can_show():
     assert judged(n=200).detectable < found.detectable
 
 
+def test_a_plan_of_coils_is_searched_again_over_flights_first():
+    design = [0.5, 0.3, -0.2, 900.0, -0.3, 0.6, 0.2, 900.0, 0.2, -0.4, 0.7, 900.0]
+    first, *_ = remedies(ManeuverPlan(Scenario.cubesat_1u(), design), judged(nees_p=0.0))
+    assert first.endswith("solve --robust")
+
+
 def test_remedies_begin_with_what_is_known_at_the_start(short_plan):
     assert remedies(short_plan, judged()) == []
     first, *_ = remedies(short_plan, judged(nees_p=0.0))

@@ -82,7 +82,7 @@ def _of_gyro(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Qu
     for state, (factor, unit, key) in _ERRORS.items():
         if state not in gyro.states():
             says = partial(_worst, f"gyro.{state} is", factor, unit)
-            departure = made.gyro_error(state)
+            departure = made.gyro_error(solution, state)
             asked[f"gyro.{state}"] = Question(departure, says, f"gyro.{key}")
     for name, channel in channels.items():
         says = partial(_worst, f"gyro.bias follows {name} by", size / np.ptp(channel), "deg/s")

@@ -132,6 +132,10 @@ def write_flight(telemetry: Telemetry, out: Path, truth: Path | None, document: 
     return [str(out), str(truth)]
 
 
+#: What a flight by coils is not.
+_COILS = note("coils turn it by the field in its own attitude, which is not held to the plan's")
+
+
 def limited(frame: pd.DataFrame) -> pd.DataFrame:
     """A table of what is to be kept as it fits a terminal: bound and limit in one column."""
     shown = frame.drop(columns="bound")
@@ -160,5 +164,6 @@ def print_flight(
         f"{', '.join(telemetry.sensors)}, flown by {simulator}",
         *titled(f"The plan until {came_to.attrs['time_s']:.6g} s, and as flown", limited(came_to)),
         note("both without margin"),
+        *([_COILS] if picked.plan.scenario.turned_by_coils else []),
         *(f"wrote {file}" for file in files),
     )

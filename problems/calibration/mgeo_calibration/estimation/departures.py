@@ -10,8 +10,8 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.rotation import matrix, shear, skew
 from mgeo_attitude.sensors import Sensor
 
-from mgeo_calibration.estimation.kinematics import turns
 from mgeo_calibration.estimation.linearization import Equations
+from mgeo_calibration.estimation.quiet import quiet_rates
 from mgeo_calibration.estimation.score import Departure
 from mgeo_calibration.estimation.sightings import sighting
 from mgeo_calibration.estimation.smoother import Solution
@@ -43,9 +43,10 @@ def bias_drift(solution: Solution) -> Departure:
     return _of_rates(lambda own: off(share[own.low : own.high - 1]), 3 * WAVES, off(share[-1:])[0])
 
 
-def gyro_error(state: str) -> Departure:
+def gyro_error(solution: Solution, state: str) -> Departure:
     """Scale factors, a misalignment or non-orthogonality of one, of a gyro that has none."""
-    return _of_rates(lambda own: _columns(state, turns(own.batch, own.trajectory.states)[0]), 3)
+    rates = quiet_rates(solution)
+    return _of_rates(lambda own: _columns(state, rates[own.low : own.high - 1]), 3)
 
 
 def gyro_follows(solution: Solution, channel: Floats) -> Departure:
@@ -61,10 +62,11 @@ def gyro_follows(solution: Solution, channel: Floats) -> Departure:
 def delay(solution: Solution, index: int) -> Departure:
     """A sensor, by its number, is late by `LATE`: attitude and vector are of before."""
 
+    rates = quiet_rates(solution)
+    before = np.vstack([rates[:1], rates])
+
     def reads(own: Equations) -> Floats:
-        rates, _ = turns(own.batch, own.trajectory.states)
-        before = np.vstack([rates[:1], rates])
-        turned = np.einsum("nij,nj->ni", _by(own, index, 0), before)
+        turned = np.einsum("nij,nj->ni", _by(own, index, 0), before[own.low : own.high])
         found: Floats = -LATE * (turned + _vector_rate(solution, own, index))
         return found[:, :, None]
 
