@@ -12,6 +12,7 @@ from mgeo.studies import Comparison, Study, read_comparison, read_study
 from mgeo.studies.conclusions import against, control_table
 from mgeo.studies.indicators import parts_of
 from mgeo.studies.labels import folder_name
+from mgeo.studies.pooled import friedman_over_problems, problem_values
 from mgeo.studies.report import average_ranks
 from mgeo.studies.space import indicator_space
 from mgeo.studies.statistics import LEVEL
@@ -193,6 +194,34 @@ def _marked(values: "pd.Series[str]", rivals: pd.DataFrame) -> "pd.Series[str]":
     alike = rivals["p_holm"] >= LEVEL
     values = values.where(~alike, values + "*")
     return values.where(alike | ~(rivals["A"] < 0.5), "**" + values + "**")
+
+
+def with_and_without(name: str) -> Markdown:
+    """Average ranks over a study's problems as they are and over those that are shifted."""
+    _, found = load(name)
+    parts: dict[str, dict[str, Comparison]] = {"as they are": {}, "shifted": {}}
+    for label, comparison in found.items():
+        parts["shifted" if label.startswith("shifted") else "as they are"][label] = comparison
+    ranks = {}
+    for title, part in parts.items():
+        test = friedman_over_problems(problem_values(part))
+        ranks[title] = pd.Series({**test.ranks, "critical difference": test.critical_difference})
+    texts = pd.DataFrame(ranks).map("{:.2f}".format)
+    return table(texts.loc[ranks["shifted"].index].rename_axis("average rank"))
+
+
+def on_each_against(name: str, rival: str) -> Markdown:
+    """Mean hypervolume on each problem, and the control against a rival by every indicator."""
+    study, found = load(name)
+    assert study.control is not None
+    rows = {}
+    for label, comparison in found.items():
+        rows[label] = comparison.summary()[("hypervolume", "mean")].map("{:.3f}".format)
+        for indicator in ("hypervolume", "igd_plus", "epsilon"):
+            p = against(comparison, study.control, indicator, control=True).loc[rival]
+            title = f"A, p by {comparison.indicator(indicator).title}"
+            rows[label][title] = f"{p['A']:.2f}, {p['p_holm']:.2g}"
+    return table(pd.DataFrame(rows).T.rename_axis("problem"))
 
 
 def means(found: Mapping[str, Comparison], suite: str) -> pd.DataFrame:

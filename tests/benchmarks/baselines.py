@@ -28,6 +28,8 @@ SCENARIOS = {"paper": Scenario.paper, "cubesat_6u": Scenario.cubesat_6u}
 PICKS = ("fastest", "knee", "best")
 SWEEPS = ("x, y, z in turn", "x, y, z in turn, there and back")
 
+#: Turns about one axis that leave as much as those about z.
+ALIKE = ("x only", "y only")
 #: Times for all maneuvers of a sweep [s].
 SWEEP_TIMES = (300.0, 600.0, 900.0, 1200.0, 1800.0, 2400.0, 3600.0, 6000.0)
 
@@ -73,8 +75,9 @@ def same_time(front: Front) -> str:
     rows = [
         [name, *(_compared(table.loc[name, "trace [-]"], table) for table in tables)]
         for name in tables[0].index
+        if name not in ALIKE
     ]
-    return _markdown(["trace after the same time", *columns], rows)
+    return _markdown(["trace, or times that of the plan", *columns], rows)
 
 
 def on_its_own_terms(front: Front) -> str:
@@ -101,7 +104,7 @@ def on_its_own_terms(front: Front) -> str:
 
 def _compared(trace: float, table: object) -> str:
     ratio = trace / table.loc["plan", "trace [-]"]  # type: ignore[attr-defined]
-    return f"{trace:.2e}" if ratio == 1.0 else f"{trace:.2e} ({ratio:.3g} ×)"
+    return f"{trace:.2e}" if ratio == 1.0 else f"{float(f'{ratio:.3g}'):g} ×"
 
 
 def _markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

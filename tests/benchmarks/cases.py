@@ -57,14 +57,3 @@ def designs(n: int, maneuvers: int = 3) -> Floats:
     X = rng.uniform(-1.0, 1.0, (n, 4 * maneuvers))
     X[:, 3::4] = rng.uniform(0.0, 6000.0 / maneuvers, (n, maneuvers))
     return X
-
-
-def generation(n: int) -> Floats:
-    """What MGEO asks for at once: each of n points with one of its 12 variables moved."""
-    points = designs(n)
-    X = np.repeat(points, 12, axis=0)
-    variable = np.tile(np.arange(12), n)
-    rows = np.arange(len(X))
-    moved = X[rows, variable] + np.random.default_rng(7).standard_normal(len(X))
-    X[rows, variable] = np.clip(moved, *np.tile([[-1, -1, -1, 0], [1, 1, 1, 2000]], 3)[:, variable])
-    return X

@@ -23,7 +23,6 @@ from .scalar import evaluate_scalar
 
 Floats = NDArray[np.float64]
 
-BATCHES = (1, 12, 360, 10_000)
 MANEUVERS = (1, 3, 6, 12)
 
 #: Other programs may use this many processors while elapsed times are taken.
@@ -120,22 +119,6 @@ def step_tasks() -> dict[str, Task]:
         "scalar loop": scalar(model, X),
         "kernel": kernel(model, X, threads=1),
         "kernel, two threads": kernel(model, X, threads=2),
-    }
-
-
-def batch_tasks() -> dict[tuple[str, int], Task]:
-    """Batches of the paper's suite, by their size and the number of threads.
-
-    The last is a generation of MGEO, whose designs share maneuvers that are run once.
-    """
-    model = cases.model(cases.PAPER)
-    batches = {f"{n:,}": cases.designs(n) for n in BATCHES}
-    batches["360, a generation of MGEO"] = cases.generation(30)
-    return {
-        (name, threads): kernel(model, X, threads)
-        for name, X in batches.items()
-        for threads in (1, 2)
-        if threads <= len(X)
     }
 
 

@@ -25,6 +25,8 @@ from .speed import Comparison, Speed
 DOCUMENT = Path(__file__).parents[2] / "docs" / "performance.md"
 BEGIN, END = "<!-- begin of measured tables -->", "<!-- end of measured tables -->"
 
+#: Of the designs of the table by size of the problem.
+_MANEUVERS = 3
 _VECTORS = {"avx512f": "AVX-512", "avx2": "AVX2", "neon": "NEON"}
 
 
@@ -35,7 +37,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     text = options.output.read_text(encoding="utf-8")
     tables = measured_tables(options.rounds)
-    sys.stdout.write(f"{tables}\n")
+    sys.stdout.write(f"{tables}\n\nBy size of the problem, 360 designs on one thread:\n\n")
+    growth = speed.compare(speed.growth_tasks(), options.rounds)
+    sys.stdout.write(f"{growth_table(growth)}\n")
     options.output.write_text(with_tables(text, tables), encoding="utf-8")
 
 
@@ -49,38 +53,26 @@ def with_tables(text: str, tables: str) -> str:
 
 
 def measured_tables(rounds: int) -> str:
-    """All tables and the circumstances they were measured in, as Markdown."""
+    """The page's table and the circumstances it was measured in, as Markdown."""
     step = speed.compare(speed.step_tasks(), rounds)
-    batch_rounds = max(3, rounds // 3)  # the largest takes seconds
-    batch = speed.compare(speed.batch_tasks(), batch_rounds)
-    growth = speed.compare(speed.growth_tasks(), rounds)
     parts = [
-        circumstances(rounds, batch.undisturbed),
+        circumstances(rounds),
         f"One core does {step.peak:.1f} multiply-adds per ns at most (measured). A step of the "
         f"paper's suite needs {_paper().multiplications}, that is at least "
         f"{_paper().multiplications / step.peak:.0f} ns ({_paper().flops} operations in all).",
         step_table(step),
-        f"By size of the batch, paper's suite, best of {batch_rounds} rounds:",
-        batch_table(batch),
-        "By size of the problem, 360 designs on one thread:",
-        growth_table(growth),
     ]
     return "\n\n".join(parts)
 
 
-def circumstances(rounds: int, undisturbed: bool) -> str:
+def circumstances(rounds: int) -> str:
     versions = ", ".join(
         f"{package} {version(package)}" for package in ("numpy", "numba", "llvmlite", "filterpy")
-    )
-    busy = (
-        ""
-        if undisturbed
-        else " Other programs were running, so speed-ups by the clock are left out."
     )
     return (
         f"{processor()} ({llvmlite.binding.get_host_cpu_name()}, {_vector_extension()}), "
         f"{lanes()} lanes, {platform.system()}, Python {platform.python_version()}, {versions}; "
-        f"{datetime.now(UTC):%Y-%m-%d}; best of {rounds} rounds.{busy}"
+        f"{datetime.now(UTC):%Y-%m-%d}; best of {rounds} rounds."
     )
 
 
@@ -101,50 +93,25 @@ def step_table(measured: Comparison[str]) -> str:
     )
 
 
-def batch_table(measured: Comparison[tuple[str, int]]) -> str:
-    rows = []
-    for (batch, threads), it in measured.speeds.items():
-        one = measured.speeds[batch, 1]
-        told = threads > 1 and measured.undisturbed
-        gain = f"{one.wall / it.wall:.2f}" if told else "-"
-        rows.append((batch, threads, f"{it.processor:,.0f}", gain))
-    head = ("designs", "threads", "ns per step and thread", "speed-up by the clock")
-    return markdown(head, rows)
-
-
 def growth_table(measured: Comparison[tuple[str, int, str]]) -> str:
     rows = []
     for name, maneuvers, way in measured.speeds:
-        if way != "kernel":
+        if way != "kernel" or maneuvers != _MANEUVERS:
             continue
         model = cases.model(name)
-        count = count_step(model)
         loop: Speed | None = measured.speeds.get((name, maneuvers, "scalar loop"))
         it = measured.speeds[name, maneuvers, "kernel"]
         rows.append(
             (
                 name,
                 model.suite.n_states,
-                len(model.suite.sensors),
-                maneuvers,
-                count.multiplications,
                 f"{loop.processor:.0f}" if loop else "-",
                 f"{it.processor:.0f}",
                 f"{loop.processor / it.processor:.1f}" if loop else "-",
-                f"{measured.fraction_of_peak((name, maneuvers, way), count):.0%}",
+                f"{measured.fraction_of_peak((name, maneuvers, way), count_step(model)):.0%}",
             )
         )
-    head = (
-        "suite",
-        "states",
-        "sensors",
-        "maneuvers",
-        "multiply-adds",
-        "scalar loop [ns]",
-        "kernel [ns]",
-        "ratio",
-        "of peak",
-    )
+    head = ("suite", "states", "scalar loop [ns]", "kernel [ns]", "ratio", "of peak")
     return markdown(head, rows)
 
 

@@ -243,12 +243,11 @@ def test_a_browser_draws_the_interactive_figure(site, browser, tmp_path):
 @pytest.mark.parametrize(
     ("page", "figures", "tables"),
     [
-        ("gallery", 9, 1),
         ("notebooks/1_first_run", 3, 3),
         ("notebooks/2_comparing_algorithms", 3, 2),
-        ("paper", 3, 5),
+        ("paper", 3, 4),
         ("studies/tuning", 1, 2),
-        ("studies/results", 3, 28),
+        ("studies/results", 3, 26),
         ("studies/directed", 1, 2),
     ],
 )
