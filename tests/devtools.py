@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from base64 import b64decode
 from contextlib import asynccontextmanager
 
 import numpy as np
@@ -42,6 +43,15 @@ class Page:
         found = await self.evaluate(expression)
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=atol)
 
+    async def picture(self, path):
+        """Write the whole page as a PNG."""
+        size = await self.evaluate("document.documentElement.scrollHeight")
+        width = await self.evaluate("window.innerWidth")
+        clip = {"x": 0, "y": 0, "width": width, "height": size, "scale": 1}
+        params = {"format": "png", "captureBeyondViewport": True, "clip": clip}
+        found = await self._tab.send_command("Page.captureScreenshot", params)
+        path.write_bytes(b64decode(found["result"]["data"]))
+
     async def set(self, selector, value):
         """Move a slider."""
         found = f"document.querySelector({json.dumps(selector)})"
@@ -51,7 +61,9 @@ class Page:
 
 @asynccontextmanager
 async def opened(path, width=1200, **features):
-    """A page of a width, with media features such as ``prefers_color_scheme="dark"``.
+    """A page of a width, by its path or address, with features of media.
+
+    Such as ``prefers_color_scheme="dark"``.
 
     Its errors are kept.
     """
@@ -76,7 +88,8 @@ async def opened(path, width=1200, **features):
         await tab.send_command("Emulation.setDeviceMetricsOverride", size)
         named = [{"name": k.replace("_", "-"), "value": v} for k, v in features.items()]
         await tab.send_command("Emulation.setEmulatedMedia", {"features": named})
-        await tab.send_command("Page.navigate", {"url": f"file://{path}"})
+        url = path if str(path).startswith("http://") else f"file://{path}"
+        await tab.send_command("Page.navigate", {"url": url})
         await page.until("document.body && document.body.dataset.shown")
         yield page
     finally:

@@ -23,6 +23,10 @@ OF_MGEO = {
     "store": {"algorithms", "benchmarks", "evaluation", "plugins", "validation"},
     "runs": {"algorithms", "benchmarks", "evaluation", "plugins", "store", "validation"},
     "report": {"algorithms", "figures", "plugins", "runs", "store", "validation"},
+    "explore": {
+        *("algorithms", "evaluation", "figures", "plugins", "report", "runs", "store"),
+        "validation",
+    },
 }
 OF_ATTITUDE = {
     "fields": set(),

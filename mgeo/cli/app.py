@@ -366,6 +366,45 @@ def report(
         )
 
 
+@app.command(epilog=epilog("explore"))
+def explore(
+    folder: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DIR",
+            help="Folder of a run.",
+            autocompletion=completion.runs_with("run.json"),
+        ),
+    ],
+    save: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR|FILE.json",
+            help="Where the page may write solutions: into a folder, or only this file "
+            "[default: DIR].",
+        ),
+    ] = None,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1; 0 for any that is free.")
+    ] = 0,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
+    ] = True,
+    problem: options.Problem = None,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    debug: options.Debug = False,
+) -> None:
+    """Explore a run on a page: filter, choose and change solutions, and save them.
+
+    Changed variables are evaluated while a slider moves. The page is served to this machine alone,
+    under an address that nobody can guess, until Ctrl-C.
+    """
+    from mgeo.cli.explore import serve
+
+    serve(folder, Output(quiet, json), save=save, port=port, browser=browser, problem=problem)
+
+
 @app.command(epilog=epilog("problems"))
 def problems(json: options.Json = False, debug: options.Debug = False) -> None:
     """List the installed problems."""

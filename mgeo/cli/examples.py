@@ -26,6 +26,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo report runs/first runs/second --out beside.html",
         "mgeo report studies/benchmarks --figure ranks --paper",
     ),
+    "explore": (
+        "mgeo explore runs/attitude-mgeo-directed-seed1",
+        "mgeo explore runs/first --save plan.json --port 8000 --no-browser",
+    ),
     "problems": ("mgeo problems", "mgeo problems --json | jq -r .problems[].name"),
     "algorithms": ("mgeo algorithms", "mgeo algorithms mgeo-directed"),
     "study": (

@@ -211,9 +211,12 @@ class Shown(Protocol):
 
 #: Of each method of a view what it may give for it, and how that is said.
 _RULES: dict[str, tuple[Callable[[Shown, Any], bool], str]] = {
-    "describe": (
-        lambda view, given: _is_frame(given) and len(given) == len(view.X),
-        "a DataFrame of {n} rows",
+    **dict.fromkeys(
+        ("describe", "glance"),
+        (
+            lambda view, given: _is_frame(given) and len(given) == len(view.X),
+            "a DataFrame of {n} rows",
+        ),
     ),
     "answers": (
         lambda view, given: _are_texts(given) and len(given) == len(view.X),

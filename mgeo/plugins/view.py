@@ -92,6 +92,13 @@ class View:
         variables, objectives = column_names(self.problem)
         return pd.DataFrame(np.hstack([self.F, self.X]), columns=[*objectives, *variables])
 
+    def glance(self) -> pd.DataFrame:
+        """Of `describe` what is known within milliseconds, while a hand moves a variable.
+
+        Numbers are what counts; here it is `describe` itself.
+        """
+        return self.describe()
+
     def answers(self) -> list[str]:
         """For each solution a line that says what it is worth; here its objectives."""
         _, names = column_names(self.problem)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
@@ -17,7 +16,6 @@ from pymoo.core.problem import Problem
 from mgeo.figures.front import axis
 from mgeo.figures.page import drawing, render
 from mgeo.figures.style import COLORS, SYMBOLS, finished, literal
-from mgeo.plugins.discovery import PluginError, installed_plugins, load_problem
 from mgeo.plugins.protocol import ask, column_names
 from mgeo.plugins.review import Review, cells, kinds_of
 from mgeo.plugins.view import View, view_of
@@ -25,6 +23,7 @@ from mgeo.report.build import read_subject
 from mgeo.runs.answer import default_solution
 from mgeo.store.reading import read_json
 from mgeo.store.run import Run
+from mgeo.store.solution_file import solution_of
 from mgeo.validation.tables import errors_of
 
 
@@ -102,22 +101,9 @@ def read(path: Path) -> Subject:
         raise FileNotFoundError(f"there is neither a run folder nor a file {path}")
     with errors_of(path):
         document = read_json(path)
-        problem, options, x = _solution(document)
+        problem, options, x = solution_of(document)
         view = view_of(problem, [x])
         return Subject(path.name, problem, view, ask(view, View.review), options)
-
-
-def _solution(document: Any) -> tuple[Problem, Mapping[str, Any], Any]:
-    """Problem, options and solution of a file, by the ``solution_of`` of an installed problem."""
-    for plugin in installed_plugins() if isinstance(document, dict) else ():
-        found = None
-        with suppress(PluginError):  # one that does not load knows nothing of it
-            known = getattr(plugin.load(), "solution_of", None)
-            found = known(document) if known else None
-        if found is not None:
-            options, x = found
-            return load_problem(plugin.name, options), options, x
-    raise ValueError("expected a run folder, or a solution's file of an installed problem")
 
 
 def _glance(subjects: list[Subject]) -> Iterator[list[str]]:

@@ -112,7 +112,7 @@ def _described(view: View, rows: NDArray[np.int64]) -> Json:
     table = ask(view, View.describe)
     if not is_own(view, View.describe):
         table = table.iloc[:, : view.problem.n_obj]
-    cells = [[_cell(value) for value in row] for row in table.itertuples(index=False, name=None)]
+    cells = [[cell(value) for value in row] for row in table.itertuples(index=False, name=None)]
     return {"columns": [str(name) for name in table.columns], "rows": _by_row(cells, rows)}
 
 
@@ -136,7 +136,7 @@ def _by_row(values: Sequence[Json], rows: NDArray[np.int64]) -> dict[str, Json]:
     return dict(zip(map(str, rows.tolist()), values, strict=True))
 
 
-def _cell(value: Any) -> Json:
+def cell(value: Any) -> Json:
     """A number as such, all else as text."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
         return str(value)

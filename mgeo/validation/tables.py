@@ -47,9 +47,10 @@ class Table(BaseModel):
             if key not in known:
                 expected = f"expected {', '.join(known)}{did_you_mean(key, known)}"
                 raise PydanticCustomError("key", f"{key!s:.80} is unknown: {expected}")
-        *others, last = required = [k for k in known if cls.model_fields[k].is_required()]
+        required = [k for k in known if cls.model_fields[k].is_required()]
         for key in required:
             if key not in data:
+                *others, last = required
                 expected = f"the keys {', '.join(others)} and {last}" if others else "this key"
                 raise PydanticCustomError("key", f"{key} is missing: expected {expected}")
         return data

@@ -1,4 +1,5 @@
 "use strict";
+const byId = (id) => document.getElementById(id);
 const config = { responsive: true, displaylogo: false, showSendToCloud: false };
 
 // Figures ------------------------------------------------------------------------------------
@@ -42,4 +43,20 @@ function pressed(figure, active) {
   for (const [path, value] of Object.entries(layout)) put(result.layout, path, value);
   menu.active = active;
   return result;
+}
+
+// Tables -------------------------------------------------------------------------------------
+
+function shown(value) {
+  if (typeof value !== "number") return String(value);
+  const size = Math.abs(value);
+  const plain = size === 0 || (size >= 1e-3 && size < 1e6);
+  const [digits, power] = plain ? [value.toPrecision(5)] : value.toExponential(4).split("e");
+  return String(Number(digits)) + (power ? "e" + Number(power) : "");
+}
+
+function cell(row, kind, text) {
+  const node = row.appendChild(document.createElement(kind));
+  node.textContent = text;
+  return node;
 }

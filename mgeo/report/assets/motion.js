@@ -258,3 +258,40 @@ function stills(figure) {
   }
   return box;
 }
+
+// Figures of one solution ---------------------------------------------------------------------
+
+// three-dimensional pictures are drawn once they come into view, so that the page opens at once
+const seen = new IntersectionObserver(
+  (entries) => entries.filter((entry) => entry.isIntersecting).forEach(({ target }) => play(target)),
+  { rootMargin: "200px" },
+);
+
+async function play(box) {
+  seen.unobserve(box);
+  const figure = box.moving;
+  await draw(box.firstChild, figure, false);
+  if (box.moving !== figure) return; // another solution was chosen meanwhile
+  box.replaceChildren(box.firstChild, player(box.firstChild, figure), stills(figure));
+}
+
+/** Draw figures, by name, into a grid. */
+function drawGrid(box, figures) {
+  const names = Object.keys(figures);
+  while (box.children.length > names.length) box.lastChild.remove();
+  while (box.children.length < names.length) {
+    box.appendChild(document.createElement("div")).appendChild(document.createElement("div"));
+  }
+  return Promise.all(names.map((name, i) => {
+    const place = box.children[i];
+    const figure = figures[name];
+    place.classList.toggle("moving", "motion" in (figure.layout.meta || {}));
+    place.moving = (figure.layout.meta || {}).motion ? figure : null;
+    place.replaceChildren(place.firstChild); // without another figure's controls
+    seen.unobserve(place);
+    if (!place.moving) return draw(place.firstChild, figure, false);
+    place.appendChild(stills(figure));
+    place.firstChild.style.minHeight = `${figure.layout.height || 400}px`;
+    seen.observe(place);
+  }));
+}

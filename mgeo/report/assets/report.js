@@ -1,5 +1,4 @@
 const data = JSON.parse(document.getElementById("data").textContent);
-const byId = (id) => document.getElementById(id);
 let chosen = null;
 let button = 0; // of the front's, that is pressed
 
@@ -73,20 +72,6 @@ function drawFront() {
 
 // One solution -------------------------------------------------------------------------------
 
-function shown(value) {
-  if (typeof value !== "number") return String(value);
-  const size = Math.abs(value);
-  const plain = size === 0 || (size >= 1e-3 && size < 1e6);
-  const [digits, power] = plain ? [value.toPrecision(5)] : value.toExponential(4).split("e");
-  return String(Number(digits)) + (power ? "e" + Number(power) : "");
-}
-
-function cell(row, kind, text) {
-  const node = row.appendChild(document.createElement(kind));
-  node.textContent = text;
-  return node;
-}
-
 function fillDescribed(row) {
   const body = byId("described");
   body.replaceChildren();
@@ -132,43 +117,12 @@ function fillVariables(row) {
   });
 }
 
-// three-dimensional pictures are drawn once they come into view, so that the page opens at once
-const seen = new IntersectionObserver(
-  (entries) => entries.filter((entry) => entry.isIntersecting).forEach(({ target }) => play(target)),
-  { rootMargin: "200px" },
-);
-
-async function play(box) {
-  seen.unobserve(box);
-  const figure = box.moving;
-  await draw(box.firstChild, figure, false);
-  if (box.moving !== figure) return; // another solution was chosen meanwhile
-  box.replaceChildren(box.firstChild, player(box.firstChild, figure), stills(figure));
-}
-
 function drawFigures(row) {
   const values = data.plans.values[row];
   const none = values === undefined;
   byId("unplanned").hidden = data.planned.includes(row);
   const figures = none ? {} : filled(data.plans.common, values);
-  const box = byId("figures");
-  const names = Object.keys(figures);
-  while (box.children.length > names.length) box.lastChild.remove();
-  while (box.children.length < names.length) {
-    box.appendChild(document.createElement("div")).appendChild(document.createElement("div"));
-  }
-  return Promise.all(names.map((name, i) => {
-    const place = box.children[i];
-    const figure = figures[name];
-    place.classList.toggle("moving", "motion" in (figure.layout.meta || {}));
-    place.moving = (figure.layout.meta || {}).motion ? figure : null;
-    place.replaceChildren(place.firstChild); // without another figure's controls
-    seen.unobserve(place);
-    if (!place.moving) return draw(place.firstChild, figure, false);
-    place.appendChild(stills(figure));
-    place.firstChild.style.minHeight = `${figure.layout.height || 400}px`;
-    seen.observe(place);
-  }));
+  return drawGrid(byId("figures"), figures);
 }
 
 async function choose(row) {

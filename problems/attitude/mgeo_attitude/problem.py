@@ -6,6 +6,7 @@ import copy
 import dataclasses
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
+from importlib import import_module
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -305,6 +306,12 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         if document.get("format") != "mgeo-attitude-plan":
             return None
         return document.get("scenario", {}), document.get("design")
+
+    def document_of(self, x: ArrayLike) -> dict[str, Any]:
+        """A plan's file of a design, shape (n_var,), as JSON values; see `plan.to_json`."""
+        files = import_module("mgeo_attitude.plan.files")  # plans are above: they know the problem
+        document: dict[str, Any] = files.document(files.ManeuverPlan.from_design(self, x))
+        return document
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:

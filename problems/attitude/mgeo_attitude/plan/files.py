@@ -146,7 +146,12 @@ def to_json(plan: ManeuverPlan) -> str:
     >>> from_json(to_json(plan)) == plan
     True
     """
-    return written(_FORM.document(plan))
+    return written(document(plan))
+
+
+def document(plan: ManeuverPlan) -> dict[str, Any]:
+    """What `to_json` writes, as JSON values."""
+    return _FORM.document(plan)
 
 
 def from_json(text: str) -> ManeuverPlan:

@@ -30,16 +30,27 @@ BESIDE = "trace / limit [-]"
 def describe(plans: Plans) -> pd.DataFrame:
     """One row per plan.
 
+    What `glance` has, and of each objective what 9 of 10 flights keep, see `Plans.promises`; if the
+    scenario has flights of its own, what is promised over these and what is kept comes first.
+    """
+    table, over_flights = glance(plans), plans.promises()
+    if not plans.problem.scenario.flight:  # what is promised is what is flown
+        return table.join(over_flights.filter(regex="^kept (?!/)"))
+    return over_flights.filter(regex="^(promised|kept) (?!/)").join(table)
+
+
+def glance(plans: Plans) -> pd.DataFrame:
+    """One row per plan, of what one run of the filter tells.
+
     Columns: the objectives of the paper; ``t_end [orbits]``; ``trace / limit [-]``, how near the
     trace comes to what no maneuver can beat, if that is known; ``maneuver time [s]``, the sum of
     all durations; ``slew back until [s]``, if there is one, which may be after the scenario's
     duration; ``start UTC``, if it is free; one text per maneuver, its rates about body x / y / z
     [deg/s] and its duration [s]; and for each 3-vector of the error state the predicted 1-sigma at
     t_end of its worst body axis (the largest of the three, as comparable to a data sheet's value
-    per axis); and of each objective what 9 of 10 flights keep, see `Plans.promises`. If the
-    scenario has flights of its own, what is promised over these and what is kept comes first, and
-    the paper's objectives are said to be of a plan that is flown exactly. A design whose covariance
-    lost positivity has NaN in objectives and 1-sigmas. A design that is no plan is a ValueError.
+    per axis). If the scenario has flights of its own, the paper's objectives are said to be of a
+    plan that is flown exactly. A design whose covariance lost positivity has NaN in objectives and
+    1-sigmas. A design that is no plan is a ValueError.
     """
     import pandas as pd
 
@@ -70,11 +81,11 @@ def describe(plans: Plans) -> pd.DataFrame:
     worst = sigma.reshape(len(designs), len(blocks), 3).max(axis=2)
     for block, values in zip(blocks, worst.T, strict=True):
         columns[f"{block.label} 1-sigma [{block.unit}]"] = values * block.factor
-    table, over_flights = pd.DataFrame(columns), plans.promises()
-    if not problem.scenario.flight:  # what is promised is what is flown
-        return table.join(over_flights.filter(regex="^kept (?!/)"))
+    table = pd.DataFrame(columns)
+    if not problem.scenario.flight:
+        return table
     exactly = {name: f"{name} flown exactly" for name in (t_end_name, trace_name, BESIDE)}
-    return over_flights.filter(regex="^(promised|kept) (?!/)").join(table.rename(columns=exactly))
+    return table.rename(columns=exactly)
 
 
 def front_summary(scenario: Scenario, F: ArrayLike) -> dict[str, float]:

@@ -33,6 +33,10 @@ class ManeuverView(Plans):
         """Each plan, one row, in an engineer's terms; see `describe.describe`."""
         return describe.describe(self)
 
+    def glance(self) -> pd.DataFrame:
+        """Of it what one run of the filter tells; see `describe.glance`."""
+        return describe.glance(self)
+
     def answers(self) -> list[str]:
         """What each plan is worth, in one line; see `mgeo_attitude.view.answers`."""
         return answers.answers(self)
