@@ -286,6 +286,7 @@ function listen() {
     for (const column of state.columns) column.range = null;
     filtered();
   });
+  new ResizeObserver(() => byId("front").data && Plotly.Plots.resize(byId("front"))).observe(byId("front").parentNode);
   for (const id of ["across", "up"]) byId(id).addEventListener("change", () => drawScatter(state, told));
   byId("solution").addEventListener("change", (event) => choose(Number(event.target.value)));
   byId("previous").addEventListener("click", () => step(-1));

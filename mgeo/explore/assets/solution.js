@@ -37,7 +37,7 @@ function makeEditor(variables, told) {
   form.addEventListener("submit", (event) => event.preventDefault());
   return (design, from) => rows.forEach(({ label, inputs }, j) => {
     for (const input of inputs) {
-      if (document.activeElement !== input || input.type === "range") input.value = Number(design[j].toPrecision(6));
+      if (document.activeElement !== input || input.type === "range") input.value = Number(design[j].toPrecision(5));
     }
     label.classList.toggle("changed", design[j] !== from[j]);
   });
