@@ -1,6 +1,7 @@
-"""How near fronts come to the limit, by today's defaults and with starts and polish.
+"""How near fronts come to the limit: of three maneuvers by search alone, of more with a polish.
 
-``python docs/studies/near.py PRESET RULE MODE SEED`` adds a row to data/near.csv.
+``python docs/studies/near.py PRESET RULE MODE SEED`` adds a row to data/near.csv, ``python
+docs/studies/near.py`` prints medians.
 """
 
 import sys
@@ -15,10 +16,13 @@ from mgeo.runs.prepare import prepare
 DATA = Path(__file__).parent / "data" / "near.csv"
 TIMES = (300, 500, 700, 900, 1000, 1560, 2785, 4394)
 
-#: Maneuvers, evaluations, starts, and whether fronts are polished.
+#: Maneuvers, evaluations, starts, and whether fronts are polished. The first is the default of
+#: three maneuvers.
 MODES = {
-    "search": (3, 60_000, 0, False),
-    "polished": (10, 6_000, 12, True),
+    "search": (3, 59_760, 0, False),
+    "three": (3, 6_000, 12, True),
+    "six": (6, 6_000, 12, True),
+    "ten": (10, 6_000, 12, True),
 }
 
 
@@ -37,7 +41,7 @@ def ratios(F, curves):
 
 
 def measured(preset, rule, mode, seed):
-    """One row: seconds of two cores, the hypervolume, and ratios to the limit."""
+    """One row: seconds of the processors, the hypervolume, and ratios to the limit."""
     count, evaluations, starts, polish = MODES[mode]
     options = {"preset": preset, "maneuvers": {"count": count}, "convergence": {"rule": rule}}
     if rule == "trace":
@@ -56,10 +60,14 @@ def measured(preset, rule, mode, seed):
 def table(rows):
     """Medians over seeds."""
     keys = ["preset", "rule", "mode"]
-    return rows.drop(columns="seed").groupby(keys).median().round(3)
+    return rows.drop(columns=["seed", "wall_s"]).groupby(keys).median().round(3)
 
 
-def main(preset, rule, mode, seed):
+def main(*given):
+    if not given:
+        print(table(pd.read_csv(DATA)).to_string())
+        return
+    preset, rule, mode, seed = given
     row = {"preset": preset, "rule": rule, "mode": mode, "seed": int(seed)}
     row |= measured(preset, rule, mode, int(seed))
     known = pd.read_csv(DATA) if DATA.exists() else pd.DataFrame()

@@ -169,7 +169,7 @@ def _quantities(state: State, persistence: RunPersistence | None) -> dict[str, s
     _, F = state.front()
     shown = {"front": f"{len(F):,}"}
     if state.refinement is not None:
-        shown["polished"] = f"{int(state.refinement.changed.sum()):,}"
+        shown["polished"] = f"{int(state.refinement.changed.sum()) + state.refinement.added:,}"
     failed = sum(state.failures.values())
     if failed:
         shown["failed"] = f"{failed:,}"

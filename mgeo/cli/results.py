@@ -94,8 +94,11 @@ def print_results(
     took = f"{outcome.evaluations:,} evaluations in {clock(outcome.wall_time_s)}"
     output.print(f"{outcome.status} after {took}; {size}")
     output.print(*found.remarks)
-    if outcome.refined:
-        output.print(f"polished: {outcome.refined:,} solutions of the search are better by it")
+    if outcome.refined or outcome.added:
+        output.print(
+            f"polished: {outcome.refined:,} solutions of the search are better by it, "
+            f"{outcome.added:,} more were found"
+        )
     if outcome.unrefined:
         output.print(f"not polished to the end: {outcome.unrefined}")
     if outcome.failures:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Concatenate, NamedTuple, ParamSpec, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -130,6 +130,8 @@ def robust(problem: Problem) -> Problem:
 def refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
     """What its ``refine(X)`` gives in the place of solutions, bit by bit, each shape (n, n_var).
 
+    Tables may have more rows, which follow, and no fewer than the one before.
+
     Raises
     ------
     PluginError
@@ -141,17 +143,20 @@ def refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
     try:
         with foreign():
             steps = iter(problem.refine(X.copy()))
+        least = len(X)
         while True:
             with foreign():
                 given = next(steps, None)
                 table = None if given is None else np.array(given, dtype=float)
             if table is None:
                 return
-            if table.shape != X.shape or not np.isfinite(table).all():
+            fits = table.ndim == 2 and table.shape[1] == X.shape[1] and len(table) >= least
+            if not (fits and np.isfinite(table).all()):
                 raise PluginError(
                     f"refine(X) {owner} gives {given!r:.80}: expected finite numbers of shape "
-                    f"{X.shape}"
+                    f"({least}, {X.shape[1]}), or more rows"
                 )
+            least = len(table)
             yield table
     except PluginError:
         raise
@@ -159,8 +164,19 @@ def refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
         raise PluginError(f"refine {owner} raised {type(error).__name__}: {error}") from error
 
 
-def recommended(problem: Problem) -> tuple[int, bool]:
-    """With how many of its starts, and whether with a polish, its ``recommended()`` has a run.
+class Recommended(NamedTuple):
+    """With how many of its starts and evaluations, and whether with a polish, a run is best made.
+
+    Evaluations, if there are any, go with the polish.
+    """
+
+    starts: int = 0
+    polish: bool = False
+    evaluations: int | None = None
+
+
+def recommended(problem: Problem) -> Recommended:
+    """What its ``recommended()`` gives.
 
     Raises
     ------
@@ -169,14 +185,15 @@ def recommended(problem: Problem) -> tuple[int, bool]:
     """
 
     def is_valid(given: Any) -> bool:
-        if not isinstance(given, dict) or given.keys() - {"starts", "polish"}:
+        if not isinstance(given, dict) or given.keys() - set(Recommended._fields):
             return False
-        starts, polish = given.get("starts", 0), given.get("polish", False)
-        return type(starts) is int and starts >= 0 and isinstance(polish, bool)
+        found = Recommended(**given)
+        evaluations = 1 if found.evaluations is None else found.evaluations
+        numbers = type(found.starts) is int and type(evaluations) is int
+        return numbers and found.starts >= 0 and evaluations >= 1 and isinstance(found.polish, bool)
 
-    expected = "a dict of starts, an int >= 0, and polish, a bool"
-    found = asked(problem, "recommended()", is_valid, expected) or {}
-    return found.get("starts", 0), found.get("polish", False)
+    expected = "a dict of starts, an int >= 0, polish, a bool, and evaluations, an int >= 1"
+    return Recommended(**(asked(problem, "recommended()", is_valid, expected) or {}))
 
 
 def fingerprint(thing: Any) -> str:

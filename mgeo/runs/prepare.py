@@ -122,8 +122,9 @@ def prepare(
     an algorithm it is the `default_algorithm`, and the budget is `default_evaluations` if none is
     given. A `robust` run is one of the problem that this problem's ``robust()`` gives. It begins
     with `starts` of the problem's suggestions and ends, with `polish`, with the problem's
-    refinement. None of these is what the problem recommends; of a run that is `robust`, or whose
-    algorithm, its parameters or budget are given, nothing is recommended.
+    refinement. None of these is what the problem recommends, as is the budget of a run that has its
+    polish so; of one that is `robust`, or whose algorithm, its parameters or budget are given,
+    nothing is recommended.
 
     Raises
     ------
@@ -138,9 +139,10 @@ def prepare(
         built = protocol.robust(built)
     optimizer = build_algorithm(algorithm, complete, built)
     own = protocol.options(built)
-    advised = protocol.recommended(built) if plain else (0, False)
-    starts = advised[0] if starts is None else starts
-    polish = advised[1] if polish is None else polish
+    advised = protocol.recommended(built) if plain else protocol.Recommended()
+    starts = advised.starts if starts is None else starts
+    if polish is None:
+        polish, evaluations = advised.polish, evaluations or advised.evaluations
     if evaluations is None:
         evaluations = default_evaluations(optimizer, built)
     data = {

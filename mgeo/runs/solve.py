@@ -285,5 +285,6 @@ def _outcome(state: State) -> Outcome:
         failures=state.failures,
         rough=state.rough,
         refined=0 if refined is None else int(refined.changed.sum()),
+        added=0 if refined is None else refined.added,
         unrefined="" if refined is None else refined.error,
     )

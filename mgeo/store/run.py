@@ -94,7 +94,8 @@ class Outcome(Table):
     ``started`` is UTC, ``wall_time_s`` in seconds. ``failures`` tells how many of the evaluations
     failed why, ``rough`` how many of the first gave no more than estimates (see `mgeo.MGEOStaged`).
     ``refined`` tells in how many places of the search's front a refinement has put something
-    better, ``unrefined`` why one that was asked for has come to no end.
+    better, ``added`` how many it has put between them, ``unrefined`` why one that was asked for has
+    come to no end.
     """
 
     model_config = ConfigDict(extra="ignore", arbitrary_types_allowed=True)
@@ -104,6 +105,7 @@ class Outcome(Table):
     failures: dict[str, int] = Field(default_factory=dict)
     rough: int = 0
     refined: int = 0
+    added: int = 0
     unrefined: str = ""
     hypervolume: Hypervolume | None
     variables: Names

@@ -192,7 +192,7 @@ def _check_presentation(problem: Problem, X: FloatArray, F: FloatArray) -> None:
 def _check_search(problem: Problem, X: FloatArray, seed: int) -> None:
     """What it suggests to a search, and what it makes of what that has found."""
     with no_error("recommended(), of what it has"):
-        starts, polish = protocol.recommended(problem)
+        starts, polish, _ = protocol.recommended(problem)
     require(
         (not starts or hasattr(problem, "starts")) and (not polish or hasattr(problem, "refine")),
         f"recommended() gives {starts} starts and polish = {polish}: expected of what it has",

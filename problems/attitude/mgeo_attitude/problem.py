@@ -379,6 +379,8 @@ class AttitudeManeuverProblem(ShownByView, Problem):
     def refine(self, X: ArrayLike) -> Iterator[Floats]:
         """Better ones in the place of designs, shape (n, n_var), bit by bit; see `refine.polish`.
 
+        Then plans for times between those of these designs.
+
         Raises
         ------
         ValueError
@@ -386,7 +388,7 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         """
         from mgeo_attitude.refine import polish_steps  # compiles
 
-        return polish_steps(self, X)
+        return polish_steps(self, X, more=True)
 
     def view(self, X: ArrayLike) -> ManeuverView:
         """What people are shown of plans, shape (n, n_var), each evaluated once."""

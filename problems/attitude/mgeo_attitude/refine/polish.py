@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mgeo.algorithms.dominance import front_rows
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.objectives import smooth_objective
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
@@ -18,9 +16,9 @@ from mgeo_attitude.refine.at_time import (
     slowed,
     stretched,
 )
+from mgeo_attitude.refine.front import Front
 from mgeo_attitude.refine.held import held_rates
 from mgeo_attitude.refine.judging import (
-    Judge,
     PlanProblem,
     at_time,
     begins_with,
@@ -35,12 +33,14 @@ from mgeo_attitude.refine.starts import receding_horizon
 MOST, ITERATIONS = 24, 30
 #: How many times as many, with as much less of them, follow between those.
 _BETWEEN = 3
+#: From how many plans each of the former, and of the latter, is begun.
+_BEGUN = 4, 2
 #: Of the rates held after a plan those that are judged, over flights, and tried at other times.
 _JUDGED, _FLOWN, _TRIED = 16, 4, 6
 #: Share of the longest run before which plans are not polished.
 _EARLIEST = 0.02
-#: Share of the time of a row below which none takes its place, but for the last.
-_NEARLY = 0.98
+#: Ratio of the times of plans between which others are added.
+_RATIO = 1.015
 #: Polished plans from which others begin.
 _NEAREST = 3
 #: Shares of the number of maneuvers that are the stages of receding horizons to begin from; steps
@@ -100,9 +100,16 @@ def polish(
 
 
 def polish_steps(
-    problem: PlanProblem, designs: ArrayLike, most: int = MOST, iterations: int = ITERATIONS
+    problem: PlanProblem,
+    designs: ArrayLike,
+    most: int = MOST,
+    iterations: int = ITERATIONS,
+    more: bool = False,
 ) -> Iterator[Floats]:
-    """What `polish` has after each plan, each table as good as the one before or better."""
+    """What `polish` has after each plan, each table as good as the one before or better.
+
+    With `more`, plans for times between those of the rows follow these, as they are found.
+    """
     name, judge = smooth_objective(problem.objectives), judged_by(problem)
     at = at_time(problem, name)
     found = np.atleast_2d(np.array(designs, dtype=float))
@@ -116,16 +123,16 @@ def polish_steps(
         return F[:, order], violation
 
     flown = problem.scenario.flight is not None
-    F, violation = in_order(found)
-    times = F[:, 0].copy()
-    front = _Front(at, in_order, found, F, violation, times)
+    front = Front(in_order, found, _RATIO if more else np.inf)
     learned: list[Floats] = []
     shapes: list[Floats] = []
     done: set[int] = set()
     roughs: dict[bytes, Roughly] = {}  # of each start
-    for rows, each in ((most, iterations), (_BETWEEN * most, -(-iterations // _BETWEEN))):
-        for row in _spread(times, rows, _EARLIEST * at.model.longest):
-            ends = _learning(at, times[row])
+    between = _BETWEEN * most, -(-iterations // _BETWEEN)
+    for (rows, each), tried in zip(((most, iterations), between), _BEGUN, strict=True):
+        new: list[Floats] = []
+        for row in _spread(front, rows, _EARLIEST * at.model.longest):
+            ends = _learning(at, front.times[row])
             if ends is None or row in done:
                 continue
             (plan,), (start,) = parts(problem, front.X[[row]])
@@ -133,63 +140,34 @@ def polish_steps(
                 roughs[start.tobytes()] = Roughly(at_time(problem, name, start))
             roughly = roughs[start.tobytes()]
             begins = _begins(roughly, plan, learned, ends, horizon=rows == most)
-            learned.append(roughly.descended(begins, ends, each))
+            learned.append(roughly.descended(begins, ends, each, tried))
             better = begins_with(_ended(roughly.exact, learned[-1]), start)
             front.take(better[: _FLOWN if flown else _JUDGED])
-            shapes.extend(better[:_TRIED])
+            new.extend(better[:_TRIED])
             done.add(int(row))
-            yield front.X.copy()
+            yield front.plans
+        if new and not flown:
+            front.take(_at_other_times(at, new, front.times))
+            yield front.plans
+        shapes += new
+    front.settle()
+    yield front.plans
     if shapes and not flown:
-        front.take(_at_other_times(at, shapes, times))
-        yield front.X.copy()
-    front.take(front.X, share=0.0)
-    yield front.X.copy()
-    if shapes and not flown:
-        yield without_unneeded(problem, front.X)
+        yield without_unneeded(problem, front.plans)
 
 
-@dataclass
-class _Front:
-    """Plans, their times and values, and by how much they violate limits."""
-
-    at: AtTime
-    judge: Judge
-    X: Floats
-    F: Floats
-    violation: Floats
-    times: Floats
-
-    def take(self, designs: Floats, share: float = _NEARLY) -> None:
-        """Let designs take the place of rows that end no sooner and know less, within limits.
-
-        None whose time is less than such a share of the one that a row had at first: at its own
-        time more can be known.
-        """
-        if not len(designs):
-            return
-        F, violation = self.judge(designs)
-        sound = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0))
-        order = sound[front_rows(F[sound])]
-        place = np.searchsorted(F[order, 0], self.F[:, 0], side="right") - 1
-        rows = np.flatnonzero(place >= 0)
-        best = order[place[rows]]
-        better = (F[best, 1] < self.F[rows, 1]) & (F[best, 0] >= share * self.times[rows])
-        better |= self.violation[rows] > 0.0
-        rows, best = rows[better], best[better]
-        self.X[rows], self.F[rows], self.violation[rows] = designs[best], F[best], 0.0
-
-
-def _spread(times: Floats, most: int, earliest: float) -> Ints:
+def _spread(front: Front, most: int, earliest: float) -> Ints:
     """Rows whose times are at about even ratios, the earliest first, at most so many."""
-    known = np.flatnonzero(np.isfinite(times) & (times >= earliest))
+    times, rows = front.times, front.rows
+    known = rows[np.isfinite(times[rows]) & (times[rows] >= earliest)]
     if not len(known):
         return known
     order = known[np.argsort(times[known], kind="stable")]
     logs = np.log(times[order])
     asked = np.linspace(logs[0], logs[-1], most)
     nearest = np.unique(np.abs(logs[:, None] - asked).argmin(axis=0))
-    rows: Ints = order[nearest]
-    return rows
+    found: Ints = order[nearest]
+    return found
 
 
 def _holds(at: AtTime) -> bool:

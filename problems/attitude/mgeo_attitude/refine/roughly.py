@@ -15,9 +15,10 @@ from mgeo_attitude.refine.descent import descend
 #: How many samples are taken as one, at most so that there are as many of them and that a step
 #: turns by no more than so many degrees.
 _EVERY, _SAMPLES, _TURN_DEG = (10, 5, 2), 100, 10.0
-#: Plans of those to begin from that are tried, of plans of fewer than `SHORT` steps more, with what
-#: share of the iterations.
-_TRIED, _TRIED_SHORT, SHORT, _SHARE = 2, 4, 1000, 0.25
+#: Share of the iterations after which half of the plans are left, until one is.
+_SHARE = 0.35
+#: Steps of a plan that is short.
+SHORT = 1000
 #: Iterations on all samples where there are limits, to which few do not tell the way.
 _EXACT = 5
 
@@ -40,20 +41,28 @@ class Roughly:
             )
         return self._known[every]
 
-    def descended(self, begins: Floats, time: float, iterations: int) -> Floats:
+    def descended(self, begins: Floats, time: float, iterations: int, most: int) -> Floats:
         """The best that is found from some designs, shape (k, 4 m), in so many iterations.
 
-        Those that are best at the time [s] are all tried, and then the best of them alone.
+        At `most` so many are tried, those that are best at the time [s]; and with more iterations
+        the better half of them, until it is one.
         """
         at = self.at(time)
         steps = min(max(round(time / at.model.step), 1), at.model.n_steps)
-        value, excess = at.values(begins, steps)
-        worst = np.maximum(excess, 0.0).max(axis=1, initial=0.0)
-        short = time <= SHORT * self.exact.model.step
-        order = np.lexsort((value, worst))[: _TRIED_SHORT if short else _TRIED]
-        first = max(round(_SHARE * iterations), 1)
-        tried = np.array([descend(at, begins[row], time, first) for row in order])
-        found = descend(at, tried[at.best(tried, steps)], time, iterations - first)
+        tried, share = _least(at, begins, steps, most), _SHARE
+        while len(tried) > 1:
+            each = max(round(share * iterations), 1)
+            tried = np.array([descend(at, design, time, each) for design in tried])
+            tried, share = _least(at, tried, steps, len(tried) // 2), min(2.0 * share, 1.0)
+        found = descend(at, tried[0], time, iterations)
         if self.exact.limits or self.exact.requirements:
             found = descend(self.exact, found, time, _EXACT)
         return found
+
+
+def _least(at: AtTime, designs: Floats, steps: int, most: int) -> Floats:
+    """Some of the designs, those of the least values, after those that keep limits best."""
+    value, excess = at.values(designs, steps)
+    worst = np.maximum(excess, 0.0).max(axis=1, initial=0.0)
+    found: Floats = designs[np.lexsort((value, worst))[:most]]
+    return found
