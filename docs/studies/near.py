@@ -14,6 +14,10 @@ import pandas as pd
 from mgeo.runs.prepare import prepare
 
 DATA = Path(__file__).parent / "data" / "near.csv"
+#: Fronts of seed 1 by the rule "end", for the figure.
+FRONTS = Path(__file__).parents[1] / "fronts" / "near.csv"
+#: Ratio of times below which one of two points of a front is enough for it.
+DENSE = 1.02
 TIMES = (300, 500, 700, 900, 1000, 1560, 2785, 4394)
 
 #: Maneuvers, evaluations, starts, and whether fronts are polished. The first is the default of
@@ -41,7 +45,7 @@ def ratios(F, curves):
 
 
 def measured(preset, rule, mode, seed):
-    """One row: seconds of the processors, the hypervolume, and ratios to the limit."""
+    """Seconds of the processors, hypervolume and ratios to the limit; and the front."""
     count, evaluations, starts, polish = MODES[mode]
     options = {"preset": preset, "maneuvers": {"count": count}, "convergence": {"rule": rule}}
     if rule == "trace":
@@ -54,7 +58,21 @@ def measured(preset, rule, mode, seed):
     found = run.solve()
     spent = {"cpu_s": time.process_time() - cpu, "wall_s": time.perf_counter() - wall}
     last = {"longest_s": found.F[:, 0].max(), "hypervolume": found.hypervolume.value}
-    return spent | last | ratios(found.F, run.problem.limit_curves)
+    return spent | last | ratios(found.F, run.problem.limit_curves), found.F
+
+
+def thinned(F):
+    """Points of a front for a figure."""
+    rows = [0]
+    for row in range(1, len(F)):
+        if F[row, 0] >= DENSE * F[rows[-1], 0]:
+            rows.append(row)
+    return F[rows]
+
+
+def append(file, rows):
+    known = pd.read_csv(file) if file.exists() else pd.DataFrame()
+    pd.concat([known, rows]).to_csv(file, index=False, float_format="%.6g")
 
 
 def table(rows):
@@ -69,9 +87,12 @@ def main(*given):
         return
     preset, rule, mode, seed = given
     row = {"preset": preset, "rule": rule, "mode": mode, "seed": int(seed)}
-    row |= measured(preset, rule, mode, int(seed))
-    known = pd.read_csv(DATA) if DATA.exists() else pd.DataFrame()
-    pd.concat([known, pd.DataFrame([row])]).to_csv(DATA, index=False, float_format="%.6g")
+    values, F = measured(preset, rule, mode, int(seed))
+    append(DATA, pd.DataFrame([row | values]))
+    if rule == "end" and seed == "1":
+        t_end, trace = thinned(F).T
+        points = {"preset": preset, "mode": mode, "t_end [s]": t_end, "trace [-]": trace}
+        append(FRONTS, pd.DataFrame(points))
 
 
 if __name__ == "__main__":

@@ -26,7 +26,8 @@ if TYPE_CHECKING:  # every run imports this module, and statistics take most of 
 def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) -> None:
     """Tell it about a run of ``mgeo solve``; two generations are made for it."""
     configuration, problem = run.configuration, run.problem
-    expected = estimate(problem, run.algorithm, configuration.evaluations, configuration.seed)
+    evaluations, seed = configuration.evaluations, configuration.seed
+    expected = estimate(problem, run.algorithm, evaluations, seed, configuration.polish)
     size, view = problem_size(problem), view_of(problem)
     written = {
         FRONT_FILE: True,
@@ -38,10 +39,13 @@ def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) 
     files = [name for name, is_written in written.items() if is_written]
     texts = {
         "size": _size(size),
-        "budget": f"{configuration.evaluations:,} evaluations",
+        "budget": f"{evaluations:,} evaluations",
         "folder": str(persistence.folder),
         "files": ", ".join(files),
     }
+    if configuration.polish:
+        took = "" if expected.polish is None else f", about {_about(expected.polish)}"
+        texts["polish"] = f"in addition{took}"
     told, facts = ask(view, View.notes), ask(view, View.facts)
     texts |= facts
     if told:
@@ -54,7 +58,11 @@ def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) 
         "folder": str(persistence.folder),
         "files": files,
     }
+    if configuration.polish:
+        found["expected_polish_s"] = expected.polish
     _tell(run_title(configuration), texts, found, (expected.elapsed, expected.timed), output)
+    if configuration.polish and expected.polish is None:
+        output.note("Note: not in the time: the polish, as the problem does not say what it takes")
     for why in ask(view, View.impossible):
         output.note(f"Note: nothing can keep all limits, and nothing would be searched: {why}")
 
@@ -97,12 +105,15 @@ def _tell(
     at_once: str = "",
 ) -> None:
     seconds, timed = expected
-    about = f"{seconds:.2g} s" if seconds < 10 else clock(seconds)
-    time = f"about {about}, an estimate from {timed:,} evaluations{at_once}"
+    time = f"about {_about(seconds)}, an estimate from {timed:,} evaluations{at_once}"
     output.print(title, pairs({**texts, "time": time}))
     output.result(
         {"dry_run": True, **found, "expected_time_s": seconds, "timed_evaluations": timed}
     )
+
+
+def _about(seconds: float) -> str:
+    return f"{seconds:.2g} s" if seconds < 10 else clock(seconds)
 
 
 def _size(size: Mapping[str, Any]) -> str:

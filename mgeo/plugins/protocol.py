@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Mapping
 from functools import partial
+from operator import length_hint
 from typing import TYPE_CHECKING, Any, Concatenate, NamedTuple, ParamSpec, Protocol, TypeVar
 
 import numpy as np
@@ -161,6 +162,22 @@ def refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
     except PluginError:
         raise
     except Exception as error:  # whatever a problem raises: foreign code
+        raise PluginError(f"refine {owner} raised {type(error).__name__}: {error}") from error
+
+
+def refinement_steps(problem: Problem, X: FloatArray) -> int:
+    """How many steps as long as its first one its ``refine(X)`` has, 0 if it does not say.
+
+    Raises
+    ------
+    PluginError
+        If that raises.
+    """
+    try:
+        with foreign():
+            return length_hint(problem.refine(X.copy()))
+    except Exception as error:  # whatever a problem raises: foreign code
+        owner = f"of problem {type(problem).__name__}"
         raise PluginError(f"refine {owner} raised {type(error).__name__}: {error}") from error
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -12,6 +13,8 @@ import numpy as np
 
 from mgeo._typing import FloatArray
 from mgeo.algorithms.staged import MGEOStaged
+from mgeo.evaluation.individuals import as_numbers
+from mgeo.plugins.protocol import refinement, refinement_steps
 from mgeo.runs.solve import set_up
 
 if TYPE_CHECKING:
@@ -23,19 +26,24 @@ if TYPE_CHECKING:
 class RunTime:
     """Times in seconds: elapsed, and of the processors (more, where several work).
 
-    They were measured on `timed` evaluations.
+    They were measured on `timed` evaluations. Of the elapsed time `polish` is that of a
+    refinement, None where its problem does not say how long it will be.
     """
 
     elapsed: float
     processor: float
     timed: int
+    polish: float | None = 0.0
 
 
-def estimate(problem: Problem, algorithm: Algorithm, evaluations: int, seed: int) -> RunTime:
+def estimate(
+    problem: Problem, algorithm: Algorithm, evaluations: int, seed: int, polish: bool = False
+) -> RunTime:
     """Make two generations of a run, and think of the second as typical.
 
     The first, in which much is done for the first time, counts once. Of a staged search the second
-    one's candidates tell what a later stage takes. Whatever the run makes is forgotten.
+    one's candidates tell what a later stage takes. Of a `polish` the first step is made, with what
+    was found, and all are as long as the problem says. Whatever the run makes is forgotten.
 
     Raises
     ------
@@ -54,8 +62,18 @@ def estimate(problem: Problem, algorithm: Algorithm, evaluations: int, seed: int
         run.state.stage = stage
         judged = len(run.front) + (end - begin) * evaluations  # the front anew as it begins
         total = total + judged * _time_of_a_design(run)
-    elapsed, processor = total.tolist()
-    return RunTime(elapsed, processor, made)
+    refined = _time_of_polish(problem, run.pop.get("X")) if polish else np.zeros(2)
+    elapsed, processor = (total + (0.0 if refined is None else refined)).tolist()
+    return RunTime(elapsed, processor, made, None if refined is None else float(refined[0]))
+
+
+def _time_of_polish(problem: Problem, X: FloatArray) -> FloatArray | None:
+    designs = as_numbers(problem, X).astype(float)
+    steps = refinement_steps(problem, designs)
+    if not steps:
+        return None
+    with closing(refinement(problem, designs)) as tables:
+        return steps * _time(lambda: next(tables, None))
 
 
 def _time_of_a_design(run: Algorithm) -> FloatArray:

@@ -1,6 +1,7 @@
 """Plans polished by the slopes of what is known at their ends."""
 
 import dataclasses
+from operator import length_hint
 
 import numpy as np
 import pytest
@@ -96,6 +97,31 @@ def test_each_step_is_as_good_as_the_one_before(problem):
         F = values(problem, table)[0]
         assert (last >= F).all()
         last = F
+
+
+def test_plans_for_other_times_are_added(problem):
+    X = problem.starts(4, np.random.default_rng(1))
+    F = values(problem, X)[0]
+    tables = list(polish_steps(problem, X, **FEW, more=True))
+    sizes = [len(table) for table in tables]
+    assert sizes == sorted(sizes)
+    assert sizes[-1] > 2 * len(X)
+    found = tables[-1]
+    np.testing.assert_array_equal(found[:4].shape, X.shape)
+    after = values(problem, found)[0]
+    assert (after[:4] <= F).all()
+    span = F[:, 0].min(), F[:, 0].max()
+    assert ((after[:, 0] >= 0.9 * span[0]) & (after[:, 0] <= span[1])).all()
+    first_four = values(problem, tables[-1][:4])[0]
+    better = [not (first_four <= row).all(axis=1).any() for row in after[4:]]
+    assert np.mean(better) > 0.5
+
+
+def test_how_long_it_will_be_is_told(problem):
+    steps = polish_steps(problem, some(problem), **FEW)
+    assert length_hint(steps) == 6
+    next(steps)
+    assert length_hint(steps) == 5
 
 
 @pytest.mark.parametrize("rule", ["trace", "end"])

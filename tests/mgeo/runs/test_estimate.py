@@ -1,6 +1,7 @@
 """How long a run takes, told by its beginning, with a clock that counts evaluations."""
 
 import copy
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -64,3 +65,25 @@ def test_later_stages_are_timed_by_themselves(problem):
     front = (found.elapsed - search) / (20.0 + 100.0)  # judged anew at the beginning of each
     assert 1 <= front == pytest.approx(round(front))
     assert found.processor == pytest.approx(2.0 * found.elapsed)
+
+
+class Tables(Iterator):
+    """Steps of 50 s, of which the problem says that there will be so many."""
+
+    def __init__(self, problem, X, length):
+        self.problem, self.X, self.length = problem, X, length
+
+    def __length_hint__(self):
+        return self.length
+
+    def __next__(self):
+        self.problem.took.append(50.0)
+        return self.X
+
+
+@pytest.mark.parametrize(("length", "polish"), [(40, 2_000.0), (0, None)])
+def test_of_a_polish_the_first_step_is_timed(problem, monkeypatch, length, polish):
+    monkeypatch.setattr(Dearer, "refine", lambda self, X: Tables(self, X, length), raising=False)
+    found = estimate(problem, MGEODirected(n_walkers=10), 9_600, 1, polish=True)
+    assert found.polish == polish
+    assert found.elapsed == pytest.approx(9_600.0 + (polish or 0.0))

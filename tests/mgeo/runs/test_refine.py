@@ -131,6 +131,15 @@ def longer(self, X):
     yield X + np.array([0.0, 0.01])
 
 
+def adds(self, X):
+    """Twice a longer beam beyond those given, at first one that is no beam, then better ones."""
+    if len(X):
+        more = np.array([[X[:, 0].min() * 0.5, 0.2], [X[:, 0].min() * 0.7, 0.2]])
+        yield np.vstack([X, more[:1]])
+        yield np.vstack([X, more])
+        yield np.vstack([X + np.array([0.0, 0.01]), more * np.array([1.0, 1.1])])
+
+
 def breaks(self, X):
     if len(X):
         better = X.copy()
@@ -161,6 +170,37 @@ def test_what_fails_or_is_no_better_keeps_what_was_given(method, kept, message, 
     assert outcome.status == "finished"
     of_search = {tuple(row) for row in search.X}
     assert len([row for row in outcome.X if tuple(row) in of_search]) >= len(outcome.X) - 1
+
+
+def test_what_is_given_beyond_the_front_is_added(monkeypatch):
+    search = begun().solve()
+    refines(monkeypatch, adds)
+    run, sizes = begun(polish=True), []
+
+    def see(state):
+        if state.refinement is not None:
+            sizes.append(len(state.refinement.solutions))
+
+    outcome = run.solve(see)
+    assert (outcome.refined, outcome.added) == (0, 2)
+    n = len(search.X)
+    assert sizes[:3] == [n + 1, n + 2, n + 2]
+    added = search.X[:, 0].min() * np.array([0.5, 0.7])
+    for diameter in added:
+        assert [diameter, 0.2] in outcome.X.tolist()
+    F = load_problem("cantilever").evaluate(outcome.X)
+    np.testing.assert_array_equal(F, outcome.F)
+    assert outcome.hypervolume.value >= search.hypervolume.value
+
+
+def test_rows_once_given_do_not_go(monkeypatch):
+    def fewer(self, X):
+        if len(X):
+            yield np.vstack([X, X[:1]])
+            yield X
+
+    refines(monkeypatch, fewer)
+    assert "or more rows" in begun(polish=True).solve().unrefined
 
 
 def test_what_cannot_be_asked_of_a_problem_is_told_before_the_search(monkeypatch):
@@ -197,6 +237,9 @@ def test_a_problem_recommends_both_for_runs_that_are_told_nothing_else(monkeypat
     assert prepare("cantilever").configuration.polish is False
     for given in ({"evaluations": 100}, {"algorithm": "nsga2"}, {"parameters": {"n_walkers": 1}}):
         assert configuration(**given) == (0, False)
+    advice |= {"evaluations": 320}
+    assert prepare("cantilever", starts=None, polish=None).configuration.evaluations == 320
+    assert prepare("cantilever", starts=None, polish=False).configuration.evaluations > 320
     advice["polish"] = "yes"
     with pytest.raises(
         ValueError, match=r"recommended\(\) of problem Cantilever .*a dict of starts"

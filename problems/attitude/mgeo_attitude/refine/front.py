@@ -43,7 +43,7 @@ class Front:
 
     @property
     def rows(self) -> Ints:
-        """That hold plans: those that there were, and the others in the order in which they came."""
+        """That hold plans: those that there were, and others in the order in which they came."""
         return np.array([*range(self._given), *self._added], dtype=np.int64)
 
     @property
@@ -81,7 +81,7 @@ class Front:
 
 
 def _room(F: Floats, violation: Floats, ratio: float) -> tuple[Floats, Ints]:
-    """Times between those of sound plans, at such a ratio, and which plan is the best until then."""
+    """Times between those of sound plans, at such a ratio, and the best plan until each."""
     sound = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0) & (F[:, 0] > 0.0))
     order = sound[front_rows(F[sound])]
     if len(order) < 2 or not np.isfinite(ratio):

@@ -33,6 +33,8 @@ from mgeo_attitude.refine.starts import receding_horizon
 MOST, ITERATIONS = 24, 30
 #: How many times as many, with as much less of them, follow between those.
 _BETWEEN = 3
+#: How much longer than the first of a front's plans, over their number, all of it takes.
+_STEPS = 2.0
 #: From how many plans each of the former, and of the latter, is begun.
 _BEGUN = 4, 2
 #: Of the rates held after a plan those that are judged, over flights, and tried at other times.
@@ -99,22 +101,44 @@ def polish(
     return found
 
 
+class Steps(Iterator[Floats]):
+    """Tables, and about how many steps as long as the first are left: its length hint."""
+
+    def __init__(self, tables: Iterator[Floats], length: int) -> None:
+        self._tables, self._length = tables, length
+
+    def __next__(self) -> Floats:
+        table = next(self._tables)
+        self._length = max(self._length - 1, 0)
+        return table
+
+    def __length_hint__(self) -> int:
+        return self._length
+
+
 def polish_steps(
     problem: PlanProblem,
     designs: ArrayLike,
     most: int = MOST,
     iterations: int = ITERATIONS,
     more: bool = False,
-) -> Iterator[Floats]:
+) -> Steps:
     """What `polish` has after each plan, each table as good as the one before or better.
 
     With `more`, plans for times between those of the rows follow these, as they are found.
     """
-    name, judge = smooth_objective(problem.objectives), judged_by(problem)
-    at = at_time(problem, name)
+    name = smooth_objective(problem.objectives)
     found = np.atleast_2d(np.array(designs, dtype=float))
+    return Steps(_tables(problem, name, found, (most, iterations), more), round(_STEPS * most))
+
+
+def _tables(
+    problem: PlanProblem, name: str, found: Floats, size: tuple[int, int], more: bool
+) -> Iterator[Floats]:
+    (most, iterations), judge = size, judged_by(problem)
     if not found.size:
         return
+    at = at_time(problem, name)
     time = problem.objectives.index("t_end")
     order = [time, 1 - time]
 
@@ -159,7 +183,7 @@ def polish_steps(
 def _spread(front: Front, most: int, earliest: float) -> Ints:
     """Rows whose times are at about even ratios, the earliest first, at most so many."""
     times, rows = front.times, front.rows
-    known = rows[np.isfinite(times[rows]) & (times[rows] >= earliest)]
+    known: Ints = rows[np.isfinite(times[rows]) & (times[rows] >= earliest)]
     if not len(known):
         return known
     order = known[np.argsort(times[known], kind="stable")]

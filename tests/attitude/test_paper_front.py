@@ -1,0 +1,28 @@
+"""The paper's study stays as it was: a small run of its preset, kept of an older version."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from mgeo.runs.prepare import prepare
+
+KEPT = Path(__file__).parent / "reference" / "paper-front.csv"
+
+
+def test_the_front_of_a_small_run_of_the_papers_preset_has_not_changed():
+    run = prepare("attitude", {"preset": "paper"}, evaluations=1200, starts=None, polish=None)
+    found = run.solve()
+    columns = [*found.variables, *found.objectives]
+    front = pd.DataFrame([[*x, *f] for x, f in zip(found.X, found.F, strict=True)], columns=columns)
+    kept = pd.read_csv(KEPT, float_precision="round_trip")
+    # traces may differ in the last digits from processor to processor
+    pd.testing.assert_frame_equal(front[columns[:-1]], kept[columns[:-1]], check_exact=True)
+    pd.testing.assert_series_equal(front[columns[-1]], kept[columns[-1]], rtol=1e-9)
+    assert list(kept) == columns
+
+
+def test_a_run_of_the_papers_preset_has_neither_starts_nor_polish():
+    run = prepare("attitude", {"preset": "paper"}, starts=None, polish=None)
+    configuration = run.configuration
+    assert (configuration.starts, configuration.polish) == (0, False)
+    assert configuration.evaluations == 59904
