@@ -271,7 +271,6 @@ def suite() -> go.Figure:
 FIGURES: dict[str, Callable[[], go.Figure]] = {
     "limits": limits,
     "starts": starts,
-    "near": near,
     "interpolation": interpolation,
     "tracker": tracker,
     "wheels": wheels,
