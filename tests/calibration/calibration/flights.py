@@ -3,10 +3,12 @@
 import dataclasses
 
 import numpy as np
+from mgeo_attitude import Environment
 from mgeo_attitude.geometry.rotation import matrix, vector
 from mgeo_attitude.scenario import Convergence
-from mgeo_calibration import fly
+from mgeo_calibration import calibrate, consistency, fly, simulate
 from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
 
 PLAN = (0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0)
 
@@ -46,6 +48,21 @@ def normalized(calibration, telemetry):
     """NEES per state, and the error of every state over its 1-sigma."""
     e, P = error(calibration, telemetry), calibration.covariance
     return e @ np.linalg.solve(P, e) / len(e), e / np.sqrt(np.diag(P))
+
+
+def check_fifty_flights(scenario, seed, plan=PLAN):
+    """NEES and NIS of a filter in 50 flights, and NEES of calibrations of four, within 99 %."""
+    report = consistency(simulate(scenario, plan, 50, seed=seed))
+    tested = [each for each in report.criteria if each.name.startswith(("nees", "nis"))]
+    assert len(tested) == 1 + len(scenario.sensors)
+    assert all(each.passed for each in tested), report.table()
+    environment, found = Environment.from_scenario(scenario), []
+    for number in range(4):
+        flight = fly(scenario, plan, number, environment=environment)
+        found.append(normalized(calibrate(scenario, flight), flight)[0])
+    n = len(found) * scenario.suite.n_states
+    low, high = chi2.ppf([0.005, 0.995], n) / n
+    assert low < np.mean(found) < high
 
 
 def thinned(telemetry, name, every):

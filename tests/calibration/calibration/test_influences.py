@@ -5,15 +5,13 @@ import dataclasses
 import numpy as np
 import pandas as pd
 import pytest
-from mgeo_attitude import Environment, FilterModel, Influence, Scenario
+from mgeo_attitude import FilterModel, Influence, Scenario
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario.channels import Channel
 from mgeo_calibration import (
     calibrate,
-    consistency,
     fly,
     read_telemetry,
-    simulate,
     simulate_calibrations,
 )
 from mgeo_calibration.calibration.added import calibrate_with
@@ -66,22 +64,6 @@ def test_coefficients_are_calibrated_as_claimed(telemetry):
     np.testing.assert_allclose(
         sent["bias_per_unit"], table.loc["mag.bias_per_current", "estimate"], rtol=1e-12
     )
-
-
-@pytest.mark.slow
-def test_many_flights_are_consistent():
-    """Filter of 50 flights of 1500 s; calibrations of four."""
-    of = scenario(1500.0)
-    criteria = consistency(simulate(of, PLAN, 50, seed=3))
-    assert all(criteria[name].passed for name in ("nees", "nis sun", "nis mag"))
-    environment = Environment.from_scenario(of)
-    found = []
-    for seed in range(4):
-        flown = fly(of, PLAN, seed, environment=environment)
-        found.append(normalized(calibrate(of, flown), flown)[0])
-    n = len(found) * of.suite.n_states
-    low, high = chi2.ppf([0.005, 0.995], n) / n
-    assert low < np.mean(found) < high
 
 
 def test_what_a_bias_follows_is_named_with_its_key_and_can_be_added(telemetry):

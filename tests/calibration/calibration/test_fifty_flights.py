@@ -1,0 +1,61 @@
+"""Fifty flights of what small satellites have: errors are as large as is claimed."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import HorizonSensor, Scenario
+from mgeo_calibration import simulate
+
+from .flights import PLAN, check_fifty_flights, short
+from .test_influences import scenario as following
+from .test_photodiodes import SCENARIO as FACES
+
+pytestmark = pytest.mark.slow
+
+#: Spin up about z, spin about x, despin: what the coils of a 1U make of it is another in each.
+COMMANDS = np.array([0.1, -0.2, 1.5, 500.0, 1.0, 0.0, 0.2, 500.0, 0.0, 0.0, 0.0, 500.0])
+
+
+def noisy_by_axis():
+    sun, mag = Scenario.cubesat_6u().sensors
+    return short(
+        Scenario.cubesat_6u(),
+        1500.0,
+        sensors=(
+            dataclasses.replace(sun, noise_deg=(0.25, 0.5, 2.0)),
+            dataclasses.replace(mag, noise_nt=(50.0, 100.0, 400.0)),
+        ),
+    )
+
+
+def with_horizon_sensor():
+    horizon = HorizonSensor(boresight=(0.0, 0.0, 1.0), half_angle_deg=80.0)
+    base = Scenario.cubesat_6u()
+    return short(base, 1500.0, sensors=(horizon, base.sensors[1]))
+
+
+CASES = {
+    "noise by axis": (noisy_by_axis, PLAN),
+    "horizon sensor": (with_horizon_sensor, PLAN),
+    "influences": (lambda: following(1500.0), PLAN),
+    "photodiodes": (lambda: short(FACES, 2000.0), PLAN),
+    "coils": (lambda: short(Scenario.cubesat_1u(), 1500.0), COMMANDS),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_errors_are_as_large_as_is_claimed(name):
+    scenario, plan = CASES[name]
+    check_fifty_flights(scenario(), 3, plan)
+
+
+def test_what_a_face_that_is_lit_for_a_short_time_knows_depends_on_the_attitude():
+    """Off the plan's, the Sun is before it for another time: claims then leave what is promised."""
+    widest = []
+    for attitude_deg in (0.3, 5.0):
+        initial = dataclasses.replace(FACES.initial, attitude_deg=attitude_deg)
+        found = simulate(short(FACES, 2000.0, initial=initial), PLAN, 10, seed=4)
+        widest.append(np.ptp(found.sigma[:, -1] / found.predicted[-1], axis=0).max())
+    assert widest[0] < 0.2
+    assert widest[1] > 0.8
