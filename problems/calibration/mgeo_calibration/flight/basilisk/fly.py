@@ -17,6 +17,7 @@ from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.maneuvers.schedule import Turning
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import (
+    Gyro,
     Magnetometer,
     Photodiode,
     Sensor,
@@ -30,7 +31,7 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.basilisk.coils import Coiled
 from mgeo_calibration.flight.basilisk.vehicle import Vehicle
-from mgeo_calibration.flight.flight import draw, fly_run, of_world
+from mgeo_calibration.flight.flight import columns, draw, fly_run, of_world
 from mgeo_calibration.flight.own import commanded, going_on, sent_down
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
@@ -115,6 +116,8 @@ def fly(
     # a random walk between two known ends has this mean and this spread about it
     spread = gyro.drift * np.sqrt(model.step / 12.0)
     mean_bias = 0.5 * (bias[:-1] + bias[1:]) + spread * generator.standard_normal((n, 3))
+    follows = {owner.name: followed(model, drawn.errors, owner) for owner in model.suite.sensors}
+    mean_bias += followed(model, drawn.errors, gyro)[1:]
     ramped = dataclasses.replace(model, slew_limits=limits)
     seen = simulate(
         scenario,
@@ -126,6 +129,7 @@ def fly(
             drawn.errors,
             mean_bias,
             Outside.of(scenario, environment, of_world(model, drawn)),
+            follows,
         ),
         flying,
         environment,
@@ -176,15 +180,30 @@ def check_suite(suite: Suite) -> None:
         if states is None:
             kinds = ", ".join(kind.kind for kind in MODELED)
             raise InvalidValue(f"sensors[{i}].kind", sensor.kind, f"Basilisk flies with {kinds}")
-        for state in sorted(sensor.states().keys() - states):
+        for state in sorted(_modeled_otherwise(sensor) - states):
             raise InvalidValue(
                 f"sensors[{i}].{state}",
                 sensor.name,
                 f"Basilisk's {sensor.kind} has {' and '.join(sorted(states))} only",
             )
-    for state in sorted(suite.gyro.states().keys() - {"bias", "scale_factor", "misalignment"}):
+    for state in sorted(_modeled_otherwise(suite.gyro) - {"bias", "scale_factor", "misalignment"}):
         raise InvalidValue(
             f"gyro.{state}",
             suite.gyro.states()[state],
             "Basilisk's gyro has bias, scale_factor and misalignment",
         )
+
+
+def _modeled_otherwise(owner: Gyro | Sensor) -> set[str]:
+    """States, but for those of influences."""
+    return owner.states().keys() - {each.state for each in owner.influences}
+
+
+def followed(model: FilterModel, errors: Floats, owner: Gyro | Sensor) -> Floats:
+    """What channels add to a bias at each sample, shape (n + 1, 3), in the filter's unit."""
+    places, found = model.suite.places(owner), np.zeros((len(model.times), 3))
+    values = columns(model.influences, model.suite, owner)
+    for each, value in zip(owner.influences, values, strict=True):
+        first = places[each.state]
+        found += value * errors[first : first + 3]
+    return found

@@ -82,6 +82,10 @@ class Instrument:
 
 Errors = Mapping[str, Floats]
 
+#: Among the errors of a sensor what channels add to its bias at each step, shape (m, 3); there may
+#: be more steps than there are. Basilisk's bias is a constant: this is added to what is recorded.
+FOLLOWED = "followed"
+
 
 def rate_gyro(gyro: Gyro, errors: Errors, step: float, sources: Sources, seed: int) -> Any:
     """Basilisk's inertial measurement unit; the bias is set from step to step, before scaling.
@@ -119,7 +123,8 @@ def three_axis_magnetometer(
     tam.walkBounds = [NO_BOUND] * 3
 
     def vectors(of: Mapping[str, Any]) -> Floats:
-        reported: Floats = of[sensor.name].tam_S[:, None] / _TESLA
+        found = of[sensor.name].tam_S / _TESLA
+        reported: Floats = (found + _followed(errors, len(found)))[:, None]
         return reported
 
     return Instrument([tam], {sensor.name: tam.tamDataOutMsg.recorder()}, vectors)
@@ -163,6 +168,7 @@ def coarse_sun_sensors(
         if "albedo" in sensor.sees():
             to_body = Rotation.from_mrp(of[f"{sensor.name} state"].sigma_BN).inv()
             found += to_body.apply(sources.light[: len(found)]) @ mount.T
+        found += _followed(errors, len(found))
         reported: Floats = np.where(_seen(sensor, of)[:, None], found, np.nan)
         if sensor.unit_length:
             reported /= np.linalg.norm(reported, axis=1, keepdims=True)
@@ -210,6 +216,11 @@ def photodiode(
         return reported[:, None, None]
 
     return Instrument([head], records, vectors)
+
+
+def _followed(errors: Errors, n: int) -> Floats:
+    more = errors.get(FOLLOWED)
+    return np.zeros((n, 3)) if more is None else more[:n]
 
 
 def _in_light(sensor: Sensor, of: Mapping[str, Any]) -> Bools:

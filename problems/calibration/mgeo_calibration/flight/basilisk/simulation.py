@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -19,7 +19,7 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Magnetometer
+from mgeo_attitude.sensors import Magnetometer, Sensor
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, POSITION_UNIT
 from scipy.spatial.transform import Rotation
@@ -31,7 +31,7 @@ from mgeo_calibration.flight.basilisk.control import (
     control_loop,
     reaction_wheels,
 )
-from mgeo_calibration.flight.basilisk.instruments import INSTRUMENTS, Sources, rate_gyro
+from mgeo_calibration.flight.basilisk.instruments import FOLLOWED, INSTRUMENTS, Sources, rate_gyro
 from mgeo_calibration.flight.basilisk.surroundings import (
     FieldBesideModel,
     Surroundings,
@@ -103,6 +103,8 @@ class Drawn:
         Mean of the gyro's bias over each step [rad/s].
     outside : Outside
         What is beside the models of field and light.
+    follows : mapping of str to array, shape (n + 1, 3)
+        What channels add to the bias of a sensor, by its name, in the filter's unit.
     """
 
     start: Floats
@@ -111,6 +113,7 @@ class Drawn:
     errors: Floats
     bias: Floats
     outside: Outside
+    follows: Mapping[str, Floats] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -163,6 +166,10 @@ def simulate(
         places = suite.places(owner).items()
         return {name: drawn.errors[i : i + 3] for name, i in places if name in owner.states()}
 
+    def followed(sensor: Sensor) -> dict[str, Floats]:
+        more = drawn.follows.get(sensor.name)
+        return {} if more is None else {FOLLOWED: np.repeat(more, parts, axis=0)}
+
     def seed() -> int:
         return int(generator.integers(1, 2**31 - 1))
 
@@ -186,7 +193,7 @@ def simulate(
         own = errors_of(suite.gyro)
         imu = rate_gyro(suite.gyro, own, h, sources, seed())
         instruments = [
-            INSTRUMENTS[type(sensor)](sensor, errors_of(sensor), sources, seed)
+            INSTRUMENTS[type(sensor)](sensor, errors_of(sensor) | followed(sensor), sources, seed)
             for sensor in suite.sensors
         ]
         bias = np.repeat(drawn.bias / (1.0 + own.get("scale_factor", 0.0)), parts, axis=0)
