@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import re
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable
@@ -248,7 +247,7 @@ def run_case(number: int) -> Result:
 
 def _told(number: int, name: str, line: str) -> Result:
     cause = KINDS[name].cause
-    right = bool(cause) and re.match(cause, line) is not None
+    right = bool(cause) and faults.says(cause, line)
     return Result(number, name, "named" if right else "another cause", line)
 
 

@@ -1,6 +1,7 @@
 """Flights of the independent simulation with one fault each, and what its cause is called."""
 
 import dataclasses
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -12,6 +13,12 @@ from mgeo_calibration import Telemetry
 
 from .flights import PLAN, short
 from .independent import Craft, fly, steady
+
+
+def says(cause: str, line: str) -> bool:
+    """Whether a line begins with a cause, or has it as the other of two that may be so."""
+    return re.match(f"(?:{cause})|.*: [^;]*, or (?:{cause})", line) is not None
+
 
 SCENARIO = short(Scenario.cubesat_6u(), 3000.0)
 MOTION = steady(PLAN)

@@ -19,6 +19,11 @@ def short(scenario, duration, **changes):
     return dataclasses.replace(scenario, duration=duration, convergence=window, **changes)
 
 
+def options(asked):
+    """All departures that questions are of, by name and number."""
+    return {f"{name} {i}": each for name, of in asked.items() for i, each in enumerate(of.options)}
+
+
 def anywhere(scenario):
     """The scenario's satellite, pointing anywhere at the start."""
     return dataclasses.replace(

@@ -12,9 +12,10 @@ from mgeo_calibration.calibration import from_json, to_json
 from mgeo_calibration.calibration.report import report_html
 from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.departures import bias_decay, bias_drift
+from mgeo_calibration.estimation.departures import along, bias_decay, bias_drift, step, waves
 from mgeo_calibration.estimation.fit import fit
-from mgeo_calibration.estimation.score import scores
+from mgeo_calibration.estimation.score import Departure, log_tail, scores
+from scipy.stats import chi2
 
 from .flights import PLAN, normalized, short
 from .independent import Craft, coning, fly, steady
@@ -124,6 +125,36 @@ def test_a_score_is_the_step_of_an_estimate(walk):
     np.testing.assert_allclose(ends[1] - ends[0], change, rtol=0.05)
 
 
+@pytest.mark.parametrize("freedom", [1, 2, 3, 9])
+def test_the_tail_of_chance_has_no_end(freedom):
+    """Steps of thousands were all as likely: none at all."""
+    x = np.array([1.0, 30.0, 499.0, 501.0, 1400.0])
+    tails = [log_tail(each, freedom) for each in x]
+    np.testing.assert_allclose(tails, chi2.logsf(x, freedom), rtol=1e-9)
+    assert log_tail(4001.0, freedom) < log_tail(4000.0, freedom) < -1900.0
+
+
+def test_what_steps_are_combined_of_is_what_it_would_be_alone():
+    """A bias that has gone by a step, asked as a combination and as a departure of its own."""
+    solution = fit(batch(PAPER, flown(PAPER, 1)), Belief.of(PAPER), 1e-9).solution
+    steps, number = bias_drift(solution), 2
+    columns = slice(3 * number, 3 * number + 3)
+    alone = Departure(
+        width=3,
+        moves=lambda own: steps.moves(own)[:, :, columns],
+        bias=steps.bias[:, columns],
+    )
+    asked = {"alone": alone} | dict(enumerate(along(steps, [step(number), waves])))
+    found = scores(solution, asked)
+    one, two = found.of("alone"), found.of(0)
+    np.testing.assert_allclose(two.estimate, one.estimate, rtol=1e-9)
+    np.testing.assert_allclose(two.sigma, one.sigma, rtol=1e-9)
+    assert two.chi_square == pytest.approx(one.chi_square, rel=1e-9)
+    assert found.of(1).freedom <= 9
+    # given the one, the other says nothing more
+    assert found.of(0, ["alone"]).freedom == 0
+
+
 def test_files_and_pages_have_the_tests():
     scenario = believed(PAPER, initial_bias_deg_s=0.3)
     found = calibrate(scenario, flown(scenario, 1, gyro_bias_deg_s=[0.3, -0.3, 0.3], **CONSTANT))
@@ -134,6 +165,10 @@ def test_files_and_pages_have_the_tests():
     earlier = json.loads(to_json(calibrate(scenario, flown(scenario, 1))))
     del earlier["model_tests"]
     assert from_json(json.dumps(earlier)).model_tests == ()
+    without = json.loads(to_json(found))  # as files were before there were any
+    for row in without["model_tests"]:
+        assert row.pop("rival") == ""
+    assert from_json(json.dumps(without)).model_tests == found.model_tests
     earlier["model_tests"] = [{"named": "yes"}]
     with pytest.raises((ValueError, TypeError), match=r"model_tests\[0\]\."):
         from_json(json.dumps(earlier))

@@ -17,7 +17,7 @@ from mgeo_calibration.estimation.score import scores
 from mgeo_calibration.estimation.smoother import covariances, last_covariance, linear_solution
 from mgeo_calibration.estimation.trajectory import Partition
 
-from .flights import flown, short, with_holes, with_outliers
+from .flights import flown, options, short, with_holes, with_outliers
 from .test_smoother import MEMS, near, scenario, spread
 
 
@@ -45,7 +45,7 @@ def said(of, data, at):
     unit = np.sqrt(np.diag(last))
     channel = np.sin(0.3 * data.times)
     asked = questions(found, {"temperature": channel})
-    tested = scores(found, {name: one.departure for name, one in asked.items()})
+    tested = scores(found, options(asked))
     scale = np.sqrt(np.diag(tested.information)) + 1e-6
     estimate = found.estimate
     return {

@@ -128,6 +128,8 @@ def _tests(kind: type[T], table: Mapping[str, Any], key: str) -> tuple[T, ...]:
 
 def _test(kind: type[T], row: dict[str, Any], where: str) -> T:
     names = {field.name: _KINDS[str(field.type)] for field in fields(kind)}
+    if kind is ModelTest:
+        row = {"rival": "", **row}
     for key in row:
         if key not in names:
             raise InvalidValue(f"{where}{key}", row[key], f"expected {', '.join(names)}")

@@ -103,7 +103,7 @@ def calibrate(
         found = fit(data, belief, gate)
     except ValueError as error:
         checks = diagnosis.checks(scenario, telemetry, data)
-        raise CannotCalibrate(str(error), checks, data, belief, gate) from error
+        raise CannotCalibrate.of(str(error), checks, data, belief, gate) from error
     made = _concluded(scenario, telemetry, belief, found)
     if made.supported:
         return made

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pandas as pd
@@ -14,10 +14,15 @@ from mgeo_calibration.calibration.sensor_tests import LAGS, SIGNIFICANCE, Sensor
 from mgeo_calibration.estimation.score import Score, Scores, scores
 from mgeo_calibration.estimation.smoother import Solution, last_covariance
 
-#: What a degree of freedom has to explain, as by Schwarz's criterion of 1,000 readings.
-_EACH = float(np.log(1000.0))
+#: What is more than 20 times as probable to be exceeded by chance is no rival.
+_NEARLY = 2.0 * float(np.log(20.0))
 #: From so many of its 1-sigmas on a change of an estimate is told.
 _MATTERS = 1.0
+#: What are errors of axes, and what is a course of the bias in time.
+_KINDS = {
+    "axes": ("scale_factor", "misalignment", "nonorthogonality"),
+    "course": ("drift", "step", "bias_decay"),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +45,9 @@ class ModelTest:
         The test fails below this.
     named : bool
         Whether it fails, and those that say more do not explain it.
+    rival : str
+        What telemetry may ask for in its place, and what would say it, in words: it can hardly tell
+        one from the other. None in files of earlier versions.
     """
 
     name: str
@@ -50,12 +58,14 @@ class ModelTest:
     p: float
     p_least: float
     named: bool
+    rival: str = ""
 
     @property
     def words(self) -> str:
-        """By how much it is off, and what would say it."""
+        """By how much it is off, and what would say it, or what else may be so."""
         p = f"p = {self.p:.1g}" if self.p > 1e-300 else "p < 1e-300"
-        return f"{self.says} (chi-square {self.chi_square:.4g} of {self.freedom}, {p}): {self.key}"
+        off = f"(chi-square {self.chi_square:.4g} of {self.freedom}, {p})"
+        return f"{self.says} {off}: {self.key}" + (f", or {self.rival}" if self.rival else "")
 
 
 def model_tests(
@@ -66,7 +76,7 @@ def model_tests(
     Of those that fail the one that says most is named, then of the others the one that says most
     beside it, and so on: what is wrong looks like much else. Each time there is one test less
     (S. Holm, A simple sequentially rejective multiple test procedure, Scandinavian Journal of
-    Statistics 6 (1979) 65-70).
+    Statistics 6 (1979) 65-70). What says nearly as much in its place is its rival.
 
     Parameters
     ----------
@@ -78,13 +88,20 @@ def model_tests(
         By how much the sensors' variance exceeds that of the scenario: what is that uncertain says
         less.
     """
-    found = scores(solution, {name: question.departure for name, question in asked.items()})
+    departures = {
+        _key(name, option): departure
+        for name, question in asked.items()
+        for option, departure in enumerate(question.options)
+    }
+    found = scores(solution, departures)
     named = _named(found, asked, n_tests, scatter)
+    alone = _beside(found, asked, ())
     tests = []
     for name in (*named, *(name for name in asked if name not in named)):
-        question = asked[name]
+        question, winner = asked[name], named.get(name)
         # beside those that are named before it
-        score = found.of(name, named[: named.index(name)] if name in named else ())
+        score = winner.score if winner else alone[name]
+        rival = winner.rival if winner and winner.rival not in named else None
         tests.append(
             ModelTest(
                 name=name,
@@ -94,10 +111,13 @@ def model_tests(
                 freedom=score.freedom,
                 p=score.p(scatter),
                 p_least=SIGNIFICANCE / n_tests,
-                named=name in named,
+                named=winner is not None,
+                rival=f"{asked[rival].says(winner.beside[rival])}: {asked[rival].key}"
+                if winner and rival
+                else "",
             )
         )
-    return tuple(tests), _notes(solution, found, named)
+    return tuple(tests), _notes(solution, alone["gyro.bias_decay"], found, named)
 
 
 def model_table(tests: Sequence[ModelTest]) -> pd.DataFrame:
@@ -120,29 +140,75 @@ def scatter_of(tests: Sequence[SensorTest]) -> float:
     return max(1.0, *each)
 
 
+@dataclass(frozen=True)
+class _Winner:
+    """What is named, its score and those of all others beside what is named before it."""
+
+    score: Score
+    beside: Mapping[str, Score]
+    rival: str | None
+
+
 def _named(
     found: Scores, asked: Mapping[str, Question], n_tests: int, scatter: float
-) -> tuple[str, ...]:
-    named: list[str] = []
+) -> dict[str, _Winner]:
+    named: dict[str, _Winner] = {}
     while True:
-        beside = {name: found.of(name, named) for name in asked if name not in named}
-        left = [name for name, score in beside.items() if asked[name].possible(score)]
-        best = max(left, key=lambda name: _evidence(beside[name], scatter), default=None)
+        keys = [_key(name, winner.score.option) for name, winner in named.items()]
+        beside = _beside(found, asked, keys)
+        for name in named:
+            del beside[name]
+        says = {
+            name: score.evidence(scatter)
+            for name, score in beside.items()
+            if asked[name].possible(score)
+        }
+        best = max(says, key=lambda name: says[name], default=None)
         if best is None or beside[best].p(scatter) >= SIGNIFICANCE / (n_tests - len(named)):
-            return tuple(named)
-        named.append(best)
+            return named
+        others = [name for name in says if _kind(name) != _kind(best)]
+        rival = max(others, key=lambda name: says[name], default=best)
+        near = rival != best and says[rival] > says[best] - _NEARLY
+        named[best] = _Winner(beside[best], beside, rival if near else None)
 
 
-def _notes(solution: Solution, found: Scores, named: tuple[str, ...]) -> tuple[str, ...]:
-    """On a decay that is believed, makes a difference and cannot be told from none."""
+def _beside(found: Scores, asked: Mapping[str, Question], keys: Sequence[str]) -> dict[str, Score]:
+    """Of each question that option which says most, with others estimated beside it."""
+    best = {}
+    for name, question in asked.items():
+        count = len(question.options)
+        each = [
+            replace(found.of(_key(name, option), keys), option=option, options=count)
+            for option in range(count)
+        ]
+        best[name] = max(each, key=lambda score: score.evidence())
+    return best
+
+
+def _kind(name: str) -> tuple[str, str]:
+    """Whose it is and of what kind: two of one kind are not told as rivals."""
+    owner, _, what = name.partition(".")
+    return owner, next((kind for kind, names in _KINDS.items() if what in names), what)
+
+
+def _key(name: str, option: int) -> str:
+    return f"{name} {option}"
+
+
+def _notes(
+    solution: Solution, score: Score, found: Scores, named: Collection[str]
+) -> tuple[str, ...]:
+    """On a decay, of that score, that makes a difference and cannot be told from none."""
     gyro, times = solution.batch.suite.gyro, solution.batch.times
-    duration, score = float(times[-1] - times[0]), found.of("gyro.bias_decay")
+    duration = float(times[-1] - times[0])
     none = -gyro.bias_decay * duration
     if named or not none or abs(none - score.estimate[0]) > 3.0 * score.sigma[0]:
         return ()
     order = np.concatenate([solution.parts.driven, solution.parts.constant])
     sigma = np.sqrt(np.diag(last_covariance(solution)))[order]
-    change: Floats = np.abs(found.change[:, found.places["gyro.bias_decay"]][:, 0] * none) / sigma
+    change: Floats = (
+        np.abs(found.change[:, found.places[_key("gyro.bias_decay", 0)]][:, 0] * none) / sigma
+    )
     most = float(change.max())
     if most < _MATTERS:
         return ()
@@ -153,7 +219,3 @@ def _notes(solution: Solution, found: Scores, named: tuple[str, ...]) -> tuple[s
         f"without a decay {block} would be {most:.2g} of its 1-sigmas elsewhere, see "
         f"gyro.bias_decay = {gyro.bias_decay:g}",
     )
-
-
-def _evidence(score: Score, scatter: float) -> float:
-    return score.chi_square / scatter - _EACH * score.freedom

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -13,12 +13,16 @@ from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor
 
 from mgeo_calibration.calibration.corrections import unit_of_innovations
 from mgeo_calibration.estimation import departures as made
-from mgeo_calibration.estimation.score import Departure, Score
+from mgeo_calibration.estimation.score import Combined, Departure, Score
 from mgeo_calibration.estimation.smoother import Solution
 from mgeo_calibration.telemetry.columns import channel_of
 
 #: What the key is of something that no state has.
 _SPLIT = "calibrate what is before and after on its own"
+#: How an offset may change: slowly, or at once.
+_DRIFTS: tuple[made.Profile, ...] = (made.ramp, made.waves)
+_STEPS = tuple(made.step(number) for number in range(made.PARTS))
+_SHARES = np.linspace(0.0, 1.0, 1001)
 #: 1-sigmas by which a decay may be negative.
 _FAR = 4.0
 #: What says that a bias follows a channel; a misalignment follows none.
@@ -28,12 +32,12 @@ _TAKEN_OUT = "no state has it, take it out of what is read"
 
 @dataclass(frozen=True)
 class Question:
-    """Something that is tested: a departure, what its score says, and the key that would say it.
+    """Something that is tested: departures, of which it may be one, and what would say it.
 
     A score may say what cannot be, by `possible`.
     """
 
-    departure: Departure
+    options: tuple[Departure | Combined, ...]
     says: Callable[[Score], str]
     key: str
     possible: Callable[[Score], bool] = lambda score: True
@@ -66,29 +70,37 @@ def _of_gyro(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Qu
 
     def drifted(score: Score) -> str:
         return (
-            f"gyro.bias drifts by {size * _range(score):.2g} deg/s, more than "
+            f"gyro.bias drifts by {size * _range(_DRIFTS, score):.2g} deg/s, more than "
             f"rate_random_walk = {gyro.drift:g} explains"
         )
 
+    def stepped(score: Score) -> str:
+        return (
+            f"gyro.bias changes by {size * _range(_STEPS, score):.2g} deg/s at about "
+            f"{_when(times, _STEPS, score):.0f} s"
+        )
+
+    rises = made.bias_drift(solution)
     asked = {
         "gyro.bias_decay": Question(
-            made.bias_decay(solution),
+            (made.bias_decay(solution),),
             decays,
             "gyro.bias_decay",
             lambda score: gyro.bias_decay * duration + score.estimate[0] > -_FAR * score.sigma[0],
         ),
-        "gyro.drift": Question(made.bias_drift(solution), drifted, "gyro.rate_random_walk"),
+        "gyro.drift": Question(made.along(rises, _DRIFTS), drifted, "gyro.rate_random_walk"),
+        "gyro.step": Question(made.along(rises, _STEPS), stepped, _SPLIT),
     }
     for state, (factor, unit, key) in _ERRORS.items():
         if state not in gyro.states():
             says = partial(_worst, f"gyro.{state} is", factor, unit)
             departure = made.gyro_error(solution, state)
-            asked[f"gyro.{state}"] = Question(departure, says, f"gyro.{key}")
+            asked[f"gyro.{state}"] = Question((departure,), says, f"gyro.{key}")
     for name, channel in channels.items():
         says = partial(_worst, f"gyro.bias follows {name} by", size / np.ptp(channel), "deg/s")
         departure = made.gyro_follows(solution, _scaled(channel))
         if not follows(gyro, name):
-            asked[f"gyro.{name}"] = Question(departure, says, f"gyro.{_INFLUENCES}")
+            asked[f"gyro.{name}"] = Question((departure,), says, f"gyro.{_INFLUENCES}")
     return asked
 
 
@@ -111,25 +123,35 @@ def _of_sensor(
         return f"{name} is {sized(*_delay(score))} s {_sign(score, 'late', 'early')}"
 
     def wanders(score: Score) -> str:
-        at = batch.times[0] + _steepest(score) * (batch.times[-1] - batch.times[0])
-        return f"{offset} changes by {sizes * _range(score):.3g} {unit}, most about {at:.0f} s"
+        by = f"{offset} changes by {sizes * _range(_DRIFTS, score):.3g} {unit}"
+        if not score.option:
+            return f"{by}, evenly"
+        return f"{by}, most about {_when(batch.times, _DRIFTS, score):.0f} s"
 
-    asked = {f"{name}.drift": Question(made.wander(solution, index), wanders, _SPLIT)}
+    def stepped(score: Score) -> str:
+        at = _when(batch.times, _STEPS, score)
+        return f"{offset} changes by {sizes * _range(_STEPS, score):.3g} {unit} at about {at:.0f} s"
+
+    rises = made.wander(solution, index)
+    asked = {
+        f"{name}.drift": Question(made.along(rises, _DRIFTS), wanders, _SPLIT),
+        f"{name}.step": Question(made.along(rises, _STEPS), stepped, _SPLIT),
+    }
     if "delay" not in sensor.states():
         key = f"{name}.initial_delay_s"
-        asked[f"{name}.delay"] = Question(made.delay(solution, index), late, key)
+        asked[f"{name}.delay"] = Question((made.delay(solution, index),), late, key)
     for state in ("scale_factor", "nonorthogonality"):
         if isinstance(sensor, Magnetometer) and state not in sensor.states():
             size, of, key = _ERRORS[state]
             says = partial(_worst, f"{name}.{state} is", size, of)
             departure = made.vector_error(index, state)
-            asked[f"{name}.{state}"] = Question(departure, says, f"{name}.{key}")
+            asked[f"{name}.{state}"] = Question((departure,), says, f"{name}.{key}")
     for other, channel in channels.items():
         says = partial(_worst, f"{offset} follows {other} by", sizes / np.ptp(channel), unit)
         departure = made.follows(index, _scaled(channel))
         key = f"{name}.{_INFLUENCES}" if "bias" in sensor.states() else _TAKEN_OUT
         if not follows(sensor, other):
-            asked[f"{name}.{other}"] = Question(departure, says, key)
+            asked[f"{name}.{other}"] = Question((departure,), says, key)
     return asked
 
 
@@ -141,7 +163,7 @@ def _of_orbit(solution: Solution) -> dict[str, Question]:
         where = _sign(score, "behind", "ahead of")
         return f"the satellite is {sized(*_delay(score))} s {where} its orbit along the track"
 
-    return {"orbit.along_track": Question(made.along_track(solution), behind, "orbit, epoch")}
+    return {"orbit.along_track": Question((made.along_track(solution),), behind, "orbit, epoch")}
 
 
 #: Factor to the unit of people, that unit, and the key of an initial 1-sigma.
@@ -184,15 +206,19 @@ def _sign(score: Score, positive: str, negative: str) -> str:
     return positive if score.estimate[0] >= 0.0 else negative
 
 
-def _path(score: Score) -> Floats:
-    path: Floats = made.drifts(np.linspace(0.0, 1.0, 101)) @ score.estimate.reshape(made.WAVES, 3)
+def _path(profiles: Sequence[made.Profile], score: Score) -> Floats:
+    """What an offset goes through, shape (1001, 3)."""
+    path: Floats = profiles[score.option](_SHARES) @ score.estimate.reshape(-1, 3)
     return path
 
 
-def _range(score: Score) -> float:
-    return float(np.ptp(_path(score), axis=0).max())
+def _range(profiles: Sequence[made.Profile], score: Score) -> float:
+    return float(np.ptp(_path(profiles, score), axis=0).max())
 
 
-def _steepest(score: Score) -> float:
-    """Share of the time at which a drift is fastest."""
-    return float(np.linalg.norm(np.diff(_path(score), axis=0), axis=1).argmax() + 0.5) / 100.0
+def _when(times: Floats, profiles: Sequence[made.Profile], score: Score) -> float:
+    """At which time an offset changes fastest; of a part in which it does the middle."""
+    speed = np.linalg.norm(np.diff(_path(profiles, score), axis=0), axis=1)
+    fastest = np.flatnonzero(speed > 0.999 * speed.max())
+    share = 0.5 * (_SHARES[fastest[0]] + _SHARES[fastest[-1] + 1])
+    return float(times[0] + share * (times[-1] - times[0]))

@@ -33,20 +33,33 @@ class CannotCalibrate(ValueError):
 
     def __init__(
         self,
+        message: str,
+        checks: Mapping[str, tuple[str, ...]] | None = None,
+        tested: tuple[float, tuple[ModelTest, ...]] = (1.0, ()),
+        causes: tuple[str, ...] = (),
+    ) -> None:
+        # the message alone is enough: pickles begin with it
+        super().__init__(message)
+        self.checks = checks or {}
+        self.noise_factor, self.model_tests = tested
+        self.causes = causes
+
+    @classmethod
+    def of(
+        cls,
         error: str,
         checks: Mapping[str, tuple[str, ...]],
         batch: Batch | None,
         belief: Belief,
         gate: float,
-    ) -> None:
-        self.checks = checks
-        self.causes = tuple(words for said in checks.values() for words in said)
-        self.noise_factor: float = 1.0
-        self.model_tests: tuple[ModelTest, ...] = ()
-        if batch is not None and not self.causes:
-            self.noise_factor, self.model_tests = _of_a_wide_fit(batch, belief, gate)
-            self.causes = tuple(test.words for test in self.model_tests if test.named)
-        super().__init__(f"{self.causes[0]} ({error})" if self.causes else error)
+    ) -> CannotCalibrate:
+        """With the cause of an error in front of it."""
+        tested: tuple[float, tuple[ModelTest, ...]] = (1.0, ())
+        causes = tuple(words for said in checks.values() for words in said)
+        if batch is not None and not causes:
+            tested = _of_a_wide_fit(batch, belief, gate)
+            causes = tuple(test.words for test in tested[1] if test.named)
+        return cls(f"{causes[0]} ({error})" if causes else error, checks, tested, causes)
 
     def check_table(self) -> pd.DataFrame:
         """A row for each check that needs no attitude, and what it ``says``."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from mgeo_attitude._typing import Floats
@@ -12,12 +12,16 @@ from mgeo_attitude.sensors import Sensor
 
 from mgeo_calibration.estimation.linearization import Equations
 from mgeo_calibration.estimation.quiet import quiet_rates
-from mgeo_calibration.estimation.score import Departure
+from mgeo_calibration.estimation.score import Combined, Departure
 from mgeo_calibration.estimation.sightings import sighting
 from mgeo_calibration.estimation.smoother import Solution
 
-#: Waves of a drift that is looked for, each of half a period more than the one before.
+#: Parts of the time, in one of which an offset may rise: of these all that is slow is made.
+PARTS = 8
+#: Waves of a drift, each of half a period more than the one before.
 WAVES = 3
+#: Of an offset over the shares of the time, shapes (n,) to (n, k).
+Profile = Callable[[Floats], Floats]
 #: A delay that is large [s].
 LATE = 10.0
 
@@ -33,14 +37,14 @@ def bias_decay(solution: Solution) -> Departure:
 
 
 def bias_drift(solution: Solution) -> Departure:
-    """The bias drifts by its initial 1-sigma about an axis in a wave, on top of its random walk."""
+    """The bias rises by its initial 1-sigma about an axis, on top of its random walk."""
     share, size = _shares(solution), solution.batch.suite.gyro.states()["bias"]
 
     def off(share: Floats) -> Floats:
-        found: Floats = np.einsum("nw,ij->niwj", size * drifts(share), np.eye(3))
+        found: Floats = np.einsum("nw,ij->niwj", size * risen(share), np.eye(3))
         return found.reshape(len(share), 3, -1)
 
-    return _of_rates(lambda own: off(share[own.low : own.high - 1]), 3 * WAVES, off(share[-1:])[0])
+    return _of_rates(lambda own: off(share[own.low : own.high - 1]), 3 * PARTS, off(share[-1:])[0])
 
 
 def gyro_error(solution: Solution, state: str) -> Departure:
@@ -104,15 +108,15 @@ def constant(sensor: Sensor) -> str:
 
 
 def wander(solution: Solution, index: int) -> Departure:
-    """The offset of a sensor goes by ten times its noise along an axis in a wave."""
+    """The offset of a sensor rises by ten times its noise along an axis."""
     share = _shares(solution)
 
     def reads(own: Equations) -> Floats:
-        waves = drifts(share[own.low : own.high])
-        found = waves[:, None, :, None] * _offset(own, index)[:, :, None]
-        return found.reshape(len(waves), 3, -1)
+        rises = risen(share[own.low : own.high])
+        found = rises[:, None, :, None] * _offset(own, index)[:, :, None]
+        return found.reshape(len(rises), 3, -1)
 
-    return Departure(width=3 * WAVES, reads={index: reads})
+    return Departure(width=3 * PARTS, reads={index: reads})
 
 
 def follows(index: int, channel: Floats) -> Departure:
@@ -124,11 +128,35 @@ def follows(index: int, channel: Floats) -> Departure:
     return Departure(width=3, reads={index: reads})
 
 
-def drifts(share: Floats) -> Floats:
-    """Waves at these shares of the time, shape (n, WAVES): from zero, and there and back."""
+def risen(share: Floats) -> Floats:
+    """From zero to one in each of the parts, at these shares of the time, shape (n, PARTS)."""
+    rises: Floats = np.clip(PARTS * share[:, None] - np.arange(PARTS), 0.0, 1.0)
+    return rises
+
+
+def step(number: int) -> Profile:
+    """In one of the parts, whenever."""
+    return lambda share: risen(share)[:, [number]]
+
+
+def ramp(share: Floats) -> Floats:
+    """As the time, shape (n, 1)."""
+    return share[:, None]
+
+
+def waves(share: Floats) -> Floats:
+    """From zero, and there and back, shape (n, WAVES)."""
     half_periods = np.arange(1, WAVES + 1)
-    waves: Floats = 0.5 - 0.5 * np.cos(np.pi * share[:, None] * half_periods)
-    return waves
+    found: Floats = 0.5 - 0.5 * np.cos(np.pi * share[:, None] * half_periods)
+    return found
+
+
+def along(rises: Departure, profiles: Sequence[Profile]) -> tuple[Combined, ...]:
+    """An offset that follows each profile, by lines over the parts, about each axis."""
+    ends = np.linspace(0.0, 1.0, PARTS + 1)
+    return tuple(
+        Combined(rises, np.kron(np.diff(profile(ends), axis=0), np.eye(3))) for profile in profiles
+    )
 
 
 def _shares(solution: Solution) -> Floats:

@@ -7,8 +7,11 @@ estimated beside them, in one pass of the filter.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from mgeo_attitude._typing import Floats
@@ -21,6 +24,10 @@ from mgeo_calibration.estimation.linearization import Equations
 from mgeo_calibration.estimation.sightings import Sightings
 from mgeo_calibration.estimation.smoother import Solution
 from mgeo_calibration.estimation.trajectory import spans
+
+K = TypeVar("K")
+#: Chi-squares beyond which a series is taken.
+_FAR = 500.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -49,6 +56,26 @@ class Departure:
 
 
 @dataclass(frozen=True, eq=False)
+class Combined:
+    """A model that is without some combinations of a departure's coefficients.
+
+    Attributes
+    ----------
+    departure : Departure
+    columns : array, shape (departure.width, k)
+        Its coefficients with each of the k.
+    """
+
+    departure: Departure
+    columns: Floats
+
+    @property
+    def width(self) -> int:
+        """k."""
+        return self.columns.shape[1]
+
+
+@dataclass(frozen=True, eq=False)
 class Score:
     """Of the coefficients of a departure, of which nothing is believed.
 
@@ -60,16 +87,27 @@ class Score:
         So distributed if the model is right.
     freedom : int
         Its degrees of freedom.
+    option, options : int
+        Number of the departure among so many, of which it says most.
     """
 
     estimate: Floats
     sigma: Floats
     chi_square: float
     freedom: int
+    option: int = 0
+    options: int = 1
 
     def p(self, scatter: float = 1.0) -> float:
         """Probability that chance exceeds it, of noise with so many times its variance."""
-        return float(chi2.sf(self.chi_square / scatter, self.freedom)) if self.freedom else 1.0
+        return float(np.exp(-0.5 * self.evidence(scatter)))
+
+    def evidence(self, scatter: float = 1.0) -> float:
+        """-2 ln `p`, also where that is none: a chi-square of two degrees of freedom."""
+        if not self.freedom:
+            return 0.0
+        tail = log_tail(self.chi_square / scatter, self.freedom)
+        return max(0.0, -2.0 * (tail + math.log(self.options)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,44 +160,68 @@ class Scores:
 _PART = 0.1
 
 
-def scores(solution: Solution, departures: Mapping[str, Departure]) -> Scores:
-    """Of a settled solution."""
-    widths = [departure.width for departure in departures.values()]
-    ends, m = np.cumsum(widths), sum(widths)
-    places = {
-        name: slice(int(end) - departure.width, int(end))
-        for (name, departure), end in zip(departures.items(), ends, strict=True)
-    }
+def scores(solution: Solution, departures: Mapping[str, Departure | Combined]) -> Scores:
+    """Of a settled solution; what several are combined of is looked at once."""
+    of = [each.departure if isinstance(each, Combined) else each for each in departures.values()]
+    bases = dict.fromkeys(of)  # by identity, in order
+    within = _places({base: base.width for base in bases})
+    places = _places({name: each.width for name, each in departures.items()})
+    columns = np.zeros(
+        (sum(base.width for base in bases), sum(e.width for e in departures.values()))
+    )
+    for base, (name, each) in zip(of, departures.items(), strict=True):
+        own = each.columns if isinstance(each, Combined) else np.eye(base.width)
+        columns[within[base], places[name]] = own
     r, J = solution.prior
-    q, d = len(r), solution.e.shape[1]
-    R = np.zeros((q + m, q + m + 1))
+    q, d, m = len(r), solution.e.shape[1], len(columns)
+    R, gram = np.zeros((q, q + m + 1)), np.zeros((m + 1, m + 1))
     top = np.linalg.qr(np.column_stack([J, r]))[1]
-    R[:q, :q], R[:q, -1] = top[:q, :q], top[:q, q]
-    last = _forward(solution, departures, places, R)
-    own, slopes = R[q:, q:-1], -solve_triangular(R[:q, :q], R[:q, q:-1])
+    R[:, :q], R[:, -1] = top[:q, :q], top[:q, q]
+    last = _forward(solution, within, R, gram)
+    gram += np.triu(gram, 1).T
+    slopes = -solve_triangular(R[:, :q], R[:, q:-1])
     driven = last[:, q:] + last[:, :q] @ slopes
     change = np.vstack([driven, solution.growth[-1, : q - d, None] * slopes[d:]])
     order = np.concatenate([solution.parts.driven, solution.parts.constant])
-    for name, departure in departures.items():
-        if departure.bias is not None:
-            change[np.isin(order, [3, 4, 5]), places[name]] += departure.bias
+    for base, place in within.items():
+        if base.bias is not None:
+            change[np.isin(order, [3, 4, 5]), place] += base.bias
     return Scores(
-        information=own.T @ own,
-        score=own.T @ R[q:, -1],
-        change=change,
+        information=columns.T @ gram[:-1, :-1] @ columns,
+        score=columns.T @ gram[:-1, -1],
+        change=change @ columns,
         places=places,
     )
 
 
+def log_tail(x: float, freedom: int) -> float:
+    """Logarithm of what chance leaves beyond a chi-square, also where that is no number above zero.
+
+    There it is the series of the incomplete gamma function for large arguments (NIST Digital
+    Library of Mathematical Functions, 8.11.2).
+    """
+    if x < max(_FAR, 10.0 * freedom):
+        return float(chi2.logsf(x, freedom))
+    a, y = 0.5 * freedom, 0.5 * x
+    series = np.cumprod([1.0, *((a - k) / y for k in range(1, 10))]).sum()
+    return float((a - 1.0) * math.log(y) - y - math.lgamma(a) + math.log(series))
+
+
+def _places(widths: Mapping[K, int]) -> dict[K, slice]:
+    """One after the other."""
+    ends = np.cumsum([0, *widths.values()]).tolist()
+    return {key: slice(*pair) for key, pair in zip(widths, pairwise(ends), strict=True)}
+
+
 def _forward(
-    solution: Solution, departures: Mapping[str, Departure], places: Mapping[str, slice], R: Floats
+    solution: Solution, places: Mapping[Departure, slice], R: Floats, gram: Floats
 ) -> Floats:
-    """One pass that leaves all equations in the triangle R; T of the last sample."""
+    """One pass that leaves all equations in R, and what these do not fit in `gram`; the last T."""
     N, d = solution.e.shape
-    wide = len(R)
+    wide = R.shape[1] - 1
     known = np.zeros(d), np.zeros((d, wide)), np.zeros((d, d))
     for low, high, first in spans(N):
-        move, seen = _widened(solution.equations(low, high), departures, places)
+        move, seen = _widened(solution.equations(low, high), places)
         s, n, _, p = seen.H.shape
         kept = np.empty((n, d)), np.empty((n, d, wide)), np.empty((n, d, d))
         for each, one in zip(kept, known, strict=True):
@@ -169,16 +231,14 @@ def _forward(
         load("two_stage").forward(
             move.arrays, used, seen.arrays, move.growth, kept, room, first, 0.0
         )
-        load("two_stage").learn(used, room, first, R)
+        load("two_stage").learn(used, room, first, R, gram)
         known = kept[0][-1].copy(), kept[1][-1].copy(), kept[2][-1].copy()
     return known[1]
 
 
-def _widened(
-    own: Equations, departures: Mapping[str, Departure], places: Mapping[str, slice]
-) -> tuple[Steps, Sightings]:
+def _widened(own: Equations, places: Mapping[Departure, slice]) -> tuple[Steps, Sightings]:
     """Steps and readings of some samples with the coefficients as the last of the constants."""
-    move, seen, m = own.steps, own.sightings, sum(d.width for d in departures.values())
+    move, seen, m = own.steps, own.sightings, sum(each.width for each in places)
     F, G, Q, defect = move.arrays
     H, c = seen.H, G.shape[2]
     s, N, _, p = H.shape
@@ -186,13 +246,12 @@ def _widened(
     wide[:, :, :c], read[:, :, :, :p] = G, H
     counts, columns = seen.counts.copy(), np.zeros((s, p + m), dtype=np.int64)
     columns[:, :p] = seen.columns
-    for index in {index for departure in departures.values() for index in departure.reads}:
+    for index in {index for departure in places for index in departure.reads}:
         first = int(counts[index].sum())
         columns[index, first : first + m] = c + np.arange(m)
         counts[index, 1] += m
         read[index, :, :, first:] = 0.0
-    for name, departure in departures.items():
-        place = places[name]
+    for departure, place in places.items():
         if departure.moves is not None:
             wide[:, :3, c:][:, :, place] = departure.moves(own)
         for index, reads in departure.reads.items():

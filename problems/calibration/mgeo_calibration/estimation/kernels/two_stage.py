@@ -74,19 +74,22 @@ def forward(moves, seen, sights, growth, kept, readings, first, cost):
 
 
 @loop
-def learn(seen, readings, first, R):
+def learn(seen, readings, first, R, gram):
     """Put whitened readings into the triangle of c, `TOGETHER` rows at a time.
 
     Parameters
     ----------
     seen, readings, first
         As of `forward`.
-    R : array, shape (q, q + 1)
-        Triangle of the equations of c and their right sides: what is believed of c, in the end
-        what all readings say.
+    R : array, shape (q, q + m + 1)
+        Triangle of the equations of c, their coefficients of m more, and right sides: what is
+        believed of c, in the end what all readings say.
+    gram : array, shape (m + 1, m + 1)
+        To the upper triangle of it are added products of what c does not fit, of coefficients and
+        right sides.
     """
     w, W = readings[2], readings[3]
-    q, n = len(R), 0
+    q, n = R.shape[1] - 1, 0
     A, v = np.zeros((q + 1, TOGETHER)), np.empty(TOGETHER)
     for k in range(first, seen.shape[1]):
         for s in range(len(seen)):
@@ -99,12 +102,14 @@ def learn(seen, readings, first, R):
             n += 3
             if n == TOGETHER:
                 reflect(A, R, v)
+                square_up(A, len(R), gram)
                 n = 0
     if n:
         for m in range(q + 1):
             for i in range(n, TOGETHER):
                 A[m, i] = 0.0
         reflect(A, R, v)
+        square_up(A, len(R), gram)
 
 
 @helper
@@ -228,8 +233,8 @@ def reflect(A, R, v):
     The sums go along many rows, of which the processor takes several at once. A is what remains, v
     is room.
     """
-    q, rows = len(R), len(v)
-    for j in range(q):
+    rows, columns = len(v), R.shape[1]
+    for j in range(len(R)):
         tail = 0.0
         for i in range(rows):
             v[i] = A[j, i]
@@ -240,7 +245,7 @@ def reflect(A, R, v):
         first = R[j, j] + length
         factor = 1.0 / (length * first)
         R[j, j] = -length
-        for m in range(j + 1, q + 1):
+        for m in range(j + 1, columns):
             total = first * R[j, m]
             for i in range(rows):
                 total += v[i] * A[m, i]
@@ -248,6 +253,18 @@ def reflect(A, R, v):
             R[j, m] -= f * first
             for i in range(rows):
                 A[m, i] -= f * v[i]
+
+
+@reordered
+def square_up(A, q, gram):
+    """Add products of all but the first q columns of equations, the rows of A."""
+    rows = A.shape[1]
+    for j in range(len(gram)):
+        for m in range(j, len(gram)):
+            total = 0.0
+            for i in range(rows):
+                total += A[q + j, i] * A[q + m, i]
+            gram[j, m] += total
 
 
 @helper
