@@ -72,7 +72,7 @@ class Combined:
     @property
     def width(self) -> int:
         """k."""
-        return self.columns.shape[1]
+        return int(self.columns.shape[1])
 
 
 @dataclass(frozen=True, eq=False)
