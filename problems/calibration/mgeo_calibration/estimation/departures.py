@@ -154,8 +154,10 @@ def waves(share: Floats) -> Floats:
 def along(rises: Departure, profiles: Sequence[Profile]) -> tuple[Combined, ...]:
     """An offset that follows each profile, by lines over the parts, about each axis."""
     ends = np.linspace(0.0, 1.0, PARTS + 1)
-    each: list[Floats] = [np.kron(np.diff(of(ends), axis=0), np.eye(3)) for of in profiles]
-    return tuple(Combined(rises, columns) for columns in each)
+    return tuple(
+        Combined(rises, np.asarray(np.kron(np.diff(of(ends), axis=0), np.eye(3)), dtype=np.float64))
+        for of in profiles
+    )
 
 
 def _shares(solution: Solution) -> Floats:
