@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numba import njit
@@ -21,6 +22,77 @@ _TERMS = 30
 #: knows what a function returns to Python by a name that is unique in one process alone, so that a
 #: cached function breaks when another that is cached elsewhere, at another time, has it inside.
 helper = njit(error_model="numpy")
+
+
+def _of_size(size: int) -> Callable[[Floats, Floats, float], tuple[Floats, Floats]]:
+    """`discretize` for n states of a size that its loops know, or for any if that is zero."""
+
+    @helper
+    def multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
+        """out ← factor A B. At this size plain loops beat a BLAS call; most of A is zero."""
+        n = size or A.shape[0]
+        for i in range(n):
+            for j in range(n):
+                out[i, j] = 0.0
+            for k in range(n):
+                entry = factor * A[i, k]
+                if entry != 0.0:
+                    for j in range(n):
+                        out[i, j] += entry * B[k, j]
+
+    @helper
+    def norm(A: Floats) -> float:
+        """Largest sum of magnitudes of a row, without numpy's arrays, which cost more than all."""
+        n, largest = size or A.shape[0], 0.0
+        for i in range(n):
+            total = 0.0
+            for j in range(n):
+                total += abs(A[i, j])
+            largest = max(largest, total)
+        return largest
+
+    @helper
+    def series(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
+        n = size or A.shape[0]
+        room = np.zeros((6, n, n))
+        term, other, F, Q, F_term, Q_term = room[0], room[1], room[2], room[3], room[4], room[5]
+        multiply(A, A, dt * dt, term)
+        size_of = math.sqrt(norm(term))
+        halvings = max(0, math.ceil(math.log2(size_of / _SERIES_NORM))) if size_of > 0.0 else 0
+        h = dt / 2.0**halvings
+        for i in range(n):
+            F[i, i] = F_term[i, i] = 1.0
+            Q[i, i] = Q_term[i, i] = density[i] * h
+        for m in range(1, _TERMS + 1):
+            multiply(A, F_term, h / m, term)
+            multiply(A, Q_term, h / (m + 1), other)
+            for i in range(n):
+                for j in range(n):
+                    F_term[i, j] = term[i, j]
+                    F[i, j] += term[i, j]
+                    Q_term[i, j] = other[i, j] + other[j, i]
+                    Q[i, j] += Q_term[i, j]
+            if norm(F_term) < _NEGLIGIBLE and norm(Q_term) <= _NEGLIGIBLE * norm(Q):
+                break
+        for _ in range(halvings):
+            multiply(F, Q, 1.0, term)
+            multiply(term, F.T.copy(), 1.0, Q_term)
+            for i in range(n):
+                for j in range(n):
+                    Q[i, j] += Q_term[i, j]
+            multiply(F, F, 1.0, term)
+            for i in range(n):
+                for j in range(n):
+                    F[i, j] = term[i, j]
+        return F, Q
+
+    found: Callable[[Floats, Floats, float], tuple[Floats, Floats]] = series
+    return found
+
+
+#: Attitude and bias are what most gyros have. With coils it is done in each step: loops that know
+#: the size take a third of the time, and the same sums.
+_of_six, _of_any = _of_size(6), _of_size(0)
 
 
 @helper
@@ -44,59 +116,7 @@ def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
     -------
     F, Q : arrays, shape (n, n)
     """
-    n = A.shape[0]
-    term = np.empty((n, n))
-    _multiply(A, A, dt * dt, term)
-    norm = math.sqrt(_norm(term))
-    halvings = max(0, math.ceil(math.log2(norm / _SERIES_NORM))) if norm > 0.0 else 0
-    h = dt / 2.0**halvings
-    F, Q, F_term, Q_term = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
-    for i in range(n):
-        F[i, i] = F_term[i, i] = 1.0
-        Q[i, i] = Q_term[i, i] = density[i] * h
-    for m in range(1, _TERMS + 1):
-        _multiply(A, F_term, h / m, term)
-        F_term, term = term, F_term
-        _multiply(A, Q_term, h / (m + 1), term)
-        for i in range(n):
-            for j in range(n):
-                F[i, j] += F_term[i, j]
-                Q_term[i, j] = term[i, j] + term[j, i]
-                Q[i, j] += Q_term[i, j]
-        if _norm(F_term) < _NEGLIGIBLE and _norm(Q_term) <= _NEGLIGIBLE * _norm(Q):
-            break
-    for _ in range(halvings):
-        _multiply(F, Q, 1.0, term)
-        _multiply(term, F.T.copy(), 1.0, Q_term)
-        Q += Q_term
-        _multiply(F, F, 1.0, term)
-        F, term = term, F
-    return F, Q
-
-
-@helper
-def _multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
-    """out ← factor A B. At this size plain loops beat a BLAS call; most of the dynamics is zero."""
-    n = A.shape[0]
-    for i in range(n):
-        out[i] = 0.0
-        for k in range(n):
-            entry = factor * A[i, k]
-            if entry != 0.0:
-                for j in range(n):
-                    out[i, j] += entry * B[k, j]
-
-
-@helper
-def _norm(A: Floats) -> float:
-    """Largest sum of magnitudes of a row."""
-    largest = 0.0
-    for row in range(len(A)):  # without numpy's temporary arrays, which cost more than all else
-        total = 0.0
-        for entry in A[row]:
-            total += abs(entry)
-        largest = max(largest, total)
-    return largest
+    return _of_six(A, density, dt) if len(A) == 6 else _of_any(A, density, dt)
 
 
 @helper
