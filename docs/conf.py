@@ -63,7 +63,7 @@ html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sourcelink = False
 html_show_copyright = False
-pygments_style = "tango"
+pygments_style = "default"  # of contrast 4.5 and more
 
 
 #: Of the pages that take seconds those that end the second of two processes with the first.

@@ -93,8 +93,9 @@ def targets_figure(reached: pd.DataFrame, n_problems: int) -> go.Figure:
         figure.add_scatter(
             x=steps["evaluations"],
             y=steps["share"],
-            mode="lines",
-            line={"shape": "hv", "color": look.color, "dash": look.dash, "width": 2},
+            mode="lines+markers",  # at the budgets that were measured
+            line={"color": look.color, "dash": look.dash, "width": 2},
+            marker={"symbol": look.symbol, "size": 6},
             name=literal(name),
             hovertemplate=f"<b>{literal(name)}</b><br>%{{y:.1%}} of the targets<br>"
             "within %{x:,.4g} evaluations per variable<extra></extra>",
