@@ -31,14 +31,17 @@ _TYPES = ("scatter3d", "mesh3d")
 _TURN = "times that ascend from 0 and x, y, z of one number less, all finite"
 
 
-def motion_of(figure: BaseFigure) -> Any:
-    """What makes the figure move, as it stands there; None if it is still."""
-    meta = figure.layout.meta
+def motion_of(figure: BaseFigure | Mapping[str, Any]) -> Any:
+    """What makes the figure, or plotly's tree of one, move; None if it is still."""
+    drawn = isinstance(figure, BaseFigure)
+    meta = figure.layout.meta if drawn else figure.get("layout", {}).get("meta")
     return meta.get("motion") if isinstance(meta, Mapping) else None
 
 
-def check_motion(figure: BaseFigure) -> None:
+def check_motion(figure: BaseFigure | Mapping[str, Any]) -> None:
     """Refuse a motion of another form than above; a figure without one is still.
+
+    A figure may be plotly's tree of one.
 
     Raises
     ------
@@ -56,11 +59,18 @@ def check_motion(figure: BaseFigure) -> None:
             _require(_is_turn(turn), f"motion: turns[{name!r}]", _TURN, turn)
         for phase in motion.get("phases", ()):
             _require(_is_phase(phase), "motion: phases", "dicts of name, from and to", phase)
-    for trace in figure.data:
-        own = trace.meta if isinstance(trace.meta, Mapping) else {}
+    for kind, meta in _traces(figure):
+        own = meta if isinstance(meta, Mapping) else {}
         if "turn" in own:
             _require(own["turn"] in turns, "turn of a trace", f"one of {list(turns)}", own["turn"])
-            _require(trace.type in _TYPES, "turning trace", " or ".join(_TYPES), trace.type)
+            _require(kind in _TYPES, "turning trace", " or ".join(_TYPES), kind)
+
+
+def _traces(figure: BaseFigure | Mapping[str, Any]) -> list[tuple[str, Any]]:
+    """Type and meta of each."""
+    if isinstance(figure, BaseFigure):
+        return [(trace.type, trace.meta) for trace in figure.data]
+    return [(trace.get("type", "scatter"), trace.get("meta")) for trace in figure.get("data", ())]
 
 
 def _require(kept: bool, name: str, expected: str, found: Any) -> None:

@@ -269,6 +269,10 @@ _RULES: dict[str, tuple[Callable[[Shown, Any], bool], str]] = {
         lambda view, given: _are_of(given, view) and all(map(_are_figures, given)),
         "{n} dicts of plotly figures",
     ),
+    "drawings": (
+        lambda view, given: _are_of(given, view) and all(map(_are_trees, given)),
+        "{n} dicts of dicts with data and layout",
+    ),
     "facts": (
         lambda view, given: isinstance(given, Mapping) and _are_texts([*given, *given.values()]),
         "a dict of texts by texts",
@@ -372,6 +376,12 @@ def _are_figures(given: Any) -> bool:
 
     return isinstance(given, Mapping) and all(
         figure is None or isinstance(figure, go.Figure) for figure in given.values()
+    )
+
+
+def _are_trees(given: Any) -> bool:
+    return isinstance(given, Mapping) and all(
+        isinstance(tree, Mapping) and {"data", "layout"} == tree.keys() for tree in given.values()
     )
 
 

@@ -157,6 +157,16 @@ class View:
         """For each solution small figures of it alone, which may move; here none."""
         return [{} for _ in self.X]
 
+    def drawings(self) -> list[dict[str, dict[str, Any]]]:
+        """`solution_figures` as trees of plotly, dicts of ``data`` and ``layout`` with arrays.
+
+        A problem that makes these has figures of a whole front in a tenth of the time.
+        """
+        return [
+            {name: figure.to_plotly_json() for name, figure in figures.items()}
+            for figures in self.solution_figures()
+        ]
+
     def review(self) -> Review:
         """What a document for a review says of the only solution of this view.
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import math
 from base64 import b64decode, b64encode
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
+from numpy.typing import NDArray
 
 #: Key of an object that stands for a value which differs from solution to solution.
 HOLE = "$differs"
@@ -43,6 +45,38 @@ def figure_json(figure: go.Figure, *, lists: bool = False) -> dict[str, Json]:
     tree: dict[str, Json] = json.loads(figure.to_json(engine="json"), object_hook=encoded)
     tree["layout"].pop("template", None)
     return tree
+
+
+def tree_json(node: Any) -> Json:
+    """The same of plotly's tree of a figure, its data and layout, which nobody validates first.
+
+    Raises
+    ------
+    TypeError
+        For what JSON cannot hold.
+    """
+    if isinstance(node, str | bool | int) or node is None:
+        return node
+    if isinstance(node, float | np.number):
+        value = node.item() if isinstance(node, np.number) else node
+        return value if isinstance(value, int) or math.isfinite(value) else None
+    if isinstance(node, Mapping):
+        return {str(key): tree_json(value) for key, value in node.items()}
+    if isinstance(node, np.ndarray) and node.dtype.kind in "fiu" and node.ndim == 1 and node.size:
+        return _packed(node)
+    if isinstance(node, np.ndarray | list | tuple):
+        return [tree_json(value) for value in node]
+    raise TypeError(f"{node!r:.80} in a figure: expected what JSON can hold, or an array")
+
+
+def _packed(array: NDArray[Any]) -> Json:
+    """An array in the form that plotly.js reads: floats of 4 bytes, whole numbers as they fit."""
+    kinds = ("f4",) if array.dtype.kind == "f" else ("i1", "i2", "i4")
+    fitting = (k for k in kinds if k == "f4" or not (array != array.astype(k)).any())
+    kind = next(fitting, None)
+    if kind is None:
+        return array.tolist()
+    return {"dtype": kind, "bdata": b64encode(array.astype(f"<{kind}").tobytes()).decode()}
 
 
 def shared(trees: Sequence[Json]) -> tuple[Json, list[list[Json]]]:

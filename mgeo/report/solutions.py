@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from mgeo.figures import MOST_TEXTS
 from mgeo.figures.motion import check_motion
 from mgeo.plugins.protocol import ask
 from mgeo.plugins.view import View, is_own
-from mgeo.report.encode import Json, figure_json, shared
+from mgeo.report.encode import Json, figure_json, shared, tree_json
 from mgeo.runs.answer import RepresentativeSolution, default_solution
 from mgeo.runs.limits import limits
 from mgeo.store.run import Run
@@ -90,15 +90,18 @@ def plans_json(view: View, rows: NDArray[np.int64]) -> Json:
         If the problem's `solution_figures` returns another number of entries, or a figure moves
         in no way that the page knows.
     """
-    drawn = ask(view, View.solution_figures)
-    if not any(drawn):
+    drawn = ask(view, View.drawings) if is_own(view, View.drawings) else None
+    found: Sequence[Mapping[str, Any]] = (
+        ask(view, View.solution_figures) if drawn is None else drawn
+    )
+    if not any(found):
         return {"common": {}, "values": {}}
-    for figure in (figure for figures in drawn for figure in figures.values()):
+    for figure in (figure for figures in found for figure in figures.values()):
         check_motion(figure)
-    trees = [
-        {str(name): figure_json(figure) for name, figure in figures.items()} for figures in drawn
-    ]
-    common, values = shared(trees)
+    as_json: Callable[[Any], Json] = figure_json if drawn is None else tree_json
+    common, values = shared(
+        [{str(name): as_json(each) for name, each in figures.items()} for figures in found]
+    )
     return {"common": common, "values": _by_row(values, rows)}
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -96,9 +96,18 @@ class ManeuverView(Plans):
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
         """For each plan its own small figures: rates, directions of Sun and field, errors."""
-        from mgeo_attitude.view.figures import solution_figures
+        import plotly.graph_objects as go
 
-        return list(solution_figures(self))
+        return [
+            {name: go.Figure(tree, _validate=False) for name, tree in trees.items()}
+            for trees in self.drawings()
+        ]
+
+    def drawings(self) -> list[dict[str, dict[str, Any]]]:
+        """The same as trees; see `single.drawings`."""
+        from mgeo_attitude.view.figures import drawings
+
+        return list(drawings(self))
 
     def review(self) -> Review:
         """The only plan as a document for a review; see `review.review`."""

@@ -18,13 +18,13 @@ from mgeo_attitude.environment.pointing import Place
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.path_limits import excess_along
-from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.view.plans import Plans
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from mgeo_attitude.filter.model import FilterModel
+    from mgeo_attitude.maneuvers.trajectory import Trajectory
     from mgeo_attitude.scenario import Scenario
 
 #: Unit, value, "at most" or "at least", limit and margin.
@@ -81,9 +81,8 @@ def all_after(plans: Plans) -> list[dict[str, Row]]:
     if not has_limits_after(problem.scenario):
         return found
     for i in np.flatnonzero(np.isfinite(result.t_end)):
-        times = float(result.t_end[i]), float(plans.held_until[i])
-        own, maneuvers = problem.begun(plans.X[i])
-        trajectory = Trajectory(own.scenario, own.model, maneuvers, *times)
+        own, _ = problem.begun(plans.X[i])
+        trajectory = plans.trajectory(i)
         edges = [trajectory.t_end, trajectory.held_until]
         try:
             edges.append(trajectory.end)

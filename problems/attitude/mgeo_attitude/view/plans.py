@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from contextlib import suppress
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
     from mgeo_attitude.filter.evaluator import Evaluation
     from mgeo_attitude.filter.model import FilterModel
+    from mgeo_attitude.maneuvers.slew_back import SlewBack
+    from mgeo_attitude.maneuvers.trajectory import Trajectory
 
 #: What `Plans.promises` asks for, in words.
 MOST_FLIGHTS = "9 of 10 flights"
@@ -78,11 +81,12 @@ class Plans(View):
     def __init__(self, problem: ManeuverProblem, X: ArrayLike) -> None:
         super().__init__(problem, X)
         self._known: dict[object, EvaluationCache] = {}
+        self._backs: dict[bytes, SlewBack | None] = {}
 
     def take(self, rows: ArrayLike) -> Plans:
         part = super().take(rows)
         assert isinstance(part, Plans)  # as the problem's view is
-        part._known = self._known
+        part._known, part._backs = self._known, self._backs
         return part
 
     @cached_property
@@ -240,17 +244,30 @@ class Plans(View):
         problem, t_end = self.problem, self.exactly.t_end
         if not problem.scenario.maneuvers.slew_back:
             return self.held_until
-        from mgeo_attitude.maneuvers.trajectory import Trajectory  # imports scipy
-
         found = np.full(len(self.X), np.nan)
         for i in np.flatnonzero(np.isfinite(t_end)):
-            times = float(t_end[i]), float(self.held_until[i])
-            own, maneuvers = problem.begun(self.X[i])
-            trajectory = Trajectory(own.scenario, own.model, maneuvers, *times)
             try:
-                found[i] = trajectory.end
+                found[i] = self.trajectory(i).end
             except InvalidValue:
                 found[i] = math.inf
+        return found
+
+    def trajectory(self, row: int) -> Trajectory:
+        """All that is flown of a plan whose covariance was not lost.
+
+        Its slew back, which takes longest to find, is found once for all views that share a front.
+        """
+        from mgeo_attitude.maneuvers.trajectory import Trajectory  # imports scipy
+
+        own, maneuvers = self.problem.begun(self.X[row])
+        times = float(self.exactly.t_end[row]), float(self.held_until[row])
+        found = Trajectory(own.scenario, own.model, maneuvers, *times)
+        key = self.X[row].tobytes()
+        if key not in self._backs:
+            with suppress(InvalidValue):  # there is none, as whoever asks for it is told
+                self._backs[key] = found.back
+        if key in self._backs:
+            found.__dict__["back"] = self._backs[key]  # as cached_property keeps it
         return found
 
 

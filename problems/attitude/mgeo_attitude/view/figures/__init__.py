@@ -14,11 +14,11 @@ from mgeo_attitude.view import at_best
 from mgeo_attitude.view.figures.convergence import convergence_figure
 from mgeo_attitude.view.figures.front import front_figure
 from mgeo_attitude.view.figures.maneuvers import maneuvers_figure
-from mgeo_attitude.view.figures.single import solution_figures
+from mgeo_attitude.view.figures.single import drawings
 from mgeo_attitude.view.figures.solutions import Solutions
 from mgeo_attitude.view.plans import Plans, spread
 
-__all__ = ["figures", "solution_figures"]
+__all__ = ["drawings", "figures"]
 
 
 def figures(plans: Plans) -> dict[str, go.Figure]:

@@ -6,13 +6,11 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import plotly.graph_objects as go
 
 from mgeo.figures.style import COLORS, GRAY, literal, log_axis
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import Flown
-from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.figures.convergence import sample_steps
 from mgeo_attitude.view.figures.motion import directions, motion
@@ -34,8 +32,8 @@ _CHUNK_FLOATS = 2**23
 _SHADOW = "rgba(128,128,128,0.22)"
 
 
-def solution_figures(plans: Plans) -> Iterator[dict[str, go.Figure]]:
-    """For each plan: rates, directions of Sun and field, attitude, 1-sigmas.
+def drawings(plans: Plans) -> Iterator[dict[str, dict[str, Any]]]:
+    """For each plan trees of figures: rates, directions of Sun and field, attitude, 1-sigmas.
 
     Times in the Earth's shadow are shaded. A plan whose covariance broke down has no figures.
     """
@@ -47,15 +45,15 @@ def solution_figures(plans: Plans) -> Iterator[dict[str, go.Figure]]:
     for start in range(0, len(designs), size):
         chunk = np.ascontiguousarray(designs[start : start + size])
         result = problem.run(chunk, history=True)
-        times = (all_[start : start + size] for all_ in (t_ends, plans.held_until))
-        for x, t_end, until, variances in zip(chunk, *times, result.variances, strict=True):
+        for row, (x, variances) in enumerate(zip(chunk, result.variances, strict=True), start):
+            t_end = float(t_ends[row])
             if not np.isfinite(t_end):
                 yield {}
                 continue
-            own, maneuvers = problem.begun(x)
+            own, _ = problem.begun(x)
             if problem.start_times is not None:
                 shadow, inertial = _shadow(own), directions(own.environment)
-            trajectory = Trajectory(own.scenario, own.model, maneuvers, t_end, until)
+            trajectory = plans.trajectory(row)
             figures = {
                 "rates": _rates(own, trajectory.flown),
                 "motion": motion(own, trajectory, inertial, shadow),
@@ -65,7 +63,7 @@ def solution_figures(plans: Plans) -> Iterator[dict[str, go.Figure]]:
             for name in figures.keys() - {"motion", "directions"}:
                 end = trajectory.flown.times[-1] if name == "rates" else t_end
                 _against_time(figures[name]["layout"], end, shadow)
-            yield {name: go.Figure(figure, _validate=False) for name, figure in figures.items()}
+            yield figures
 
 
 def _against_time(layout: dict[str, Any], t_end: float, shadow: Intervals) -> None:
