@@ -11,7 +11,9 @@ from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Sce
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.show import plan_document, print_plan
 from mgeo_attitude.filter.wheel_load import wheel_loads
+from mgeo_attitude.maneuvers import trajectory
 from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.maneuvers.slew_back import slew_back
 from mgeo_attitude.plan import ManeuverPlan, aem_text, from_json, to_json
 from mgeo_attitude.plan.figures import plan_figures
 from mgeo_attitude.scenario import PathLimit, Wheels
@@ -122,6 +124,23 @@ def test_one_that_ends_within_it_and_none_at_all_say_nothing(without, capsys):
     X = np.array([DESIGN])
     assert within.problem.view(X).describe()["slew back until [s]"].tolist() == [within.duration]
     assert "slew back until [s]" not in without.problem.view(X).describe()
+
+
+def test_it_is_found_once_for_all_that_is_told(plan, monkeypatch):
+    calls = []
+
+    def counted(*given):
+        calls.append(given)
+        return slew_back(*given)
+
+    monkeypatch.setattr(trajectory, "slew_back", counted)
+    view = plan.problem.view(np.array([DESIGN, DESIGN]))
+    view.limits()
+    view.answers()
+    (drawn,) = view.take([1]).drawings()
+    assert view.take([0]).ends == plan.duration
+    assert drawn["motion"]["layout"]["meta"]["motion"]["end"] == plan.duration
+    assert len(calls) == 1
 
 
 def test_figures_show_it(plan):

@@ -1,5 +1,6 @@
 """Figures of single plans, against the problem's own numbers and the reference filter."""
 
+import base64
 import dataclasses
 
 import numpy as np
@@ -9,10 +10,31 @@ from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.view.figures.polyline import corners
 from mgeo_attitude.view.figures.sphere import OUTLINE, graticule, projected
 
+from mgeo.report.encode import figure_json, tree_json
+
 
 @pytest.fixture(scope="module")
 def short():
     return AttitudeManeuverProblem(dataclasses.replace(Scenario.paper(), duration=2400.0))
+
+
+def test_drawings_are_the_figures(short, X):
+    """As a page gets them, to the last byte of every curve."""
+    (trees,), (figures,) = short.view(X[:1]).drawings(), short.view(X[:1]).solution_figures()
+    assert trees.keys() == figures.keys()
+    for name, tree in trees.items():
+        drawn, said = figure_json(figures[name]), tree_json(tree)
+        for one, other in zip(said["data"], drawn["data"], strict=True):
+            for key in one.keys() - {"x", "y", "z"}:
+                assert one[key] == other[key]
+            for key in one.keys() & {"x", "y", "z"}:
+                np.testing.assert_array_equal(numbers(one[key]), numbers(other[key]))
+
+
+def numbers(packed):
+    if not isinstance(packed, dict):
+        return np.array(packed, dtype=float)
+    return np.frombuffer(base64.b64decode(packed["bdata"]), packed["dtype"]).astype(float)
 
 
 def test_curves_are_those_of_the_reference_filter(short, X):
