@@ -33,8 +33,10 @@ _TURN = "times that ascend from 0 and x, y, z of one number less, all finite"
 
 def motion_of(figure: BaseFigure | Mapping[str, Any]) -> Any:
     """What makes the figure, or plotly's tree of one, move; None if it is still."""
-    drawn = isinstance(figure, BaseFigure)
-    meta = figure.layout.meta if drawn else figure.get("layout", {}).get("meta")
+    if isinstance(figure, BaseFigure):
+        meta = figure.layout.meta
+    else:
+        meta = figure.get("layout", {}).get("meta")
     return meta.get("motion") if isinstance(meta, Mapping) else None
 
 

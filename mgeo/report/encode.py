@@ -64,7 +64,9 @@ def tree_json(node: Any) -> Json:
         return {str(key): tree_json(value) for key, value in node.items()}
     if isinstance(node, np.ndarray) and node.dtype.kind in "fiu" and node.ndim == 1 and node.size:
         return _packed(node)
-    if isinstance(node, np.ndarray | list | tuple):
+    if isinstance(node, np.ndarray):
+        return tree_json(node.tolist())
+    if isinstance(node, list | tuple):
         return [tree_json(value) for value in node]
     raise TypeError(f"{node!r:.80} in a figure: expected what JSON can hold, or an array")
 

@@ -80,7 +80,7 @@ def all_after(plans: Plans) -> list[dict[str, Row]]:
     found: list[dict[str, Row]] = [{} for _ in plans.X]
     if not has_limits_after(problem.scenario):
         return found
-    for i in np.flatnonzero(np.isfinite(result.t_end)):
+    for i in np.flatnonzero(np.isfinite(result.t_end)).tolist():
         own, _ = problem.begun(plans.X[i])
         trajectory = plans.trajectory(i)
         edges = [trajectory.t_end, trajectory.held_until]

@@ -245,7 +245,7 @@ class Plans(View):
         if not problem.scenario.maneuvers.slew_back:
             return self.held_until
         found = np.full(len(self.X), np.nan)
-        for i in np.flatnonzero(np.isfinite(t_end)):
+        for i in np.flatnonzero(np.isfinite(t_end)).tolist():
             try:
                 found[i] = self.trajectory(i).end
             except InvalidValue:
