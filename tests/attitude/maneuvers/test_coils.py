@@ -144,6 +144,23 @@ def test_results_do_not_depend_on_the_batch(model):
     assert together.t_end.tolist() == [float(one.t_end[0]) for one in alone]
 
 
+def test_designs_that_converge_late_are_those_of_coils_flown_to_the_end_at_once():
+    """With a history all are, in jobs of their own."""
+    scenario = dataclasses.replace(Scenario.cubesat_1u(), duration=5000.0)
+    model = FilterModel.from_scenario(scenario)
+    designs = np.array([np.tile([0.3, -1.2, 0.8, each], 3) for each in (10.0, 50.0, 500.0)])
+    designs[:, 8:11] *= -1.0
+    found, whole = evaluate(model, designs, covariance=True), evaluate(model, designs, history=True)
+    soon = model.step * (5 * np.ceil(3 * designs[:, 3] / model.step) // 4 + 300)
+    assert set((found.t_end > soon).tolist()) == {False, True}
+    assert found.t_end.tolist() == whole.t_end.tolist()
+    assert found.trace.tolist() == whole.trace.tolist()
+    steps = np.rint(found.t_end / model.step).astype(int)
+    for k, step in enumerate(steps):
+        np.testing.assert_array_equal(found.plan.rates[k, :step], whole.plan.rates[k, :step])
+        np.testing.assert_array_equal(np.diagonal(found.covariance[k]), whole.variances[k, step])
+
+
 def test_a_turned_satellite_moves_as_one_in_a_turned_field(model):
     turn = Rotation.from_rotvec([0.1, -0.05, 0.2]).as_matrix()
     other = dataclasses.replace(model.slew_limits, initial_attitude=model.initial_attitude @ turn.T)

@@ -27,7 +27,8 @@ from mgeo_attitude.filter.variants import (
     initial_values,
 )
 from mgeo_attitude.filter.wheel_load import wheel_loads
-from mgeo_attitude.maneuvers.schedule import Schedule, scheduled
+from mgeo_attitude.maneuvers.coils import CoilDrive
+from mgeo_attitude.maneuvers.schedule import Schedule, decode, maneuver_steps, scheduled
 
 
 @dataclass(frozen=True)
@@ -154,8 +155,9 @@ def evaluate(
     """
     variants = variants or [model]
     check_variants(model, variants)
+    soon = _soon(model, designs) if begins is None and until is None and not history else None
     if begins is None:
-        plan = model.schedule(designs)
+        plan = model.schedule(designs, soon)
     else:
         plan = scheduled([each.schedule for each in variants], designs, np.asarray(which))
     _check_turns(model, plan)
@@ -177,7 +179,20 @@ def evaluate(
         whole = run(stops, factor=model.factor)
         settled = whole.settled if model.rule == "settling" else _required_from(whole)
         stops = np.clip(settled, plan.over, model.n_steps)
+    elif soon is not None:
+        stops = soon
     ran = run(stops, history, covariance)
+    cut = None if soon is None else (ran.end_step >= soon) & (soon < model.n_steps)
+    if cut is not None and cut.any():
+        late = np.flatnonzero(cut)
+        rest = model.schedule(np.atleast_2d(np.asarray(designs, dtype=float))[late])
+        plan = plan.replaced(late, rest)
+        last = np.full(len(late), model.n_steps)
+        again = _run(
+            model, variants, begins, flown_by[late], rest, threads, last, covariance=covariance
+        )
+        for own, new in zip(ran, again, strict=True):
+            own[late[: len(new)]] = new
     t_end, trace = model.step * ran.end_step.astype(float), ran.trace
     lost = np.isnan(trace)
     if lost.any():
@@ -210,6 +225,20 @@ def evaluate(
             assert each.budget is not None  # variants have what the model has
             wheel_load[own] = of_wheels(each.budget, plan.take(own), ran.end_step[own])
     return Evaluation(t_end, trace, ran.record, full, path_angle, t_required, wheel_load, plan)
+
+
+def _soon(model: FilterModel, designs: ArrayLike) -> Ints | None:
+    """Steps after which most designs that coils fly have converged; None where nothing is gained.
+
+    Coils take longer than the filter, and converge soon after the last maneuver.
+    """
+    if not isinstance(model.slew_limits, CoilDrive) or model.rule != "trace":
+        return None
+    _, durations = decode(designs)
+    _, over = maneuver_steps(durations, model.step)
+    soon = np.maximum(5 * over // 4, model.window_steps) + 2 * model.window_steps
+    found: Ints = np.minimum(soon, model.n_steps)
+    return found
 
 
 def _check_turns(model: FilterModel, plan: Schedule) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.directions import Passage, directions, radii
 from mgeo_attitude.environment.pointing import Place
@@ -336,8 +336,11 @@ class FilterModel:
         """Those of a filter step; see `codegen.instrument_constants`."""
         return instrument_constants(self.suite, self.step, self.path_limits)
 
-    def schedule(self, designs: ArrayLike, n_steps: int | None = None) -> Schedule:
-        """What is flown of designs, shape (n, 4 m), until the end or step `n_steps`."""
+    def schedule(self, designs: ArrayLike, n_steps: int | Ints | None = None) -> Schedule:
+        """What is flown of designs, shape (n, 4 m), until the end or step `n_steps`.
+
+        With coils that may be one of each design.
+        """
         last = self.n_steps if n_steps is None else n_steps
         return schedule(designs, self.step, self.slew_limits, last)
 

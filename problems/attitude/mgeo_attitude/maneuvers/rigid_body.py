@@ -26,7 +26,7 @@ def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-un
     """`CoilDrive.rates`, written to the last three."""
     inertia, inverse, initial_attitude, initial_rate = body
     largest, residual, near, response = law
-    rates, starts = plan
+    rates, starts, until = plan
     n_maneuvers = starts.shape[1]
     C, old, turned = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     rate, b, dipole, torque = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
@@ -35,7 +35,7 @@ def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-un
     for i in range(len(rates)):
         C[:], rate[:] = initial_attitude, initial_rate
         m, off = -1, True
-        for k in range(mean.shape[1]):
+        for k in range(until[i]):
             before = m
             while m + 1 < n_maneuvers and starts[i, m + 1] <= k:
                 m += 1
