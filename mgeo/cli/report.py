@@ -45,6 +45,11 @@ def write_report(
     path = out or folder / REPORT_FILE
     figures = path.parent / FIGURES_FOLDER
     with bad_input((ValueError, TypeError, OSError, StaticExportError)):
+        if folder.is_file():
+            raise ValueError(
+                f"{folder} is a file: expected the folder of a run, or two solutions' files to be "
+                "set side by side"
+            )
         _check_page(path, out)
         if formats and figures.exists() and not figures.is_dir():
             raise FileExistsError(f"{figures} is a file: expected a folder to write figures into")
@@ -56,7 +61,7 @@ def write_report(
         if html:
             write_file(path, html)
     if html:
-        output.print(f"written: {path} ({len(html) / 1e6:.1f} MB)")
+        output.print(f"written: {path} ({_size(html)})")
     if pictures:
         output.print(f"written: {figures} ({len(pictures)} files)")
     written = [str(figures / name) for name in pictures]
@@ -77,8 +82,13 @@ def write_comparison(one: Path, other: Path, out: Path | None, output: Output) -
         _check_page(path, out)
         html = compare_html(one, other).encode()
         write_file(path, html)
-    output.print(f"written: {path} ({len(html) / 1e6:.1f} MB)")
+    output.print(f"written: {path} ({_size(html)})")
     output.result({"compared": [str(one), str(other)], "file": str(path), "bytes": len(html)})
+
+
+def _size(content: bytes) -> str:
+    large = len(content) >= 1e6
+    return f"{len(content) / 1e6:.1f} MB" if large else f"{len(content) / 1e3:.0f} kB"
 
 
 def _check_page(path: Path, out: Path | None) -> None:

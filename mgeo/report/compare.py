@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from mgeo.figures.front import axis
 from mgeo.figures.page import drawing, render
 from mgeo.figures.style import COLORS, SYMBOLS, finished, literal
 from mgeo.plugins.protocol import ask, column_names
-from mgeo.plugins.review import Review, cells, kinds_of
+from mgeo.plugins.review import Review, Section, cells, kinds_of
 from mgeo.plugins.view import View, view_of
 from mgeo.report.build import read_subject
 from mgeo.runs.answer import default_solution
@@ -60,8 +60,9 @@ def compare_html(one: Path | str, other: Path | str) -> str:
     >>> from mgeo.report import compare_html
     >>> page = compare_html("runs/first", "runs/second")  # doctest: +SKIP
     """
-    subjects = [read(Path(one)), read(Path(other))]
-    names = [subject.name for subject in subjects]
+    names = distinct(Path(one), Path(other))
+    both = zip((one, other), names, strict=True)
+    subjects = [replace(read(Path(path)), name=name) for path, name in both]
     front = _fronts(subjects)
     return render(
         "report/assets/compare.html",
@@ -74,7 +75,18 @@ def compare_html(one: Path | str, other: Path | str) -> str:
         options=[["option", *names], *_differences(*(subject.options for subject in subjects))],
         front=None if front is None else drawing(front),
         pairs=list(zip_longest(*(subject.review.sections for subject in subjects))),
+        alike=_alike,
     )
+
+
+def distinct(one: Path, other: Path) -> list[str]:
+    """Names that tell two paths apart: their ends, from the last part on in which they differ."""
+    ends = [path.resolve().parts for path in (one, other)]
+    for k in range(1, max(map(len, ends)) + 1):
+        names = [str(Path(*parts[-k:])) for parts in ends]
+        if names[0] != names[1]:
+            return names
+    return [f"{one.name}, once", f"{one.name}, again"]
 
 
 def read(path: Path) -> Subject:
@@ -99,8 +111,8 @@ def read(path: Path) -> Subject:
         return Subject(name, problem, view, review, told, run, f"{row}, {label}")
     if not path.exists():
         raise FileNotFoundError(f"there is neither a run folder nor a file {path}")
+    document = read_json(path)
     with errors_of(path):
-        document = read_json(path)
         problem, options, x = solution_of(document)
         view = view_of(problem, [x])
         return Subject(path.name, problem, view, ask(view, View.review), options)
@@ -159,18 +171,34 @@ def _flat(node: Any, key: str = "") -> Iterator[tuple[str, str]]:
         yield key, json.dumps(node, ensure_ascii=False)
 
 
+def _alike(one: Section | None, other: Section | None) -> bool:
+    """Whether sections of the two say the same."""
+    if one is None or other is None:
+        return False
+    tables = [None if each.table is None else cells(each.table) for each in (one, other)]
+    said = [(each.title, each.lines, each.note) for each in (one, other)]
+    return said[0] == said[1] and tables[0] == tables[1]
+
+
 def _fronts(subjects: list[Subject]) -> go.Figure | None:
-    """Both fronts of two objectives of the same names, in one picture."""
-    runs = [subject.run for subject in subjects if subject.run]
+    """Fronts, and what is compared, of two objectives of the same names, in one picture."""
     names = [column_names(subject.problem)[1] for subject in subjects]
-    if len(runs) < 2 or names[0] != names[1] or len(names[0]) != 2:
+    runs = any(subject.run for subject in subjects)
+    if not runs or names[0] != names[1] or len(names[0]) != 2:
         return None
     figure = go.Figure()
-    for i, (subject, run) in enumerate(zip(subjects, runs, strict=True)):
-        x, y = run.outcome.F.T
+    values = []
+    for i, subject in enumerate(subjects):
         look = {"color": COLORS[i], "symbol": SYMBOLS[i], "size": 8, "opacity": 0.8}
-        figure.add_scatter(x=x, y=y, mode="markers", name=literal(subject.name), marker=look)
-    values = [run.outcome.F for run in runs]
+        own = {"mode": "markers", "name": literal(subject.name), "legendgroup": str(i)}
+        if subject.run is not None:
+            x, y = subject.run.outcome.F.T
+            figure.add_scatter(x=x, y=y, marker=look, **own)
+            values.append(subject.run.outcome.F)
+        x, y = subject.view.F.T
+        ring = {"color": COLORS[i], "symbol": f"{SYMBOLS[i]}-open", "size": 16, "line_width": 3}
+        figure.add_scatter(x=x, y=y, marker=ring, showlegend=subject.run is None, **own)
+        values.append(subject.view.F)
     finished(figure, "", "")
     for k, update in enumerate((figure.update_xaxes, figure.update_yaxes)):
         update(axis(names[0][k], np.concatenate([value[:, k] for value in values])))

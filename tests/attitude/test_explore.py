@@ -10,6 +10,7 @@ from mgeo_attitude.view.plans import Plans
 
 from mgeo.explore import Explorer
 from mgeo.plugins.view import View
+from mgeo.report import compare_html
 from mgeo.store.atomic import to_json
 from mgeo.store.run_folder import write_run
 from mgeo.store.solution_file import is_solution, solution_document, solution_of
@@ -78,6 +79,10 @@ def test_a_run_is_explored_and_a_plan_of_it_saved(problem, tmp_path):
     changed[3] = 0.5 * (x[3] + problem.xu[3])
     explorer.save(changed, "plan.json", overwrite=False)
     plan = from_json((folder / "plan.json").read_text())
+    html = compare_html(folder, folder / "plan.json")  # as a person does next
+    assert "<h2>Fronts</h2>" in html
+    assert "Timeline" in html
+    assert html.count("<h3>Gyro and sensors</h3>") == 1  # said once of both
     numbers = dict(zip(names, explorer.glance(changed)["numbers"], strict=True))
     assert plan.t_end == numbers["t_end [s]"]
     np.testing.assert_allclose(plan.trace, numbers["trace [-]"], rtol=1e-9)

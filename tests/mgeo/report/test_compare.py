@@ -1,7 +1,9 @@
 """Two runs, or solutions' files, side by side; and a review of one: text, without a browser."""
 
 import json
+import os
 import re
+from dataclasses import replace
 from html import unescape
 
 import pandas as pd
@@ -9,9 +11,11 @@ import pytest
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
+from mgeo.plugins.discovery import load_problem
 from mgeo.plugins.review import Review, Section
-from mgeo.report import compare_html, report_html
+from mgeo.report import compare, compare_html, report_html
 from mgeo.store.run_folder import read_run
+from mgeo.store.solution_file import solution_document
 
 from .test_report import EVIL, Tags
 
@@ -112,3 +116,80 @@ def test_a_verification_tells_all_its_tables(solved):
     html = report_html(folder)
     assert "<h4>path limits</h4>" in html
     assert ["&lt;b&gt;", "12.5"] in rows(html)
+
+
+@pytest.fixture
+def files(two, tmp_path):
+    """Two solutions' files of the same name, in folders of their own."""
+    written = []
+    for i, folder in enumerate(two):
+        problem = load_problem("cantilever", {"load": 1000.0 + 500.0 * i})
+        place = tmp_path / f"plans{i}"
+        place.mkdir()
+        document = solution_document(problem, "cantilever", read_run(folder).outcome.X[1 + i])
+        (place / "plan.json").write_text(json.dumps(document))
+        written.append(place / "plan.json")
+    return written
+
+
+def test_two_files_are_told_apart(files):
+    html = compare_html(*files)
+    names = ["plans0/plan.json", "plans1/plan.json"]
+    assert f"<h1>{names[0]} beside {names[1]}</h1>" in html
+    assert ["option", *names] in rows(html)
+    assert ["load", "1000.0", "1500.0"] in rows(html)
+    assert "<h2>Fronts</h2>" not in html
+    assert Tags(html).loading == []
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_a_solution_beside_a_run_is_in_its_front(two, files, first):
+    both = [two[0], files[1]] if first else [files[1], two[0]]
+    html = compare_html(*both)
+    assert html.count("<h2>Fronts</h2>") == 1
+    X = json.loads(files[1].read_text())["design"]
+    view = load_problem("cantilever", {"load": 1500.0}).view([X])
+    assert unescape(view.answers()[0]) in unescape(html)
+    (mass,) = (row for row in rows(html) if row[0] == "mass [kg]" and len(row) == 4)
+    assert float(mass[2 if first else 1]) == pytest.approx(view.F[0, 0], rel=1e-4)
+    found = compare._fronts([compare.read(path) for path in both])
+    points = [trace for trace in found.data if len(trace.x) == 1]
+    assert [trace.showlegend for trace in points] == ([False, True] if first else [True, False])
+    assert points[1 if first else 0].x[0] == view.F[0, 0]
+
+
+def test_what_is_the_same_is_told_once(two, reviewed, monkeypatch):
+    from stand_in import CantileverView
+
+    html = compare_html(*two)  # the same review of any
+    assert html.count("<p class=note>both</p>") == 1
+    assert unescape(html).count(f"<h3>{EVIL}</h3>") == 1
+    own = CantileverView.review
+
+    def review(self):
+        found = own(self)
+        (section,) = found.sections
+        return replace(found, sections=(replace(section, lines=(str(self.F),)),))
+
+    monkeypatch.setattr(CantileverView, "review", review)
+    assert "<p class=note>both</p>" not in compare_html(*two)
+
+
+def test_paths_are_told_apart_by_their_ends(tmp_path):
+    for one, other, names in [
+        ("a/x/run", "b/x/run", [f"{os.sep}".join([k, "x", "run"]) for k in "ab"]),
+        ("a/x", "a/y", ["x", "y"]),
+        ("a/x", "a/x", ["x, once", "x, again"]),
+    ]:
+        assert compare.distinct(tmp_path / one, tmp_path / other) == names
+
+
+def test_a_file_alone_and_one_that_is_no_json_are_told_of(files, two):
+    for arguments, message in {
+        (files[0],): "plan.json is a file: expected the folder of a run, or two",
+        (two[0] / "front.csv", files[0]): "front.csv: ",
+    }.items():
+        done = mgeo("report", *arguments)
+        assert done.exit_code == 2
+        assert message in done.stderr
+        assert done.stderr.count("front.csv") <= 1
