@@ -6,7 +6,9 @@ found by MyST-NB through the entry point in the folder ``plotly_figures-1.0.dist
 """
 
 import os
+import re
 from collections.abc import Sequence
+from html import escape
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -34,7 +36,23 @@ def box(figure: Any, name: str, docname: str) -> nodes.raw:
     # Here and not by `add_js_file`: the theme would load it after the figure wants it.
     library = "../" * docname.count("/") + LIBRARY
     script = f'<script src="{library}"></script>'
-    return nodes.raw("", f'<div class="plotly-box">{script}{text}</div>', format="html")
+    named = f'<div role="figure" aria-label="{escape(label(figure))}">{text}</div>'
+    without = f"<noscript>{escape(label(figure))}: a figure that needs JavaScript.</noscript>"
+    return nodes.raw("", f'<div class="plotly-box">{script}{named}{without}</div>', format="html")
+
+
+def label(figure: Any) -> str:
+    """What a figure shows: its title, or else one axis against the other."""
+    layout = (figure if isinstance(figure, dict) else figure.to_plotly_json())["layout"]
+
+    def text(*path: str) -> str:
+        value: Any = layout
+        for key in path:
+            value = value.get(key) or {} if isinstance(value, dict) else {}
+        return re.sub("<.*?>", " ", value) if isinstance(value, str) else ""
+
+    title = text("title", "text").strip()
+    return title or f"{text('yaxis', 'title', 'text')} against {text('xaxis', 'title', 'text')}"
 
 
 class PlotlyFigure(SphinxDirective):
