@@ -35,6 +35,7 @@ def found(name, delays, seed):
     telemetry = fly(SCENARIOS[name], steady(PLAN), seed, Craft(late=delays))
     calibration = calibrate(with_delays(SCENARIOS[name]), telemetry)
     assert calibration.supported
+    assert not any("may be off" in note for note in calibration.notes)
     first = 3 * calibration.suite.blocks.index("mag.delay")
     told = calibration.uplink()["mag"]["delay_s"]
     np.testing.assert_allclose(calibration.states[first : first + 3], told, atol=0.01)

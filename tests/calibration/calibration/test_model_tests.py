@@ -88,12 +88,17 @@ def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
     scenario = dataclasses.replace(
         true, sensors=(dataclasses.replace(tracker, initial_delay_s=0.0), *others)
     )
-    found = calibrate(scenario, fly_own(true, TURNS, seed=4))
+    telemetry = fly_own(true, TURNS, seed=4)
+    found = calibrate(scenario, telemetry)
     if not late:
         assert found.supported, found.conclusion
         assert not found.model_table()["named"].any()
     else:
         assert "str_a.delay" in found.model_table().query("named").index
+        # and what is estimated of it leans
+        doubts = [note for note in calibrate(true, telemetry).notes if "may be off" in note]
+        assert len(doubts) == 1
+        assert doubts[0].startswith("str_a.delay may be off")
 
 
 def test_what_cannot_be_told_and_matters_is_a_note():

@@ -35,6 +35,7 @@ from mgeo_calibration.estimation.considered import as_believed
 from mgeo_calibration.estimation.counting import LEAST, matters
 from mgeo_calibration.estimation.fit import Fit, fit
 from mgeo_calibration.estimation.kinematics import turns
+from mgeo_calibration.estimation.quiet import see_noise
 from mgeo_calibration.estimation.residuals import Filtered, filtered
 from mgeo_calibration.estimation.sightings import misfits
 from mgeo_calibration.estimation.smoother import last_covariance
@@ -137,6 +138,7 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
         model_tests=model_tests,
         notes=(
             *_notes(telemetry, data),
+            *_leaning(found),
             *(note for test in tests for note in test.notes()),
             *doubts,
         ),
@@ -202,6 +204,17 @@ def _notes(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
             "with that as 1-sigma"
         )
     return tuple(told)
+
+
+def _leaning(found: Fit) -> list[str]:
+    """Of delays that the gyro's noise in single steps explains, as it is in the attitude too."""
+    sensors = found.batch.suite.sensors
+    return [
+        f"{sensor.name}.delay may be off by more than its 1-sigma says, up to half a step: the "
+        "readings show the gyro's noise in single steps"
+        for sensor, noisy in zip(sensors, see_noise(found.solution), strict=True)
+        if noisy and sensor.delay()
+    ]
 
 
 def _tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:

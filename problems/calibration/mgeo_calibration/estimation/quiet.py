@@ -9,12 +9,17 @@ about it, of which the attitude knows nothing any more.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from mgeo_attitude._typing import Floats
 
+from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.kinematics import turns
-from mgeo_calibration.estimation.smoother import Solution
 from mgeo_calibration.estimation.trajectory import SPAN
+
+if TYPE_CHECKING:
+    from mgeo_calibration.estimation.smoother import Solution
 
 #: Steps next to one, on either side, that are left out, and those after them that count.
 _LEFT_OUT, _COUNTED = 8, 16
@@ -26,13 +31,29 @@ def quiet_rates(solution: Solution) -> Floats:
     """Body rate in each step, shape (N - 1, 3) [rad/s], for what is linear in it.
 
     Where readings are too rough to see the gyro's noise, or there are few, that is what the gyro
-    says. Else it is a parabola through the rates about the step: one that changes within some
-    twenty steps is blurred.
+    says. Else `without_noise`.
     """
+    rates, _ = turns(solution.batch, solution.trajectory.states)
+    return without_noise(rates) if any(see_noise(solution)) else rates
+
+
+def see_noise(solution: Solution) -> list[bool]:
+    """Of each sensor whether its readings show the gyro's noise of single steps."""
     batch = solution.batch
-    rates, _ = turns(batch, solution.trajectory.states)
-    n, reach = len(rates), _LEFT_OUT + _COUNTED
-    if n <= 2 * reach or n * _seen(solution) < _BY_CHANCE:
+    n, found = len(batch.times), solution.equations(0, min(len(batch.times), SPAN)).sightings
+    return [
+        (n - 1) * _share(batch, H[:, :k], batch.noise[index]) > _BY_CHANCE
+        for index, (H, k) in enumerate(zip(found.H[..., :3], found.numbers, strict=True))
+    ]
+
+
+def without_noise(rates: Floats) -> Floats:
+    """A parabola through the rates about each step but those next to it, shape (n, 3).
+
+    A rate that changes within some twenty steps is blurred. Of few steps they are what they are.
+    """
+    reach = _LEFT_OUT + _COUNTED
+    if len(rates) <= 2 * reach:
         return rates
     padded = np.concatenate([rates[reach:0:-1], rates, rates[-2 : -2 - reach : -1]])
     weights = _weights()
@@ -49,15 +70,9 @@ def _weights() -> Floats:
     return weights
 
 
-def _seen(solution: Solution) -> float:
-    """Share of the gyro's noise of a step in what the best sensor says of the attitude after it."""
-    batch = solution.batch
-    part = solution.equations(0, min(len(batch.times), SPAN))
+def _share(batch: Batch, H: Floats, noise: Floats) -> float:
+    """Of the gyro's noise of a step in what a sensor says of the attitude after it."""
     density = batch.suite.gyro.diffusion()["theta"] * float(np.median(batch.durations))
-    found = 0.0
-    for index, H in enumerate(part.sightings.H[..., :3]):
-        k = int(part.sightings.numbers[index])
-        by = np.linalg.norm(H[:, :k], axis=2) / batch.noise[index, :k]
-        best = float(by.max(initial=0.0))
-        found = max(found, density * best**2)
+    best = float((np.linalg.norm(H, axis=2) / noise[: H.shape[1]]).max(initial=0.0))
+    found = density * best**2
     return found / (1.0 + found)
