@@ -238,11 +238,23 @@ def test_which_satellite_leads_to_files_that_can_be_started_from(tmp_path, monke
         AttitudeManeuverProblem(Scenario.from_dict(table))
     monkeypatch.chdir(tmp_path)
     shutil.copytree(DOCS / "scenarios", "docs/scenarios")
-    (command,) = blocks("which-satellite.md", "sh")
+    _, command = blocks("which-satellite.md", "sh")
     run(command.strip(), "--evaluations", "60", "--quiet")
     shown = run("mgeo attitude show runs/1u --pick best")
     assert "ramp to maneuver 1" in shown
     assert "assumed to be free" not in shown
+
+
+@pytest.mark.slow
+def test_what_comes_of_a_satellite_is_made_as_said(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(DOCS / "scenarios", "docs/scenarios")
+    solve, verify, *others = blocks("which-satellite.md", "sh")[0].splitlines()
+    run(solve, "--evaluations", "60", "--quiet", codes=(0, 3))
+    run(verify, "--runs", "2", codes=(0, 3))
+    for step in others:
+        run(step, codes=(0, 3))
+    assert Path("calibration/calibration.json").is_file()
 
 
 @pytest.mark.slow
