@@ -24,6 +24,7 @@ TIMES = (300, 500, 700, 900, 1000, 1560, 2785, 4394)
 #: three maneuvers.
 MODES = {
     "search": (3, 59_760, 0, False),
+    "longer": (3, 160_000, 0, False),
     "three": (3, 6_000, 12, True),
     "six": (6, 6_000, 12, True),
     "ten": (10, 6_000, 12, True),

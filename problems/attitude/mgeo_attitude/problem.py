@@ -39,10 +39,11 @@ if TYPE_CHECKING:
 
 #: What a robust run is judged by, if its scenario does not say.
 _ROBUST = FlightErrors(count=512, quantile=0.95)
-#: Designs that a run begins with, if not told otherwise.
-_STARTS = 12
-#: Maneuvers from which on these and a polish are recommended; see docs/how-good.md.
-_POLISHED = 6
+#: Designs that a run begins with, and its evaluations before a polish, if not told otherwise.
+_STARTS, _BEFORE_POLISH = 12, 6_000
+#: Maneuvers from which on these and a polish are recommended, by the rule of convergence or else;
+#: see docs/how-good.md.
+_POLISHED, _POLISHED_BY = 6, {"end": 3}
 _GROW = 0, 16, 64  # of them in the stages of a search before the last
 #: Problems of one start that stay in memory.
 _MOST_BEGUN = 64
@@ -365,10 +366,13 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         takes longer to polish than to search: over flights, and with coils.
         """
         scenario = self.scenario
-        few = scenario.maneuvers.count < _POLISHED
+        least = _POLISHED_BY.get(scenario.convergence.rule, _POLISHED)
+        few = scenario.maneuvers.count < least
         if few or scenario.name == "paper" or scenario.flight or scenario.turned_by_coils:
             return {}
-        return {"starts": _STARTS, "polish": can_be_polished(self.objectives)}
+        if not can_be_polished(self.objectives):
+            return {"starts": _STARTS}
+        return {"starts": _STARTS, "polish": True, "evaluations": _BEFORE_POLISH}
 
     def starts(self, n: int, random_state: np.random.Generator) -> Floats:
         """Designs to begin a search with, shape (n, n_var); see `refine.starts`."""

@@ -1,6 +1,7 @@
 """Starts and polish as a run in a folder has them."""
 
 import numpy as np
+import pytest
 
 from mgeo.runs.prepare import prepare
 from mgeo.runs.resume import resume_run
@@ -50,3 +51,38 @@ def test_robust_plans_keep_what_their_flights_keep():
     assert polished.refined > 0
     for before in search.F:
         assert (before >= polished.F).all(axis=1).any()
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ({"preset": "cubesat_6u", "maneuvers": {"count": 10}}, (12, True, 6_000)),
+        ({"preset": "cubesat_6u", "maneuvers": {"count": 3}}, (0, False, 59_904)),
+        ({"preset": "cubesat_6u", "convergence": {"rule": "end"}}, (12, True, 6_000)),
+        ({"preset": "paper", "maneuvers": {"count": 10}}, (0, False, 199_680)),
+        (
+            {"preset": "cubesat_6u", "maneuvers": {"count": 10}, "flight": {"count": 8}},
+            (0, False, 199_680),
+        ),
+        (
+            {
+                "preset": "cubesat_6u",
+                "maneuvers": {"count": 10},
+                "objectives": ["t_end", "angle"],
+            },
+            (12, False, 199_680),
+        ),
+    ],
+)
+def test_runs_that_are_told_nothing_else_are_as_was_measured_to_be_best(given, expected):
+    found = prepare("attitude", given, starts=None, polish=None).configuration
+    assert (found.starts, found.polish, found.evaluations) == expected
+
+
+def test_a_polish_adds_plans_to_the_front():
+    search = prepare("attitude", SHORT, starts=2, **SIZE).solve()
+    outcome = prepare("attitude", SHORT, starts=2, polish=True, **SIZE).solve()
+    assert outcome.added > len(search.X)
+    assert len(outcome.X) > len(search.X)
+    problem = prepare("attitude", SHORT, **SIZE).problem
+    np.testing.assert_array_equal(problem.evaluate(outcome.X), outcome.F)
