@@ -5,7 +5,11 @@ for (const plot of plots) plot.given = structuredClone({ data: plot.data, layout
 function recolor() {
   return plots.map((plot) => {
     const { data, layout } = plot.given;
-    return Plotly.react(plot, recolored(data), themed(layout, plot.clientWidth < NARROW));
+    const onPaper = document.documentElement.classList.contains("printed");
+    const shown = themed(layout, !onPaper && plot.clientWidth < NARROW);
+    // px of 1/96 inch: letters as large as the text's, whatever the window is
+    if (onPaper) Object.assign(shown, { width: 700, height: layout.height || 540 });
+    return Plotly.react(plot, recolored(data), shown);
   });
 }
 

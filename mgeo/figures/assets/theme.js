@@ -78,6 +78,10 @@ async function fit(plot) {
   const boxes = (parts) => Array.from(plot.querySelectorAll(parts), (part) => part.getBoundingClientRect());
   const small = { "margin.l": 60, "margin.r": 10, "font.size": 11, "legend.orientation": "h" };
   if (plot.layout.coloraxis) small["coloraxis.showscale"] = false;
+  if ((plot.layout.yaxis || {}).scaleanchor && plot.layout.height > 1.3 * plot.clientWidth) {
+    small.height = 1.3 * plot.clientWidth; // what is square fills no more
+    plot.style.height = `${small.height}px`;
+  }
   await Plotly.relayout(plot, small);
   // the legend takes room from the plot, of whose height its place is a share: look again
   for (let i = 0; i < 3 && boxes(".nsewdrag").length; i++) {

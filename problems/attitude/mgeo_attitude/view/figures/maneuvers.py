@@ -18,6 +18,9 @@ from mgeo_attitude.view.figures.style import line, panels_height
 if TYPE_CHECKING:
     from mgeo_attitude.view.protocol import ManeuverProblem
 
+#: Of the time in which the last rate is held: gray on light and on dark pages.
+_HELD = "rgba(128,128,128,0.15)"
+
 
 def maneuvers_figure(
     problem: ManeuverProblem, solutions: Solutions, held: Floats | None = None
@@ -50,7 +53,7 @@ def maneuvers_figure(
                 col=1,
             )
         figure.add_vrect(
-            x0=over, x1=until, fillcolor="#eef0f2", layer="below", line_width=0, row=row, col=1
+            x0=over, x1=until, fillcolor=_HELD, layer="below", line_width=0, row=row, col=1
         )
     finished(
         figure,
