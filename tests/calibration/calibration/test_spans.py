@@ -27,7 +27,8 @@ def spans(monkeypatch):
 
     def of(length):
         monkeypatch.setattr(trajectory, "SPAN", length)
-        monkeypatch.setattr(smoother, "KEPT", 0.0)
+        for each in (smoother, memory):
+            monkeypatch.setattr(each, "KEPT", 0.0)
 
     return of
 

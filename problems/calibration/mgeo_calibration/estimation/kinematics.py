@@ -100,19 +100,17 @@ def steps(
     suite, n = batch.suite, len(batch.gyro)
     rates, turn = turns(batch, at.states) if turned is None else turned
     follows = batch.follows(suite.gyro, slice(1, None))
-    F, Q = discretized(suite, rates, batch.durations, follows)
-    constant = parts.constant[parts.constant < suite.n_dynamic]
+    F, turned_by, Q = _of_parts(suite, parts, rates, batch.durations, follows)
     grown = np.ascontiguousarray(growth(batch, parts) if grown is None else grown)
     G = np.zeros((n, len(parts.driven), len(parts.constant)))
     # rows of F from the fourth on are of a diagonal
-    G[:, :3, : len(constant)] = F[:, :3, constant] * grown[:-1, None, : len(constant)]
+    c = turned_by.shape[2]
+    G[:, :3, :c] = turned_by * grown[:-1, None, :c]
     bias = parts.driven[3:]
     defect = np.zeros((n, len(parts.driven)))
     reached = at.attitude[1:].swapaxes(1, 2) @ at.attitude[:-1] @ turn.swapaxes(1, 2)
     defect[:, :3] = vector(np.moveaxis(reached, 0, -1)).T
-    defect[:, 3:] = np.einsum("nii->ni", F)[:, bias] * at.states[:-1, bias] - at.states[1:, bias]
-    if len(parts.driven) < suite.n_dynamic:
-        F, Q = _of_states(F, parts.driven), _of_states(Q, parts.driven)
+    defect[:, 3:] = np.einsum("nii->ni", F)[:, 3:] * at.states[:-1, bias] - at.states[1:, bias]
     Q[:, range(3), range(3)] += batch.added
     if batch.breaks.any():
         F[batch.breaks, :3], G[batch.breaks, :3], defect[batch.breaks, :3] = 0.0, 0.0, 0.0
@@ -136,6 +134,40 @@ def discretized(
     """
     n, m, k = len(rates), suite.n_dynamic, suite.n_kinematic
     F, Q = np.zeros((2, n, m, m))
+    _kinematic(suite, rates, durations, follows, F, Q)
+    for process, first in zip(suite.processes.values(), range(k, m, 3), strict=True):
+        decay, variance = process.over(durations[:, None])
+        own = range(first, first + 3)
+        F[:, own, own], Q[:, own, own] = decay, variance
+    return F, Q
+
+
+def _of_parts(
+    suite: Suite, parts: Partition, rates: Floats, durations: Floats, follows: Sequence[Floats]
+) -> tuple[Floats, Floats, Floats]:
+    """F and Q of driven states, and what turns the attitude of the leading constants between.
+
+    As `discretized` has them, whose other entries are zero.
+    """
+    n, m, k, d = len(rates), suite.n_dynamic, suite.n_kinematic, len(parts.driven)
+    of_gyro, of_noise = np.zeros((n, k, k)), np.zeros((n, 6, 6))
+    _kinematic(suite, rates, durations, follows, of_gyro, of_noise)
+    driven, constant = (states[states < k] for states in (parts.driven, parts.constant))
+    F, Q = np.zeros((2, n, d, d))
+    a = len(driven)
+    F[:, :a, :a], Q[:, :a, :a] = _of_states(of_gyro, driven), _of_states(of_noise, driven)
+    for process, first in zip(suite.processes.values(), range(k, m, 3), strict=True):
+        decay, variance = process.over(durations[:, None])
+        own = np.flatnonzero((parts.driven >= first) & (parts.driven < first + 3))
+        F[:, own, own], Q[:, own, own] = decay, variance
+    return F, of_gyro[:, :3, constant], Q
+
+
+def _kinematic(
+    suite: Suite, rates: Floats, durations: Floats, follows: Sequence[Floats], F: Floats, Q: Floats
+) -> None:
+    """Write entries of attitude and gyro into zeros."""
+    n = len(rates)
     density, turning, unit = suite.diffusion(), np.ascontiguousarray(rates), _by_rate(suite)
     densities, kernel = (density[0], density[3]), load("kinematics")
     kernel.discretized(suite.gyro.bias_decay, densities, unit, turning, durations, F, Q)
@@ -144,11 +176,6 @@ def discretized(
         kernel.discretized(0.0, densities, unit[:, :, :0], turning, durations, *constant)
         for columns, value in zip(suite.following, follows, strict=True):
             F[:, :3, columns] = value[:, :, None] * constant[0][:, :3, 3:6]
-    for process, first in zip(suite.processes.values(), range(k, m, 3), strict=True):
-        decay, variance = process.over(durations[:, None])
-        own = range(first, first + 3)
-        F[:, own, own], Q[:, own, own] = decay, variance
-    return F, Q
 
 
 @lru_cache(maxsize=16)

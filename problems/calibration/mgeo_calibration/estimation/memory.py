@@ -6,10 +6,21 @@ import os
 
 from mgeo_attitude.sensors.suite import Suite
 
-from mgeo_calibration.estimation.smoother import KEPT
+from mgeo_calibration.estimation.trajectory import Partition
 
-#: What is there without any sample: packages, and spans that are kept or formed [bytes].
-FIXED = 350e6 + KEPT
+
+def physical() -> float | None:
+    """Of this machine [bytes]; None where it is not told."""
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, OSError, ValueError):
+        return None
+
+
+#: Spans are kept as long as all of them take so much memory, and not formed again [bytes].
+KEPT = max(400e6, 0.1 * (physical() or 0.0))
+#: What is there without any sample: packages, and spans that are formed [bytes].
+FIXED = 400e6
 #: From so much on it is told beforehand [bytes].
 LARGE = 1e9
 #: Arrays of the trajectory that are there at once, and of three numbers of each sensor.
@@ -21,15 +32,15 @@ _ROW = 700
 def needed(suite: Suite, rows: int) -> float:
     """Memory that so many samples take [bytes]; the most that was measured is less."""
     row = _ROW + 8 * (_TRAJECTORIES * (9 + suite.n_states) + 3 * _READINGS * len(suite.sensors))
-    return FIXED + row * rows
+    held = row_bytes(suite, Partition.of(suite)) * rows
+    return FIXED + row * rows + (held if held <= KEPT else 0.0)
 
 
-def physical() -> float | None:
-    """Of this machine [bytes]; None where it is not told."""
-    try:
-        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    except (AttributeError, OSError, ValueError):
-        return None
+def row_bytes(suite: Suite, parts: Partition) -> int:
+    """What a sample takes in a `Span`."""
+    d, c, s = len(parts.driven), len(parts.constant), len(suite.sensors)
+    q, p = d + c, max(sum(3 for _ in suite.places(sensor)) + 3 for sensor in suite.sensors)
+    return 8 * (d * (2 * d + c + 1) + d * (q + d + 1) + 3 * s * (2 * p + d + q + 2) + c)
 
 
 def told(suite: Suite, rows: int) -> str | None:

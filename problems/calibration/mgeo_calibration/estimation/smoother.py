@@ -16,7 +16,6 @@ from functools import cached_property
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.sensors.suite import Suite
 from scipy.linalg.lapack import dtrtri
 
 from mgeo_calibration.estimation.batch import Batch
@@ -24,14 +23,13 @@ from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.kernels import load
 from mgeo_calibration.estimation.kinematics import growth
 from mgeo_calibration.estimation.linearization import Equations, equations
+from mgeo_calibration.estimation.memory import KEPT, row_bytes
 from mgeo_calibration.estimation.trajectory import Partition, Trajectory, moved, spans
 
 #: A step this small, in 1-sigmas of the constants and in rad, is the last: what it leaves is of the
 #: order of its square.
 LAST = 1e-2, 1e-5
 _HALVINGS = 4  # of a step that makes it worse
-#: Spans are kept as long as all of them take so much memory, and not formed again [bytes].
-KEPT = 400e6
 #: x, T and P, see `Span.kept`, of one sample.
 Known = tuple[Floats, Floats, Floats]
 
@@ -285,13 +283,6 @@ def linear_solution(
         )
         solution.e[each.new] = e[each.first :]
     return solution
-
-
-def row_bytes(suite: Suite, parts: Partition) -> int:
-    """What a sample takes in a `Span`."""
-    d, c, s = len(parts.driven), len(parts.constant), len(suite.sensors)
-    q, p = d + c, max(sum(3 for _ in suite.places(sensor)) + 3 for sensor in suite.sensors)
-    return 8 * (d * (2 * d + c + 1) + d * (q + d + 1) + 3 * s * (2 * p + d + q + 2) + c)
 
 
 def smoothed(solution: Solution, n: int | None = None) -> Iterator[tuple[Span, Spread]]:

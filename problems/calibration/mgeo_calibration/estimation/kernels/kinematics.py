@@ -33,7 +33,7 @@ def discretized(decay, densities, others, rates, durations, F, Q):
     others : array, shape (3, 3, k)
         By what the gyro's k constant errors change the attitude's rate, of each component of ω.
     rates, durations : arrays, shapes (n, 3) and (n,)
-    F, Q : arrays, shape (n, m, m), m >= 6 + k
+    F, Q : arrays, shapes (n, m, m), m >= 6 + k, and (n, l, l), l >= 6
         Their rows and columns of these states are written; what is not is zero.
     """
     k = others.shape[2]
