@@ -155,7 +155,7 @@ def _kept(name: str) -> Kind:
 
 # one that changes by more than its prior allows is named right by that, too
 CHANGES = r"\.bias (changes by |follows temperature by |is .* of its prior)"
-DRIFTS = r"gyro\.bias (drifts|decays|follows temperature|is .* of its prior)"
+DRIFTS = r"gyro\.bias (drifts|decays|changes|follows temperature|is .* of its prior)"
 AXES = " agrees with all else if its axes are |{0}\\.misalignment is .* sigma"
 KINDS = {
     # what has to end right

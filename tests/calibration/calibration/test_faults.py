@@ -192,6 +192,18 @@ def test_a_bias_that_follows_a_channel_of_the_table_is_told():
     assert sigma < 1.0
 
 
+def test_what_makes_outliers_of_all_that_follows_is_told():
+    """Beyond a large step all readings are outliers: those that were left said nothing is wrong."""
+    telemetry = fly(SCENARIO, MOTION, 4)
+    step = 0.3 * (telemetry.times > 1800.0)[:, None] * np.array([0.0, 0.0, 1.0])
+    sun = telemetry.sensors["sun"] + step
+    found = calibrate(
+        SCENARIO, dataclasses.replace(telemetry, sensors=telemetry.sensors | {"sun": sun})
+    )
+    assert re.match(r"sun\.bias changes by 0\.\d+ -", found.failures[0])
+    assert any("of sun are outliers" in words for words in found.failures)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("third", range(3))
 def test_nine_of_ten_faults_are_named(third):

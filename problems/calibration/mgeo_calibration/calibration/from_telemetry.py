@@ -16,12 +16,14 @@ from mgeo_attitude.scenario import Scenario
 from mgeo_calibration import diagnosis
 from mgeo_calibration.calibration import model_tests as models
 from mgeo_calibration.calibration.calibration import Calibration
+from mgeo_calibration.calibration.channels import channels_of
 from mgeo_calibration.calibration.corrections import unit_of_innovations
 from mgeo_calibration.calibration.history import History
 from mgeo_calibration.calibration.prior_tests import number_of_tests, prior_tests
 from mgeo_calibration.calibration.questions import questions
-from mgeo_calibration.calibration.refused import CannotCalibrate
+from mgeo_calibration.calibration.refused import CannotCalibrate, of_a_wide_fit
 from mgeo_calibration.calibration.sensor_tests import (
+    MOST_REJECTED,
     SIGNIFICANCE,
     SensorTest,
     correlation_bound,
@@ -44,7 +46,6 @@ from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemet
 
 #: Probability that a reading without fault is taken for an outlier.
 GATE = 1e-5
-_MOST = 4  # channels beside, of which each has a question for gyro and every sensor
 
 
 def calibrate(
@@ -104,11 +105,21 @@ def calibrate(
         found = fit(data, belief, gate)
     except ValueError as error:
         checks = diagnosis.checks(scenario, telemetry, data)
-        raise CannotCalibrate.of(str(error), checks, data, belief, gate) from error
+        raise CannotCalibrate.of(str(error), checks, data, belief, gate, telemetry) from error
     made = _concluded(scenario, telemetry, belief, found)
     if made.supported:
         return made
+    if _left_out(made) and not any(test.named for test in made.model_tests):
+        # what is left does not show it
+        wide = of_a_wide_fit(data, belief, gate, telemetry)[1]
+        if any(test.named for test in wide):
+            made = dataclasses.replace(made, model_tests=wide)
     return dataclasses.replace(made, causes=diagnosis.causes(scenario, telemetry, data))
+
+
+def _left_out(made: Calibration) -> bool:
+    """Whether a sensor has more outliers than chance and a few faults leave."""
+    return any(test.rejected > MOST_REJECTED * test.readings for test in made.tests)
 
 
 def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: Fit) -> Calibration:
@@ -117,7 +128,7 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
     last = found.solution.estimate
     past = filtered(found.solution)
     states, covariance = at_the_end(belief, found)
-    channels, left_out = _channels(telemetry, data, past)
+    channels, left_out = channels_of(telemetry, data, past.innovations)
     asked = questions(found.solution, channels)
     n_tests = number_of_tests(belief) + len(asked) + left_out * (1 + len(past.innovations))
     n_tests += 2 * sum(len(each.samples) > 0 for each in past.innovations)
@@ -144,23 +155,6 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
         ),
         history=_history(found, past),
     )
-
-
-def _channels(telemetry: Telemetry, data: Batch, past: Filtered) -> tuple[dict[str, Floats], int]:
-    """The `_MOST` channels that innovations follow most, at the samples; how many others."""
-    found = {}
-    for name, values in telemetry.others.items():
-        channel = np.interp(data.times, telemetry.times, values)
-        if np.ptp(channel) > 0.0:
-            scaled = (channel - channel.mean()) / channel.std()
-            told = sum(
-                float(np.square(scaled[each.samples] @ each.whitened).sum())
-                / max(len(each.samples), 1)
-                for each in past.innovations
-            )
-            found[name] = told, channel
-    most = sorted(found, key=lambda name: -found[name][0])[:_MOST]
-    return {name: found[name][1] for name in most}, len(found) - len(most)
 
 
 def at_the_end(belief: Belief, found: Fit) -> tuple[Floats, Floats]:

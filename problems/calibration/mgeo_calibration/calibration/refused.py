@@ -6,12 +6,17 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import pandas as pd
+from mgeo_attitude._typing import Floats
 
+from mgeo_calibration.calibration.channels import channels_of
 from mgeo_calibration.calibration.model_tests import ModelTest, model_table, model_tests
 from mgeo_calibration.calibration.questions import questions
+from mgeo_calibration.calibration.sensor_tests import MOST_REJECTED
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import fit
+from mgeo_calibration.estimation.residuals import innovations
+from mgeo_calibration.telemetry import Telemetry
 
 #: By how much noise is taken to be larger where readings do not fit at all.
 _WIDER = (5.0, 20.0, 80.0)
@@ -52,12 +57,13 @@ class CannotCalibrate(ValueError):
         batch: Batch | None,
         belief: Belief,
         gate: float,
+        telemetry: Telemetry | None = None,
     ) -> CannotCalibrate:
         """With the cause of an error in front of it."""
         tested: tuple[float, tuple[ModelTest, ...]] = (1.0, ())
         causes = tuple(words for said in checks.values() for words in said)
         if batch is not None and not causes:
-            tested = _of_a_wide_fit(batch, belief, gate)
+            tested = of_a_wide_fit(batch, belief, gate, telemetry)
             causes = tuple(test.words for test in tested[1] if test.named)
         return cls(f"{causes[0]} ({error})" if causes else error, checks, tested, causes)
 
@@ -71,15 +77,26 @@ class CannotCalibrate(ValueError):
         return model_table(self.model_tests)
 
 
-def _of_a_wide_fit(
-    batch: Batch, belief: Belief, gate: float
+def of_a_wide_fit(
+    batch: Batch, belief: Belief, gate: float, telemetry: Telemetry | None = None
 ) -> tuple[float, tuple[ModelTest, ...]]:
-    """By how much noise has to be larger, and what is tested then."""
+    """By how much noise has to be larger for few outliers, and what is tested then."""
+    found = None
     for factor in _WIDER:
         try:
-            solution = fit(replace(batch, noise=factor * batch.noise), belief, gate).solution
+            made = fit(replace(batch, noise=factor * batch.noise), belief, gate)
         except ValueError:
             continue
-        asked = questions(solution, {})
-        return factor, model_tests(solution, asked, len(asked), 1.0)[0]
-    return _WIDER[-1], ()
+        found = factor, made.solution
+        if (made.rejected.sum(axis=1) <= MOST_REJECTED * batch.there.sum(axis=1)).all():
+            break
+    if found is None:
+        return _WIDER[-1], ()
+    factor, solution = found
+    channels: dict[str, Floats] = {}
+    left_out = 0
+    if telemetry is not None:
+        channels, left_out = channels_of(telemetry, batch, innovations(solution))
+    asked = questions(solution, channels)
+    n_tests = len(asked) + left_out * (1 + len(batch.sensors))
+    return factor, model_tests(solution, asked, n_tests, 1.0)[0]
