@@ -32,6 +32,7 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.start_times import StartTimes
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
 from mgeo_attitude.scenario import FlightErrors, Scenario
+from mgeo_attitude.scenario.channels import check_followed
 
 if TYPE_CHECKING:
     from mgeo_attitude.filter.evaluator import Evaluation
@@ -123,6 +124,7 @@ class AttitudeManeuverProblem(ShownByView, Problem):
             changes["flight"] = dataclasses.replace(scenario.flight or FlightErrors(), **asked)
         self.scenario = scenario = dataclasses.replace(scenario, **changes)
         self._start_times = check_start(scenario)
+        check_followed(scenario.channels, scenario.suite)
         self.threads = threads
         self.objectives = scenario.objectives
         self._count = scenario.flight.count if scenario.flight else 0  # of flights

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import (
+    AttitudeManeuverProblem,
     Environment,
     FilterModel,
     Gyro,
@@ -139,6 +140,8 @@ def test_an_influence_of_no_channel_is_refused_with_the_way_out():
     )
     with pytest.raises(InvalidValue, match=message):
         FilterModel.from_scenario(of)
+    with pytest.raises(InvalidValue, match=message):  # before anything is computed
+        AttitudeManeuverProblem(of)
     with pytest.raises(InvalidValue, match=r"gyro\.influences\[0\].*there are no \[\[channels"):
         FilterModel.from_scenario(
             dataclasses.replace(scenario((Influence("tmp", 1.0),)), channels=())

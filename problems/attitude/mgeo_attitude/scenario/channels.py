@@ -85,6 +85,17 @@ def check_channels(channels: Sequence[Channel]) -> None:
         expect(new, f"channels[{i}].name", name, "a name that no other channel has, nor the time")
 
 
+def check_followed(channels: Sequence[Channel], suite: Suite) -> None:
+    """Refuse, with an InvalidValue, an influence along a plan whose channel is not there."""
+    known = {channel.name for channel in channels}
+    for key, influence in suite.influence_keys.items():
+        name = influence.channel
+        if name not in known:
+            hint = known_names(name, known) if known else ": there are no [[channels]]"
+            way = "give its values along the plan in [[channels]], or take the influence out"
+            raise InvalidValue(f"{key}.channel", name, f"unknown channel{hint}; {way}")
+
+
 def channel_values(
     channels: Sequence[Channel], suite: Suite, times: Floats, sunlit: Bools
 ) -> Mapping[str, Floats]:
@@ -95,12 +106,7 @@ def channel_values(
     InvalidValue
         For an influence whose channel is not there.
     """
+    check_followed(channels, suite)
     known = {channel.name: channel for channel in channels}
-    for key, influence in suite.influence_keys.items():
-        name = influence.channel
-        if name not in known:
-            hint = known_names(name, known) if known else ": there are no [[channels]]"
-            way = "give its values along the plan in [[channels]], or take the influence out"
-            raise InvalidValue(f"{key}.channel", name, f"unknown channel{hint}; {way}")
     used = dict.fromkeys(influence.channel for influence in suite.influence_keys.values())
     return {name: known[name].at(times, sunlit) for name in used}
