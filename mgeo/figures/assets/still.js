@@ -1,4 +1,5 @@
 // Pages that only show figures: in the colors of the page, again when these change
+const ON_PAPER = 700; // px of 1/96 inch: letters as large as the text's, whatever the window is
 const plots = Array.from(document.querySelectorAll(".plotly-graph-div"));
 for (const plot of plots) plot.given = structuredClone({ data: plot.data, layout: plot.layout });
 
@@ -7,8 +8,7 @@ function recolor() {
     const { data, layout } = plot.given;
     const onPaper = document.documentElement.classList.contains("printed");
     const shown = themed(layout, !onPaper && plot.clientWidth < NARROW);
-    // px of 1/96 inch: letters as large as the text's, whatever the window is
-    if (onPaper) Object.assign(shown, { width: 700, height: layout.height || 540 });
+    if (onPaper) Object.assign(shown, { width: ON_PAPER, height: layout.height || 540 });
     return Plotly.react(plot, recolored(data), shown);
   });
 }
@@ -16,13 +16,13 @@ function recolor() {
 async function show() {
   await Promise.all(recolor());
   await Promise.all(plots.map(fit));
-  plots.forEach(scalable);
+  plots.forEach((plot) => scalable(plot));
   document.body.dataset.shown = "all";
 }
 addEventListener("beforeprint", () => {
   document.documentElement.classList.add("printed");
   recolor();
-  plots.forEach(scalable);
+  for (const plot of plots) scalable(plot, [ON_PAPER, plot.given.layout.height || 540]);
 });
 addEventListener("afterprint", () => {
   document.documentElement.classList.remove("printed");

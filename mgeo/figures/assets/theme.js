@@ -65,11 +65,13 @@ function recolored(tree) {
   return Object.fromEntries(Object.entries(tree).map(([k, v]) => [k, fit(k, v)]));
 }
 
-/** Let a drawing be scaled to the width of a printed page. */
-function scalable(plot) {
+/** Let a drawing be scaled to the width of a printed page; of a size, if that is not drawn yet. */
+function scalable(plot, size = null) {
   const svgs = plot.querySelectorAll(".svg-container > .main-svg");
-  for (const svg of svgs) svg.setAttribute("viewBox", `0 0 ${svg.getAttribute("width")} ${svg.getAttribute("height")}`);
-  if (svgs.length) plot.style.setProperty("--shape", `${svgs[0].getAttribute("width")} / ${svgs[0].getAttribute("height")}`);
+  if (!svgs.length) return;
+  const [width, height] = size || ["width", "height"].map((key) => svgs[0].getAttribute(key));
+  for (const svg of svgs) svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  plot.style.setProperty("--shape", `${width} / ${height}`);
 }
 
 /** On a phone a legend stands below its plot, where it covers neither points nor labels. */
@@ -78,7 +80,8 @@ async function fit(plot) {
   const boxes = (parts) => Array.from(plot.querySelectorAll(parts), (part) => part.getBoundingClientRect());
   const small = { "margin.l": 60, "margin.r": 10, "font.size": 11, "legend.orientation": "h" };
   if (plot.layout.coloraxis) small["coloraxis.showscale"] = false;
-  if ((plot.layout.yaxis || {}).scaleanchor && plot.layout.height > 1.3 * plot.clientWidth) {
+  const square = [plot.layout.xaxis, plot.layout.yaxis].some((axis) => axis && axis.scaleanchor);
+  if (square && plot.layout.height > 1.3 * plot.clientWidth) {
     small.height = 1.3 * plot.clientWidth; // what is square fills no more
     plot.style.height = `${small.height}px`;
   }

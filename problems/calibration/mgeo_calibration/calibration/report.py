@@ -39,7 +39,7 @@ def report_html(calibration: Calibration, promised: pd.DataFrame | None = None) 
     if calibration.model_tests:
         parts += [
             "<h2>Beside what the scenario says</h2>",
-            _table(calibration.model_table().reset_index()),
+            _table(calibration.model_table().reset_index(), classes="wrapped"),
         ]
     parts += list(figures.values())
     rejected = calibration.rejected_table()
