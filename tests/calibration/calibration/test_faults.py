@@ -22,7 +22,7 @@ from mgeo_calibration.estimation.fit import fit
 
 from .faults import FAULTS, GROSS, MOTION, SCENARIO, SCORED, Fault, says
 from .flights import PLAN, options, short
-from .independent import Craft, fly
+from .independent import Craft, coning, fly
 
 
 def first_line(fault, seed):
@@ -190,6 +190,16 @@ def test_a_bias_that_follows_a_channel_of_the_table_is_told():
     size, sigma = map(float, said.groups())
     assert abs(size - 12.0) < 4.0 * sigma + 0.5
     assert sigma < 1.0
+
+
+def test_a_delay_is_told_before_what_it_moves():
+    """With noise that is larger by what it leaves its chi-square is less than that of the prior."""
+    scenario = short(SCENARIO, 600.0)
+    rates = coning(1.5, 0.3)
+    found = calibrate(scenario, fly(scenario, rates, 3, Craft(late={"mag": 0.7}), duration=600.0))
+    late = found.model_table().loc["mag.delay", "chi_square"]
+    assert max(test.chi_square for test in found.prior_tests if test.fails) > late
+    assert re.match(r"mag is 0\.\d+ ± 0\.\d+ s late", found.failures[0])
 
 
 def test_what_makes_outliers_of_all_that_follows_is_told():

@@ -18,7 +18,7 @@ from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.calibration.corrections import in_units, telemetry_units, uplink
 from mgeo_calibration.calibration.history import History
-from mgeo_calibration.calibration.model_tests import ModelTest, model_table
+from mgeo_calibration.calibration.model_tests import ModelTest, model_table, scatter_of
 from mgeo_calibration.calibration.prior_tests import PriorTest, contradictions
 from mgeo_calibration.calibration.sensor_tests import SensorTest
 
@@ -139,7 +139,8 @@ class Calibration:
         bad.
         """
         said = [words for test in self.tests for words in test.failures()]
-        named = [(test.chi_square, test.words) for test in self.model_tests if test.named]
+        scatter = scatter_of(self.tests)  # which tests of the model are without
+        named = [(scatter * test.chi_square, test.words) for test in self.model_tests if test.named]
         far = sorted(contradictions(self.prior_tests), reverse=True)
         first, second = sorted((far, named), key=lambda causes: causes[:1], reverse=True)
         return [*self.causes, *(words for _, words in first + second), *said]
