@@ -140,7 +140,17 @@ class Calibration:
         """
         said = [words for test in self.tests for words in test.failures()]
         scatter = scatter_of(self.tests)  # which tests of the model are without
-        named = [(scatter * test.chi_square, test.words) for test in self.model_tests if test.named]
+        # what has changed since an earlier calibration looks like a change soon after
+        since = [
+            f"{test.block} "
+            for test in self.prior_tests
+            if test.fails and self.scenario.prior is not None
+        ]
+        named = [
+            (0.0 if test.says.startswith(tuple(since)) else scatter * test.chi_square, test.words)
+            for test in self.model_tests
+            if test.named
+        ]
         far = sorted(contradictions(self.prior_tests), reverse=True)
         first, second = sorted((far, named), key=lambda causes: causes[:1], reverse=True)
         return [*self.causes, *(words for _, words in first + second), *said]
