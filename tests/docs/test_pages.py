@@ -128,6 +128,7 @@ def test_the_ways_to_an_orbit(tmp_path, monkeypatch):
     assert header[0] == "time_utc"
 
 
+@pytest.mark.slow
 def test_a_start_and_a_slew_back(tmp_path, monkeypatch, capsys):
     """The page's Python over its file; the nadir front is one of plans that slew back."""
     monkeypatch.chdir(tmp_path)
@@ -209,6 +210,7 @@ def test_the_mapping_of_the_page_on_calibration(tmp_path):
             assert re.search(rf"\b{re.escape(name)}\b", text)
 
 
+@pytest.mark.slow
 def test_the_command_of_the_page_on_calibration(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     scenario = Scenario.from_toml('preset = "paper"\nduration = 900.0\n')
@@ -228,6 +230,7 @@ def test_every_key_of_a_prior_is_on_the_page():
         assert f"| `{key}` |" in page("calibration.md")
 
 
+@pytest.mark.slow
 def test_which_satellite_leads_to_files_that_can_be_started_from(tmp_path, monkeypatch):
     text = page("which-satellite.md")
     rows = re.findall(r"^\| .*\]\((scenarios/[\w-]+\.toml)\) \| `(\w+)` \|$", text, re.MULTILINE)

@@ -55,7 +55,7 @@ def test_normalized_vectors_are_calibrated_as_claimed(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SCENARIOS)
+@pytest.mark.parametrize("name", ["cubesat_6u", pytest.param("paper", marks=pytest.mark.campaign)])
 def test_fifty_flights_of_normalized_vectors(name):
     mean, low, high, _, supported = nees(name, range(100, 150))
     assert low < mean < high

@@ -173,7 +173,7 @@ def spoiled(name):
         ("cubesat_6u", "", 10),
         ("cubesat_6u_full", "", 6),
         ("paper", "outliers and holes", 10),
-        ("paper", "slow magnetometer", 25),
+        pytest.param("paper", "slow magnetometer", 25, marks=pytest.mark.campaign),
     ],
 )
 def test_many_flights_are_consistent(preset, name, flights):

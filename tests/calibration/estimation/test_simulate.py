@@ -120,7 +120,10 @@ def test_errors_are_what_the_filter_claims(paper):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("preset", "file"),
-    [("paper", "paper-1-percent"), ("cubesat_6u", "cubesat-6u-with-rises")],
+    [
+        pytest.param("paper", "paper-1-percent", marks=pytest.mark.campaign),
+        ("cubesat_6u", "cubesat-6u-with-rises"),
+    ],
     ids=["paper", "cubesat_6u"],
 )
 def test_plans_of_a_front_are_consistent(preset, file):

@@ -212,7 +212,7 @@ def test_a_problem_may_fail_at_some_points_but_not_at_all():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", ["1", "2"])
+@pytest.mark.parametrize("seed", ["1", pytest.param("2", marks=pytest.mark.campaign)])
 def test_another_process_comes_to_the_same(seed):
     made = "MGEOReal(), SMSEMOA(), {'x', 'y', 'z'}"
     code = (
