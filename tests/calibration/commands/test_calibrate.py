@@ -52,9 +52,9 @@ def test_much_memory_is_told_before_the_work_and_too_much_is_refused(run, flight
     assert "memory" not in run(*arguments).stdout
     monkeypatch.setattr(memory, "LARGE", 0.0)
     first = run(*arguments).stdout.splitlines()[0]
-    assert first == "901 samples take about 0.75 GB of memory"
-    monkeypatch.setattr(memory, "physical", lambda: 0.5e9)
-    with pytest.raises(ValueError, match=r"of memory, and this machine has 0\.5 GB: expected a sh"):
+    assert first == "901 samples take about 0.41 GB of memory"
+    monkeypatch.setattr(memory, "physical", lambda: 0.3e9)
+    with pytest.raises(ValueError, match=r"of memory, and this machine has 0\.3 GB: expected a sh"):
         calibrate(scenario, telemetry)
 
 
