@@ -57,9 +57,8 @@ def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) 
         "notes": told,
         "folder": str(persistence.folder),
         "files": files,
+        "expected_polish_s": expected.polish,
     }
-    if configuration.polish:
-        found["expected_polish_s"] = expected.polish
     _tell(run_title(configuration), texts, found, (expected.elapsed, expected.timed), output)
     if configuration.polish and expected.polish is None:
         output.note("Note: not in the time: the polish, as the problem does not say what it takes")

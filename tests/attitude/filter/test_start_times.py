@@ -133,7 +133,8 @@ def test_good_starts_and_a_polish_keep_to_the_start_times(problem):
     X = problem.starts(4, np.random.default_rng(1))
     assert set(X[:, -1]) <= set(problem.start_times.times)
     *_, better = problem.refine(X)
-    before, after = values(problem, X), values(problem, better)
+    assert len(better) > len(X)  # then come others, at times between them
+    before, after = values(problem, X), values(problem, better[: len(X)])
     assert (after <= before).all()
     assert (after[:, 1] < before[:, 1]).any()
     assert (problem.xl <= better).all()

@@ -218,8 +218,11 @@ def _range(profiles: Sequence[made.Profile], score: Score) -> float:
 
 
 def _when(times: Floats, profiles: Sequence[made.Profile], score: Score) -> float:
-    """At which time an offset changes fastest; of a part in which it does the middle."""
+    """At which time an offset changes fastest; of a part in which it does the middle.
+
+    Of one of which nothing is known, and so never changes, the middle of all.
+    """
     speed = np.linalg.norm(np.diff(_path(profiles, score), axis=0), axis=1)
-    fastest = np.flatnonzero(speed > 0.999 * speed.max())
+    fastest = np.flatnonzero(speed >= 0.999 * speed.max())
     share = 0.5 * (_SHARES[fastest[0]] + _SHARES[fastest[-1] + 1])
     return float(times[0] + share * (times[-1] - times[0]))
