@@ -173,7 +173,7 @@ def spoiled(name):
         ("cubesat_6u", "", 10),
         ("cubesat_6u_full", "", 6),
         ("paper", "outliers and holes", 10),
-        pytest.param("paper", "slow magnetometer", 25, marks=pytest.mark.campaign),
+        ("paper", "slow magnetometer", 25),
     ],
 )
 def test_many_flights_are_consistent(preset, name, flights):

@@ -125,7 +125,6 @@ def study_on(client, *more):
 
 
 @pytest.mark.slow
-@pytest.mark.campaign
 @pytest.mark.filterwarnings("default")
 @pytest.mark.usefixtures("beside_the_study")
 def test_modules_beside_the_study_are_sent_along(client):
@@ -162,7 +161,6 @@ Elsewhere.__module__ = "nowhere"
 
 
 @pytest.mark.slow
-@pytest.mark.campaign
 @pytest.mark.filterwarnings("default")
 def test_a_module_that_is_nowhere_is_named(client, monkeypatch):
     made = types.ModuleType("nowhere")
