@@ -13,6 +13,7 @@ from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor
 
 from mgeo_calibration.calibration.corrections import unit_of_innovations
 from mgeo_calibration.estimation import departures as made
+from mgeo_calibration.estimation.quiet import quiet_rates
 from mgeo_calibration.estimation.score import Combined, Departure, Score
 from mgeo_calibration.estimation.smoother import Solution
 from mgeo_calibration.telemetry.columns import channel_of
@@ -52,14 +53,17 @@ def questions(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Q
     channels : mapping of str to array, shape (N,)
         What else was measured at the samples, in any unit.
     """
-    asked = _of_gyro(solution, channels) | _of_orbit(solution)
+    rates = quiet_rates(solution)
+    asked = _of_gyro(solution, rates, channels) | _of_orbit(solution)
     for index in range(len(solution.batch.suite.sensors)):
         if solution.used[index].any():
-            asked |= _of_sensor(solution, index, channels)
+            asked |= _of_sensor(solution, index, rates, channels)
     return asked
 
 
-def _of_gyro(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Question]:
+def _of_gyro(
+    solution: Solution, rates: Floats, channels: Mapping[str, Floats]
+) -> dict[str, Question]:
     gyro, times = solution.batch.suite.gyro, solution.batch.times
     duration, size = float(times[-1] - times[0]), gyro.initial_bias_deg_s
 
@@ -95,7 +99,7 @@ def _of_gyro(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Qu
     for state, (factor, unit, key) in _ERRORS.items():
         if state not in gyro.states():
             says = partial(_worst, f"gyro.{state} is", factor, unit)
-            departure = made.gyro_error(solution, state)
+            departure = made.gyro_error(rates, state)
             asked[f"gyro.{state}"] = Question((departure,), says, f"gyro.{key}")
     for name, channel in channels.items():
         says = partial(_worst, f"gyro.bias follows {name} by", size / np.ptp(channel), "deg/s")
@@ -111,7 +115,7 @@ def follows(owner: Gyro | Sensor, column: str) -> bool:
 
 
 def _of_sensor(
-    solution: Solution, index: int, channels: Mapping[str, Floats]
+    solution: Solution, index: int, rates: Floats, channels: Mapping[str, Floats]
 ) -> dict[str, Question]:
     batch = solution.batch
     sensor, name = batch.suite.sensors[index], batch.suite.sensors[index].name
@@ -140,7 +144,7 @@ def _of_sensor(
     }
     if "delay" not in sensor.states():
         key = f"{name}.initial_delay_s"
-        asked[f"{name}.delay"] = Question((made.delay(solution, index),), late, key)
+        asked[f"{name}.delay"] = Question((made.delay(solution, index, rates),), late, key)
     for state in ("scale_factor", "nonorthogonality"):
         if isinstance(sensor, Magnetometer) and state not in sensor.states():
             size, of, key = _ERRORS[state]

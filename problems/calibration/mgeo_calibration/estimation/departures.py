@@ -11,7 +11,6 @@ from mgeo_attitude.geometry.rotation import matrix, shear, skew
 from mgeo_attitude.sensors import Sensor
 
 from mgeo_calibration.estimation.linearization import Equations
-from mgeo_calibration.estimation.quiet import quiet_rates
 from mgeo_calibration.estimation.score import Combined, Departure
 from mgeo_calibration.estimation.sightings import sighting
 from mgeo_calibration.estimation.smoother import Solution
@@ -47,9 +46,14 @@ def bias_drift(solution: Solution) -> Departure:
     return _of_rates(lambda own: off(share[own.low : own.high - 1]), 3 * PARTS, off(share[-1:])[0])
 
 
-def gyro_error(solution: Solution, state: str) -> Departure:
-    """Scale factors, a misalignment or non-orthogonality of one, of a gyro that has none."""
-    rates = quiet_rates(solution)
+def gyro_error(rates: Floats, state: str) -> Departure:
+    """Scale factors, a misalignment or non-orthogonality of one, of a gyro that has none.
+
+    Parameters
+    ----------
+    rates : array, shape (N - 1, 3)
+        Of the body, see `quiet.quiet_rates`.
+    """
     return _of_rates(lambda own: _columns(state, rates[own.low : own.high - 1]), 3)
 
 
@@ -63,10 +67,14 @@ def gyro_follows(solution: Solution, channel: Floats) -> Departure:
     )
 
 
-def delay(solution: Solution, index: int) -> Departure:
-    """A sensor, by its number, is late by `LATE`: attitude and vector are of before."""
+def delay(solution: Solution, index: int, rates: Floats) -> Departure:
+    """A sensor, by its number, is late by `LATE`: attitude and vector are of before.
 
-    rates = quiet_rates(solution)
+    Parameters
+    ----------
+    rates : array, shape (N - 1, 3)
+        As of `gyro_error`.
+    """
     before = np.vstack([rates[:1], rates])
 
     def reads(own: Equations) -> Floats:
