@@ -10,7 +10,6 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 from mgeo.cli.errors import ExitCode
-from mgeo.store.run_folder import read_run
 
 PAGE = (Path(__file__).parents[1] / "docs" / "command-line.md").read_text(encoding="utf-8")
 STUDY = """
@@ -55,16 +54,12 @@ def invoke(line, expected=0):
 @pytest.mark.slow
 def test_the_commands_do_what_the_page_says(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (scenario,) = blocks("toml")
-    Path("mine.toml").write_text(scenario)
     Path("study.toml").write_text(STUDY)
     printed = {line: invoke(line) for block in blocks("sh") for line in block.splitlines()}
     assert (
         "12 variables, 2 objectives" in printed["mgeo solve attitude --evaluations 1080 --dry-run"]
     )
     assert Path("runs/first/report.html").stat().st_size > 1_000_000
-    options = read_run("runs/mine").configuration.options
-    assert (options["step"], options["maneuvers"]["count"]) == (2.0, 2)
     result = json.loads(Path("result.json").read_text())
     assert set(result) | set(result["answer"]) == keys("solve")
     studied = json.loads(Path("study.json").read_text())

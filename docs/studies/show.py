@@ -117,14 +117,6 @@ def table(values: pd.DataFrame) -> Markdown:
     return Markdown(markdown(values).replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}"))
 
 
-def best_against(comparison: Comparison) -> pd.DataFrame:
-    """The first algorithm of the order, by the first indicator, against every other one."""
-    best = comparison.order()[0]
-    rows = against(comparison, best)
-    texts = {"A": rows["A"].map("{:.3f}".format), "p (Holm)": rows["p_holm"].map("{:.2g}".format)}
-    return pd.DataFrame(texts).rename_axis(f"{best} against")
-
-
 def control_against(study: Study, comparison: Comparison) -> Markdown:
     """The study's control against every other algorithm, by every indicator."""
     assert study.control is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from functools import lru_cache
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from mgeo.evaluation.individuals import options_of
 from mgeo.explore.saving import Saved
 from mgeo.figures import MOST_TEXTS
 from mgeo.figures.front import logarithmic
+from mgeo.plugins.discovery import load_problem
 from mgeo.plugins.protocol import ask, column_names
 from mgeo.plugins.review import cells
 from mgeo.plugins.view import View, is_own, view_of
@@ -60,7 +62,7 @@ class Explorer:
     def __init__(
         self, folder: Path | str, *, save: Path | str | None = None, problem: str | None = None
     ) -> None:
-        folder = Path(folder)
+        folder, self._named = Path(folder), problem
         self.run, self.problem, chosen, self.title = read_subject(folder, problem)
         outcome = self.run.outcome
         if not len(outcome.X):
@@ -74,6 +76,16 @@ class Explorer:
         self._view = lru_cache(_RECENT)(self._made)
         self._told: list[str] | None = None
         self.saved = Saved(folder, None if save is None else Path(save))
+
+    def another(self) -> Explorer:
+        """One of the same run, as it was read, for another thread: its problem is its own."""
+        found, configuration = copy(self), self.run.configuration
+        named = (self._named or "",)
+        found.problem = load_problem(configuration.problem, configuration.options, named=named)
+        outcome = self.run.outcome
+        found.view = view_of(found.problem, outcome.X, outcome.F).take(self.numbers)
+        found._view = lru_cache(_RECENT)(found._made)
+        return found
 
     def front(self) -> Json:
         """Numbers of all solutions, and what the page must know of the problem."""

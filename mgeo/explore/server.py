@@ -11,7 +11,7 @@ import json
 import secrets
 import sys
 from collections.abc import Callable
-from functools import partial
+from functools import cached_property, partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
@@ -56,6 +56,8 @@ class Save(Table):
 
 
 Answer = Callable[[Explorer, Any], Any]
+#: From this on nobody waits with a hand on a slider: what takes seconds has a thread of its own.
+SLOW = 3
 #: What may be asked: the form of the request, how urgent it is (0 first), and what answers it.
 API: dict[str, tuple[type[Table], int, Answer]] = {
     "front": (Nothing, 0, lambda explorer, asked: explorer.front()),
@@ -112,9 +114,10 @@ class ExplorerServer(ThreadingHTTPServer):
 
     daemon_threads = True
     allow_reuse_address = True
+    request_queue_size = 128  # a slider that moves asks more than the usual five at once
 
     def __init__(self, explorer: Explorer, port: int = 0) -> None:
-        self.explorer, self.worker = explorer, Worker()
+        self.explorer, self.worker, self.slow_worker = explorer, Worker(), Worker()
         self.token = secrets.token_urlsafe(24)
         self.assets = assets(explorer.title)
         try:
@@ -123,6 +126,11 @@ class ExplorerServer(ThreadingHTTPServer):
             raise OSError(error.errno, error.strerror, f"{HOST}:{port}") from error
         self.hosts = tuple(f"{name}:{self.server_port}" for name in (HOST, "localhost"))
         self.url = f"http://{HOST}:{self.server_port}/{self.token}/"
+
+    @cached_property
+    def slow_explorer(self) -> Explorer:
+        """That of the thread of what takes seconds, with a problem of its own."""
+        return self.explorer.another()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Nothing of a browser that went away meanwhile."""
@@ -141,6 +149,8 @@ class ExplorerServer(ThreadingHTTPServer):
         form, urgency, answer = API[name]
         try:
             asked = checked(form, parse_json(body.decode()))
+            if urgency >= SLOW:
+                return self.slow_worker.ask(lambda: answer(self.slow_explorer, asked), urgency)
             return self.worker.ask(partial(answer, self.explorer, asked), urgency)
         except Exists as error:
             raise Refusal(HTTPStatus.CONFLICT, one_line(str(error))) from error

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude import AttitudeManeuverProblem, Environment, Scenario
 from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.environment.orbit import ORBITS
@@ -108,17 +108,24 @@ def test_every_objective_is_on_the_page():
 
 
 def test_the_ways_to_an_orbit(tmp_path, monkeypatch):
-    """The element set's file, the page's Python, and the files that name what it writes."""
+    """The element set's file, a table of its positions, and the files that name such."""
     monkeypatch.chdir(tmp_path)
-    shutil.copy(DOCS / "scenarios" / "iss.toml", tmp_path)
-    (code,) = blocks("orbit.md", "python")
-    exec(code.replace('Path("iss.csv").unlink()', ""), {"__name__": "page"})
+    tle = Scenario.from_toml(DOCS / "scenarios" / "iss.toml")
+    times = np.arange(-300.0, 11_301.0, 60.0)
+    rows = np.column_stack([times, tle.orbit.propagate(tle.epoch, times)[0]])
+    np.savetxt("iss.csv", rows, "%.6f", ",", header="time_s,x_m,y_m,z_m", comments="")
+    file = {"file": "iss.csv", "frame": "GCRF"}
+    sampled = Scenario.from_dict({**tle.to_dict(), "orbit": file})
+    sampled.save("with-samples.toml")
+    assert Scenario.from_toml("with-samples.toml") == sampled
+    apart = Environment.from_scenario(sampled).position - Environment.from_scenario(tle).position
+    assert np.linalg.norm(apart, axis=1).max() < 1e-3  # m
     elements, ephemeris, table = blocks("orbit.md", "toml")
     scenario = Scenario.from_dict(tomllib.loads(table.replace("ITRF", "GCRF")))
     assert scenario.orbit.source.startswith("iss.csv, SHA-256 ")
     with pytest.raises(ValueError, match=r"orbit\.file = 'orbits/iss\.oem': expected a file"):
         Scenario.from_dict(tomllib.loads(ephemeris))
-    lines = Scenario.from_toml("iss.toml").orbit
+    lines = tle.orbit
     Path("stations.omm").write_text(f"ISS (ZARYA)\n{lines.line1}\n{lines.line2}\n")
     found = Scenario.from_dict(tomllib.loads(elements)).orbit
     assert (found.line1, found.line2) == (lines.line1, lines.line2)
@@ -129,16 +136,15 @@ def test_the_ways_to_an_orbit(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_start_and_a_slew_back(tmp_path, monkeypatch, capsys):
-    """The page's Python over its file; the nadir front is one of plans that slew back."""
-    monkeypatch.chdir(tmp_path)
-    shutil.copy(DOCS / "scenarios" / "nadir.toml", tmp_path)
-    names = {}
-    (code,) = blocks("start-and-end.md", "python")
-    exec(code, names)
-    assert "ramp" not in capsys.readouterr().out
-    assert 0.0 < names["seconds"] < 300.0
-    assert names["plan"].phases[-1].label == "slew back"
+def test_a_start_and_a_slew_back():
+    """A plan of the page's file, of which the nadir front is."""
+    scenario = Scenario.from_toml(DOCS / "scenarios" / "nadir.toml")
+    problem = AttitudeManeuverProblem(scenario)
+    assert np.degrees(problem.model.initial_rate[1]) == pytest.approx(-0.060, abs=0.001)
+    x = [0.4, -0.7, 0.2, 300.0, -0.5, 0.1, 0.8, 300.0, 0.1, 0.6, -0.6, 300.0]
+    plan = ManeuverPlan.from_design(problem, x)
+    assert 0.0 < plan.duration - plan.t_end < 300.0
+    assert plan.phases[-1].label == "slew back"
     rows = re.findall(r"^\| `(\w+)` .*?\|", page("start-and-end.md"), re.M)[1:]
     assert rows == [*declared(InitialConditions)["pointing"][1].choices]
     for key in declared(InitialConditions):

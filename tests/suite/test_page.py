@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import plotly.graph_objects as go
 import pytest
 from mgeo_suite import SensorSuiteProblem
 from mgeo_suite.objectives import OBJECTIVES
@@ -23,16 +22,6 @@ PAGE = (DOCS / "suite.md").read_text(encoding="utf-8")
 
 def blocks(language):
     return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
-
-
-@pytest.mark.slow
-def test_the_example_runs(monkeypatch, capsys):
-    shown = []
-    monkeypatch.setattr(go.Figure, "show", lambda figure: shown.append(figure))
-    (code,) = blocks("python")
-    exec(code, {})
-    assert "gyro" in capsys.readouterr().out
-    assert len(shown) == 1
 
 
 @pytest.mark.slow

@@ -122,7 +122,7 @@ def test_a_plan_that_calibrates_nothing_says_so(run, front, tmp_path):
     assert first == note
     assert free.startswith("Note: body rates are assumed to be free: ")
     assert end.startswith("Note: commands end after ")
-    assert end.endswith("; fewer than 9 of 10 flights converge\n")
+    assert end.endswith("; fewer than 9 of 10 Monte Carlo samples converge\n")
     assert run("export", path, tmp_path / "quiet.csv", "--quiet").stderr == ""
 
 
@@ -158,11 +158,11 @@ def test_of_a_run_without_a_feasible_plan_the_nearest_is_shown(run, tmp_path):
 
 def test_figures(run, folder, tmp_path):
     path = tmp_path / "plan.html"
-    run("show", folder, "--html", path)
+    assert run("show", folder, "--html", path).stdout.endswith(f"\nwrote {path}\n")
     html = path.read_text(encoding="utf-8")
     assert html.count('class="plotly-graph-div"') == 4
     run("show", folder, "--html", path, code=2)
-    run("show", folder, "--html", path, "--overwrite")
+    assert not run("show", folder, "--quiet", "--html", path, "--overwrite").stdout
     assert path.read_text(encoding="utf-8") == html
 
 

@@ -370,8 +370,8 @@ def test_remarks_count_the_plans_that_keep_their_promise():
     converge = table["kept t_end [s]"] < longest
     count = ((ratios <= 1.1).all(axis=1) & converge).sum()
     assert line == (
-        f"{count} of 5 plans keep what they promise in 9 of 10 flights, "
-        f"to 10%; t_end [s] is then {worst.median():.3g} times the promised in the median, "
+        f"{count} of 5 plans keep their objectives in 9 of 10 Monte Carlo samples, to 10%; "
+        f"t_end [s] of these samples is {worst.median():.3g} times the plan's in the median, "
         f"{worst.max():.3g} at most"
     )
     assert re.match(r"\d+ of 50 plans looked at keep", problem.view(X).remarks()[0])
@@ -385,7 +385,7 @@ def test_a_covariance_that_flights_lose_keeps_no_promise(monkeypatch):
         monkeypatch.setattr(Plans, "promised", promised)
         monkeypatch.setattr(Plans, "kept", factor * kept)
         told = problem.view(X).remarks()[0]
-        assert told.startswith(f"{count} of 3 plans keep what they promise")
+        assert told.startswith(f"{count} of 3 plans keep their objectives")
 
 
 def test_flights_after_a_calibration_are_drawn_from_its_covariance():

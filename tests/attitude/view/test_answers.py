@@ -36,7 +36,8 @@ def test_numbers_are_those_of_the_reference_filter(problem, X):
         history = reference_run(problem.model, x)
         found = re.fullmatch(
             r"(.*); then attitude (\S+) deg, gyro bias (\S+) deg/h, sun bias (\S+) arcmin, "
-            r"mag bias (\S+) nT \(1-sigma, worst body axis\); 9 of 10 flights converge within (.*)",
+            r"mag bias (\S+) nT \(1-sigma, worst body axis\); "
+            r"9 of 10 Monte Carlo samples converge within (.*)",
             line,
         )
         assert found, line
@@ -60,7 +61,7 @@ def test_what_did_not_converge_or_broke_down_says_so():
     assert line.startswith("not converged; after 10 min attitude 0.057 deg, gyro bias ")
     assert line.endswith("(1-sigma, worst body axis)")  # nobody asked for flights
     few = answer(suite, 600.0, covariance, True, Times(kept=np.inf))
-    assert few.endswith("; fewer than 9 of 10 flights converge")
+    assert few.endswith("; fewer than 9 of 10 Monte Carlo samples converge")
     lost = answer(suite, np.nan, np.full_like(covariance, np.nan), converged=False)
     assert lost == "the filter's covariance lost positivity"
 
@@ -79,8 +80,8 @@ def test_what_is_promised_over_flights_comes_first(problem, X):
     lines = zip(robust.view(X).answers(), promised, table["kept t_end [s]"], exactly, strict=True)
     for line, *expected in lines:
         found = re.fullmatch(
-            r"(.*) promised; 9 of 10 flights converge within (.*); flown exactly (.*), then "
-            r"attitude .* \(1-sigma, worst body axis\)",
+            r"robust time (.*); 9 of 10 Monte Carlo samples converge within (.*); "
+            r"flown exactly (.*), then attitude .* \(1-sigma, worst body axis\)",
             line,
         )
         assert found, line
@@ -92,8 +93,8 @@ def test_a_time_that_is_not_promised_or_not_kept_says_so():
     covariance = np.diag(np.full(suite.n_states, 1e-6))
     line = answer(suite, 600.0, covariance, False, Times(np.inf, np.inf))
     expected = (
-        "no time promised; fewer than 9 of 10 flights converge; flown exactly not converged, after "
-        "10 min attitude 0.057 deg, "
+        "no robust time; fewer than 9 of 10 Monte Carlo samples converge; "
+        "flown exactly not converged, after 10 min attitude 0.057 deg, "
     )
     assert line.startswith(expected)
 

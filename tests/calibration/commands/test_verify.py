@@ -108,13 +108,13 @@ def flown(front):
 @pytest.mark.parametrize(
     ("p", "nees_p", "code", "conclusion"),
     [
-        (1.0, 1.0, 0, "achieved: no error is larger than promised"),
+        (1.0, 1.0, 0, "achieved: no error is larger than predicted"),
         (1.0, 0.0, 3, "not achieved: the filter is overconfident by 1.41 over all states together"),
         (
             0.0,
             1.0,
             3,
-            r"not achieved: attitude \(x, y, z\) .* times the promise, the filter is overconf",
+            r"not achieved: attitude \(x, y, z\) .* times the predicted 1-sigma, the filter is ",
         ),
     ],
 )

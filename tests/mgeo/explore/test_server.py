@@ -151,6 +151,35 @@ def test_many_ask_at_the_same_time_and_each_gets_its_own(client):
     assert len({json.dumps(each) for each in found}) == len(designs)
 
 
+def test_a_slider_does_not_wait_for_what_takes_seconds(client, monkeypatch):
+    from stand_in import CantileverView
+
+    begun, gate, answers, problems = (
+        threading.Event(),
+        threading.Event(),
+        CantileverView.answers,
+        [],
+    )
+
+    def slow(view):
+        problems.append(view.problem)
+        begun.set()
+        assert gate.wait(30.0)
+        return answers(view)
+
+    monkeypatch.setattr(CantileverView, "answers", slow)
+    design, found = {"design": [0.0211, 0.5]}, []
+    asked = threading.Thread(target=lambda: found.append(client.ask("answer", design)))
+    asked.start()
+    assert begun.wait(30.0)
+    assert client.ask("glance", design)[0] == 200
+    assert not found
+    gate.set()
+    asked.join()
+    assert found[0][0] == 200
+    assert problems[0] is not client.server.explorer.problem  # which is one for one thread
+
+
 def test_the_worker_takes_the_most_urgent_first_one_at_a_time():
     worker, done, running = Worker(), [], []
 

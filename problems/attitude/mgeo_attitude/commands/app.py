@@ -47,6 +47,7 @@ def show(
         Path | None, typer.Option(metavar="FILE", help="Also write the plan's figures.")
     ] = None,
     overwrite: Overwrite = False,
+    quiet: Quiet = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -61,12 +62,14 @@ def show(
     with bad_input(USERS):
         check_targets([html], overwrite)
         picked = load_plan(source, pick, time, solution)
+        output = Output(quiet, json)
+        if output.for_people:
+            print_plan(picked, output)
         if json:
-            Output(json=True).result(plan_document(picked))
-        else:
-            print_plan(picked, Output())
+            output.result(plan_document(picked))
         if html:
             write_figures(picked.plan, html)
+            output.print(f"wrote {html}")
 
 
 @app.command(epilog=epilog("export", EXAMPLES))

@@ -19,7 +19,7 @@ from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.filter.accuracy import attitude_accuracy_deg
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.figures import plan_figures
-from mgeo_attitude.view.plans import MOST_FLIGHTS
+from mgeo_attitude.view.plans import MOST_SAMPLES
 
 
 def print_plan(picked: Picked, output: Output) -> None:
@@ -91,11 +91,11 @@ def _over_flights(plan: ManeuverPlan) -> list[Text]:
 
 def promised(plan: ManeuverPlan) -> tuple[Text | Columns, ...]:
     """What is promised and kept, as a table for people."""
-    said = f"kept: by {MOST_FLIGHTS} of 200, with the errors of the scenario's flight table"
+    said = f"promised: by the plan; kept: by {MOST_SAMPLES} of 200, of the errors in [flight]"
     if math.inf in plan.over_flights:
         longest = plan.problem.model.longest
-        said += f"; a t_end of {longest:.6g} s is that of flights that do not converge"
-    return *titled("Promised and kept", plan.promises()), note(said)
+        said += f"; a t_end of {longest:.6g} s is that of samples that do not converge"
+    return *titled("Objectives, and over Monte Carlo samples", plan.promises()), note(said)
 
 
 def titled(title: str, frame: pd.DataFrame, digits: int = 4) -> tuple[Text, Columns]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors.suite import Suite, block_units
-from mgeo_attitude.view.plans import MOST_FLIGHTS, UNKNOWN, Plans, Times
+from mgeo_attitude.view.plans import MOST_SAMPLES, UNKNOWN, Plans, Times
 
 
 def answers(plans: Plans) -> list[str]:
@@ -63,7 +63,7 @@ def answer(
     kept, promised = over_flights
     late = None if kept is None else within(kept)
     if promised is not None:
-        own = f"{span(promised)} promised" if promised < math.inf else "no time promised"
+        own = f"robust time {span(promised)}" if promised < math.inf else "no robust time"
         after = f"{span(t_end)}, then" if converged else f"not converged, after {span(t_end)}"
         return "; ".join(filter(None, [own, late, f"flown exactly {after} {known}", beyond]))
     after = f"{span(t_end)}; then" if converged else f"not converged; after {span(t_end)}"
@@ -78,10 +78,10 @@ def overrun(end: float, duration: float) -> str | None:
 
 
 def within(kept: float) -> str:
-    """When most flights converge [s], in words."""
+    """When most samples converge [s], in words."""
     if kept == math.inf:
-        return f"fewer than {MOST_FLIGHTS} converge"
-    return f"{MOST_FLIGHTS} converge within {span(kept)}"
+        return f"fewer than {MOST_SAMPLES} converge"
+    return f"{MOST_SAMPLES} converge within {span(kept)}"
 
 
 def span(seconds: float) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from mgeo_attitude.criteria.constraints import constraints
 from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.view import answers, at_best, describe, requirements
-from mgeo_attitude.view.plans import MOST_FLIGHTS, Plans, looked_at, spread
+from mgeo_attitude.view.plans import MOST_SAMPLES, Plans, looked_at, spread
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -64,7 +64,7 @@ class ManeuverView(Plans):
         return found
 
     def remarks(self) -> list[str]:
-        """How many plans of a front keep what they promise, and their limits to the end.
+        """How many plans of a front keep their objectives, and their limits to the end.
 
         And how near they come to what no maneuver can beat; the `notes` follow. Of a large front
         some are looked at.
@@ -146,7 +146,7 @@ class ManeuverView(Plans):
 
 
 def _promises_kept(plans: Plans, these: str) -> list[str]:
-    """How many plans keep what they promise."""
+    """How many plans keep their objectives in most samples."""
     promised, label = plans.promised, plans.problem.obj_names[0]
     # false of NaN, too, where a covariance is lost
     in_time = plans.kept - promised <= TOLERANCE * np.abs(promised)
@@ -154,8 +154,8 @@ def _promises_kept(plans: Plans, these: str) -> list[str]:
     keep = in_time.all(axis=1) & ~np.array(endless)
     ratio = plans.promises()[f"kept / promised {label}"]
     return [
-        f"{keep.sum()} of {these} keep what they promise in {MOST_FLIGHTS}, to "
-        f"{TOLERANCE:.0%}; {label} is then {ratio.median():.3g} times the promised in the median, "
+        f"{keep.sum()} of {these} keep their objectives in {MOST_SAMPLES}, to {TOLERANCE:.0%}; "
+        f"{label} of these samples is {ratio.median():.3g} times the plan's in the median, "
         f"{ratio.max():.3g} at most"
     ]
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from mgeo_attitude.maneuvers.trajectory import Trajectory
 
 #: What `Plans.promises` asks for, in words.
-MOST_FLIGHTS = "9 of 10 flights"
+MOST_SAMPLES = "9 of 10 Monte Carlo samples"
 #: Plans of a front that are looked at: with 200 flights of each a second or two.
 MOST = 50
 

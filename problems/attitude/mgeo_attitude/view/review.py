@@ -17,7 +17,7 @@ from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view import at_best, observability, satellite
 from mgeo_attitude.view.observability.remedies import AS_IT_IS
-from mgeo_attitude.view.plans import MOST_FLIGHTS, Plans
+from mgeo_attitude.view.plans import MOST_SAMPLES, Plans
 
 if TYPE_CHECKING:
     from mgeo_attitude._typing import Floats
@@ -76,7 +76,9 @@ def review(plans: Plans) -> Review:
             "How long sensors measure",
             table=observability.sensor_use(model, calibration, design, history),
         ),
-        Section("Promised, and kept by " + MOST_FLIGHTS, table=_promised(plans)),
+        Section(
+            "Objectives of the plan (promised), and kept by " + MOST_SAMPLES, table=_promised(plans)
+        ),
         Section(
             f"Beside plans that need no optimizer, after {history.t_end:.6g} s",
             table=compared.T,

@@ -19,14 +19,14 @@ from mgeo_calibration.verification.verification import (
 
 
 def conclusion(found: Verification) -> str:
-    """In one line, whether the plan achieves what it promises, at which level, and the margin."""
+    """In one line, whether the plan achieves its prediction, at which level, and the margin."""
     at = f"{found.n_runs} flights, one test at {LEVEL:.0%}"
     if not found.achieved:
         return f"not achieved: {'; '.join(findings(found))} ({at})"
     ratio = found.table[PREDICTED]
     return (
-        f"achieved: no error is larger than promised, the largest {ratio.max():.2f} times "
-        f"({ratio.idxmax()}), and none than the filter claims ({at})"
+        f"achieved: no error is larger than predicted, the largest {ratio.max():.2f} times its "
+        f"1-sigma ({ratio.idxmax()}), nor than the filter claims ({at})"
     )
 
 
@@ -43,7 +43,7 @@ def findings(found: Verification) -> list[str]:
         axes = ", ".join(state.rpartition(" ")[2] for state in states)
         sure = any(state in found.too_sure for state in states)
         why = f"the filter is overconfident by {claimed:.2f}" if sure else "the filter knows it"
-        lines.append(f"{block} ({axes}) {predicted:.2f} times the promise, {why}")
+        lines.append(f"{block} ({axes}) {predicted:.2f} times the predicted 1-sigma, {why}")
     if not lines and found.nees_p < LEVEL:
         factor = math.sqrt(found.nees)
         lines.append(f"the filter is overconfident by {factor:.2f} over all states together")
@@ -82,6 +82,6 @@ def _remedies(plan: ManeuverPlan) -> Iterator[str]:
         "estimate, reset, second order)"
     )
     yield (
-        "a wider promise: multiply the predicted 1-sigma by the ratio of its row, or ask for a "
+        "a wider requirement: multiply the predicted 1-sigma by the ratio of its row, or ask for a "
         "required_sigma that leaves room for it"
     )

@@ -75,7 +75,9 @@ def test_hover_text_is_the_plan(problem, X, F):
             assert bool(flights) == (number in looked_at)
             for line in flights:
                 found = re.fullmatch(
-                    r"9 of 10 flights keep t_end (\S+) s, trace (\S+), attitude \S+ deg", line
+                    r"9 of 10 Monte Carlo samples keep t_end (\S+) s, trace (\S+), "
+                    r"attitude \S+ deg",
+                    line,
                 )
                 assert float(found[1]) == kept["kept t_end [s]"][number]
                 assert float(found[2]) == pytest.approx(kept["kept trace [-]"][number], rel=1e-3)
@@ -96,7 +98,7 @@ def test_what_flights_keep_has_a_boundary_of_its_own(figure, problem, X):
         problem.view(X[spread(len(X))]).promises()[["kept t_end [s]", "kept trace [-]"]].to_numpy()
     )
     safe = kept[front_rows(kept)]
-    drawn = named(figure, "kept by 9 of 10 flights")
+    drawn = named(figure, "kept by 9 of 10 Monte Carlo samples")
     np.testing.assert_array_equal(np.column_stack([drawn.x, drawn.y]), safe)
 
 

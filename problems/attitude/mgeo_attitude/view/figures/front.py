@@ -15,7 +15,7 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.view.describe import front_summary, maneuver_texts
 from mgeo_attitude.view.figures.solutions import Solutions
-from mgeo_attitude.view.plans import MOST_FLIGHTS
+from mgeo_attitude.view.plans import MOST_SAMPLES
 
 #: Ticks of the upper axis, at most.
 _TICKS = 20
@@ -96,7 +96,7 @@ def front_figure(
                 "showlegend": bool(group.any()),
             }
         line = {"width": 1.5, "color": COLORS[2], "dash": "dot"}
-        yield _stairs(kept[:, at], f"kept by {MOST_FLIGHTS}", line)
+        yield _stairs(kept[:, at], f"kept by {MOST_SAMPLES}", line)
         yield {
             **_line(least[:, at], "no maneuver can beat", {"width": 1.5, "color": GRAY}),
             "hovertemplate": "no maneuver can beat %{y:.4g} after %{x:.6g} s<extra></extra>",
@@ -291,7 +291,7 @@ def _kept_text(kept: Floats) -> list[str]:
     if not np.isfinite(kept).all():
         return []
     t_end, trace, sigma = kept
-    return [f"{MOST_FLIGHTS} keep t_end {t_end:.6g} s, trace {trace:.4g}, attitude {sigma:.3g} deg"]
+    return [f"{MOST_SAMPLES} keep t_end {t_end:.6g} s, trace {trace:.4g}, attitude {sigma:.3g} deg"]
 
 
 def _upper_axis(scenario: Scenario, span: list[float], *, orbits: bool) -> dict[str, object]:
