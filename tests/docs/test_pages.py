@@ -312,7 +312,7 @@ def test_the_bias_stability_of_a_data_sheet_becomes_the_least_allan_deviation():
         angle_random_walk_deg_per_sqrt_h=walk, rate_random_walk=float(factor) * stability**2 / walk
     )
     rng, n = np.random.default_rng(1), 1_000_000  # seconds
-    white, drift = (np.sqrt(gyro.diffusion()[of]) for of in ("theta", "bias"))
+    white, drift = (np.sqrt(gyro.diffusion()[of][0]) for of in ("theta", "bias"))
     rate = white * rng.standard_normal(n) + np.cumsum(drift * rng.standard_normal(n))
     angle = np.concatenate([[0.0], np.cumsum(rate)])
     spans = np.unique(np.geomspace(20, 2000, 60).round().astype(int))

@@ -28,6 +28,10 @@ TURNING = {
     "rate_random_walk": 0.0,
     "angle_random_walk_deg_per_sqrt_h": 1e-3,
 }
+UNEVEN = {
+    "angle_random_walk_deg_per_sqrt_h": [0.01, 0.1, 1.0],
+    "rate_random_walk": [1e-8, 1e-7, 1e-6],
+}
 
 
 def documented(step: float | None = 20.0) -> dict[str, Scenario]:
@@ -70,6 +74,7 @@ def hard(step: float = 20.0) -> dict[str, Scenario]:
         "constant bias": of(sensors=CALIBRATED, gyro={"rate_random_walk": 0.0, "bias_decay": 0.0}),
         "fading bias": of(sensors=CALIBRATED, gyro={"rate_random_walk": 1e-6, "bias_decay": 1e-2}),
         "gyro that turns": of(sensors=CALIBRATED, gyro=TURNING),
+        "gyro noise by axis": of(sensors=CALIBRATED, gyro=UNEVEN),
         "known attitude": of(sensors=CALIBRATED, initial={"attitude_deg": 1e-3}),
         "tracker": of(sensors=[tracker, mag]),
         "considered": of(

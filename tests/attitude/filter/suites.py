@@ -30,7 +30,11 @@ FULL_SENSORS = tuple(dataclasses.replace(each, sample_interval=None) for each in
 SUITES = {
     "paper": Suite(Gyro(), (SunSensor(), Magnetometer())),
     "noise by axis": Suite(
-        Gyro(),
+        Gyro(
+            angle_random_walk_deg_per_sqrt_h=(0.01, 0.2, 0.05),
+            bias_instability_deg_per_h=(1.0, 5.0, 200.0),
+            bias_decay=1e-3,
+        ),
         (SunSensor(noise_deg=(0.5, 1.0, 4.0)), Magnetometer(noise_nt=(100.0, 500.0, 2000.0))),
     ),
     "no magnetometer": Suite(Gyro(), (SunSensor(),)),

@@ -4,7 +4,14 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Magnetometer, Scenario, SunSensor
+from mgeo_attitude import (
+    AttitudeManeuverProblem,
+    FilterModel,
+    Gyro,
+    Magnetometer,
+    Scenario,
+    SunSensor,
+)
 from mgeo_attitude.fields import InvalidType, InvalidValue
 from mgeo_attitude.filter.reference import agreement
 from mgeo_attitude.scenario import scenario_schema
@@ -13,15 +20,19 @@ from mgeo_attitude.sensors.base import with_noise
 DESIGN = np.array([[0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]])
 
 
-def scenario(**mag):
-    table = {"preset": "paper", "duration": 400.0, "convergence": {"window": 60.0}}
+ONE = {"angle_random_walk_deg_per_sqrt_h": 0.2, "rate_random_walk": 3e-7}
+
+
+def scenario(gyro=ONE, **mag):
+    table = {"preset": "paper", "duration": 400.0, "convergence": {"window": 60.0}, "gyro": gyro}
     return Scenario.from_dict(
         table | {"sensors": [{"kind": "sun-sensor"}, {"kind": "magnetometer", **mag}]}
     )
 
 
 def test_three_numbers_alike_are_one():
-    one, three = (scenario(noise_nt=each) for each in (500.0, [500.0, 500.0, 500.0]))
+    alike = {key: [value] * 3 for key, value in ONE.items()}
+    one, three = scenario(noise_nt=500.0), scenario(alike, noise_nt=[500.0] * 3)
     found = [AttitudeManeuverProblem(each).evaluate(DESIGN) for each in (one, three)]
     assert found[0].tolist() == found[1].tolist()
     assert Scenario.from_toml(three.to_toml()) == three
@@ -29,8 +40,13 @@ def test_three_numbers_alike_are_one():
 
 
 def test_each_axis_counts_with_its_own_noise():
-    """As filterpy has it; the worse axis of the sensor is the worse bias, body at rest."""
-    uneven = scenario(noise_nt=[100.0, 500.0, 2000.0])
+    """As filterpy has it."""
+    gyro = {
+        "angle_random_walk_deg_per_sqrt_h": [0.01, 5.0, 0.3],
+        "bias_instability_deg_per_h": [1.0, 5.0, 200.0],
+        "bias_decay": 1e-3,
+    }
+    uneven = scenario(gyro, noise_nt=[100.0, 500.0, 2000.0])
     found = agreement(FilterModel.from_scenario(uneven), DESIGN)
     assert found.same_end
     assert found.difference < 1e-9
@@ -40,6 +56,8 @@ def test_noise_is_scaled_axis_by_axis():
     louder = with_noise(Magnetometer(noise_nt=(1.0, 2.0, 3.0)), 2.0)
     assert louder.noise_nt == (2.0, 4.0, 6.0)
     assert with_noise(SunSensor(noise_deg=1.0), 0.5).noise_deg == 0.5
+    walks = Gyro(angle_random_walk_deg_per_sqrt_h=(0.1, 0.2, 0.3))
+    assert with_noise(walks, 2.0).diffusion()["theta"][2] == (np.radians(0.6) / 60.0) ** 2
     even = dataclasses.replace(louder, noise_nt=4.0)
     assert even.noise() == pytest.approx((louder.noise()[1],) * 3, rel=1e-15)
 

@@ -22,6 +22,11 @@ def noisy_by_axis():
     return short(
         Scenario.cubesat_6u(),
         1500.0,
+        gyro=dataclasses.replace(
+            Scenario.cubesat_6u().gyro,
+            angle_random_walk_deg_per_sqrt_h=(0.05, 0.15, 1.5),
+            rate_random_walk=(1e-8, 8e-8, 2e-6),
+        ),
         sensors=(
             dataclasses.replace(sun, noise_deg=(0.25, 0.5, 2.0)),
             dataclasses.replace(mag, noise_nt=(50.0, 100.0, 400.0)),

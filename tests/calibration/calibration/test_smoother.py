@@ -425,7 +425,15 @@ def test_the_optimum_is_that_of_scipys_optimizer(sun):
 
 
 @pytest.mark.parametrize(
-    "name", ["paper", "random-walk bias", "full gyro", "varying errors", "cubesat_6u_full"]
+    "name",
+    [
+        "paper",
+        "noise by axis",
+        "random-walk bias",
+        "full gyro",
+        "varying errors",
+        "cubesat_6u_full",
+    ],
 )
 def test_discretization_of_many_steps_is_that_of_each(name):
     suite: Suite = SUITES[name]

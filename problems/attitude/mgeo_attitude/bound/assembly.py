@@ -87,8 +87,8 @@ def _inertial(model: FilterModel, told: Samples, known: Floats) -> Iterator[tupl
     axes = np.eye(len(places))
     axes[:3, :3] = model.initial_attitude
     start = np.linalg.inv(axes.T @ known[np.ix_(places, places)] @ axes)
-    walk = suite.diffusion()[0] * model.step
-    decay, noise = np.repeat([(1.0, walk)], 3 * len(names), axis=0).T
+    walks = suite.diffusion()[:3] * model.step
+    decay, noise = np.repeat([(1.0, walks.min())], 3 * len(names), axis=0).T
     for i, name in enumerate(names[1:], start=1):
         own = slice(3 * i, 3 * i + 3)
         decay[own], noise[own] = suite.processes[name].over(model.step)
@@ -98,8 +98,8 @@ def _inertial(model: FilterModel, told: Samples, known: Floats) -> Iterator[tupl
         block = in_these_axes(covariances[:, own, own])
         if name == "attitude":  # in body axes, which may share it evenly
             block = block._replace(worst=block.total / 3.0)
-            if told.uneven:
-                block = block.or_above(_mean(told.attitude, known[:3, :3], 1.0, walk))
+            if told.uneven or np.ptp(walks):
+                block = block.or_above(_mean(told.attitude, known[:3, :3], 1.0, harmonic(walks)))
         yield name, block
 
 
@@ -110,22 +110,28 @@ def _mean(told: Floats, known: Floats, decay: float, noise: float) -> Block:
     return in_any_axes(np.repeat(variances[:, 0], 3, axis=1))
 
 
+def harmonic(values: Floats) -> float:
+    """Their mean: of densities the noise that tells as much in all as these, if it is even."""
+    return float(len(values) / np.sum(1.0 / values))
+
+
 def _of_gyro(
     model: FilterModel, told: Samples, known: Floats, rates: Floats
 ) -> Iterator[tuple[str, Block]]:
     """Of the gyro's errors: equations (25) and (26)."""
     suite, times = Suite(model.suite.gyro, ()), model.times
     walks, matrices = suite.diffusion(), np.array(list(map(suite.dynamics_matrix, corners(rates))))
-    attitude = known[:3, :3]
+    attitude, walk = known[:3, :3], harmonic(walks[:3])
     for name in suite.blocks[1:]:
         own = _states(suite, name)
         gain = float(np.linalg.norm(matrices[:, :3, own], 2, axis=(1, 2)).max())
-        drift = Drift(gain, -matrices[0][own[0], own[0]], walks[own[0]])
+        drift = Drift(gain, -matrices[0][own[0], own[0]], walks[own].min())
         start = np.inf if known[:3, own].any() else float(np.trace(attitude))
         of_own = known[np.ix_(own, own)]
-        block = in_any_axes(through_attitude(times, drift, of_own, told.attitude, start, walks[0]))
+        block = in_any_axes(through_attitude(times, drift, of_own, told.attitude, start, walk))
         if (matrices[:, :3, own] == matrices[0, :3, own]).all():  # at whatever rate
-            block = block.or_above(in_any_axes(along_attitude(times, drift, of_own, walks[0])))
+            known_all_along = along_attitude(times, drift, of_own, walks[:3].min())
+            block = block.or_above(in_any_axes(known_all_along))
         yield name, block
 
 
@@ -136,9 +142,7 @@ def _of_sensors(model: FilterModel, told: Samples, known: Floats) -> Iterator[tu
         start, process = known[np.ix_(own, own)], model.suite.processes.get(name)
         if process is not None:
             decay, noise = process.over(model.step)
-            # the harmonic mean of a sum is not below the sum of harmonic means
-            least_noise = 3.0 / np.sum(1.0 / np.broadcast_to(noise, 3))
-            yield name, _mean(samples_tell.trace, start, decay, least_noise)
+            yield name, _mean(samples_tell.trace, start, decay, harmonic(np.broadcast_to(noise, 3)))
         elif samples_tell.matrix is not None:
             gained = np.cumsum(samples_tell.matrix, axis=0)
             yield name, in_these_axes(np.linalg.inv(start + gained))
@@ -172,7 +176,9 @@ def _states(suite: Suite, block: str) -> np.ndarray:
 
 def given_away(scenario: Scenario, model: FilterModel, told: Samples) -> tuple[str, ...]:
     """Each in one line, beside that each 3-vector counts as if all else were known."""
-    found = [f"{name}: noise counts as nowhere more than on its best axis" for name in told.uneven]
+    walks = model.suite.diffusion()[:6].reshape(2, 3)
+    uneven = (*(["gyro"] if np.ptp(walks, axis=1).any() else []), *told.uneven)
+    found = [f"{name}: noise counts as nowhere more than on its best axis" for name in uneven]
     diodes = [each.name for each in model.suite.sensors if isinstance(each, Photodiode)]
     if diodes:
         found.append(f"{', '.join(diodes)}: the Sun is where all together tell most")

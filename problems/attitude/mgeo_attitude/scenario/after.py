@@ -15,6 +15,7 @@ from mgeo_attitude.environment.time_frames import as_utc, elapsed
 from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, expect, from_table, to_table
 from mgeo_attitude.scenario.presets import Table, overridden
 from mgeo_attitude.scenario.prior import Prior, prior_of
+from mgeo_attitude.sensors.base import by_axis
 from mgeo_attitude.sensors.suite import Suite
 
 #: What a calibration's document says of where a run goes on.
@@ -183,7 +184,8 @@ def _within_limits(prior: Prior, scenario: Any) -> Prior:
         momentum = wheels.greatest_share(np.radians(rate) @ wheels.matrix())
         shares.append(momentum / wheels.max_momentum)
     share = max(shares)
-    noise = scenario.gyro.angle_random_walk_deg_per_sqrt_h / 60.0 / math.sqrt(scenario.step)
+    walk = max(by_axis(scenario.gyro.angle_random_walk_deg_per_sqrt_h))
+    noise = walk / 60.0 / math.sqrt(scenario.step)
     if not 1.0 < share <= 1.0 + _SIGMAS * noise / np.abs(rate).max():
         return prior
     return dataclasses.replace(prior, rate_deg_s=tuple((rate / share).tolist()))

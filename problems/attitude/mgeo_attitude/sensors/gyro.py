@@ -18,6 +18,7 @@ from mgeo_attitude.geometry.vector import shear as shear_components
 from mgeo_attitude.sensors.base import (
     CONSIDERED,
     INFLUENCES,
+    by_axis,
     check_considered,
     check_influences,
 )
@@ -51,20 +52,24 @@ class Gyro(Validated):
         "nonorthogonality": DEG,
     }
 
-    angle_random_walk_deg_per_sqrt_h: float = positive(
+    angle_random_walk_deg_per_sqrt_h: float | tuple[float, float, float] = positive(
         0.01,
         unit="deg/sqrt(h)",
-        doc="angle random walk, 1-sigma",
+        doc="angle random walk, 1-sigma per axis, alike or of each",
         usual=(5e-5, 5.0),
         formerly="angle_random_walk_deg_sqrt_h",
     )
-    rate_random_walk: float = quantity(
-        3e-8, unit="rad/s^1.5", low=0.0, doc="rate random walk that drives the bias, 1-sigma"
+    rate_random_walk: float | tuple[float, float, float] = quantity(
+        3e-8,
+        unit="rad/s^1.5",
+        low=0.0,
+        doc="rate random walk that drives the bias, 1-sigma per axis, alike or of each",
     )
-    bias_instability_deg_per_h: float | None = positive(
+    bias_instability_deg_per_h: float | tuple[float, float, float] | None = positive(
         None,
         unit="deg/h",
-        doc="bias instability, the floor of the Allan deviation, in place of rate_random_walk",
+        doc="bias instability, the floor of the Allan deviation, alike or of each axis, in place "
+        "of rate_random_walk",
         usual=(1e-4, 100.0),
     )
     bias_decay: float = quantity(
@@ -107,6 +112,8 @@ class Gyro(Validated):
         floor = self.bias_instability_deg_per_h
         lasting = "nothing with bias_decay = 0: without it the Allan deviation has no floor"
         expect(not floor or self.bias_decay, "bias_instability_deg_per_h", floor, lasting)
+        walk = by_axis(self.rate_random_walk)
+        expect(all(walk) == any(walk), "rate_random_walk", walk, "all > 0 rad/s^1.5, or all zero")
         check_considered(self.considered, self.states())
         check_influences(self.influences, self.states(), "the gyro")
 
@@ -182,20 +189,24 @@ class Gyro(Validated):
         return stretched
 
     @property
-    def drift(self) -> float:
-        """Rate random walk that drives the bias [rad/s^1.5].
+    def drift(self) -> tuple[float, float, float]:
+        """Rate random walk that drives the bias, of each axis [rad/s^1.5].
 
         A Markov process driven by q with the correlation time T has an Allan deviation of at most
         0.437 q √T, at 1.89 T: IEEE Std 952-1997, annex C.1.5. That is its bias instability here.
         """
         if self.bias_instability_deg_per_h is None:
-            return self.rate_random_walk
-        floor = math.radians(self.bias_instability_deg_per_h) / 3600.0
-        return floor * math.sqrt(self.bias_decay) / _ALLAN_PEAK
+            return by_axis(self.rate_random_walk)
+        x, y, z = (
+            math.radians(floor) / 3600.0 * math.sqrt(self.bias_decay) / _ALLAN_PEAK
+            for floor in by_axis(self.bias_instability_deg_per_h)
+        )
+        return x, y, z
 
-    def diffusion(self) -> dict[str, float]:
-        """Power spectral density of the noise that drives each state, per axis."""
+    def diffusion(self) -> dict[str, list[float]]:
+        """Power spectral density of the noise that drives each state, of each axis."""
+        walks = by_axis(self.angle_random_walk_deg_per_sqrt_h)
         return {
-            "theta": (math.radians(self.angle_random_walk_deg_per_sqrt_h) / 60.0) ** 2,
-            "bias": self.drift**2,
+            "theta": [(math.radians(walk) / 60.0) ** 2 for walk in walks],
+            "bias": [drift**2 for drift in self.drift],
         }

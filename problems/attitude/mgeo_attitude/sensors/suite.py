@@ -337,9 +337,9 @@ class Suite:
     def diffusion(self) -> Floats:
         """Diagonal of the process-noise density of the dynamic states, shape (n_dynamic,)."""
         density = self.gyro.diffusion()
-        gyro = [density.get(state, 0.0) for state in ("theta", *self.gyro.states())]
+        gyro = [density.get(state, (0.0,) * 3) for state in ("theta", *self.gyro.states())]
         varying = [np.broadcast_to(each.density, 3) for each in self.processes.values()]
-        return np.concatenate([np.repeat(gyro, 3), *varying])
+        return np.concatenate([np.ravel(gyro), *varying])
 
     @cached_property
     def following(self) -> tuple[slice, ...]:

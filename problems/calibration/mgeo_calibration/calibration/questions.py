@@ -76,7 +76,7 @@ def _of_gyro(
     def drifted(score: Score) -> str:
         return (
             f"gyro.bias drifts by {size * _range(_DRIFTS, score):.2g} deg/s, more than "
-            f"rate_random_walk = {gyro.drift:g} explains"
+            f"rate_random_walk = {max(gyro.drift):g} explains"
         )
 
     def stepped(score: Score) -> str:

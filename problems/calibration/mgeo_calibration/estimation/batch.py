@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -187,9 +186,10 @@ def usual_step(at: Floats) -> float:
     return float(np.median(np.diff(at)))
 
 
-def gyro_noise(suite: Suite, duration: float) -> float:
-    """1-sigma of a rate that is the mean over so many seconds, per axis [rad/s]."""
-    return math.sqrt(suite.gyro.diffusion()["theta"] / duration)
+def gyro_noise(suite: Suite, duration: float) -> Floats:
+    """1-sigma of a rate that is the mean over so many seconds, of each axis [rad/s]."""
+    noise: Floats = np.sqrt(np.array(suite.gyro.diffusion()["theta"]) / duration)
+    return noise
 
 
 def _noise(sensor: Sensor, telemetry: Telemetry) -> Floats:

@@ -11,13 +11,13 @@ from mgeo_attitude._typing import Bools, Floats
 LEAST = 1e-2
 
 
-def matters(step: Floats, sigma: Floats | float) -> Bools:
+def matters(step: Floats, sigma: Floats) -> Bools:
     """Whether what steps add is a share of the noise that counts, per axis."""
     found: Bools = step**2 / 12.0 >= LEAST * np.square(sigma)
     return found
 
 
-def angle_variance(rates: Floats, duration: float, step: Floats, sigma: float) -> Floats:
+def angle_variance(rates: Floats, duration: float, step: Floats, sigma: Floats) -> Floats:
     """Variance that steps add to the angle in each second, about each axis, shape (m, 3) [rad²/s].
 
     A rounded number is off by step² / 12. If noise moves it over several steps that is white, and
@@ -34,14 +34,14 @@ def angle_variance(rates: Floats, duration: float, step: Floats, sigma: float) -
         Time between them [s].
     step : array, shape (3,)
         [rad/s]
-    sigma : float
+    sigma : array, shape (3,)
         Noise of a sample before it is rounded, 1-sigma [rad/s].
     """
     found = np.zeros(rates.shape)
     for axis in np.flatnonzero(matters(step, sigma)):
         q = step[axis]
         m = np.arange(1, 50)
-        ratio = sigma / q
+        ratio = sigma[axis] / q
         stays = (np.exp(-((2.0 * np.pi * m * ratio) ** 2)) / (2.0 * (np.pi * m) ** 2)).sum()
         levels = math.ceil(1.0 + 4.0 * ratio)
         length = _lengths(np.rint(rates[:, axis] / q), levels)

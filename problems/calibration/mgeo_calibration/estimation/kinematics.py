@@ -171,6 +171,9 @@ def _kinematic(
     density, turning, unit = suite.diffusion(), np.ascontiguousarray(rates), _by_rate(suite)
     densities, kernel = (density[0], density[3]), load("kinematics")
     kernel.discretized(suite.gyro.bias_decay, densities, unit, turning, durations, F, Q)
+    if np.ptp(density[:6].reshape(2, 3), axis=1).any():
+        noise = load("noise_by_axis").process_noise
+        noise(suite.gyro.bias_decay, density[:6], turning, durations, Q)
     if suite.following:
         constant = np.zeros((2, n, 6, 6))
         kernel.discretized(0.0, densities, unit[:, :, :0], turning, durations, *constant)

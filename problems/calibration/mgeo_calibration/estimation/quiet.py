@@ -72,7 +72,7 @@ def _weights() -> Floats:
 
 def _share(batch: Batch, H: Floats, noise: Floats) -> float:
     """Of the gyro's noise of a step in what a sensor says of the attitude after it."""
-    density = batch.suite.gyro.diffusion()["theta"] * float(np.median(batch.durations))
-    best = float((np.linalg.norm(H, axis=2) / noise[: H.shape[1]]).max(initial=0.0))
-    found = density * best**2
+    variance = np.array(batch.suite.gyro.diffusion()["theta"]) * np.median(batch.durations)
+    shown = np.linalg.norm(H * np.sqrt(variance), axis=2) / noise[: H.shape[1]]
+    found = float(shown.max(initial=0.0)) ** 2
     return found / (1.0 + found)

@@ -114,7 +114,7 @@ def fly(
     )
     bias = drawn.gyro[:, :3]
     # a random walk between two known ends has this mean and this spread about it
-    spread = gyro.drift * np.sqrt(model.step / 12.0)
+    spread = np.array(gyro.drift) * np.sqrt(model.step / 12.0)
     mean_bias = 0.5 * (bias[:-1] + bias[1:]) + spread * generator.standard_normal((n, 3))
     follows = {owner.name: followed(model, drawn.errors, owner) for owner in model.suite.sensors}
     mean_bias += followed(model, drawn.errors, gyro)[1:]

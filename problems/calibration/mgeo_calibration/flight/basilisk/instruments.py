@@ -96,7 +96,7 @@ def rate_gyro(gyro: Gyro, errors: Errors, step: float, sources: Sources, seed: i
     imu = imuSensor.ImuSensor()
     imu.ModelTag, imu.RNGSeed = "gyro", seed
     imu.scStateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
-    noise = math.radians(gyro.angle_random_walk_deg_per_sqrt_h) / 60.0 / math.sqrt(step)
+    noise = np.sqrt(np.array(gyro.diffusion()["theta"]) / step)
     scale = 1.0 + errors.get("scale_factor", np.zeros(3))
     imu.setAMatrixGyro(WHITE)
     imu.PMatrixGyro = np.diag(noise / scale).tolist()
