@@ -56,6 +56,19 @@ def test_a_ramp_belongs_to_the_command_it_is_flown_for(problem, back):
     assert ("slew back" in set(table["what"])) == back
 
 
+def test_a_maneuver_that_is_over_before_its_ramp_is_commanded(problem):
+    """Without it the third's ramp would begin earlier, and from another rate."""
+    paper = problem.scenario
+    limits = dataclasses.replace(paper.maneuvers, max_acceleration_deg_s2=0.01)
+    design = np.array([0.0, 0.0, 0.5, 100.0, 0.5, 0.0, 0.0, 20.0, 0.0, 0.0, 0.5, 100.0])
+    plan = ManeuverPlan(dataclasses.replace(paper, maneuvers=limits), tuple(design.tolist()))
+    assert "maneuver 2" not in {phase.label for phase in plan.phases}
+    table = commands(plan)
+    assert table["what"].tolist() == ["maneuver 1", "maneuver 2", "maneuver 3", "rate held"]
+    again = table.loc[:2, [*(f"rate_{axis}_deg_s" for axis in "xyz"), "duration_s"]]
+    assert again.to_numpy().ravel().tolist() == design.tolist()
+
+
 def test_numbers_are_short_and_fly_the_same_plan():
     """With all digits in the design, ramps and a slew back, within the bound that is told."""
     design = np.random.default_rng(8).uniform(-1.0, 1.0, 12)

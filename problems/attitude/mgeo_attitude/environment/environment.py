@@ -166,6 +166,12 @@ class Environment:
             origin=origin,
         )
 
+    @property
+    def field_tesla(self) -> Floats:
+        """Geomagnetic field [T], shape (n, 3)."""
+        field: Floats = 1e-9 * self.field
+        return field
+
     def without_shadow(self) -> Self:
         """The same with the Sun shining always."""
         return dataclasses.replace(self, sunlit=np.ones_like(self.sunlit))

@@ -197,7 +197,7 @@ class FilterModel:
             factor=scenario.convergence.factor,
             initial_attitude=attitude,
             initial_rate=rate,
-            slew_limits=CoilDrive.of(scenario, environment.field, attitude, rate)
+            slew_limits=CoilDrive.of(scenario, environment.field_tesla, attitude, rate)
             or SlewLimits.of(scenario, rate),
             path_limits=scenario.path_limits,
             directions=directions(names, environment, epoch or scenario.epoch),

@@ -15,8 +15,6 @@ from mgeo_attitude.scenario.wheels import pseudo_inverse
 if TYPE_CHECKING:
     from mgeo_attitude.scenario import Scenario
 
-_TESLA_PER_NT = 1e-9
-
 
 @dataclass(frozen=True)
 class MomentumBudget:
@@ -90,7 +88,7 @@ class MomentumBudget:
             rate=rate,
             momentum=attitude.T @ momentum,
             position=np.ascontiguousarray(environment.position),
-            field=environment.field * _TESLA_PER_NT,
+            field=environment.field_tesla,
             dipole=np.array(wheels.residual_dipole),
             gradient=float(wheels.gravity_gradient),
             margin=wheels.disturbance_margin,

@@ -30,8 +30,6 @@ from mgeo_attitude._typing import Bools, Floats, Ints
 if TYPE_CHECKING:
     from mgeo_attitude.scenario import Scenario
 
-_TESLA_PER_NT = 1e-9
-
 
 @dataclass(frozen=True)
 class CoilDrive:
@@ -70,7 +68,7 @@ class CoilDrive:
     def of(
         cls, scenario: Scenario, field: Floats, attitude: Floats, rate: Floats
     ) -> CoilDrive | None:
-        """That of a scenario along a field [nT], GCRS; None where wheels turn it, or anything."""
+        """That of a scenario along a field [T], GCRS; None where wheels turn it, or anything."""
         coils = scenario.coils
         if coils is None or not scenario.turned_by_coils:
             return None
@@ -80,7 +78,7 @@ class CoilDrive:
             residual_dipole=np.array(coils.residual_dipole),
             near=float(np.radians(coils.detumble_rate_deg_s)),
             response=coils.response,
-            field=field * _TESLA_PER_NT,
+            field=field,
             initial_attitude=np.ascontiguousarray(attitude),
             initial_rate=rate,
         )

@@ -36,6 +36,8 @@ class Phase:
         [s] after the epoch.
     rates_deg_s : tuple of three floats
         About body x, y and z; of a ramp, or of free motion, the mean.
+    commanded_deg_s : tuple of three floats
+        Those of its maneuver, which a ramp leads to.
     swept_deg : float
         Angle turned through [deg].
     """
@@ -44,6 +46,7 @@ class Phase:
     start: float
     end: float
     rates_deg_s: tuple[float, float, float]
+    commanded_deg_s: tuple[float, float, float]
     swept_deg: float
 
     @property
@@ -70,9 +73,9 @@ def phases(
     starts, ends = flight.times[:-1], flight.times[1:]
     found = []
 
-    def add(label: str, start: float, end: float, rate: Floats, swept: float) -> None:
-        x, y, z = rate.tolist()
-        found.append(Phase(label, float(start), float(end), (x, y, z), float(swept)))
+    def add(label: str, start: float, end: float, mean: Floats, swept: float) -> None:
+        (x, y, z), (a, b, c) = mean.tolist(), rate.tolist()
+        found.append(Phase(label, float(start), float(end), (x, y, z), (a, b, c), float(swept)))
 
     for number in dict.fromkeys(flight.numbers.tolist()):
         name = names.get(number, f"maneuver {number + 1}")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pandas as pd
 
 from mgeo_attitude.environment.time_stamps import utc_texts
-from mgeo_attitude.maneuvers.phases import RAMP
-from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
+from mgeo_attitude.maneuvers.phases import HELD, RAMP, Phase
 from mgeo_attitude.plan.plan import ManeuverPlan
 
 #: Of a rate [deg/s] after the point: half a unit about each axis is 0.9e-8 deg/s.
@@ -48,51 +49,32 @@ def commands(plan: ManeuverPlan) -> pd.DataFrame:
     2  maneuver 3    900.0       600.0
     3   rate held   1500.0       837.0
     """
-    found = _asked(plan) if plan.scenario.turned_by_coils else _followed(plan)
-    starts = np.array([start for _, start, _ in found])
+    found = _followed(plan)
+    starts = np.array([phase.start for phase in found])
     table = pd.DataFrame(
         {
             "command": range(1, len(found) + 1),
-            "what": [label for label, _, _ in found],
+            "what": [phase.label for phase in found],
             "start_utc": utc_texts(plan.scenario.epoch, starts),
             "start_s": starts.round(_TIME_DIGITS),
             "duration_s": np.diff([*starts, plan.duration]).round(_TIME_DIGITS),
         }
     )
-    rates = np.array([rate for _, _, rate in found]).round(RATE_DIGITS) + 0.0  # no -0
+    rates = np.array([phase.commanded_deg_s for phase in found]).round(RATE_DIGITS) + 0.0  # no -0
     for i, axis in enumerate("xyz"):
         table[f"rate_{axis}_deg_s"] = rates[:, i]
     return table
 
 
-#: What is commanded, when [s] after the epoch, and the body rates [deg/s].
-_Command = tuple[str, float, tuple[float, float, float]]
-
-
-def _asked(plan: ManeuverPlan) -> list[_Command]:
-    """Of coils, whatever becomes of it."""
-    flight, found = plan.trajectory.flown, []
-    for number in dict.fromkeys(flight.numbers.tolist()):
-        x, y, z, _ = plan.design[VARIABLES_PER_MANEUVER * number :][:VARIABLES_PER_MANEUVER]
-        start = float(flight.times[:-1][flight.numbers == number][0])
-        found.append((f"maneuver {number + 1}", start, (x, y, z)))
-    return found
-
-
-def _followed(plan: ManeuverPlan) -> list[_Command]:
-    """Of rates that are flown as they are commanded, phase by phase."""
-    found: list[_Command] = []
-    ramp_since: float | None = None
+def _followed(plan: ManeuverPlan) -> list[Phase]:
+    """Phases of a plan, ramps and what they lead to as one that begins with the ramp."""
+    found: list[Phase] = []
     for phase in plan.phases:
-        if phase.label.startswith(RAMP):
-            ramp_since = phase.start if ramp_since is None else ramp_since
+        label = phase.label.removeprefix(RAMP)
+        if plan.scenario.turned_by_coils and label.startswith(HELD):
             continue
-        start = phase.start if ramp_since is None else ramp_since
-        found.append((phase.label, start, phase.rates_deg_s))
-        ramp_since = None
-    if ramp_since is not None:  # it ends in a ramp, to the last rate of all
-        x, y, z = (float(rate) for rate in plan.trajectory.commanded[-4:-1])
-        found.append((plan.phases[-1].label.removeprefix(RAMP), ramp_since, (x, y, z)))
+        if not found or found[-1].label != label:
+            found.append(dataclasses.replace(phase, label=label))
     return found
 
 
