@@ -71,7 +71,7 @@ def phases(
     # not the flight's rates, which went through radians
     commanded = np.asarray(design, dtype=float).reshape(-1, VARIABLES_PER_MANEUVER)[:, :3]
     starts, ends = flight.times[:-1], flight.times[1:]
-    found = []
+    found: list[Phase] = []
 
     def add(label: str, start: float, end: float, mean: Floats, swept: float) -> None:
         (x, y, z), (a, b, c) = mean.tolist(), rate.tolist()
