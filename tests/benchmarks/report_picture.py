@@ -1,4 +1,4 @@
-"""Takes the picture of a report's front of docs/report.md.
+"""Takes the pictures of docs/report.md: a report's front, a plan in the dark, and a phone's.
 
     python -m tests.benchmarks.report_picture RUN/report.html
 
@@ -15,21 +15,31 @@ from PIL import Image
 
 from ..devtools import opened
 
-PICTURE = Path(__file__).parents[2] / "docs" / "images" / "report-front.png"
-WIDTH, HEIGHT = 1185, 660  # px
+PICTURES = Path(__file__).parents[2] / "docs" / "images"
+#: Of each picture: what it begins with, how many pixels above that; width and height; colors.
+TAKEN = {
+    "report-front.png": ("#front", 60, (1185, 660), "light"),
+    "report-plan.png": ("#figures", 60, (1400, 660), "dark"),
+    "report-phone.png": ("#figures", 10, (390, 900), "light"),
+}
 
 
-async def take(report: Path) -> None:
-    """Write the picture: the front as the report's page shows it."""
-    async with opened(report, WIDTH) as page:
+async def take(report: Path, name: str) -> None:
+    """Write a picture: a part of the report's page."""
+    first, above, (width, height), colors = TAKEN[name]
+    async with opened(report, width, prefers_color_scheme=colors) as page:
         await page.until("document.querySelector('#front .main-svg')")
+        await page.evaluate(f"document.querySelector('{first}').scrollIntoView()")
+        await page.evaluate(f"window.scrollBy(0, -{above})")
+        await asyncio.sleep(3.0)  # figures are drawn as they come into view
         top = await page.evaluate(
-            "document.querySelector('#front').getBoundingClientRect().top + window.scrollY"
+            f"document.querySelector('{first}').getBoundingClientRect().top + window.scrollY"
         )
-        await page.picture(PICTURE)
-    y = max(0, round(top) - 60)
-    Image.open(PICTURE).crop((0, y, WIDTH, y + HEIGHT)).save(PICTURE)
+        await page.picture(PICTURES / name)
+    y = max(0, round(top) - above)
+    Image.open(PICTURES / name).crop((0, y, width, y + height)).save(PICTURES / name)
 
 
 if __name__ == "__main__":
-    asyncio.run(take(Path(sys.argv[1]).resolve()))
+    for _name in TAKEN:
+        asyncio.run(take(Path(sys.argv[1]).resolve(), _name))
