@@ -52,6 +52,11 @@ class Page:
         found = await self._tab.send_command("Page.captureScreenshot", params)
         path.write_bytes(b64decode(found["result"]["data"]))
 
+    async def on_paper(self):
+        """Show it as it is printed."""
+        await self._tab.send_command("Emulation.setEmulatedMedia", {"media": "print"})
+        await self.evaluate("dispatchEvent(new Event('beforeprint'))")
+
     async def set(self, selector, value):
         """Move a slider."""
         found = f"document.querySelector({json.dumps(selector)})"

@@ -1,4 +1,4 @@
-"""Pages in a browser, wide and on a phone: legends that cover nothing, titles that break."""
+"""Pages in a browser, wide, on a phone, on paper: what covers nothing, titles that break."""
 
 import asyncio
 import dataclasses
@@ -26,6 +26,9 @@ _COVERED = """[...document.querySelectorAll(".js-plotly-plot")].flatMap((plot) =
       return b.width && across && a.top < b.bottom && b.top < a.bottom;
     }).map((part) => part.outerHTML.slice(0, 120)));
 })"""
+# on paper a figure that is larger than its place lies on what follows
+_BEYOND = """[...document.querySelectorAll(".plotly-graph-div")].filter((plot) =>
+  plot.offsetHeight > plot.parentElement.offsetHeight + 1).map((plot) => plot.id)"""
 _WIDE = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
 
 
@@ -49,9 +52,12 @@ def test_legends_cover_no_labels(pages, name, width):
     async def look():
         async with opened(pages[name], width) as tab:
             assert await tab.evaluate("document.querySelectorAll('.legend > .bg').length > 0")
-            return await tab.evaluate(_COVERED), await tab.evaluate(_WIDE), tab.errors
+            found = await tab.evaluate(_COVERED), await tab.evaluate(_WIDE)
+            await tab.on_paper()
+            return *found, await tab.evaluate(_BEYOND), tab.errors
 
-    covered, too_wide, errors = asyncio.run(look())
+    covered, too_wide, beyond, errors = asyncio.run(look())
+    assert beyond == []
     assert covered == []
     assert too_wide == 0
     assert errors == []
