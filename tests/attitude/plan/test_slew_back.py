@@ -7,9 +7,16 @@ import brahe
 import brahe.ccsds
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario
+from mgeo_attitude import (
+    AttitudeManeuverProblem,
+    Environment,
+    FilterModel,
+    Scenario,
+    reference_run,
+)
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.show import plan_document, print_plan
+from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.maneuvers import trajectory
 from mgeo_attitude.maneuvers.motion import Motion
@@ -19,6 +26,7 @@ from mgeo_attitude.plan.figures import plan_figures
 from mgeo_attitude.scenario import PathLimit, Wheels
 from mgeo_attitude.view.answers import span
 from mgeo_attitude.view.figures.maneuvers import timeline
+from mgeo_attitude.view.margins import END_ATTITUDE
 from mgeo_calibration import simulate
 
 from mgeo.cli.output import Output
@@ -230,6 +238,29 @@ def test_path_limits_are_looked_at_until_the_end(plan):
 
 
 @pytest.mark.slow
+def test_the_attitude_at_the_end_is_within_a_tolerance(plan):
+    """Of what filterpy knows at the end of the slew, beyond the duration or not."""
+    found = []
+    for duration in (900.0, 2000.0):
+        table = TABLE | {"duration": duration}
+        maneuvers = TABLE["maneuvers"] | {"end_tolerance_deg": 1.0}
+        ended = ManeuverPlan(Scenario.from_dict(table | {"maneuvers": maneuvers}), DESIGN)
+        until_end = Scenario.from_dict(table | {"duration": ended.duration})
+        whole = FilterModel.from_scenario(until_end).endless
+        run = reference_run(whole, ended.trajectory.commanded)
+        expected = 3.0 * np.degrees(np.sqrt(np.linalg.eigvalsh(run.covariance[:3, :3])[-1]))
+        row = ended.constraints().loc[END_ATTITUDE]
+        assert row["value"] == pytest.approx(expected, rel=1e-9)
+        assert row["kept"] == (expected < 1.0)
+        maneuvers = maneuvers | {"end_tolerance_deg": 0.99 * expected}
+        ended = ManeuverPlan(Scenario.from_dict(table | {"maneuvers": maneuvers}), DESIGN)
+        assert any(END_ATTITUDE in each for each in ended.violations())
+        found.append(ended.duration > duration)
+    assert found == [True, False]
+    with pytest.raises(InvalidValue, match=r"end_tolerance_deg = 0.5: .*without slew_back"):
+        Scenario.from_dict({"preset": "paper", "maneuvers": {"end_tolerance_deg": 0.5}})
+
+
 def test_a_front_is_told_how_many_keep_their_limits_until_the_end(plan):
     """The search sees none of it, so its answers have to say."""
     limit = PathLimit(boresight=(0.0, 0.0, -1.0), half_angle_deg=1.0, attitude_sigmas=0.0)

@@ -50,12 +50,21 @@ class ManeuverLimits(Validated):
     slew_back: bool = quantity(
         False, doc="whether a plan ends, after t_end, with a slew back to the attitude of [initial]"
     )
+    end_tolerance_deg: float | None = positive(
+        None,
+        unit="deg",
+        doc="by how much the attitude may be off that of [initial] after the slew back, as 3 times "
+        "the 1-sigma about the worst axis that the filter knows then",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         needed = "none without latest_start, up to which a plan may begin at such intervals"
         alone = self.latest_start is None and self.start_interval is not None
         expect(not alone, "start_interval", self.start_interval, needed)
+        needed = "none without slew_back = true: a plan then ends wherever its last maneuver does"
+        alone = self.end_tolerance_deg is not None and not self.slew_back
+        expect(not alone, "end_tolerance_deg", self.end_tolerance_deg, needed)
 
     @property
     def between_starts(self) -> float:

@@ -5,6 +5,7 @@ Also on the way after a plan has converged, which no search sees.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -30,8 +31,12 @@ if TYPE_CHECKING:
 #: Unit, value, "at most" or "at least", limit and margin.
 Row = tuple[str, float, str, float, float]
 _COLUMNS = ["unit", "value", "bound", "limit", "margin"]
+#: As many as path limits count, unless told otherwise.
+_SIGMAS = 3.0
 #: The times that follow `t_end`, in words.
 AFTER = ("held for late flights", "in the slew back")
+#: Label of the row of `ManeuverLimits.end_tolerance_deg`.
+END_ATTITUDE = "attitude after the slew back, 3 sigma"
 
 
 def tables(
@@ -66,15 +71,16 @@ def has_limits_after(scenario: Scenario) -> bool:
     wheels = scenario.wheels
     budgeted = wheels is not None and wheels.budgeted
     limited = scenario.path_limits or scenario.windows or budgeted
-    return bool(limited and (scenario.flight or scenario.maneuvers.slew_back))
+    tolerated = scenario.maneuvers.end_tolerance_deg is not None
+    return bool((limited and (scenario.flight or scenario.maneuvers.slew_back)) or tolerated)
 
 
 def all_after(plans: Plans) -> list[dict[str, Row]]:
     """`limits_after` of each plan, until it ends; {} if there is none.
 
     Path limits, the budget of wheels, and the end of the window, are looked at while the rate is
-    held for late flights and in a slew back, some 0.1 s a design. Nothing is known of one whose
-    covariance was lost.
+    held for late flights and in a slew back, some 0.1 s a design; then how well the attitude is
+    known. Nothing is known of one whose covariance was lost.
     """
     problem, result = plans.problem, plans.exactly
     found: list[dict[str, Row]] = [{} for _ in plans.X]
@@ -89,6 +95,11 @@ def all_after(plans: Plans) -> list[dict[str, Row]]:
         except InvalidValue:
             longest = problem.scenario.duration
             found[i]["time of the slew back"] = ("s", np.inf, "at most", longest, -np.inf)
+        else:
+            tolerance = own.scenario.maneuvers.end_tolerance_deg
+            if tolerance is not None:
+                off = _off_at_end(own.scenario, own.model, trajectory)
+                found[i][END_ATTITUDE] = ("deg", off, "at most", tolerance, tolerance - off)
         latest = own.scenario.deadline
         if latest < np.inf:
             found[i][f"{END}, with what follows"] = _end(edges[-1], latest)
@@ -98,6 +109,23 @@ def all_after(plans: Plans) -> list[dict[str, Row]]:
                     own.model, trajectory, start, end, result.covariance[i, :3, :3], while_
                 )
     return found
+
+
+def _off_at_end(scenario: Scenario, model: FilterModel, trajectory: Trajectory) -> float:
+    """Three times the 1-sigma of the attitude about the worst axis, where a plan ends [deg].
+
+    With what sensors have seen until then, and what the gyro's bias has added.
+    """
+    from mgeo_attitude.filter.evaluator import evaluate  # compiles
+    from mgeo_attitude.filter.model import FilterModel
+
+    last = round(trajectory.end / model.step)
+    if last > model.n_steps:  # duration limits t_end alone
+        longer = dataclasses.replace(scenario, duration=last * model.step)
+        model = FilterModel.from_scenario(longer)
+    ran = evaluate(model, trajectory.commanded, covariance=True, until=last)
+    variances = np.linalg.eigvalsh(ran.covariance[0, :3, :3])
+    return _SIGMAS * float(np.degrees(np.sqrt(variances[-1])))
 
 
 def _end(time: float, latest: float) -> Row:
