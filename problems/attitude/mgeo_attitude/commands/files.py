@@ -39,7 +39,17 @@ class Picked:
         said = [self.remark] if self.remark else []
         if hardly:
             said.append(f"this plan hardly calibrates {', '.join(hardly)}")
+            said += self._blind()
         return [f"Note: {line}" for line in (*said, *self.plan.scenario.assumed)]
+
+    def _blind(self) -> list[str]:
+        """Sensors that never measured until the filter has converged, in a line or none."""
+        used = self.plan.sensor_use().drop(columns="duration [s]").sum()
+        blind = [str(column).removesuffix(" [s]") for column, time in used.items() if not time]
+        if not blind:
+            return []
+        until = span(self.plan.t_end)
+        return [f"{', '.join(blind)} never measured in these {until}, in the dark or out of sight"]
 
     def lateness(self) -> list[str]:
         """How long the last rate is held, or has to be beyond what is commanded, in a line or none.

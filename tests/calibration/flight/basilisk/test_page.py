@@ -21,7 +21,7 @@ PAGE = (Path(__file__).parents[4] / "docs" / "basilisk.md").read_text(encoding="
 
 def test_the_commands_lead_from_a_front_to_a_calibration(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    commands, _ = re.findall(r"```sh\n(.*?)```", PAGE, re.DOTALL)
+    (commands,) = re.findall(r"```sh\n(.*?)```", PAGE, re.DOTALL)
     for line in commands.splitlines():
         done = CliRunner().invoke(app, shlex.split(line)[1:], prog_name="mgeo")
         assert done.exit_code == 0, line + done.output + done.stderr
