@@ -77,7 +77,8 @@ def test_every_field_says_what_it_means(section: type) -> None:
         "epoch = 2018-06-05T00:00:00Z # start of the run with its UTC offset; Z is UTC",
         "semi_major_axis = 7130982.0 # semi-major axis: > 0 m",
         "eccentricity = 0.001111 # eccentricity: in [0, 1)",
-        "rate_random_walk = 3e-08 # rate random walk that drives the bias, 1-sigma: >= 0 rad/s^1.5",
+        "rate_random_walk = 3e-08 # rate random walk that drives the bias, 1-sigma per axis, alike "
+        "or of each: >= 0 rad/s^1.5",
         f'kind = "magnetometer" # one of {", ".join(map(repr, SENSORS))}',
         "# The blocks: attitude, gyro.bias, sun.misalignment, sun.bias, mag.misalignment, mag.bias",
     ],
