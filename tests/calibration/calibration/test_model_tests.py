@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from mgeo_attitude import Scenario
+from mgeo_attitude import Scenario, World
 from mgeo_calibration import calibrate
 from mgeo_calibration import fly as fly_own
 from mgeo_calibration.calibration import from_json, to_json
@@ -80,8 +80,9 @@ TURNS = [-0.1, 0.2, -0.4, 300.0, 0.3, -0.4, 0.3, 500.0, -0.2, 0.4, 0.3, 600.0,
 @pytest.mark.parametrize("late", [0.0, 0.1])
 def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
     """The gyro's noise of a step is three times its own, and is in the rate and in the attitude."""
-    scenario = short(Scenario.microsatellite(), 2400.0)
-    tracker, *others = scenario.sensors
+    satellite = Scenario.microsatellite()
+    tracker, *others, _ = satellite.sensors  # of two magnetometers one
+    scenario = short(satellite, 2400.0, world=World())
     sees = {"sun_exclusion_deg": None, "earth_exclusion_deg": None}
     tracker = dataclasses.replace(tracker, initial_delay_s=late, **sees)
     true = dataclasses.replace(scenario, sensors=(tracker, *others))
