@@ -12,7 +12,7 @@ from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.wheel_load import gravity_gradient, wheel_loads
 from mgeo_attitude.maneuvers.motion import attitudes
 from mgeo_attitude.maneuvers.schedule import schedule
-from mgeo_attitude.scenario import Convergence, InitialConditions, ManeuverLimits, Wheels
+from mgeo_attitude.scenario import Coils, Convergence, InitialConditions, ManeuverLimits, Wheels
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
@@ -36,7 +36,10 @@ FULL = {
 SPINNING = InitialConditions(pointing="velocity", axis=(0.6, 0.0, 0.8), rate_deg_s=(0.3, -0.2, 0.1))
 
 
-def scenario(maneuvers=None, initial=None, **wheels):
+UNLOADING = Coils(max_dipole=(0.05, 0.1, 0.02), unloads=True, response=20.0)
+
+
+def scenario(maneuvers=None, initial=None, coils=None, **wheels):
     return dataclasses.replace(
         Scenario.cubesat_6u(),
         duration=1500.0,
@@ -44,6 +47,7 @@ def scenario(maneuvers=None, initial=None, **wheels):
         maneuvers=maneuvers or ManeuverLimits(),
         initial=initial or InitialConditions(),
         wheels=Wheels(**(FULL | wheels)),
+        coils=coils,
     )
 
 
@@ -84,6 +88,21 @@ def test_gravity_gradient_is_that_of_the_masses():
     )
 
 
+def unloaded(coils, C, B, momentum, step):
+    """What coils have given at each step, GCRS, and their torque before and after it, body axes."""
+    most = coils.duty * np.array(coils.max_dipole)
+    total, held = np.zeros(3), np.zeros(3)
+    for attitude, b, without in zip(C, B, momentum, strict=True):
+        before = np.cross(held, b)
+        total = total + 0.5 * step * attitude.T @ before
+        tau = -attitude @ (without + total) / coils.response
+        held = np.cross(b, tau) / (b @ b)
+        held = held / max(1.0, np.abs(held / most).max())
+        after = np.cross(held, b)
+        yield total, before, after
+        total = total + 0.5 * step * attitude.T @ after
+
+
 def by_hand(given, x, end_steps):
     """Momentum and torque of each wheel along a plan, by scipy's rotations and NumPy's sums."""
     problem = AttitudeManeuverProblem(given)
@@ -106,6 +125,12 @@ def by_hand(given, x, end_steps):
     H0 = C0.T @ (A @ h0 + J @ w0) if wheels.initial_momentum else np.zeros(3)
     own = np.einsum("kij,kj->ki", C, np.broadcast_to(H0, added.shape))
     extra = np.einsum("kij,kj->ki", C, added)
+    known = np.zeros((2, *T.shape))  # torque that counts with its sign
+    if given.coils is not None:
+        made = zip(*unloaded(given.coils, C, B, H0 + added, model.step), strict=True)
+        taken, *torques = map(np.array, made)
+        own = np.einsum("kij,kj->ki", C, H0 + added + taken)
+        known = T + np.array(torques)
     ends = plan.end_rates[0][stretch]
     begins = np.vstack([w0, ends[:-1]])
     ramps = (plan.rates[0] != plan.end_rates[0]).any(axis=1)[stretch]
@@ -119,10 +144,11 @@ def by_hand(given, x, end_steps):
         acceleration = np.where(
             ramps[:, None], change / (2.0 * (1.0 - way) * model.step)[:, None], 0.0
         )
-    for rate, at in ((begins, slice(0, end_steps)), (ends, slice(1, end_steps + 1))):
+    sides = (known[1], begins, slice(0, end_steps)), (known[0], ends, slice(1, end_steps + 1))
+    for with_sign, rate, at in sides:
         momentum = own[at] - rate @ J, extra[at]
         effort = (
-            acceleration @ J + np.cross(rate, own[at]),
+            acceleration @ J + np.cross(rate, own[at]) - with_sign[at],
             T[at] - np.cross(rate, extra[at]),
         )
         for which, (plain, disturbance) in enumerate((momentum, effort)):
@@ -139,7 +165,8 @@ def loads(given, x, end_steps, share):
     W = np.linalg.pinv(A)
     for which, plain, disturbance in by_hand(given, x, end_steps):
         load = np.abs(plain @ W.T + (0.0 if which else circulating))
-        load = load + wheels.disturbance_margin * np.abs(disturbance @ W.T)
+        margin = wheels.disturbance_margin - (given.coils is not None)
+        load = load + margin * np.abs(disturbance @ W.T)
         greatest[which] = max(greatest[which], load.max())
     return greatest
 
@@ -155,6 +182,8 @@ def loads(given, x, end_steps, share):
         (None, SPINNING, {}),
         (None, SPINNING, {"max_torque": None, "ramp_share": 1.0}),
         (None, SPINNING, {"initial_momentum": ()}),
+        (None, SPINNING, {"coils": UNLOADING}),
+        (None, None, {"coils": UNLOADING, "disturbance_margin": 1.0}),
     ],
     ids=[
         "full",
@@ -165,6 +194,8 @@ def loads(given, x, end_steps, share):
         "spinning",
         "spinning, at once",
         "spinning, no momentum",
+        "spinning, unloaded",
+        "unloaded",
     ],
 )
 def test_compiled_loads_are_those_of_slow_sums(maneuvers, initial, wheels):
@@ -225,6 +256,25 @@ def test_momentum_at_rest_is_the_integral_of_a_constant_torque():
         np.max([1e-3, 2e-3, 3e-3] + 2.0 * np.abs(T) * 900.0), rel=1e-12
     )
     assert found[1] == pytest.approx(2.0 * np.abs(T).max(), rel=1e-12)
+
+
+def test_coils_unload_what_is_across_the_field():
+    """At rest in a field that stays: by a share of step / response in each; along it nothing."""
+    quiet = {"residual_dipole": (0.0,) * 3, "gravity_gradient": False}
+    axes = {"axes": ((1, 0, 0), (0, 1, 0), (0, 0, 1))}
+    strong = dataclasses.replace(UNLOADING, max_dipole=(50.0, 50.0, 50.0))
+    given = scenario(None, None, strong, **quiet, **axes, initial_momentum=(1e-3, 2e-3, 0.0))
+    model = FilterModel.from_scenario(given)
+    field = np.tile([0.0, 4e-5, 0.0], (model.n_steps + 1, 1))
+    budget = dataclasses.replace(model.budget, field=field @ model.initial_attitude)
+    still = model.schedule(np.zeros((1, 12)))
+    for after in (0, 10, 50):
+        found = wheel_loads(budget, still, np.array([900]), 1.0, 1, after)[0]
+        assert found[0] == pytest.approx(2e-3, rel=1e-12)  # about y, along the field
+        assert found[1] == pytest.approx(1e-3 / 20.0 * 0.95**after, rel=1e-9)  # what x gives
+    weak = dataclasses.replace(budget, coils=np.full(3, 0.01))
+    found = wheel_loads(weak, still, np.array([900]), 1.0, 1)[0]
+    assert found[1] == pytest.approx(0.01 * 4e-5, rel=1e-12)  # at its most
 
 
 def test_a_spin_about_the_momentum_moves_nothing():
@@ -340,6 +390,18 @@ def test_without_a_budget_four_wheels_take_their_share():
         ends = plan.end_rates[0][plan.flown()[0]]
         expected = np.abs(ends @ given.wheels.matrix() @ W.T).max()
         assert found == pytest.approx(expected / 4e-3 - 1.0, rel=1e-9)
+
+
+def test_what_coils_unload_is_told_or_refused():
+    assert scenario(coils=UNLOADING).assumed == ()
+    (line,) = scenario(coils=dataclasses.replace(UNLOADING, unloads=False)).assumed
+    assert "coils.unloads = true" in line
+    quiet = {"initial_momentum": (), "residual_dipole": (0.0,) * 3, "gravity_gradient": False}
+    with pytest.raises(InvalidValue, match="unloads = True: expected false, or wheels"):
+        scenario(coils=UNLOADING, **quiet, ramp_share=1.0)
+    alone = dataclasses.replace(UNLOADING, inertia=INERTIA)
+    with pytest.raises(InvalidValue, match=r"unloads = True: expected false without \[wheels\]"):
+        dataclasses.replace(scenario(), wheels=None, coils=alone)
 
 
 @pytest.mark.parametrize(

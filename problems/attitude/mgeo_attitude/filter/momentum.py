@@ -43,6 +43,11 @@ class MomentumBudget:
         1 if the gravity gradient counts, or else 0.
     margin : float
         Factor on what disturbances do.
+    coils : array, shape (3,)
+        Greatest mean dipole of a step with which they unload the wheels [A m²]; zero if they do
+        not.
+    response : float
+        Time in which that falls by e where no coil is at its most [s].
     """
 
     inertia: Floats
@@ -56,6 +61,8 @@ class MomentumBudget:
     dipole: Floats
     gradient: float
     margin: float
+    coils: Floats
+    response: float
 
     @classmethod
     def of(
@@ -68,9 +75,12 @@ class MomentumBudget:
         attitude, rate
             At the start, see the class.
         """
-        wheels = scenario.wheels
+        wheels, coils = scenario.wheels, scenario.coils
         if wheels is None or not wheels.budgeted:
             return None
+        unloading, response = np.zeros(3), np.inf
+        if coils is not None and coils.unloads:
+            unloading, response = coils.duty * np.array(coils.max_dipole), coils.response
         axes = wheels.spin_axes()
         allocation, inertia = wheels.shares(), wheels.matrix()
         wheel_momentum, momentum = np.zeros(len(axes)), np.zeros(3)
@@ -92,6 +102,8 @@ class MomentumBudget:
             dipole=np.array(wheels.residual_dipole),
             gradient=float(wheels.gravity_gradient),
             margin=wheels.disturbance_margin,
+            coils=unloading,
+            response=response,
         )
 
     def turned(self, turn: Floats) -> MomentumBudget:

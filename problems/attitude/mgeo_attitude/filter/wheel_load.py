@@ -5,6 +5,13 @@ with the attitude C, H₀ = C₀ᵀ (A h₀ + J ω₀) at the start, and D = ∫
 T = 3 μ / r⁵ r × J r + m × B. What the wheels hold of it is A h = H - J ω, and their torque
 A dh/dt = T - J dω/dt - ω × H. A wheel's load is what both are by the plan alone, and the magnitude
 of what the disturbances T and D add times a margin.
+
+Coils may unload the wheels. Their dipole m = b × τ / |b|², τ = -H / t, none greater than a coil's,
+is held for a step and takes out what of H is across the field b (cross-product law: Camillo &
+Markley, Journal of Guidance and Control 3 (1980) 563-568; `maneuvers.coils` drives the body by the
+same). H is known to it: by wheels' speeds and gyro. The load is then what the wheels hold of H
+with the disturbances as they are modeled and what the coils gave, and besides the magnitude of
+disturbances times the margin less one: what is not modeled is not unloaded either.
 """
 
 from __future__ import annotations
@@ -19,6 +26,7 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.filter.discretization import turn
 from mgeo_attitude.filter.momentum import MomentumBudget
+from mgeo_attitude.maneuvers.rigid_body import limited
 from mgeo_attitude.maneuvers.schedule import Schedule
 
 #: Part of a step below which a rate changes at once.
@@ -41,10 +49,11 @@ def wheel_loads(
     wheels = budget.inertia, budget.allocation, budget.circulating
     start = budget.attitude, budget.rate, budget.momentum, first_step
     outside = budget.position, budget.field, budget.dipole, budget.gradient, budget.margin
+    coils = budget.coils, budget.response
 
     def some(part: slice) -> None:
         stretches = plan.rates[part], plan.end_rates[part], plan.starts[part]
-        _greatest(stretches, end_steps[part], step, start, wheels, outside, found[part])
+        _greatest(stretches, end_steps[part], step, start, wheels, outside, coils, found[part])
 
     size = -(-len(end_steps) // threads)
     with ThreadPoolExecutor(threads) as pool:
@@ -63,20 +72,26 @@ def gravity_gradient(inertia: Floats, position: Floats, out: Floats) -> None:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _greatest(plan, end_steps, step, start, wheels, outside, found):  # type: ignore[no-untyped-def]
+def _greatest(plan, end_steps, step, start, wheels, outside, coils, found):  # type: ignore[no-untyped-def]
     """`wheel_loads`, written to `found`."""
     rates, end_rates, starts = plan
     inertia = wheels[0]
     initial_attitude, initial_rate, momentum, first = start
-    position, field, dipole, gradient, _ = outside
+    position, field, dipole, gradient, margin = outside
+    largest, response = coils
+    unloads = largest[0] > 0.0
+    if unloads:
+        margin -= 1.0
     C, turned, old = initial_attitude.copy(), np.eye(3), np.eye(3)
     rate, acceleration = np.zeros(3), np.zeros(3)
     torque, magnetic, vector = np.zeros(3), np.zeros(3), np.zeros(3)
     added, now, last = np.zeros(3), np.zeros(3), np.zeros(3)
     own, extra, room = np.zeros(3), np.zeros(3), np.zeros((4, 3))
+    held, given, unloaded = np.zeros(3), np.zeros(3), np.zeros(3)
     for i in range(len(end_steps)):
         C[:] = initial_attitude
         rate[:], added[:] = initial_rate, 0.0
+        held[:], unloaded[:] = 0.0, 0.0
         m, n_stretches = -1, starts.shape[1]
         for k in range(end_steps[i] + 1):
             _product(C, position[k], vector)
@@ -92,10 +107,23 @@ def _greatest(plan, end_steps, step, start, wheels, outside, found):  # type: ig
             last[:] = now
             _product(C, momentum, own)
             _product(C, added, extra)
+            if unloads:  # the dipole of the step that ends gives half of its torque here
+                _give(held, vector, C, 0.5 * step, magnetic, unloaded)
+                _product(C, unloaded, given)
+                for a in range(3):
+                    own[a] += extra[a] + given[a]
+                    given[a] = torque[a] + magnetic[a]
             if k > 0:
                 rate[:] = end_rates[i, m]
             if k > first:  # at the end of a step
-                _load(rate, acceleration, own, extra, torque, wheels, outside[4], room, found[i])
+                _load(rate, acceleration, own, extra, torque, given, wheels, margin, room, found[i])
+            if unloads:  # and that of the next one the first half
+                for a in range(3):
+                    given[a] = -own[a] / response
+                limited(vector, given, largest, held)
+                _give(held, vector, C, 0.5 * step, magnetic, unloaded)
+                for a in range(3):
+                    given[a] = torque[a] + magnetic[a]
             if k == end_steps[i]:
                 break
             before = m
@@ -106,7 +134,7 @@ def _greatest(plan, end_steps, step, start, wheels, outside, found):  # type: ig
                 if not _accelerate(rate, rates[i, m], end_rates[i, m], step, acceleration):
                     rate[:] = rates[i, m]
             if k == first or (m > before and k > first):
-                _load(rate, acceleration, own, extra, torque, wheels, outside[4], room, found[i])
+                _load(rate, acceleration, own, extra, torque, given, wheels, margin, room, found[i])
             old[:] = C
             for a in range(3):
                 _product(turned, old[:, a], vector)
@@ -114,12 +142,21 @@ def _greatest(plan, end_steps, step, start, wheels, outside, found):  # type: ig
 
 
 @njit(cache=True, error_model="numpy")
-def _load(rate, acceleration, own, extra, torque, wheels, margin, room, found):  # type: ignore[no-untyped-def]
+def _give(dipole, b, C, time, torque, unloaded):  # type: ignore[no-untyped-def]
+    """torque ← m × b, body axes; unloaded, GCRS, has what it gives in a time besides."""
+    _cross(dipole, b, torque)
+    for a in range(3):
+        for c in range(3):
+            unloaded[a] += time * C[c, a] * torque[c]
+
+
+@njit(cache=True, error_model="numpy")
+def _load(rate, acceleration, own, extra, torque, given, wheels, margin, room, found):  # type: ignore[no-untyped-def]
     """Raise `found` to the momentum and torque of the most loaded wheel, if they are greater.
 
-    `own` is the satellite's momentum in body axes by the plan alone, `extra` what disturbances
-    added, `torque` what they are. There is `room`, shape (4, 3), because to make it takes as long
-    as all else.
+    `own` is the satellite's momentum in body axes, `given` the torque that counts with it, `extra`
+    what disturbances added, `torque` what they are, of which the magnitude counts. There is `room`,
+    shape (4, 3), because to make it takes as long as all else.
     """
     inertia, allocation, circulating = wheels
     spin, needed, turning, turned = room[0], room[1], room[2], room[3]
@@ -133,7 +170,7 @@ def _load(rate, acceleration, own, extra, torque, wheels, margin, room, found): 
             share = allocation[row, a]
             momentum += share * (own[a] - spin[a])
             its_extra += share * extra[a]
-            effort += share * (needed[a] + turning[a])
+            effort += share * (needed[a] + turning[a] - given[a])
             its_disturbance += share * (torque[a] - turned[a])
         found[0] = max(found[0], abs(momentum) + margin * abs(its_extra))
         found[1] = max(found[1], abs(effort) + margin * abs(its_disturbance))

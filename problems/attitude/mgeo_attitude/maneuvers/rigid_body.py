@@ -55,7 +55,7 @@ def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-un
                 _cross(rate, middle, middle)
                 for a in range(3):
                     torque[a] += middle[a]
-                _limited(b, torque, largest, dipole)
+                limited(b, torque, largest, dipole)
             for a in range(3):
                 dipole[a] += residual[a]
             _move(rate, b, dipole, inertia, inverse, step, q, room)
@@ -75,7 +75,7 @@ def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-un
 
 
 @njit(error_model="numpy")
-def _limited(b, torque, largest, dipole):  # type: ignore[no-untyped-def]
+def limited(b, torque, largest, dipole):  # type: ignore[no-untyped-def]
     """dipole ← b × τ / |b|², smaller where a coil cannot."""
     _cross(b, torque, dipole)
     square = b[0] * b[0] + b[1] * b[1] + b[2] * b[2]

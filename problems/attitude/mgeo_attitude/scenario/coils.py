@@ -14,6 +14,8 @@ from mgeo_attitude.scenario.wheels import Wheels, inertia_matrix
 class Coils(Validated):
     """Coils or torque rods along the body axes: their torque is across the field, m × B.
 
+    Beside wheels they turn nothing, but may take out momentum (`filter.wheel_load`).
+
     Without wheels the rates of a plan are what is asked for, not what is flown: coils drive the
     body to each of them, then are off, and it moves freely until the next maneuver.
 
@@ -51,10 +53,14 @@ class Coils(Validated):
     response: float = positive(
         10.0,
         unit="s",
-        doc="time in which an error of the rate falls by e where no coil is at its most",
+        doc="time in which an error of the rate, or what wheels hold, falls by e where no coil is "
+        "at its most",
     )
     residual_dipole: tuple[float, float, float] = quantity(
         (0.0, 0.0, 0.0), unit="A m²", doc="magnetic dipole of the satellite, always on, body axes"
+    )
+    unloads: bool = quantity(
+        False, doc="whether during a plan coils take out of wheels what momentum they hold"
     )
 
     def __post_init__(self) -> None:
@@ -78,14 +84,22 @@ def check_coils(
     """Refuse, with an InvalidValue, what coils of a scenario do not go with."""
     if coils is None:
         return
+    slow = f"{2.0 * step:g} or more, two steps of {step:g} s, for which a dipole is held"
     if wheels is not None:
         own = "nothing beside wheels.inertia, which is the satellite's"
         expect(coils.inertia is None, "coils.inertia", coils.inertia, own)
+        if coils.unloads:
+            held = (
+                "false, or wheels.initial_momentum, residual_dipole or gravity_gradient: without "
+                "them the satellite's momentum is zero"
+            )
+            expect(wheels.budgeted, "coils.unloads", coils.unloads, held)
+            expect(coils.response >= 2.0 * step, "coils.response", coils.response, slow)
         return
+    expect(not coils.unloads, "coils.unloads", coils.unloads, "false without [wheels]")
     if coils.inertia is None:
         expected = "expected moments of inertia [kg m²] of what coils turn, or a [wheels] table"
         raise InvalidValue("coils.inertia", None, expected)
-    slow = f"{2.0 * step:g} or more, two steps of {step:g} s, for which a dipole is held"
     expect(coils.response >= 2.0 * step, "coils.response", coils.response, slow)
     key, acceleration = "maneuvers.max_acceleration_deg_s2", maneuvers.max_acceleration_deg_s2
     way_out = "nothing with coils and no wheels: torque follows from coils.max_dipole and the field"
@@ -101,6 +115,9 @@ def assumed(wheels: Wheels | None, coils: Coils | None) -> tuple[str, ...]:
             "body rates are assumed to be free: the scenario has neither [wheels] nor [coils] that "
             "would limit them",
         )
-    if wheels is not None and coils is not None and wheels.budgeted:
-        return ("the wheels' budget holds all momentum: none is dumped by the coils during a plan",)
+    if wheels is not None and coils is not None and wheels.budgeted and not coils.unloads:
+        return (
+            "the wheels' budget holds all momentum: none is dumped by the coils during a plan, as "
+            "coils.unloads = true would",
+        )
     return ()

@@ -208,6 +208,7 @@ class Scenario(Validated):
     def needs_field(self) -> bool:
         """Whether anything on board follows from the geomagnetic field."""
         dipole = self.wheels is not None and any(self.wheels.residual_dipole)
+        dipole |= self.coils is not None and self.coils.unloads
         return dipole or self.turned_by_coils or any(each.needs_field for each in self.sensors)
 
     @property

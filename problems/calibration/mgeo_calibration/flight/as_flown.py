@@ -135,7 +135,7 @@ def _angle(
 def _momentum(scenario: Scenario, attitude: Floats, rates: Floats, start: Floats) -> Floats:
     """Of each wheel at both ends of steps, shape (2 n, k) [N m s], from a body rate at the start.
 
-    As `filter.wheel_load`, without disturbances.
+    As `filter.wheel_load`, without disturbances and what coils unload.
     """
     wheels = scenario.wheels
     assert wheels is not None
