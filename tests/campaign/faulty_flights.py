@@ -165,7 +165,7 @@ KINDS = {
     "counts of the gyro": Kind(craft=lambda rng: Craft(gyro_step_deg_s=rng.uniform(2e-3, 0.02))),
     "counts of the magnetometer": Kind(craft=lambda rng: Craft(mag_step_nt=rng.uniform(50, 500))),
     "instantaneous rates": Kind(
-        "gyro", craft=lambda rng: Craft(instantaneous=True), moves=0
+        "gyro reports rates .* early", craft=lambda rng: Craft(instantaneous=True)
     ),
     "spikes of the gyro": Kind(spoil=sized("gyro", lambda s: spikes(s, 0.003), 1.0, 30.0)),
     "spikes of the magnetometer": Kind(spoil=sized("mag", lambda s: spikes(s, 0.01), 5e4, 1e9)),

@@ -9,7 +9,7 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 from mgeo_attitude.sensors import StarTracker, TwoAxisSunSensor
-from mgeo_calibration import CannotCalibrate, calibrate
+from mgeo_calibration import CannotCalibrate, TelemetryMapping, calibrate
 from mgeo_calibration import fly as fly_plan
 from mgeo_calibration.calibration import from_json, to_json
 from mgeo_calibration.calibration.questions import questions
@@ -19,6 +19,7 @@ from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.departures import PARTS
 from mgeo_calibration.estimation.fit import fit
+from mgeo_calibration.telemetry.mapping import GyroChannels
 
 from .faults import FAULTS, GROSS, MOTION, SCENARIO, SCORED, Fault, says
 from .flights import PLAN, options, short
@@ -46,6 +47,22 @@ def test_a_delay_that_passed_is_told_with_its_size(late):
 @pytest.mark.parametrize("kind", ["magnetometer's scale", "orbit", "step of the Sun sensor"])
 def test_what_is_wrong_is_the_first_line(kind):
     assert re.match(SCORED[kind].cause, first_line(SCORED[kind], 11))
+
+
+def test_rates_at_the_samples_that_are_read_as_means_are_told():
+    """Magnetometer and Sun sensor were blamed, late by half a step; the key that is named mends."""
+    scenario = short(SCENARIO, 600.0)
+    telemetry = fly(scenario, coning(1.0, 0.1), 3, Craft(instantaneous=True), duration=600.0)
+    found = calibrate(scenario, telemetry)
+    said = re.match(
+        r"gyro reports rates ([0-9.]+) ± ([0-9.]+) s early \(.*: rate = \"instantaneous\" under",
+        found.failures[0],
+    )
+    size, sigma = map(float, said.groups())
+    assert sigma < 0.1
+    assert abs(size - 0.5) < 3.0 * sigma
+    mapping = TelemetryMapping(gyro=GyroChannels(rate="instantaneous"))
+    assert calibrate(scenario, telemetry.frame(), mapping).supported
 
 
 def test_all_is_asked_in_spans_as_at_once(monkeypatch):

@@ -203,7 +203,7 @@ class Suite:
         """
         if isinstance(owner, Gyro):
             return {state: f"gyro.{state}" for state in owner.states()}
-        known = self.world.states()
+        known = self.world.states() if owner.sees() else {}
         seen = {state: f"world.{state}" for state in owner.sees() if state in known}
         return {state: f"{owner.name}.{state}" for state in owner.states()} | seen
 

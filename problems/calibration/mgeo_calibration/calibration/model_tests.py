@@ -94,8 +94,8 @@ def model_tests(
         for option, departure in enumerate(question.options)
     }
     found = scores(solution, departures)
-    named = _named(found, asked, n_tests, scatter)
     alone = _beside(found, asked, ())
+    named = _named(found, asked, alone, n_tests, scatter)
     tests = []
     for name in (*named, *(name for name in asked if name not in named)):
         question, winner = asked[name], named.get(name)
@@ -150,14 +150,17 @@ class _Winner:
 
 
 def _named(
-    found: Scores, asked: Mapping[str, Question], n_tests: int, scatter: float
+    found: Scores,
+    asked: Mapping[str, Question],
+    alone: Mapping[str, Score],
+    n_tests: int,
+    scatter: float,
 ) -> dict[str, _Winner]:
     named: dict[str, _Winner] = {}
     while True:
         keys = [_key(name, winner.score.option) for name, winner in named.items()]
-        beside = _beside(found, asked, keys)
-        for name in named:
-            del beside[name]
+        others = {name: each for name, each in asked.items() if name not in named}
+        beside = _beside(found, others, keys) if named else alone
         says = {
             name: score.evidence(scatter)
             for name, score in beside.items()
@@ -166,8 +169,8 @@ def _named(
         best = max(says, key=lambda name: says[name], default=None)
         if best is None or beside[best].p(scatter) >= SIGNIFICANCE / (n_tests - len(named)):
             return named
-        others = [name for name in says if _kind(name) != _kind(best)]
-        rival = max(others, key=lambda name: says[name], default=best)
+        unlike = [name for name in says if _kind(name) != _kind(best)]
+        rival = max(unlike, key=lambda name: says[name], default=best)
         near = rival != best and says[rival] > says[best] - _NEARLY
         named[best] = _Winner(beside[best], beside, rival if near else None)
 

@@ -20,6 +20,8 @@ from mgeo_calibration.telemetry.columns import channel_of
 
 #: What the key is of something that no state has.
 _SPLIT = "calibrate what is before and after on its own"
+#: A gyro that reports the rate at its sample is early by half a step.
+_SAMPLED = 'rate = "instantaneous" under [gyro] of the mapping, or its times'
 #: How an offset may change: slowly, or at once.
 _DRIFTS: tuple[made.Profile, ...] = (made.ramp, made.waves)
 #: One in the first part looks like a prior that is wrong, and is left to that test.
@@ -54,10 +56,12 @@ def questions(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Q
         What else was measured at the samples, in any unit.
     """
     rates = quiet_rates(solution)
-    asked = _of_gyro(solution, rates, channels) | _of_orbit(solution)
+    changes = made.vector_rates(solution)
+    asked = _of_gyro(solution, rates, channels) | _of_orbit(solution, changes)
     for index in range(len(solution.batch.suite.sensors)):
         if solution.used[index].any():
-            asked |= _of_sensor(solution, index, rates, channels)
+            late = made.delay(index, rates, changes)
+            asked |= _of_sensor(solution, index, late, channels)
     return asked
 
 
@@ -85,6 +89,9 @@ def _of_gyro(
             f"{_when(times, _STEPS, score):.0f} s"
         )
 
+    def shifted(score: Score) -> str:
+        return f"gyro reports rates {sized(*_delay(score))} s {_sign(score, 'early', 'late')}"
+
     rises = made.bias_drift(solution)
     asked = {
         "gyro.bias_decay": Question(
@@ -101,6 +108,9 @@ def _of_gyro(
             says = partial(_worst, f"gyro.{state} is", factor, unit)
             departure = made.gyro_error(rates, state)
             asked[f"gyro.{state}"] = Question((departure,), says, f"gyro.{key}")
+    if np.count_nonzero(solution.used.any(axis=1)) > 1:  # else it is the delay of the only sensor
+        early = made.gyro_early(rates, solution.batch.durations)
+        asked["gyro.delay"] = Question((early,), shifted, _SAMPLED)
     for name, channel in channels.items():
         says = partial(_worst, f"gyro.bias follows {name} by", size / np.ptp(channel), "deg/s")
         departure = made.gyro_follows(solution, _scaled(channel))
@@ -115,7 +125,7 @@ def follows(owner: Gyro | Sensor, column: str) -> bool:
 
 
 def _of_sensor(
-    solution: Solution, index: int, rates: Floats, channels: Mapping[str, Floats]
+    solution: Solution, index: int, late: Departure, channels: Mapping[str, Floats]
 ) -> dict[str, Question]:
     batch = solution.batch
     sensor, name = batch.suite.sensors[index], batch.suite.sensors[index].name
@@ -124,7 +134,7 @@ def _of_sensor(
     sizes = 10.0 * float(np.max(sensor.noise())) * factor
     offset = f"{name}.{made.constant(sensor)}"
 
-    def late(score: Score) -> str:
+    def delayed(score: Score) -> str:
         return f"{name} is {sized(*_delay(score))} s {_sign(score, 'late', 'early')}"
 
     def wanders(score: Score) -> str:
@@ -144,7 +154,7 @@ def _of_sensor(
     }
     if "delay" not in sensor.states():
         key = f"{name}.initial_delay_s"
-        asked[f"{name}.delay"] = Question((made.delay(solution, index, rates),), late, key)
+        asked[f"{name}.delay"] = Question((late,), delayed, key)
     for state in ("scale_factor", "nonorthogonality"):
         if isinstance(sensor, Magnetometer) and state not in sensor.states():
             size, of, key = _ERRORS[state]
@@ -160,15 +170,17 @@ def _of_sensor(
     return asked
 
 
-def _of_orbit(solution: Solution) -> dict[str, Question]:
-    if not any(isinstance(sensor, Magnetometer) for sensor in solution.batch.suite.sensors):
+def _of_orbit(solution: Solution, changes: made.VectorRates) -> dict[str, Question]:
+    sensors = solution.batch.suite.sensors
+    if not any(isinstance(sensor, Magnetometer) for sensor in sensors):
         return {}
 
     def behind(score: Score) -> str:
         where = _sign(score, "behind", "ahead of")
         return f"the satellite is {sized(*_delay(score))} s {where} its orbit along the track"
 
-    return {"orbit.along_track": Question((made.along_track(solution),), behind, "orbit, epoch")}
+    shifted = made.along_track(len(sensors), changes)
+    return {"orbit.along_track": Question((shifted,), behind, "orbit, epoch")}
 
 
 #: Factor to the unit of people, that unit, and the key of an initial 1-sigma.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Sequence
+from functools import lru_cache, partial
 
 import numpy as np
 from mgeo_attitude._typing import Floats
@@ -12,7 +13,7 @@ from mgeo_attitude.sensors import Sensor
 
 from mgeo_calibration.estimation.linearization import Equations
 from mgeo_calibration.estimation.score import Combined, Departure
-from mgeo_calibration.estimation.sightings import sighting
+from mgeo_calibration.estimation.sightings import misfit
 from mgeo_calibration.estimation.smoother import Solution
 
 #: Parts of the time, in one of which an offset may rise: of these all that is slow is made.
@@ -21,6 +22,8 @@ PARTS = 8
 WAVES = 3
 #: Of an offset over the shares of the time, shapes (n,) to (n, k).
 Profile = Callable[[Floats], Floats]
+#: See `vector_rates`.
+VectorRates = Callable[[Equations, int], Floats]
 #: A delay that is large [s].
 LATE = 10.0
 
@@ -39,11 +42,12 @@ def bias_drift(solution: Solution) -> Departure:
     """The bias rises by its initial 1-sigma about an axis, on top of its random walk."""
     share, size = _shares(solution), solution.batch.suite.gyro.states()["bias"]
 
-    def off(share: Floats) -> Floats:
-        found: Floats = np.einsum("nw,ij->niwj", size * risen(share), np.eye(3))
-        return found.reshape(len(share), 3, -1)
+    def moves(own: Equations) -> Floats:
+        rises = size * risen(share[own.low : own.high - 1])
+        found: Floats = rises[:, None, :, None] * _turned_by(own)[:, :, None]
+        return found.reshape(len(rises), 3, -1)
 
-    return _of_rates(lambda own: off(share[own.low : own.high - 1]), 3 * PARTS, off(share[-1:])[0])
+    return Departure(width=3 * PARTS, moves=moves, bias=np.tile(size * np.eye(3), PARTS))
 
 
 def gyro_error(rates: Floats, state: str) -> Departure:
@@ -57,6 +61,20 @@ def gyro_error(rates: Floats, state: str) -> Departure:
     return _of_rates(lambda own: _columns(state, rates[own.low : own.high - 1]), 3)
 
 
+def gyro_early(rates: Floats, durations: Floats) -> Departure:
+    """A gyro that reports the rates of `LATE` after.
+
+    Parameters
+    ----------
+    rates : array, shape (N - 1, 3)
+        As of `gyro_error`.
+    durations : array, shape (N - 1,)
+        Of the steps [s].
+    """
+    changes = LATE * np.diff(rates, axis=0, prepend=rates[:1]) / durations[:, None]
+    return _of_rates(lambda own: changes[own.low : own.high - 1, :, None], 1)
+
+
 def gyro_follows(solution: Solution, channel: Floats) -> Departure:
     """The gyro's bias is its initial 1-sigma times a channel, shape (N,), about each axis."""
     size = solution.batch.suite.gyro.states()["bias"]
@@ -67,32 +85,42 @@ def gyro_follows(solution: Solution, channel: Floats) -> Departure:
     )
 
 
-def delay(solution: Solution, index: int, rates: Floats) -> Departure:
+def vector_rates(solution: Solution) -> VectorRates:
+    """By what readings change in a second as what they look at does; what is asked again is kept.
+
+    Of a sensor, by its number, at the samples of equations, shape (n, 3).
+    """
+    sensors = len(solution.batch.suite.sensors)
+    return lru_cache(maxsize=sensors)(partial(_vector_rate, solution))
+
+
+def delay(index: int, rates: Floats, changes: VectorRates) -> Departure:
     """A sensor, by its number, is late by `LATE`: attitude and vector are of before.
 
     Parameters
     ----------
     rates : array, shape (N - 1, 3)
         As of `gyro_error`.
+    changes : function
+        See `vector_rates`.
     """
     before = np.vstack([rates[:1], rates])
 
     def reads(own: Equations) -> Floats:
         turned = np.einsum("nij,nj->ni", _by(own, index, 0), before[own.low : own.high])
-        found: Floats = -LATE * (turned + _vector_rate(solution, own, index))
+        found: Floats = -LATE * (turned + changes(own, index))
         return found[:, :, None]
 
     return Departure(width=1, reads={index: reads})
 
 
-def along_track(solution: Solution) -> Departure:
-    """The satellite is where its orbit has it `LATE` before."""
+def along_track(sensors: int, changes: VectorRates) -> Departure:
+    """The satellite is where its orbit has it `LATE` before; of so many sensors."""
 
     def reads(index: int) -> Callable[[Equations], Floats]:
-        return lambda own: -LATE * _vector_rate(solution, own, index)[:, :, None]
+        return lambda own: -LATE * changes(own, index)[:, :, None]
 
-    sensors = range(len(solution.batch.suite.sensors))
-    return Departure(width=1, reads={index: reads(index) for index in sensors})
+    return Departure(width=1, reads={index: reads(index) for index in range(sensors)})
 
 
 def vector_error(index: int, state: str) -> Departure:
@@ -187,17 +215,24 @@ def _of_rates(
     """
 
     def moves(own: Equations) -> Floats:
-        parts, move = own.parts, own.steps
-        if (parts.driven == 3).any():
-            first = int(np.flatnonzero(parts.driven == 3)[0])
-            turned = move.F[:, :3, first : first + 3]
-        else:
-            first = int(np.flatnonzero(parts.constant == 3)[0])
-            turned = move.G[:, :3, first : first + 3] / move.growth[:-1, None, first : first + 3]
-        found: Floats = np.einsum("nij,njk->nik", turned, off(own))
-        return found
+        turned, found = _turned_by(own), off(own)
+        total: Floats = turned[:, :, [0]] * found[:, [0]]
+        for j in (1, 2):
+            total += turned[:, :, [j]] * found[:, [j]]
+        return total
 
     return Departure(width=width, moves=moves, bias=last)
+
+
+def _turned_by(own: Equations) -> Floats:
+    """What the attitude's error is more in each step by a rate of the gyro, shape (n - 1, 3, 3)."""
+    parts, move = own.parts, own.steps
+    if (parts.driven == 3).any():
+        first = int(np.flatnonzero(parts.driven == 3)[0])
+        return move.F[:, :3, first : first + 3]
+    first = int(np.flatnonzero(parts.constant == 3)[0])
+    turned: Floats = move.G[:, :3, first : first + 3] / move.growth[:-1, None, first : first + 3]
+    return turned
 
 
 def _columns(state: str, vectors: Floats) -> Floats:
@@ -212,15 +247,14 @@ def _columns(state: str, vectors: Floats) -> Floats:
 
 
 def _vector_rate(solution: Solution, own: Equations, index: int) -> Floats:
-    """By what readings of a sensor change in a second as what it looks at does, shape (n, 3)."""
     whole, vectors = solution.batch, own.batch.vectors.copy()
     low, high = max(0, own.low - 1), min(len(whole.times), own.high + 1)
     rate = np.gradient(whole.vectors[low:high, index], whole.times[low:high], axis=0)
     vectors[:, index] += rate[own.low - low : own.high - low]
-    later = sighting(dataclasses.replace(own.batch, vectors=vectors), index, own.trajectory)
+    samples, later = misfit(dataclasses.replace(own.batch, vectors=vectors), index, own.trajectory)
     change = np.zeros((len(vectors), 3))
-    k = later.z.shape[1]
-    change[later.samples, :k] = own.sightings.z[index, later.samples, :k] - later.z
+    k = later.shape[1]
+    change[samples, :k] = own.sightings.z[index, samples, :k] - later
     return change
 
 

@@ -16,7 +16,6 @@ from mgeo_attitude._typing import Floats
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.kinematics import turns
-from mgeo_calibration.estimation.trajectory import SPAN
 
 if TYPE_CHECKING:
     from mgeo_calibration.estimation.smoother import Solution
@@ -40,7 +39,7 @@ def quiet_rates(solution: Solution) -> Floats:
 def see_noise(solution: Solution) -> list[bool]:
     """Of each sensor whether its readings show the gyro's noise of single steps."""
     batch = solution.batch
-    n, found = len(batch.times), solution.equations(0, min(len(batch.times), SPAN)).sightings
+    n, found = len(batch.times), next(solution.spans()).sightings
     return [
         (n - 1) * _share(batch, H[:, :k], batch.noise[index]) > _BY_CHANCE
         for index, (H, k) in enumerate(zip(found.H[..., :3], found.numbers, strict=True))

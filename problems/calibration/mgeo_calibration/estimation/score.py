@@ -14,18 +14,17 @@ from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
-from mgeo_attitude._typing import Floats
+from mgeo_attitude._typing import Bools, Floats, Ints
 from scipy.linalg import solve_triangular
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from mgeo_calibration.estimation.kernels import load
-from mgeo_calibration.estimation.kinematics import Steps
 from mgeo_calibration.estimation.linearization import Equations
-from mgeo_calibration.estimation.sightings import Sightings
-from mgeo_calibration.estimation.smoother import Solution
-from mgeo_calibration.estimation.trajectory import spans
+from mgeo_calibration.estimation.smoother import Solution, Span
 
 K = TypeVar("K")
+#: Numbers of a coefficients, shape (a,), and what they add, shape (n, 3, a).
+Columns = tuple[Ints, Floats]
 #: Chi-squares beyond which a series is taken.
 _FAR = 500.0
 
@@ -135,17 +134,13 @@ class Scores:
         numbers = np.arange(len(self.score))
         own = numbers[self.places[name]]
         others = np.concatenate([numbers[:0], *(numbers[self.places[each]] for each in beside)])
-        # what the others say is taken out
-        lost = self.information[np.ix_(own, others)] @ _inverse(
-            self.information[np.ix_(others, others)]
-        )
-        information = (
-            self.information[np.ix_(own, own)] - lost @ self.information[np.ix_(others, own)]
-        )
-        score = self.score[own] - lost @ self.score[others]
-        values, axes = np.linalg.eigh(information)
-        known = values > 1.0
-        covariance = _inverse(information)
+        information, score = self.information[np.ix_(own, own)], self.score[own]
+        if len(others):  # what they say is taken out
+            within = _inverse(self.information[np.ix_(others, others)])[0]
+            lost = self.information[np.ix_(own, others)] @ within
+            information = information - lost @ self.information[np.ix_(others, own)]
+            score = score - lost @ self.score[others]
+        covariance, known, axes = _inverse(information)
         sigma = np.sqrt(np.diag(covariance))
         sigma[(np.abs(axes[:, ~known]) > _PART).any(axis=1)] = np.inf
         return Score(
@@ -166,29 +161,26 @@ def scores(solution: Solution, departures: Mapping[str, Departure | Combined]) -
     bases = dict.fromkeys(of)  # by identity, in order
     within = _places({base: base.width for base in bases})
     places = _places({name: each.width for name, each in departures.items()})
-    columns = np.zeros(
-        (sum(base.width for base in bases), sum(e.width for e in departures.values()))
-    )
+    m = sum(base.width for base in bases)
+    columns = np.zeros((m, sum(each.width for each in departures.values())))
     for base, (name, each) in zip(of, departures.items(), strict=True):
         own = each.columns if isinstance(each, Combined) else np.eye(base.width)
         columns[within[base], places[name]] = own
     r, J = solution.prior
-    q, d, m = len(r), solution.e.shape[1], len(columns)
-    R, gram = np.zeros((q, q + m + 1)), np.zeros((m + 1, m + 1))
-    top = np.linalg.qr(np.column_stack([J, r]))[1]
-    R[:, :q], R[:, -1] = top[:q, :q], top[:q, q]
-    last = _forward(solution, within, R, gram)
-    gram += np.triu(gram, 1).T
-    slopes = -solve_triangular(R[:, :q], R[:, q:-1])
-    driven = last[:, q:] + last[:, :q] @ slopes
+    q, d = len(r), solution.e.shape[1]
+    R, gram, last = np.zeros((q, q + 1 + m)), np.zeros((m + 1, m + 1)), np.zeros((d, m))
+    R[:, : q + 1] = np.linalg.qr(np.column_stack([J, r]))[1][:q]
+    _forward(solution, within, last, R, gram)
+    slopes = -solve_triangular(R[:, :q], R[:, q + 1 :])
+    driven = last + solution.starts[-1][1] @ slopes
     change = np.vstack([driven, solution.growth[-1, : q - d, None] * slopes[d:]])
     order = np.concatenate([solution.parts.driven, solution.parts.constant])
     for base, place in within.items():
         if base.bias is not None:
             change[np.isin(order, [3, 4, 5]), place] += base.bias
     return Scores(
-        information=columns.T @ gram[:-1, :-1] @ columns,
-        score=columns.T @ gram[:-1, -1],
+        information=columns.T @ gram[1:, 1:] @ columns,
+        score=columns.T @ gram[1:, 0],
         change=change @ columns,
         places=places,
     )
@@ -201,7 +193,7 @@ def log_tail(x: float, freedom: int) -> float:
     Library of Mathematical Functions, 8.11.2).
     """
     if x < max(_FAR, 10.0 * freedom):
-        return float(chi2.logsf(x, freedom))
+        return math.log(chdtrc(freedom, x))
     a, y = 0.5 * freedom, 0.5 * x
     series = np.cumprod([1.0, *((a - k) / y for k in range(1, 10))]).sum()
     return float((a - 1.0) * math.log(y) - y - math.lgamma(a) + math.log(series))
@@ -214,59 +206,83 @@ def _places(widths: Mapping[K, int]) -> dict[K, slice]:
 
 
 def _forward(
-    solution: Solution, places: Mapping[Departure, slice], R: Floats, gram: Floats
-) -> Floats:
-    """One pass that leaves all equations in R, and what these do not fit in `gram`; the last T."""
-    N, d = solution.e.shape
-    wide = R.shape[1] - 1
-    known = np.zeros(d), np.zeros((d, wide)), np.zeros((d, d))
-    for low, high, first in spans(N):
-        move, seen = _widened(solution.equations(low, high), places)
-        s, n, _, p = seen.H.shape
-        kept = np.empty((n, d)), np.empty((n, d, wide)), np.empty((n, d, d))
-        for each, one in zip(kept, known, strict=True):
-            each[0] = one
-        room = tuple(np.empty((s, n, 3, *more)) for more in ((p,), (d,), (), (wide,)))
-        used = np.ascontiguousarray(solution.used[:, low:high])
-        load("two_stage").forward(
-            move.arrays, used, seen.arrays, move.growth, kept, room, first, 0.0
+    solution: Solution, places: Mapping[Departure, slice], last: Floats, R: Floats, gram: Floats
+) -> None:
+    """One pass that leaves all equations in R, what these do not fit in `gram`, and the last T.
+
+    Those that nothing has been added by are zero there, and have no column in what is done.
+    """
+    begun, q = np.zeros(0, dtype=np.int64), len(R)
+    T, wide, square = last[:, :0], R[:, : q + 1].copy(), gram[:1, :1].copy()
+    for span in solution.spans():
+        moves, reads = _added(span, places, begun)
+        new = np.setdiff1d(np.concatenate([moves[0], *(numbers for numbers, _ in reads)]), begun)
+        begun, k = np.append(begun, new), len(new)
+        T = np.pad(T, ((0, 0), (0, k)))
+        wide, square = np.pad(wide, ((0, 0), (0, k))), np.pad(square, ((0, k), (0, k)))
+        column = np.zeros(last.shape[1], dtype=np.int64)
+        column[begun] = np.arange(len(begun))
+        s, n, b = len(reads), span.high - span.low, max(len(numbers) for numbers, _ in reads)
+        read, which = np.zeros((s, n, 3, b)), np.zeros((s, b), dtype=np.int64)
+        for index, (numbers, columns) in enumerate(reads):
+            read[index, :, :, : len(numbers)] = columns
+            which[index, : len(numbers)] = column[numbers]
+        widths = np.array([len(numbers) for numbers, _ in reads])
+        load("beside").beside(
+            span.steps.F,
+            moves[1],
+            column[moves[0]],
+            span.used,
+            span.sightings.arrays[1:],
+            read,
+            widths,
+            which,
+            span.readings,
+            span.first,
+            T,
+            wide,
+            square,
         )
-        load("two_stage").learn(used, room, first, R, gram)
-        known = kept[0][-1].copy(), kept[1][-1].copy(), kept[2][-1].copy()
-    return known[1]
+    last[:, begun] = T
+    R[:, : q + 1], R[:, q + 1 + begun] = wide[:, : q + 1], wide[:, q + 1 :]
+    kept = np.append(0, begun + 1)
+    gram[np.ix_(kept, kept)] = square + np.triu(square, 1).T
 
 
-def _widened(own: Equations, places: Mapping[Departure, slice]) -> tuple[Steps, Sightings]:
-    """Steps and readings of some samples with the coefficients as the last of the constants."""
-    move, seen, m = own.steps, own.sightings, sum(each.width for each in places)
-    F, G, Q, defect = move.arrays
-    H, c = seen.H, G.shape[2]
-    s, N, _, p = H.shape
-    wide, read = np.zeros((len(G), G.shape[1], c + m)), np.zeros((s, N, 3, p + m))
-    wide[:, :, :c], read[:, :, :, :p] = G, H
-    counts, columns = seen.counts.copy(), np.zeros((s, p + m), dtype=np.int64)
-    columns[:, :p] = seen.columns
-    for index in {index for departure in places for index in departure.reads}:
-        first = int(counts[index].sum())
-        columns[index, first : first + m] = c + np.arange(m)
-        counts[index, 1] += m
-        read[index, :, :, first:] = 0.0
+def _added(
+    span: Span, places: Mapping[Departure, slice], begun: Ints
+) -> tuple[Columns, list[Columns]]:
+    """What coefficients add to the steps, and to the readings of each sensor."""
+    n, seen = span.high - span.low, span.sightings
+    moves, reads = [_none(n - 1)], [[_none(n)] for _ in seen.there]
     for departure, place in places.items():
+        numbers = np.arange(place.start, place.stop)
         if departure.moves is not None:
-            wide[:, :3, c:][:, :, place] = departure.moves(own)
-        for index, reads in departure.reads.items():
+            moves.append((numbers, departure.moves(span)))
+        for index, read in departure.reads.items():
             if seen.there[index].any():
-                read[index, :, :, int(seen.counts[index].sum()) :][:, :, place] = reads(own)
-    growth = np.column_stack([move.growth, np.ones((N, m))])
-    return (
-        Steps(F, wide, Q, defect, growth),
-        Sightings(seen.there, seen.z, read, seen.noise, seen.numbers, counts, columns),
-    )
+                reads[index].append((numbers, read(span)))
+    return _live(moves, begun), [_live(each, begun) for each in reads]
 
 
-def _inverse(information: Floats) -> Floats:
-    """Covariance of what is known better than one; of the rest nothing is said."""
+def _live(each: Sequence[Columns], begun: Ints) -> Columns:
+    """Side by side, without those that are zero and have been."""
+    numbers, columns = (np.concatenate(of, axis=-1) for of in zip(*each, strict=True))
+    live = np.isin(numbers, begun)
+    live[~live] = columns[:, :, ~live].any(axis=(0, 1))
+    return (numbers, columns) if live.all() else (numbers[live], columns[:, :, live].copy())
+
+
+def _none(n: int) -> Columns:
+    return np.zeros(0, dtype=np.int64), np.zeros((n, 3, 0))
+
+
+def _inverse(information: Floats) -> tuple[Floats, Bools, Floats]:
+    """Covariance of what is known better than one, which of the axes are so, and these.
+
+    Of the rest nothing is said.
+    """
     values, axes = np.linalg.eigh(information)
-    known = values > 1.0
+    known: Bools = values > 1.0
     covariance: Floats = (axes[:, known] / values[known]) @ axes[:, known].T
-    return covariance
+    return covariance, known, axes

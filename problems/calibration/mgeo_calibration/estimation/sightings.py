@@ -13,7 +13,7 @@ from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.estimate import Estimate
 from mgeo_calibration.estimation.innovation import innovation, jacobian
 from mgeo_calibration.estimation.kinematics import turns
-from mgeo_calibration.estimation.taylor import Linear
+from mgeo_calibration.estimation.taylor import Linear, Taylor, Value
 from mgeo_calibration.estimation.trajectory import Partition, Trajectory, spans
 
 
@@ -116,12 +116,30 @@ def sighting(batch: Batch, index: int, at: Trajectory, rates: Floats | None = No
 
     A sensor that is late has seen the body turn at the rate of the step to the sample.
     """
-    suite = batch.suite
-    samples = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]))
-    m = len(suite.sensors[index].noise())
+    samples, r = _innovation(batch, index, at, rates, Linear)
+    m = len(batch.suite.sensors[index].noise())
     noise = batch.noise[index, :m]
     if not len(samples):
         return Sighting(samples, np.zeros((0, m)), samples, np.zeros((0, m, 0)), noise)
+    found, H = jacobian(r)
+    H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
+    return Sighting(samples, r.value.T, found, H, noise)
+
+
+def misfit(batch: Batch, index: int, at: Trajectory) -> tuple[Ints, Floats]:
+    """Samples and z of `sighting`."""
+    samples, r = _innovation(batch, index, at, None, Value)
+    return samples, r.value.T
+
+
+def _innovation(
+    batch: Batch, index: int, at: Trajectory, rates: Floats | None, kind: type[Taylor]
+) -> tuple[Ints, Taylor]:
+    """Of the readings of a sensor, at samples, shape (m,)."""
+    suite = batch.suite
+    samples = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]))
+    if not len(samples):
+        return samples, Taylor.of(np.zeros((0, len(suite.sensors[index].noise()))))
     rate = (turns(batch, at.states)[0] if rates is None else rates)[np.maximum(samples - 1, 0)]
     places = np.arange(3)[:, None] + np.array(suite.rotations)
     states = at.states[samples].T
@@ -132,27 +150,24 @@ def sighting(batch: Batch, index: int, at: Trajectory, rates: Floats | None = No
     y = as_reported(batch.sensors[index][samples])
     vectors = batch.vectors[samples]
     gradient = [vectors[:, k] for k in range(vectors.shape[1])[suite.gradient_rows(index)]]
-    r = innovation(
+    return samples, innovation(
         suite,
         index,
         y,
         vectors[:, index],
         estimate,
         gradient=gradient,
-        kind=Linear,
+        kind=kind,
         rate=rate,
         influences=batch.follows(suite.sensors[index], samples),
     )
-    found, H = jacobian(r)
-    H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
-    return Sighting(samples, r.value.T, found, H, noise)
 
 
 def misfits(batch: Batch, index: int, at: Trajectory) -> Floats:
     """z of a sensor at all samples, shape (N, k), NaN where it has not reported; see `Sighting`."""
     found = np.full((len(batch.times), len(batch.suite.sensors[index].noise())), np.nan)
     for low, high, first in spans(len(found)):
-        seen = sighting(batch.part(low, high), index, at.part(low, high))
-        new = seen.samples >= first
-        found[low + seen.samples[new]] = seen.z[new]
+        samples, z = misfit(batch.part(low, high), index, at.part(low, high))
+        new = samples >= first
+        found[low + samples[new]] = z[new]
     return found

@@ -246,13 +246,12 @@ def linear_solution(
     J = J[:, np.concatenate([parts.driven, parts.constant])]
     q = len(r)
     R = np.linalg.qr(np.column_stack([J, r]))[1]
-    left = np.zeros((1, 1))  # of what no constant fits
     known: Known = (np.zeros(d), np.eye(d, q), np.zeros((d, d)))
     starts, held, cost = [known], list[Span](), 0.0
     hold = N * row_bytes(batch.suite, parts) <= KEPT
     for span in spans(N):
         found, cost = linear.filtered(starts[-1], span, cost)
-        load("two_stage").learn(found.used, found.readings, found.first, R, left)
+        load("two_stage").learn(found.used, found.readings, found.first, R)
         starts.append(found.last)
         held += [found] if hold else []
     root = np.ascontiguousarray(dtrtri(R[:, :q])[0])  # in one thread, unlike `solve_triangular`

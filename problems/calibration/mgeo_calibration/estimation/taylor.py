@@ -104,9 +104,16 @@ class Linear(Taylor):
     order = 1
 
 
+class Value(Taylor):
+    """The value alone."""
+
+    order = 0
+
+
 def uncertain(vector: Floats, number: int, kind: type[Taylor] = Taylor) -> Taylor:
     """A vector, shape (r, 3), whose error is the 3-vector of a number."""
-    return kind({**kind.of(vector).terms, (number,): np.eye(3)[:, :, None]})
+    value = kind.of(vector)
+    return kind({**value.terms, (number,): np.eye(3)[:, :, None]}) if kind.order else value
 
 
 def uncertain_rotation(
@@ -129,7 +136,7 @@ def uncertain_rotation(
     def rotate(v: Any) -> Taylor:
         vector = kind.of(v)
         once = cross_error(vector.terms, sign)
-        twice = cross_error({(number,): once[(number,)]}, 0.5 * sign)
+        twice = cross_error({t: part for t, part in once.items() if len(t) == 1}, 0.5 * sign)
         turned = vector + kind(once) + kind(twice)
         return turned if known is None else turned.map(lambda part: multiply(known, part))
 

@@ -101,7 +101,10 @@ def spikes(rates: Floats, least: Floats) -> Floats:
     if len(rates) < _NEAR:
         return found
     off = rates[1:-1] - 0.5 * (rates[2:] + rates[:-2])
-    usual = np.maximum(_NORMAL * median_filter(np.abs(off), (_NEAR, 1)), np.sqrt(1.5) * least)
+    least = np.sqrt(1.5) * least
+    if not (np.abs(off) > _FAR * least).any():
+        return found
+    usual = np.maximum(_NORMAL * median_filter(np.abs(off), (_NEAR, 1)), least)
     apart = (np.abs(off) > _FAR * usual) & (np.abs(off) > np.abs(rates[2:] - rates[:-2]))
     found[1:-1] = np.where(apart.any(axis=1, keepdims=True), off, 0.0)
     return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -125,9 +126,14 @@ class Telemetry:
 
     def step_of(self, name: str) -> Floats:
         """In which the channels of ``gyro`` or a sensor count, zero of any number."""
-        if name in self.steps:
-            return self.steps[name]
-        return resolution(self.gyro_deg_s if name == "gyro" else self.sensors[name])
+        return self._steps[name]
+
+    @cached_property
+    def _steps(self) -> dict[str, Floats]:
+        rows = {"gyro": self.gyro_deg_s, **self.sensors}
+        return {**self.steps} | {
+            name: resolution(each) for name, each in rows.items() if name not in self.steps
+        }
 
     def until(self, time: float) -> Telemetry:
         """The samples until a time [s].

@@ -6,6 +6,13 @@ from numba import njit
 
 #: Functions that are compiled into those that call them.
 helper = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+#: Its sums may be taken in another order.
+reordered = njit(error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+
+#: Rows that are reflected at once, a multiple of three.
+TOGETHER = 96
+#: Squares below this are what rounding leaves of rounding, and their reciprocals not finite.
+NOTHING = 1e-200
 
 
 @helper
@@ -30,3 +37,56 @@ def square(L, y, n):
         y[i] /= L[i, i]
         total += y[i] * y[i]
     return total
+
+
+@reordered
+def reflect(A, R, room):
+    """Rows of equations, columns of A, into the triangle R by Householder's reflections.
+
+    The sums go along many rows, of which the processor takes several at once. First all reflections
+    are found, then each goes over the other columns, which so are fetched once. A is what remains;
+    room has two numbers of each reflection.
+    """
+    q, columns, rows = len(R), len(A), A.shape[1]
+    for j in range(q):
+        tail = 0.0
+        for i in range(rows):
+            tail += A[j, i] * A[j, i]
+        room[j, 1] = 0.0
+        if tail < NOTHING:
+            continue
+        length = math.copysign(math.sqrt(R[j, j] * R[j, j] + tail), R[j, j])
+        room[j, 0] = R[j, j] + length
+        room[j, 1] = 1.0 / (length * room[j, 0])
+        R[j, j] = -length
+        for m in range(j + 1, q):
+            over(A, R, room, j, m)
+    for m in range(q, columns):
+        for j in range(q):
+            if room[j, 1] != 0.0:
+                over(A, R, room, j, m)
+
+
+@reordered
+def over(A, R, room, j, m):
+    """A reflection over a column."""
+    rows, first = A.shape[1], room[j, 0]
+    total = first * R[j, m]
+    for i in range(rows):
+        total += A[j, i] * A[m, i]
+    f = room[j, 1] * total
+    R[j, m] -= f * first
+    for i in range(rows):
+        A[m, i] -= f * A[j, i]
+
+
+@reordered
+def square_up(A, q, gram):
+    """Add products of all but the first q columns of equations, the rows of A, to a triangle."""
+    rows = A.shape[1]
+    for j in range(len(A) - q):
+        for m in range(j, len(A) - q):
+            total = 0.0
+            for i in range(rows):
+                total += A[q + j, i] * A[q + m, i]
+            gram[j, m] += total

@@ -16,19 +16,19 @@ import math
 import numpy as np
 from numba import njit
 
-from mgeo_calibration.estimation.kernels.algebra import cholesky, helper, square
+from mgeo_calibration.estimation.kernels.algebra import (
+    TOGETHER,
+    cholesky,
+    helper,
+    reflect,
+    square,
+)
 
 loop = njit(cache=True, error_model="numpy", nogil=True)
-#: Its sums may be taken in another order.
-reordered = njit(error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 
 #: From where on the variance of a predicted reading is so much above its noise that subtracting
 #: what is learned would leave few digits; then Joseph's sum of squares is taken.
 LARGE = 100.0
-#: Rows that are reflected at once, a multiple of three.
-TOGETHER = 48
-#: Squares below this are what rounding leaves of rounding, and their reciprocals not finite.
-NOTHING = 1e-200
 
 
 @loop
@@ -74,23 +74,20 @@ def forward(moves, seen, sights, growth, kept, readings, first, cost):
 
 
 @loop
-def learn(seen, readings, first, R, gram):
+def learn(seen, readings, first, R):
     """Put whitened readings into the triangle of c, `TOGETHER` rows at a time.
 
     Parameters
     ----------
     seen, readings, first
         As of `forward`.
-    R : array, shape (q, q + m + 1)
-        Triangle of the equations of c, their coefficients of m more, and right sides: what is
-        believed of c, in the end what all readings say.
-    gram : array, shape (m + 1, m + 1)
-        To the upper triangle of it are added products of what c does not fit, of coefficients and
-        right sides.
+    R : array, shape (q, q + 1)
+        Triangle of the equations of c and their right sides: what is believed of c, in the end
+        what all readings say.
     """
     w, W = readings[2], readings[3]
-    q, n = R.shape[1] - 1, 0
-    A, v = np.zeros((q + 1, TOGETHER)), np.empty(TOGETHER)
+    q, n = len(R), 0
+    A, room = np.zeros((q + 1, TOGETHER)), np.empty((q, 2))
     for k in range(first, seen.shape[1]):
         for s in range(len(seen)):
             if not seen[s, k]:
@@ -101,15 +98,13 @@ def learn(seen, readings, first, R, gram):
                 A[q, n + i] = w[s, k, i]
             n += 3
             if n == TOGETHER:
-                reflect(A, R, v)
-                square_up(A, len(R), gram)
+                reflect(A, R, room)
                 n = 0
     if n:
         for m in range(q + 1):
             for i in range(n, TOGETHER):
                 A[m, i] = 0.0
-        reflect(A, R, v)
-        square_up(A, len(R), gram)
+        reflect(A, R, room)
 
 
 @helper
@@ -224,47 +219,6 @@ def update(sights, s, k, growth, kept, readings, room):
         if not large:
             for m in range(d):
                 P[k, j, m] -= f0 * K[s, k, 0, m] + f1 * K[s, k, 1, m] + f2 * K[s, k, 2, m]
-
-
-@reordered
-def reflect(A, R, v):
-    """Rows of equations, columns of A, into the triangle R by Householder's reflections.
-
-    The sums go along many rows, of which the processor takes several at once. A is what remains, v
-    is room.
-    """
-    rows, columns = len(v), R.shape[1]
-    for j in range(len(R)):
-        tail = 0.0
-        for i in range(rows):
-            v[i] = A[j, i]
-            tail += v[i] * v[i]
-        if tail < NOTHING:
-            continue
-        length = math.copysign(math.sqrt(R[j, j] * R[j, j] + tail), R[j, j])
-        first = R[j, j] + length
-        factor = 1.0 / (length * first)
-        R[j, j] = -length
-        for m in range(j + 1, columns):
-            total = first * R[j, m]
-            for i in range(rows):
-                total += v[i] * A[m, i]
-            f = factor * total
-            R[j, m] -= f * first
-            for i in range(rows):
-                A[m, i] -= f * v[i]
-
-
-@reordered
-def square_up(A, q, gram):
-    """Add products of all but the first q columns of equations, the rows of A."""
-    rows = A.shape[1]
-    for j in range(len(gram)):
-        for m in range(j, len(gram)):
-            total = 0.0
-            for i in range(rows):
-                total += A[q + j, i] * A[q + m, i]
-            gram[j, m] += total
 
 
 @helper
