@@ -375,7 +375,8 @@ def _problem_class(name: str, named: Collection[str]) -> Any:
         return find_plugin(name).load()
     if name not in named:
         raise PluginError(
-            f"problem {name!r}: its module is imported only if it is named: --problem {name}"
+            f"problem {name!r}: its module is imported only if it is named: --problem {name}, "
+            f"in Python named=[{name!r}]"
         )
     return _class_of(name, PROBLEMS)
 

@@ -143,7 +143,7 @@ def beam(tmp_path, monkeypatch):
 
 
 def test_a_class_of_ones_own_is_imported_only_if_it_is_named(beam, tmp_path):
-    refused = rf"problem '{beam}': its module is imported only if .*: --problem {beam}$"
+    refused = rf"problem '{beam}': its module is imported only if .*: --problem {beam}, in Python"
     with pytest.raises(PluginError, match=refused):
         load_problem(beam)
     assert read_files(beam, {"from": "l.txt"}, tmp_path) == {"from": "l.txt"}
