@@ -222,7 +222,7 @@ def test_figures_and_report(scenario, telemetry, calibration):
     html = report_html(calibration, calibration.compare(ManeuverPlan(scenario, PLAN)))
     assert html.count('class="plotly-graph-div"') == 3
     assert "the innovations support it" in html
-    assert "What the plan promised" in html
+    assert "What the plan predicted" in html
     ours = html.replace(get_plotlyjs(), "")  # which knows addresses, for maps
     assert len(ours) < len(html)
     for source in ("http://", "https://"):

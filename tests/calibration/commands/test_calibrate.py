@@ -73,7 +73,7 @@ def test_files_and_what_a_plan_promised(run, flight, tmp_path):
     found = calibrate(scenario, telemetry)
     promised = found.compare(ManeuverPlan(scenario, PLAN))
     printed = table(
-        text, f"1-sigma that the plan promised for {found.time:.6g} s, and achieved: plan.json"
+        text, f"1-sigma that the plan predicted for {found.time:.6g} s, and achieved: plan.json"
     )
     assert printed["mag bias x"][1:3] == [
         f"{promised.loc['mag bias x', name]:.4g}" for name in ("predicted", "achieved")
@@ -85,7 +85,7 @@ def test_files_and_what_a_plan_promised(run, flight, tmp_path):
     attitude = pd.read_csv(out / "attitude.csv", dtype=str)
     np.testing.assert_array_equal(attitude["q1"].astype(float), found.attitude["q1"])
     page = (out / "calibration.html").read_text()
-    assert f"What the plan promised for {found.time:.6g} s" in page
+    assert f"What the plan predicted for {found.time:.6g} s" in page
     assert 'class="dataframe wrapped"' in page  # what is to be sent up breaks where it must
     assert page.count("<td>dcm, row 3</td>") == len(scenario.sensors)
     own = found.table()
@@ -103,7 +103,7 @@ def test_the_plan_may_be_a_solution_of_a_run(run, folder, front, tmp_path):
     found = calibrate(front.problem.scenario, tmp_path / "t.csv")
     promised = found.compare(front.plan("best"))
     which = f"solution {picked[1]} of {len(front.X)}"
-    title = f"1-sigma that the plan promised for {found.time:.6g} s, and achieved: {which}"
+    title = f"1-sigma that the plan predicted for {found.time:.6g} s, and achieved: {which}"
     printed = table(text, title)
     assert printed["mag bias x"][1] == f"{promised.loc['mag bias x', 'predicted']:.4g}"
 
@@ -150,7 +150,7 @@ inertia = [0.185, 0.144, 0.061]
     for plan, name in (("[]", "no maneuver"), (tmp_path / "nothing.json", "nothing.json")):
         arguments = ("--scenario", tmp_path / "s.toml", "--plan", plan)
         shown = run("calibrate", tmp_path / "t.csv", *arguments).stdout
-        printed = table(shown, f"1-sigma that the plan promised for 600 s, and achieved: {name}")
+        printed = table(shown, f"1-sigma that the plan predicted for 600 s, and achieved: {name}")
         assert printed["mag bias x"][1] == f"{expected.loc['mag bias x', 'predicted']:.4g}"
 
 

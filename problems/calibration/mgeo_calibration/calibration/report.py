@@ -30,7 +30,7 @@ def report_html(calibration: Calibration, promised: pd.DataFrame | None = None) 
         _table(calibration.table().set_index("block")),
     ]
     if promised is not None:
-        title = f"What the plan promised for {promised.attrs['time_s']:.6g} s"
+        title = f"What the plan predicted for {promised.attrs['time_s']:.6g} s"
         parts += [f"<h2>{title}</h2>", _table(promised.reset_index())]
     figures = calibration.figures()
     parts += [figures.pop("constants"), "<h2>Innovations</h2>"]
