@@ -18,13 +18,16 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.maneuvers.arrival import arrival, missing
 from mgeo_attitude.maneuvers.coils import CoilDrive
 from mgeo_attitude.maneuvers.phases import Phase, phases
 from mgeo_attitude.maneuvers.schedule import (
     VARIABLES_PER_MANEUVER,
     Schedule,
     Turning,
+    decode,
     flown,
+    maneuver_steps,
     schedule,
 )
 from mgeo_attitude.maneuvers.slew import SlewLimits
@@ -178,21 +181,35 @@ class _Search:
         self, n: int, leaving: int, target: Floats, final: Floats, guess: Floats
     ) -> Floats | None:
         """Rate of a slew that arrives, the last so many steps being for the law's rate."""
-        step, limits = self.scenario.step, self.limits
-        if limits is not None:
-            limits = dataclasses.replace(limits, initial_rate=self.rate)
-        time = n * step
+        step, time = self.scenario.step, n * self.scenario.step
+        _, durations = decode(self._design(n, leaving, guess, final))
+        starts, _ = maneuver_steps(durations, step)
+        lengths, bounds = np.diff(starts[0], append=n), self._bounds
 
         def off(angle: Floats) -> Floats:
-            plan = schedule(self._design(n, leaving, angle / time, final), step, limits, n)
-            reached, _ = _end(plan, n, step, self.attitude)
-            missing: Floats = Rotation.from_matrix(target @ reached.T).as_rotvec()
-            return missing
+            rates = np.array([angle / time, final])
+            reached = arrival(self.attitude, self.rate, rates, lengths, step, bounds)
+            left: Floats = missing(target, reached)
+            return left
 
         solution = root(off, guess * time, tol=1e-12, options={"maxfev": _EVALUATIONS})
-        arrived = np.abs(off(solution.x)).max() < _TOLERANCE
         rate: Floats = solution.x / time
+        limits = self.limits
+        if limits is not None:
+            limits = dataclasses.replace(limits, initial_rate=self.rate)
+        plan = schedule(self._design(n, leaving, rate, final), step, limits, n)
+        reached, _ = _end(plan, n, step, self.attitude)  # as it is flown
+        arrived = np.abs(missing(target, reached)).max() < _TOLERANCE
         return rate if arrived else None
+
+    @property
+    def _bounds(self) -> tuple[float, float, Floats]:
+        """The limits as `arrival` takes them."""
+        limits = self.limits
+        if limits is None:
+            return math.inf, math.inf, np.eye(3)
+        demands = np.ascontiguousarray(limits.allocation @ limits.inertia.T)
+        return limits.max_acceleration, limits.max_torque, demands
 
     @property
     def _most_rate(self) -> float:

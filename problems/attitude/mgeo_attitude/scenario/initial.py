@@ -154,7 +154,10 @@ class InitialConditions(Validated):
         """
         if self.pointing == "inertial":
             return np.zeros((len(at.position), 3))
-        rates: Floats = np.einsum("kij,kj->ki", self.attitude(at), _LAWS[self.pointing][2](at))
+        return self._turning(self.attitude(at), at)
+
+    def _turning(self, attitude: Floats, at: Sight) -> Floats:
+        rates: Floats = np.einsum("kij,kj->ki", attitude, _LAWS[self.pointing][2](at))
         return rates
 
     def law(self, course: Course, time: float) -> tuple[Floats, Floats]:
@@ -166,8 +169,9 @@ class InitialConditions(Validated):
 
         if self.pointing == "inertial":  # wherever the satellite is
             return self._fixed(), np.zeros(3)
-        at = Place.at(course, np.array([time]))
-        return self.attitude(at)[0], self.law_rate(at)[0]
+        at = Place.at(course, np.array([time]), sun=self.pointing == "sun")
+        attitude = self.attitude(at)
+        return attitude[0], self._turning(attitude, at)[0]
 
     def rate(self, at: Sight) -> Floats:
         """Body rate at the first instant [rad/s], shape (3,)."""
