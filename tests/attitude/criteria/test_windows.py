@@ -67,3 +67,12 @@ def test_what_no_plan_fits_in_is_refused(windows, key, words):
         scenario(windows)
     assert str(refused.value).startswith(key)
     assert words in str(refused.value)
+
+
+def test_only_the_rule_of_the_trace_waits_for_its_window():
+    """A plan that ends with its maneuvers may be over before."""
+    ended = {"rule": "end", "window": 60.0}
+    half_a_minute = OPEN | {"end": "2018-06-05T00:00:30Z"}
+    assert scenario([half_a_minute], convergence=ended).deadline == 30.0
+    with pytest.raises(InvalidValue, match=r"1 s or more after the epoch, a step and"):
+        scenario([OPEN | {"end": "2018-06-05T00:00:00.5Z"}], convergence=ended)

@@ -80,6 +80,8 @@ class Operated(Protocol):
     @property
     def epoch(self) -> datetime: ...
     @property
+    def step(self) -> float: ...
+    @property
     def windows(self) -> tuple[Window, ...]: ...
     @property
     def contacts(self) -> tuple[Contact, ...]: ...
@@ -147,7 +149,12 @@ def start_times(scenario: Operated) -> Floats:
 
 def _in_time(scenario: Operated, times: Floats) -> Floats:
     """Of start times those after which the shortest plan is over in time."""
-    left, least = deadlines(scenario, times), scenario.convergence.window
+    left = deadlines(scenario, times)
+    # no other rule waits for a window after the start
+    waits = scenario.convergence.rule == "trace"
+    least, name = (
+        (scenario.convergence.window, "convergence.window") if waits else (scenario.step, "a step")
+    )
     if (left >= least).any():
         return times[left >= least]
     best = int(left.argmax())
@@ -156,7 +163,7 @@ def _in_time(scenario: Operated, times: Floats) -> Floats:
     window, late = scenario.windows[index], last[index] - times[best] - left[best]
     after = "the epoch" if scenario.maneuvers.latest_start is None else "the first start in it"
     expected = (
-        f"expected {least + late:g} s or more after {after}, convergence.window and "
-        "flight.start_delay: no plan is over sooner"
+        f"expected {least + late:g} s or more after {after}, {name} and flight.start_delay: no "
+        "plan is over sooner"
     )
     raise InvalidValue(f"windows[{index}].end", window.end.isoformat(), expected)
