@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
+from mgeo_attitude import AttitudeManeuverProblem, evaluate
 from mgeo_attitude.plan import Front
 from mgeo_attitude.view.observability import baselines
 
@@ -21,10 +21,11 @@ from mgeo.runs.algorithms import DEFAULT
 from mgeo.runs.prepare import prepare
 from mgeo.store.run import Outcome
 
+from ..three import three
 from .table import with_tables
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "plans.md"
-SCENARIOS = {"paper": Scenario.paper, "cubesat_6u": Scenario.cubesat_6u}
+PRESETS = "paper", "cubesat_6u"
 PICKS = ("fastest", "knee", "best")
 SWEEPS = ("x, y, z in turn", "x, y, z in turn, there and back")
 
@@ -43,8 +44,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     text = options.output.read_text(encoding="utf-8")
     parts = []
-    for name, make in SCENARIOS.items():
-        problem = AttitudeManeuverProblem(make())
+    for name in PRESETS:
+        problem = AttitudeManeuverProblem(three(name))
         run = prepare(
             "attitude",
             problem.options(),

@@ -20,12 +20,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude import AttitudeManeuverProblem
 from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.geometry.rotation import matrix, vector
 from mgeo_calibration.calibration import Calibration, calibrate
 from mgeo_calibration.flight.basilisk import fly
 from mgeo_calibration.telemetry import Truth
+
+from ..three import three
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "docs" / "basilisk.jsonl"
@@ -37,7 +39,7 @@ FIRST_SEED = 9000
 
 @cache
 def problem(name: str) -> AttitudeManeuverProblem:
-    return AttitudeManeuverProblem(Scenario.from_dict({"preset": name}))
+    return AttitudeManeuverProblem(three(name))
 
 
 @cache

@@ -101,7 +101,7 @@ def front_plans() -> Mapping[str, Sequence[float]]:
 
 def endless(scenario: Scenario, duration: float) -> FilterModel:
     """The model of a scenario of a duration that runs to its end."""
-    convergence = dataclasses.replace(scenario.convergence, window=duration)
+    convergence = dataclasses.replace(scenario.convergence, rule="trace", window=duration)
     longer = dataclasses.replace(scenario, duration=duration, convergence=convergence)
     return FilterModel.from_scenario(longer)
 

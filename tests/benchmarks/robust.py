@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude import AttitudeManeuverProblem
 from mgeo_attitude.scenario import FlightErrors
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.algorithm import Algorithm
@@ -25,6 +25,8 @@ from pymoo.optimize import minimize
 
 from mgeo import MGEODirected, MGEOStaged
 from mgeo.algorithms.dominance import front_rows
+
+from ..three import three
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "docs" / "robust.jsonl"
@@ -83,7 +85,7 @@ SEARCHES: dict[str, Search] = {
 
 def row(preset: str, search: str, seed: int) -> dict[str, Any]:
     """A line of the file."""
-    exact = AttitudeManeuverProblem(getattr(Scenario, preset)())
+    exact = AttitudeManeuverProblem(three(preset))
     start = time.process_time()
     X, F = SEARCHES[search](exact, seed)
     spent = time.process_time() - start

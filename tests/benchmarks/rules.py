@@ -12,12 +12,13 @@ import time
 from collections.abc import Iterator
 
 import numpy as np
-from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude import AttitudeManeuverProblem
 from mgeo_attitude.view.plans import spread
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected
 
+from ..three import three
 from .consistency_document import with_table
 from .robust import JUDGES, PRESETS, ROOT
 
@@ -36,7 +37,7 @@ RULES = {
 
 def row(preset: str, rule: str, seeds: int) -> str:
     """A row of the table: all plans of the fronts of some seeds."""
-    scenario: Scenario = getattr(Scenario, preset)()
+    scenario = three(preset)
     convergence = dataclasses.replace(scenario.convergence, **RULES[rule])
     if rule == "required":
         scenario = dataclasses.replace(scenario, required_sigma=REQUIRED[preset])

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
+from mgeo_attitude import AttitudeManeuverProblem, evaluate
 from mgeo_attitude.criteria.robustness import over_flights
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected
 
+from ..three import three
 from .measure import interleaved
 
 FLIGHTS = 16
@@ -25,7 +26,7 @@ class Recorded(AttitudeManeuverProblem):
 @pytest.fixture(scope="module", params=["paper", "cubesat_6u"])
 def search(request):
     """A problem over flights, and generations of a search of the exact one, 48 designs each."""
-    scenario = getattr(Scenario, request.param)()
+    scenario = three(request.param)
     exact = Recorded(scenario)
     exact.generations = []
     budget = ("n_gen", GENERATIONS.stop)

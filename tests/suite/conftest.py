@@ -4,12 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import Scenario
 from mgeo_attitude.scenario import Convergence
 from mgeo_suite import Catalog, SensorSuiteProblem
 
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.variables import KINDS, Variables
+
+from ..three import three
 
 COSTS = {"price_keur": 1.0, "mass_g": 10.0, "power_mw": 100.0, "source": "made up"}
 
@@ -39,7 +40,7 @@ def table():
 @pytest.fixture(scope="session")
 def scenario():
     return dataclasses.replace(
-        Scenario.cubesat_6u(),
+        three("cubesat_6u"),
         name="short",
         duration=1200.0,
         step=10.0,

@@ -6,7 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
+from mgeo_attitude import AttitudeManeuverProblem, FilterModel, evaluate, reference_run
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.accuracy import attitude_accuracy_deg
 from mgeo_suite import Catalog, SensorSuiteProblem
@@ -17,6 +17,7 @@ from mgeo import MGEODirected
 from mgeo.algorithms.variables import designs_of
 from mgeo.testing import check_problem
 
+from ..three import three
 from .conftest import grade
 
 
@@ -122,9 +123,7 @@ def test_a_sun_sensor_needs_no_bias_states():
     bare = dataclasses.replace(full, initial_bias=0.0)
     assert list(full.states()) == ["misalignment", "bias"]
     assert list(bare.states()) == ["misalignment"]
-    scenario = dataclasses.replace(
-        Scenario.cubesat_6u(), duration=600.0, step=10.0, sensors=(bare,)
-    )
+    scenario = dataclasses.replace(three("cubesat_6u"), duration=600.0, step=10.0, sensors=(bare,))
     tiny = dataclasses.replace(scenario, sensors=(dataclasses.replace(full, initial_bias=1e-9),))
     X = np.array([[0.3, 0.2, -0.4, 200.0] * 3])
     a, b = (evaluate(FilterModel.from_scenario(s), X, covariance=True) for s in (scenario, tiny))

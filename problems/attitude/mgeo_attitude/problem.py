@@ -365,12 +365,13 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         """How a run is best begun and ended; nothing of the paper's scenario, which is a study.
 
         Nothing, too, with few maneuvers, where a search alone comes as near the limit, and of what
-        takes longer to polish than to search: over flights, and with coils.
+        takes longer to polish than to search: over flights, with coils or a budget of wheels.
         """
-        scenario = self.scenario
+        scenario, wheels = self.scenario, self.scenario.wheels
         least = _POLISHED_BY.get(scenario.convergence.rule, _POLISHED)
         few = scenario.maneuvers.count < least
-        if few or scenario.name == "paper" or scenario.flight or scenario.turned_by_coils:
+        long = scenario.flight or scenario.turned_by_coils or (wheels and wheels.budgeted)
+        if few or long or scenario.name == "paper":
             return {}
         if not can_be_polished(self.objectives):
             return {"starts": _STARTS}

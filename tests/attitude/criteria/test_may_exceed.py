@@ -24,7 +24,8 @@ def scenario(name, **changed):
         {
             "preset": "cubesat_6u",
             "duration": 1200.0,
-            "convergence": {"window": 300.0},
+            "maneuvers": {"count": 3},
+            "convergence": {"rule": "trace"},
             "path_limits": [limit],
         }
     )

@@ -4,10 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import FilterModel, Scenario, evaluate, reference_run
+from mgeo_attitude import FilterModel, evaluate, reference_run
 from mgeo_attitude.filter.kernel import lanes, load_driver
 from mgeo_attitude.filter.reference import has_converged
 
+from ...three import three
 from .agreement import assert_agrees, designs
 
 WINDOW, DECREASE = 3, 0.01
@@ -18,7 +19,7 @@ INTO_THE_SHADOW = [0.5, 0.0, 0.0, 1433.0, 0.0, 0.5, 0.0, 1433.0, 0.0, 0.0, 0.5, 
 
 @pytest.fixture(scope="module")
 def cubesat():
-    return FilterModel.from_scenario(Scenario.cubesat_6u())
+    return FilterModel.from_scenario(three("cubesat_6u"))
 
 
 @pytest.mark.parametrize(

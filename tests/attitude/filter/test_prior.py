@@ -22,8 +22,8 @@ def scenario(**changes):
         "preset": "cubesat_6u",
         "duration": 1200.0,
         "step": 2.0,
-        "convergence": {"window": 60.0, "relative_decrease": 0.05},
-        "maneuvers": {"max_acceleration_deg_s2": 0.05},
+        "convergence": {"rule": "trace", "window": 60.0, "relative_decrease": 0.05},
+        "maneuvers": {"count": 3, "max_acceleration_deg_s2": 0.05},
         "sensors": [{"kind": "sun-sensor", "half_angle_deg": 80.0}, {"kind": "magnetometer"}],
     }
     return Scenario.from_dict(table | changes)
@@ -50,7 +50,10 @@ def known(of, rng, share=0.3):
     "changes",
     [
         {},
-        {"maneuvers": {}, "gyro": {"initial_scale_factor": 1e-3, "initial_misalignment_deg": 0.1}},
+        {
+            "maneuvers": {"count": 3},
+            "gyro": {"initial_scale_factor": 1e-3, "initial_misalignment_deg": 0.1},
+        },
         {"sensors": [{"kind": "star-tracker"}, {"kind": "magnetometer"}]},
         {
             "sensors": [
@@ -97,7 +100,7 @@ def test_covariance_at_the_end_is_the_reference_s():
 
 def test_a_run_that_is_cut_in_two_is_the_whole_run():
     """The second part, from covariance and attitude where the first one ends, by the kernel."""
-    of = scenario(maneuvers={}, convergence={"window": 1200.0})
+    of = scenario(maneuvers={"count": 3}, convergence={"rule": "trace", "window": 1200.0})
     model = FilterModel.from_scenario(of)
     x = np.array([0.5, 0.3, -0.2, 200.0, -0.3, 0.6, 0.2, 250.0, 0.2, -0.4, 0.7, 300.0])
     whole = evaluate(model, x[None], covariance=True).covariance[0]

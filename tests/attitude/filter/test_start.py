@@ -32,9 +32,9 @@ def scenario(initial, **changes):
         "preset": "cubesat_6u",
         "duration": 1200.0,
         "step": 2.0,
-        "convergence": {"window": 60.0, "relative_decrease": 0.05},
+        "convergence": {"rule": "trace", "window": 60.0, "relative_decrease": 0.05},
         "initial": {"attitude_deg": 8.0, **initial},
-        "maneuvers": {"max_acceleration_deg_s2": 0.05},
+        "maneuvers": {"count": 3, "max_acceleration_deg_s2": 0.05},
         "sensors": [{"kind": "sun-sensor", "half_angle_deg": 80.0}, {"kind": "magnetometer"}],
     }
     return Scenario.from_dict(table | changes)
@@ -80,12 +80,14 @@ def test_a_nadir_start_is_flown_from_the_orbital_frame():
     time = np.abs(np.degrees(rate)).max() / 0.05
     expected = Rotation.from_rotvec(-0.5 * time * rate).as_matrix() @ run.attitude[0]
     np.testing.assert_allclose(run.attitude[1:], np.repeat(expected[None], len(run.times) - 1, 0))
-    sharp = FilterModel.from_scenario(scenario({"pointing": "nadir"}, maneuvers={}))
+    sharp = FilterModel.from_scenario(scenario({"pointing": "nadir"}, maneuvers={"count": 3}))
     np.testing.assert_allclose(reference_run(sharp, x).attitude[-1], run.attitude[0], atol=1e-15)
 
 
 def test_rate_changes_count_from_the_initial_rate():
-    spinning = scenario(STARTS["spinning"], maneuvers={}, objectives=["t_end", "rate_change"])
+    spinning = scenario(
+        STARTS["spinning"], maneuvers={"count": 3}, objectives=["t_end", "rate_change"]
+    )
     problem = AttitudeManeuverProblem(spinning)
     x = np.array([0.9, -0.2, 0.4, 100.0, 0.0, 0.0, 0.0, 50.0, 0.0, 0.0, 0.3, 50.0])
     expected = np.sqrt(0.9**2 + 0.2**2 + 0.4**2) + 0.3

@@ -15,8 +15,9 @@ FREE = {"latest_start": 5400.0, "start_interval": 600.0}
 
 
 def scenario(preset="cubesat_6u", maneuvers=FREE, **changed):
-    table = {"preset": preset, "duration": 600.0, "convergence": {"window": 60.0}}
-    return Scenario.from_dict(table | {"maneuvers": maneuvers} | changed)
+    table = {"preset": preset, "duration": 600.0}
+    table["convergence"] = {"rule": "trace", "window": 60.0}
+    return Scenario.from_dict(table | {"maneuvers": {"count": 3} | maneuvers} | changed)
 
 
 @pytest.fixture(scope="module")

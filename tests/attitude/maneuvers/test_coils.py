@@ -14,6 +14,8 @@ from mgeo_attitude.scenario import Scenario
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from ...three import three
+
 J = np.array([[0.0021, 2e-5, -1e-5], [2e-5, 0.0018, 3e-5], [-1e-5, 3e-5, 0.0014]])
 COILS = {
     "max_dipole": [0.2, 0.15, 0.1],
@@ -30,9 +32,10 @@ def one_unit(**changed):
     """A satellite of one unit with coils, in the cubesat's orbit, at a rate at the start."""
     coils = COILS | changed.pop("coils", {})
     table = {"preset": "cubesat_6u", "duration": 1200.0, "coils": coils}
+    table["convergence"] = {"rule": "trace"}
     initial = {"rate_deg_s": [0.4, -0.3, 0.2], "quaternion": [0.1, 0.7, -0.1, 0.7]}
     return Scenario.from_dict(
-        table | {"initial": initial, "maneuvers": {"max_rate_deg_s": 3.0}} | changed
+        table | {"initial": initial, "maneuvers": {"count": 3, "max_rate_deg_s": 3.0}} | changed
     )
 
 
@@ -146,7 +149,7 @@ def test_results_do_not_depend_on_the_batch(model):
 
 def test_designs_that_converge_late_are_those_of_coils_flown_to_the_end_at_once():
     """With a history all are, in jobs of their own."""
-    scenario = dataclasses.replace(Scenario.cubesat_1u(), duration=5000.0)
+    scenario = dataclasses.replace(three("cubesat_1u"), duration=5000.0)
     model = FilterModel.from_scenario(scenario)
     designs = np.array([np.tile([0.3, -1.2, 0.8, each], 3) for each in (10.0, 50.0, 500.0)])
     designs[:, 8:11] *= -1.0

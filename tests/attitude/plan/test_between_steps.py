@@ -15,7 +15,8 @@ TABLE = {
     "step": 2.0,
     "duration": 1200.0,
     "eclipse": False,
-    "maneuvers": {"max_rate_deg_s": 5.0},
+    "maneuvers": {"count": 3, "max_rate_deg_s": 5.0},
+    "convergence": {"rule": "trace"},
     "initial": {"attitude_deg": 1.0},
 }
 RATE = np.radians(4.6)

@@ -12,7 +12,8 @@ DESIGN = (0.1, -0.2, 1.5, 300.0, 0.0, 0.0, 0.0, 200.0, 1.0, 0.0, 0.2, 250.0)
 
 @pytest.fixture(scope="module")
 def plan():
-    table = {"preset": "cubesat_1u", "duration": 900.0, "convergence": {"window": 60.0}}
+    table = {"preset": "cubesat_1u", "duration": 900.0, "maneuvers": {"count": 3}}
+    table["convergence"] = {"rule": "trace", "window": 60.0}
     limit = {"boresight": [0.0, 0.0, 1.0], "half_angle_deg": 10.0, "attitude_sigmas": 0.0}
     limit |= {"reference": "nadir"}
     return ManeuverPlan(Scenario.from_dict(table | {"path_limits": [limit]}), DESIGN)

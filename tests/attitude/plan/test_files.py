@@ -91,6 +91,10 @@ def edited(text, change):
             r"scenario\.duration = 2000000\.0: expected at most 1000000 times step = 1\.0 s",
         ),
         (lambda t: t["scenario"].update(orbits=1), "orbits"),
+        (
+            lambda t: t.update(scenario={"preset": "cubesat_6u", "maneuvers": {"count": 3}}),
+            r"scenario\.preset = 'cubesat_6u': expected all keys",
+        ),
         (lambda t: t["predicted"].update({"t_end [s]": 1.0}), r"predicted\.t_end \[s\] = 1\.0"),
         (lambda t: t["predicted"].update(converged=1), r"predicted\.converged = 1"),
         (lambda t: t["constraints"].append({}), r"constraints = \[\{\}\]"),

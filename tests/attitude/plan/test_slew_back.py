@@ -284,7 +284,8 @@ def test_a_front_is_told_how_many_keep_their_limits_until_the_end(plan):
 
 def test_a_plan_that_cannot_slew_back_in_time_exceeds_a_limit():
     table = {"preset": "cubesat_6u", "duration": 600.0, "initial": {"pointing": "nadir"}}
-    table |= {"maneuvers": {"max_rate_deg_s": 0.065, "slew_back": True}}
+    table |= {"maneuvers": {"count": 3, "max_rate_deg_s": 0.065, "slew_back": True}}
+    table["convergence"] = {"rule": "trace"}
     table["path_limits"] = [{"boresight": [0.0, 0.0, -1.0], "half_angle_deg": 1.0}]
     still = np.zeros(12)
     row = AttitudeManeuverProblem(Scenario.from_dict(table)).view([still]).limits()[0].iloc[-1]

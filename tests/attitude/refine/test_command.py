@@ -7,6 +7,8 @@ from mgeo.runs.prepare import prepare
 from mgeo.runs.resume import resume_run
 from mgeo.store.run_persistence import RunPersistence
 
+from ...three import TRACE
+
 SHORT = {
     "preset": "paper",
     "duration": 600.0,
@@ -14,6 +16,7 @@ SHORT = {
     "maneuvers": {"count": 3},
     "convergence": {"rule": "end"},
 }
+LOADED = {"inertia": [0.1, 0.1, 0.1], "max_momentum": 0.01, "gravity_gradient": True}
 SIZE = {"evaluations": 240, "parameters": {"n_walkers": 4}}
 
 
@@ -57,9 +60,14 @@ def test_robust_plans_keep_what_their_flights_keep():
     ("given", "expected"),
     [
         ({"preset": "cubesat_6u", "maneuvers": {"count": 10}}, (12, True, 6_000)),
-        ({"preset": "cubesat_6u", "maneuvers": {"count": 3}}, (0, False, 59_904)),
-        ({"preset": "cubesat_6u", "convergence": {"rule": "end"}}, (12, True, 6_000)),
+        ({"preset": "cubesat_6u"}, (12, True, 6_000)),
+        ({"preset": "cubesat_6u", "maneuvers": {"count": 3}}, (12, True, 6_000)),
+        (
+            {"preset": "cubesat_6u", "maneuvers": {"count": 3}, "convergence": TRACE},
+            (0, False, 59_904),
+        ),
         ({"preset": "paper", "maneuvers": {"count": 10}}, (0, False, 199_680)),
+        ({"preset": "cubesat_6u", "maneuvers": {"count": 3}, "wheels": LOADED}, (0, False, 59_904)),
         (
             {"preset": "cubesat_6u", "maneuvers": {"count": 10}, "flight": {"count": 8}},
             (0, False, 199_680),
@@ -77,6 +85,7 @@ def test_robust_plans_keep_what_their_flights_keep():
 def test_runs_that_are_told_nothing_else_are_as_was_measured_to_be_best(given, expected):
     found = prepare("attitude", given, starts=None, polish=None).configuration
     assert (found.starts, found.polish, found.evaluations) == expected
+    assert "preset" not in found.options  # what one has later changes no run
 
 
 def test_a_polish_adds_plans_to_the_front():

@@ -90,14 +90,24 @@ def test_cubesat_instruments() -> None:
 
 def test_cubesat_shares_the_papers_orbit_and_limits() -> None:
     paper, cubesat = Scenario.paper(), Scenario.cubesat_6u()
-    for key in ("epoch", "duration", "step", "orbit", "maneuvers"):
+    for key in ("epoch", "duration", "step", "orbit"):
         assert getattr(cubesat, key) == getattr(paper, key)
+    assert cubesat.maneuvers == dataclasses.replace(paper.maneuvers, count=6)
+
+
+def test_all_but_the_paper_s_ask_what_is_known_at_the_end_of_six_maneuvers() -> None:
+    found = {name: Scenario.from_dict({"preset": name}) for name in PRESETS}
+    asked = {name: (each.maneuvers.count, each.convergence.rule) for name, each in found.items()}
+    assert asked.pop("paper") == (3, "trace")
+    assert set(asked.values()) == {(6, "end")}
 
 
 def test_only_the_papers_runs_may_end_on_a_rise() -> None:
     paper, cubesat = Scenario.paper().convergence, Scenario.cubesat_6u().convergence
     assert paper.allow_rise is True
-    assert cubesat == dataclasses.replace(paper, relative_decrease=0.01, allow_rise=False)
+    assert cubesat == dataclasses.replace(
+        paper, rule="end", relative_decrease=0.01, allow_rise=False
+    )
     assert Convergence().allow_rise is False
 
 

@@ -15,6 +15,7 @@ from mgeo.plugins import view_of
 from mgeo.runs.limits import dead_end
 
 SHORT = {"preset": "cubesat_6u", "duration": 2400.0, "step": 4.0}
+SHORT |= {"maneuvers": {"count": 3}, "convergence": {"rule": "trace"}}
 
 
 def asked(required, **more):

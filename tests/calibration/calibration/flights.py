@@ -14,8 +14,9 @@ PLAN = (0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0)
 
 
 def short(scenario, duration, **changes):
-    """The scenario in less time."""
+    """The scenario in less time, with three maneuvers."""
     window = Convergence(window=min(300.0, duration))
+    changes = {"maneuvers": dataclasses.replace(scenario.maneuvers, count=3)} | changes
     return dataclasses.replace(scenario, duration=duration, convergence=window, **changes)
 
 

@@ -37,6 +37,8 @@ def test_initial_errors_too_large_for_a_linear_covariance_are_a_note(run, tmp_pa
             "preset": "cubesat_6u",
             "duration": 900.0,
             "step": 4.0,
+            "maneuvers": {"count": 3},
+            "convergence": {"rule": "trace"},
             "gyro": {"initial_bias_deg_s": 0.02},
         }
     )

@@ -30,7 +30,8 @@ def planned(bias_deg_s=0.01, duration=1500.0, **changes):
         "preset": "cubesat_6u",
         "duration": duration,
         "initial": {"pointing": "nadir", "attitude_deg": 0.2},
-        "maneuvers": {"slew_back": True},
+        "maneuvers": {"count": 3, "slew_back": True},
+        "convergence": {"rule": "trace"},
         "gyro": {"initial_bias_deg_s": bias_deg_s},
         "wheels": {
             "inertia": [0.185, 0.144, 0.061],

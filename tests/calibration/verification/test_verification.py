@@ -13,6 +13,8 @@ from mgeo_calibration.verification.remedies import conclusion, findings, remedie
 from mgeo_calibration.verification.verification import Verification, verify
 from scipy.stats import chi2
 
+from ...three import three
+
 
 def judged(predicted=1.0, claimed=1.0, p=(1.0, 1.0), nees_p=1.0, n=200):
     names = ["attitude x", "sun bias y"]
@@ -51,7 +53,7 @@ def test_what_flights_can_show():
 
 def test_a_plan_of_coils_is_searched_again_over_flights_first():
     design = [0.5, 0.3, -0.2, 900.0, -0.3, 0.6, 0.2, 900.0, 0.2, -0.4, 0.7, 900.0]
-    first, *_ = remedies(ManeuverPlan(Scenario.cubesat_1u(), design), judged(nees_p=0.0))
+    first, *_ = remedies(ManeuverPlan(three("cubesat_1u"), design), judged(nees_p=0.0))
     assert first.endswith("solve --robust")
 
 

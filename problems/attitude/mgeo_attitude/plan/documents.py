@@ -105,15 +105,19 @@ def opened(text: str, kind: str, version: int, older: Sequence[int] = ()) -> dic
 
 
 def scenario_of(table: Mapping[str, Any]) -> Scenario:
-    """The scenario of a document.
+    """The scenario of a document, which has all of it: a preset is not the same for ever.
 
     Raises
     ------
     ValueError, TypeError
         Naming the key, after ``scenario``.
     """
+    own = entry(table, "scenario", dict)
+    if "preset" in own:
+        whole = "expected all keys in place of a preset, whose values versions of it differ in"
+        raise InvalidValue("scenario.preset", own["preset"], whole)
     try:
-        return Scenario.from_dict(entry(table, "scenario", dict))
+        return Scenario.from_dict(own)
     except InvalidValue as error:
         raise error.under("scenario") from None
 

@@ -259,7 +259,8 @@ class Scenario(Validated):
     def cubesat_6u() -> Scenario:
         """A 6U cubesat with small instruments, in the paper's orbit with its eclipses.
 
-        It counts as converged later than the paper's satellite: below 1 % over 300 s.
+        By the rule "trace" it would count as converged later than the paper's satellite: below
+        1 % over 300 s.
         """
         return Scenario.from_dict({"preset": "cubesat_6u"})
 

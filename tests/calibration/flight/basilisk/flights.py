@@ -19,8 +19,9 @@ PLAN = np.array([0.5, 0.3, -0.2, 200.3, -0.3, 0.6, 0.2, 250.0, 0.2, -0.4, 0.7, 3
 
 
 def short(scenario: Scenario, duration: float, **changes) -> Scenario:
-    """A scenario that ends early."""
+    """A scenario that ends early, with three maneuvers."""
     window = Convergence(window=duration)
+    changes = {"maneuvers": dataclasses.replace(scenario.maneuvers, count=3)} | changes
     return dataclasses.replace(scenario, duration=duration, convergence=window, **changes)
 
 
