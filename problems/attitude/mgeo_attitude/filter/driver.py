@@ -18,6 +18,9 @@ CHECK_PERIOD = 256
 #: Later than any step.
 NEVER = 2**62
 
+#: Maneuvers whose discretization is kept: more than a batch of slopes of a dozen has.
+KEPT = 256
+
 
 @njit(cache=True)
 def workspace(n_slots, lanes):
@@ -47,24 +50,50 @@ def discretized(A, density, dt):
 
 
 @njit(cache=True, error_model="numpy")
-def load_maneuver(W, lane, rotation, omega, dynamics):
-    """Write the maneuver's turn per step, exact transition and process noise to a lane."""
+def write_maneuver(values, omega, dynamics):
+    """Write a maneuver's turn per step, exact transition and process noise, in a lane's order."""
     parts, density, pattern, dt = dynamics
     A = parts[0] + omega[0] * parts[1] + omega[1] * parts[2] + omega[2] * parts[3]
     F, Q = discretize(A, density, dt)
     turned = turn(omega, dt)
-    k = rotation
+    k = 0
     for i in range(3):
         for j in range(3):
-            W[k, lane] = turned[i, j]
+            values[k] = turned[i, j]
             k += 1
     for entry in range(len(pattern)):
-        W[k, lane] = F[pattern[entry, 0], pattern[entry, 1]]
+        values[k] = F[pattern[entry, 0], pattern[entry, 1]]
         k += 1
     for i in range(len(Q)):
         for j in range(i + 1):
-            W[k, lane] = Q[i, j]
+            values[k] = Q[i, j]
             k += 1
+
+
+@njit(cache=True)
+def place_of(key):
+    """Where the values of a maneuver are kept: a hash of its variant and rate, as bits."""
+    found = np.uint64(0)
+    for number in key:
+        found = (found ^ np.uint64(number)) * np.uint64(0x9E3779B97F4A7C15)
+        found ^= found >> np.uint64(32)
+    return np.int64(found % np.uint64(KEPT))
+
+
+@njit(cache=True, error_model="numpy")
+def load_maneuver(W, lane, rotation, omega, dynamics, variant, kept):
+    """Write them to a lane. Many designs of a batch have maneuvers in common: they are kept."""
+    keys, known = kept
+    bits = omega.view(np.int64)
+    key = (variant + 1, bits[0], bits[1], bits[2])
+    place = place_of(key)
+    values, own = known[place], keys[place]
+    if own[0] != key[0] or own[1] != key[1] or own[2] != key[2] or own[3] != key[3]:
+        write_maneuver(values, omega, dynamics)
+        for i in range(4):
+            own[i] = key[i]
+    for k in range(len(values)):
+        W[rotation + k, lane] = values[k]
 
 
 @njit(cache=True)
@@ -201,6 +230,9 @@ def run(
     trace_slot, pivot, _, given, first_constant = layout[8:]
     n_constants = constants.shape[1]
     W, recent = workspace(first_constant + n_constants, lanes), ring(window, lanes)
+    n_dynamic = densities.shape[1]
+    n_values = 9 + len(pattern) + n_dynamic * (n_dynamic + 1) // 2
+    kept = np.zeros((KEPT, 4), dtype=np.int64), np.empty((KEPT, n_values))
     for k in range(n_constants):
         W[first_constant + k] = constants[0, k]
     address, mask = W.ctypes.data, len(recent) - 1
@@ -245,7 +277,7 @@ def run(
             if m > maneuver[lane]:
                 # of several maneuvers that have started only the last one is flown
                 own = parts[variants[i]], densities[variants[i]], pattern, dt
-                load_maneuver(W, lane, rotation, rates[i, m - 1], own)
+                load_maneuver(W, lane, rotation, rates[i, m - 1], own, variants[i], kept)
                 if turned < rate:
                     load_turn(W, lane, turned, rates[i, m - 1], dt)
                 omega = rates[i, m - 1]
