@@ -15,11 +15,12 @@ from mgeo.report.solutions import plans_json
 from mgeo.store.run_folder import write_run
 
 from ..devtools import opened
+from ..three import three
 from .small_run import small_run
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scenario", [Scenario.paper(), Scenario.cubesat_6u()])
+@pytest.mark.parametrize("scenario", [three("paper"), three("cubesat_6u")])
 def test_three_hundred_plans_stay_below_eight_megabytes(scenario):
     scenario = dataclasses.replace(
         scenario,
