@@ -171,11 +171,6 @@ def test_the_tables_of_flights_and_rules_are_read():
     assert (rule.convergence.rule, rule.convergence.factor) == ("settling", 1.25)
 
 
-def test_the_scenario_of_the_engineers_question():
-    (asked,) = (Scenario.from_toml(text) for text in blocks("how-good.md", "toml"))
-    assert (asked.convergence.rule, asked.maneuvers.count) == ("end", 10)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
