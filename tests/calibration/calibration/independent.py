@@ -141,7 +141,7 @@ def fly(scenario: Scenario, rate: Rate, seed, craft=None, duration=3000.0, step=
     bias = drawn(craft.gyro_bias_deg_s, gyro.initial_bias_deg_s)
     decay = gyro.bias_decay if craft.decay is None else craft.decay
     walk = gyro.rate_random_walk if craft.walk is None else craft.walk
-    kicks = walk * np.sqrt(step) * rng.standard_normal((n, 3))
+    kicks = np.array(walk) * np.sqrt(step) * rng.standard_normal((n, 3))
     biases = np.empty((n + 1, 3))
     biases[0] = np.radians(bias)
     for k in range(n):

@@ -5,9 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import HorizonSensor, Scenario
-from mgeo_calibration import simulate
+from mgeo_calibration import calibrate, simulate
+from scipy.stats import chi2
 
-from .flights import PLAN, check_fifty_flights, short
+from . import independent
+from .flights import PLAN, check_fifty_flights, normalized, short
 from .test_influences import scenario as following
 from .test_photodiodes import SCENARIO as FACES
 
@@ -56,6 +58,23 @@ CASES = {
 def test_errors_are_as_large_as_is_claimed(name):
     scenario, plan = CASES[name]
     check_fifty_flights(scenario(), 3, plan)
+
+
+def test_a_gyro_that_is_noisier_about_one_axis_is_calibrated_as_claimed():
+    """Flights of an independent simulator."""
+    uneven = {
+        "angle_random_walk_deg_per_sqrt_h": (0.02, 0.1, 1.0),
+        "rate_random_walk": (1e-8, 1e-7, 2e-6),
+    }
+    paper = Scenario.paper()
+    scenario = short(paper, 3000.0, gyro=dataclasses.replace(paper.gyro, **uneven))
+    found, alike = [], dataclasses.replace(scenario, gyro=paper.gyro)
+    for seed in range(10):
+        telemetry = independent.fly(scenario, independent.steady(PLAN), seed)
+        found.append(normalized(calibrate(scenario, telemetry), telemetry)[0])
+    low, high = chi2.ppf([0.005, 0.995], 180) / 180
+    assert low < np.mean(found) < high
+    assert not calibrate(alike, telemetry).supported
 
 
 def test_what_a_face_that_is_lit_for_a_short_time_knows_depends_on_the_attitude():

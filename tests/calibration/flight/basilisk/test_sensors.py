@@ -135,7 +135,8 @@ def test_a_gyro_reports_rates_turned_scaled_and_biased(quiet):
 
 
 #: Large enough that a bias that comes a step late shows beside the gyro's noise.
-WALK = 5e-6
+WALK = (5e-6, 2e-5, 1e-5)
+NOISE = (0.05, 0.1, 0.2)
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +148,7 @@ def loud():
         StarTracker(noise_arcsec=10.0, roll_noise_arcsec=60.0, initial_misalignment_deg=20.0),
     )
     gyro = dataclasses.replace(
-        Scenario.paper().gyro, rate_random_walk=WALK, angle_random_walk_deg_per_sqrt_h=0.05
+        Scenario.paper().gyro, rate_random_walk=WALK, angle_random_walk_deg_per_sqrt_h=NOISE
     )
     scenario = dataclasses.replace(Scenario.paper(), sensors=sensors, gyro=gyro)
     environment = Environment.from_scenario(scenario)
@@ -168,10 +169,10 @@ def loud():
     found = {}
     turns = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
     bias = state("gyro.bias")
-    walk = np.radians(0.05) / 60.0
+    walk = np.radians(NOISE) / 60.0
     found["gyro"] = (
         np.radians(telemetry.gyro_deg_s[1:]) - turns - 0.5 * (bias[:-1] + bias[1:])
-    ) / np.sqrt(walk**2 + WALK**2 / 12.0)
+    ) / np.sqrt(walk**2 + np.square(WALK) / 12.0)
     in_body = np.einsum("kij,kj->ki", C, environment.sun)
     found["sun"] = (telemetry.sensors["sun"] - mount("sun").apply(in_body) - state("sun.bias"))[
         1:
