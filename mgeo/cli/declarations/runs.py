@@ -1,0 +1,218 @@
+"""A run begins, and goes on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mgeo.cli import completion, options
+from mgeo.cli.errors import bad_input
+from mgeo.cli.output import Output
+
+
+def solve(
+    problem: Annotated[
+        str,
+        typer.Argument(
+            help="One of `mgeo problems`, a class of one's own, module:Class, or a test problem, "
+            "pymoo:zdt1.",
+            autocompletion=completion.problems,
+        ),
+    ],
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE.toml|PRESET",
+            help="Options of the problem: a file, or a preset's name.",
+            autocompletion=completion.scenarios,
+        ),
+    ] = None,
+    after: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.json",
+            help="Go on from a result, such as a calibration, if the problem can; a scenario file "
+            "says only what differs.",
+        ),
+    ] = None,
+    robust: Annotated[
+        bool,
+        typer.Option(
+            "--robust",
+            help="Judge solutions by what they keep where things are not exactly known, if the "
+            "problem can.",
+        ),
+    ] = False,
+    algorithm: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME|MODULE:CLASS",
+            help="One of `mgeo algorithms`, or a class of one's own [default: mgeo-directed, of a "
+            "robust run mgeo-staged].",
+            autocompletion=completion.algorithms,
+        ),
+    ] = None,
+    sigma: options.Sigma = None,
+    tau: options.Tau = None,
+    walkers: options.Walkers = None,
+    perturbation: options.Perturbation = None,
+    population: options.Population = None,
+    settings: options.Settings = None,
+    evaluations: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Budget [default: 5000 generations of one candidate per variable]."
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all randomness.")] = 1,
+    starts: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            help="Designs that the problem suggests, to begin with [default: what the problem "
+            "recommends; 0 with --robust, --evaluations, an algorithm or its parameters].",
+        ),
+    ] = None,
+    polish: Annotated[
+        bool | None,
+        typer.Option(
+            "--polish/--no-polish",
+            help="Let the problem refine what was found, in addition to the budget [default: as "
+            "for --starts].",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Folder to write [default: runs/PROBLEM-ALGORITHM-seedSEED, of a robust run "
+            "runs/PROBLEM-robust-ALGORITHM-seedSEED].",
+        ),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the run in an existing folder.")
+    ] = False,
+    record: Annotated[
+        bool, typer.Option("--record", help="Save every evaluation, in the folder's evaluations/.")
+    ] = False,
+    dry_run: options.DryRun = False,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+    debug: options.Debug = False,
+) -> None:
+    """Search the Pareto front of a problem and write it to a folder.
+
+    The folder gets front.csv, run.json (how to run it again) and front.html. Ctrl-C ends the run
+    and keeps what was found; a second one does so without waiting for the generation under way.
+    A run of the MGEO family saves itself in run.checkpoint while it goes on: see `mgeo resume`.
+    What an algorithm takes, and its defaults: `mgeo algorithms NAME`.
+    """
+    from mgeo.algorithms.staged import has_stages
+    from mgeo.runs.algorithms import ROBUST, default_algorithm
+    from mgeo.runs.prepare import prepare, read_scenario
+    from mgeo.store.run_folder import check_folder
+    from mgeo.store.run_persistence import RunPersistence
+
+    given, algorithm = algorithm, algorithm or default_algorithm(robust)
+    # of a collection, coco:bbob/f1/d10/i1, and of a class, module:Class
+    name = f"{problem}{'-robust' if robust else ''}-{algorithm}".replace(":", "-").replace("/", "-")
+    folder = out or Path("runs", f"{name}-seed{seed}")
+    flags = {
+        "sigma": sigma,
+        "tau": tau,
+        "n_walkers": walkers,
+        "perturbation": perturbation,
+        "population": population,
+    }
+    with bad_input():
+        run = prepare(
+            problem,
+            parameters=options.parse_parameters(algorithm, flags, settings or []),
+            options=read_scenario(problem, scenario, after=after, named=(problem,)),
+            algorithm=given,
+            evaluations=evaluations,
+            seed=seed,
+            robust=robust,
+            starts=starts,
+            polish=polish,
+        )
+        persistence = RunPersistence(folder, run.configuration, run.algorithm, record=record)
+        check_folder(folder, overwrite=overwrite)
+    output = Output(quiet, json)
+    if not robust and algorithm != ROBUST and has_stages(run.problem):
+        output.note(
+            f"Note: the problem can be judged by stages, which {ROBUST} does and {algorithm} does "
+            "not; that takes less time"
+        )
+    if dry_run:
+        from mgeo.cli.dry_run import describe_run
+
+        describe_run(run, persistence, output)
+    else:
+        from mgeo.cli.solve import run_to_folder
+
+        raise typer.Exit(
+            run_to_folder(run, persistence, output, overwrite=overwrite, verbose=verbose)
+        )
+
+
+def resume(
+    folder: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DIR",
+            help="Folder of the run.",
+            autocompletion=completion.runs_with("run.checkpoint"),
+        ),
+    ],
+    evaluations: Annotated[
+        int | None,
+        typer.Option(min=1, help="New budget, counted from the beginning of the run."),
+    ] = None,
+    generations: Annotated[
+        int | None, typer.Option(min=1, help="New budget, in generations from the beginning.")
+    ] = None,
+    algorithm: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODULE:CLASS",
+            help="That of the run, where it is none by name: no file has a module imported.",
+        ),
+    ] = None,
+    problem: options.Problem = None,
+    check: Annotated[
+        bool,
+        typer.Option(
+            "--check/--no-check",
+            help="Evaluate a few points again first, and refuse a problem that has changed.",
+        ),
+    ] = True,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+    debug: options.Debug = False,
+) -> None:
+    """Go on with a run that was interrupted or killed, or make a finished one longer.
+
+    It goes on from run.checkpoint in the folder, exactly as the run would have done, and writes
+    the same files.
+    """
+    from mgeo.cli.solve import resumed, run_to_folder
+
+    output = Output(quiet, json)
+    with bad_input():
+        if evaluations is not None and generations is not None:
+            raise ValueError("--evaluations and --generations are both given: expected one")
+        run, persistence = resumed(
+            folder,
+            output,
+            evaluations=evaluations,
+            generations=generations,
+            algorithm=algorithm,
+            problem=problem,
+            check=check,
+        )
+    raise typer.Exit(run_to_folder(run, persistence, output, overwrite=True, verbose=verbose))
