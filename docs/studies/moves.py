@@ -16,7 +16,7 @@ import pandas as pd
 from plotly.subplots import make_subplots
 
 from mgeo import MGEODirected, ParetoArchive
-from mgeo.plugins.discovery import load_problem
+from mgeo.plugins.problems import load_problem
 
 DATA = Path(__file__).parent / "data" / "moves.csv"
 KINDS = ("normal step", "difference", "momentum")

@@ -14,7 +14,7 @@ import pandas as pd
 from moocore import hypervolume
 from pymoo.core.problem import Problem
 
-from mgeo.plugins.discovery import load_problem
+from mgeo.plugins.problems import load_problem
 from mgeo.runs.algorithms import build_algorithm
 from mgeo.studies.run import Task, record
 

@@ -10,7 +10,8 @@ from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.output import Output
 from mgeo.cli.progress import clock, run_title
 from mgeo.figures import MOST_OBJECTIVES
-from mgeo.plugins.protocol import ask, problem_size
+from mgeo.plugins.protocol import problem_size
+from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, is_own, view_of
 from mgeo.runs.estimate import estimate
 from mgeo.runs.prepare import PreparedRun

@@ -7,7 +7,8 @@ from typing import Any
 from mgeo._foreign import foreign
 from mgeo.cli.options import FLAGS
 from mgeo.cli.output import Output
-from mgeo.plugins.discovery import Plugin, installed_plugins, load_problem, preset_names
+from mgeo.plugins.discovery import Plugin, installed_plugins, preset_names
+from mgeo.plugins.problems import load_problem
 from mgeo.plugins.protocol import problem_size
 from mgeo.runs.algorithms import algorithm_names, described
 from mgeo.terminal import plain, table

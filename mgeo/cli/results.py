@@ -10,7 +10,7 @@ from rich.text import Text
 
 from mgeo.cli.output import Output
 from mgeo.cli.progress import clock
-from mgeo.plugins.protocol import ask
+from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View
 from mgeo.runs.answer import (
     Answer,

@@ -15,7 +15,7 @@ from mgeo.cli.results import Findings, document, print_impossible, print_results
 from mgeo.cli.signals import stop_requests
 from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures import page
-from mgeo.plugins.protocol import ask
+from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, front_of, view_of
 from mgeo.runs.prepare import PreparedRun
 from mgeo.runs.resume import resume_run

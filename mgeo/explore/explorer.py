@@ -16,9 +16,10 @@ from mgeo.evaluation.individuals import options_of
 from mgeo.explore.saving import Saved
 from mgeo.figures import MOST_TEXTS
 from mgeo.figures.front import logarithmic
-from mgeo.plugins.discovery import load_problem
-from mgeo.plugins.protocol import ask, column_names
+from mgeo.plugins.problems import load_problem
+from mgeo.plugins.protocol import column_names
 from mgeo.plugins.review import cells
+from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, is_own, view_of
 from mgeo.report.build import read_subject
 from mgeo.report.encode import Json, figure_json

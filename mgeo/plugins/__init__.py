@@ -1,8 +1,8 @@
 """Problems and commands of others.
 
-`discovery` finds them and says what a plugin may bring, `view` is what people are shown of a
-problem's solutions, `protocol` checks what a problem gives when it is asked, `identity` says which
-problem is meant, `checks` are for authors.
+`discovery` finds them and says what a plugin may bring, `problems` builds a problem by its name,
+`view` is what people are shown of its solutions, `protocol` and `shown` check what a problem and
+its view give when they are asked, `checks` are for authors.
 """
 
 from importlib import import_module

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 
 from mgeo._typing import FloatArray
 from mgeo.evaluation.individuals import as_numbers
-from mgeo.plugins.protocol import ask, asked, column_names, constraint_names
+from mgeo.plugins.protocol import asked, column_names, constraint_names
+from mgeo.plugins.shown import ask
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,9 +11,9 @@ from plotly.offline import get_plotlyjs
 from pymoo.core.problem import Problem
 
 from mgeo.figures.page import render
-from mgeo.plugins.discovery import load_problem
-from mgeo.plugins.protocol import ask
+from mgeo.plugins.problems import load_problem
 from mgeo.plugins.review import cells, kinds_of
+from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, is_own, view_of
 from mgeo.report.encode import figure_json, script_json
 from mgeo.report.history import recorded_history

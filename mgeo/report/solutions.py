@@ -12,7 +12,7 @@ from pymoo.core.problem import Problem
 
 from mgeo.figures import MOST_TEXTS
 from mgeo.figures.motion import check_motion
-from mgeo.plugins.protocol import ask
+from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, is_own
 from mgeo.report.encode import Json, figure_json, shared, tree_json
 from mgeo.runs.answer import RepresentativeSolution, default_solution

@@ -15,7 +15,7 @@ import plotly.graph_objects as go
 
 from mgeo.figures.motion import motion_of
 from mgeo.figures.style import CLICK, HOVER, for_paper
-from mgeo.plugins.protocol import ask
+from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, view_of
 from mgeo.report.build import read_subject
 from mgeo.report.history import recorded_history

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo.plugins.protocol import ask, indicator_space
+from mgeo.plugins.protocol import indicator_space
+from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, is_own
 from mgeo.runs.limits import limits, nearest_kept
 from mgeo.runs.meters import scaled

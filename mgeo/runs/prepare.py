@@ -13,7 +13,7 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 
 from mgeo.plugins import protocol
-from mgeo.plugins.discovery import load_problem, read_files
+from mgeo.plugins.problems import load_problem, read_files
 from mgeo.runs.algorithms import (
     build_algorithm,
     complete_parameters,
@@ -176,7 +176,7 @@ def read_scenario(
 
     A file's name is relative to `folder`; what it names itself is relative to its own folder, and
     is read by the problem, one of those `named` if that is ``module:Class`` (see
-    `mgeo.plugins.discovery.load_problem`). What the JSON file `after` holds becomes the option of
+    `mgeo.plugins.problems.load_problem`). What the JSON file `after` holds becomes the option of
     this name.
 
     Raises

@@ -8,7 +8,7 @@ from pathlib import Path
 from mgeo.algorithms.starting import SuggestedSampling
 from mgeo.algorithms.state import end_at
 from mgeo.benchmarks.collections import is_benchmark
-from mgeo.plugins.discovery import load_problem
+from mgeo.plugins.problems import load_problem
 from mgeo.runs.algorithms import build_algorithm, keeps_checkpoints
 from mgeo.runs.prepare import PreparedRun
 from mgeo.store.checkpoint import read_notes, resume

@@ -14,7 +14,8 @@ from pymoo.core.problem import Problem
 from mgeo.benchmarks.collections import distributions, is_benchmark
 from mgeo.evaluation.individuals import options_of
 from mgeo.plugins import protocol
-from mgeo.plugins.discovery import find_plugin, is_own_class
+from mgeo.plugins.discovery import find_plugin
+from mgeo.plugins.problems import is_own_class
 
 
 def identity(problem: Problem) -> dict[str, Any]:

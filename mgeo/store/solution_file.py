@@ -11,7 +11,8 @@ from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
 from mgeo.plugins import protocol
-from mgeo.plugins.discovery import PluginError, installed_plugins, load_problem
+from mgeo.plugins.discovery import PluginError, installed_plugins
+from mgeo.plugins.problems import load_problem
 from mgeo.validation.tables import entry
 
 FORMAT, VERSION = "mgeo-solution", 1

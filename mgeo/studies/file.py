@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mgeo.benchmarks.collections import expanded, short_name
-from mgeo.plugins.discovery import load_problem
+from mgeo.plugins.problems import load_problem
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.runs.prepare import read_scenario
 from mgeo.store.reading import parse_toml, read_text

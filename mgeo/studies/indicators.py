@@ -13,7 +13,7 @@ import numpy as np
 from pymoo.indicators.hv import HV
 
 from mgeo._typing import FloatArray
-from mgeo.plugins.protocol import ask
+from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, view_of
 from mgeo.runs.meters import MAX_OBJECTIVES
 

@@ -12,7 +12,7 @@ import pandas as pd
 from pydantic import ConfigDict, Field
 
 from mgeo.plugins import protocol
-from mgeo.plugins.discovery import load_problem
+from mgeo.plugins.problems import load_problem
 from mgeo.plugins.protocol import column_names
 from mgeo.store.atomic import to_json, write_files
 from mgeo.store.lock import lock

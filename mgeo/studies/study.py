@@ -15,7 +15,7 @@ import pandas as pd
 from plotly.offline import get_plotlyjs
 
 from mgeo.figures.page import LIBRARY
-from mgeo.plugins.discovery import is_own_class
+from mgeo.plugins.problems import is_own_class
 from mgeo.runs.estimate import estimate
 from mgeo.store.atomic import check_writable, to_json, write_files
 from mgeo.studies.comparison import Comparison

@@ -25,7 +25,7 @@ from typer.testing import CliRunner
 from mgeo.cli.app import app
 from mgeo.new import problem_files
 from mgeo.plugins import protocol, view
-from mgeo.plugins.protocol import SHOWN
+from mgeo.plugins.shown import SHOWN
 
 DOCS = Path(__file__).parents[2] / "docs"
 

@@ -18,7 +18,7 @@ from mgeo.evaluation.individuals import as_numbers
 from mgeo.figures.motion import check_motion
 from mgeo.plugins import protocol
 from mgeo.plugins.checks.failure import no_error, require, require_equal
-from mgeo.plugins.protocol import SHOWN, ask
+from mgeo.plugins.shown import SHOWN, ask
 from mgeo.plugins.view import View, view_of
 
 #: What a view of no solutions is asked.

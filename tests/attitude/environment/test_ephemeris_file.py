@@ -23,7 +23,7 @@ from mgeo_attitude.environment.tle import TLEOrbit
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile
 
-from mgeo.plugins.discovery import load_problem
+from mgeo.plugins.problems import load_problem
 from mgeo.runs.prepare import read_scenario
 
 from ..scenario.test_orbit import ISS_1, ISS_2

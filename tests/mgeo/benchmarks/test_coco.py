@@ -13,7 +13,7 @@ import pytest
 
 from mgeo.benchmarks import coco
 from mgeo.benchmarks.collections import expanded, short_name
-from mgeo.plugins.discovery import load_problem
+from mgeo.plugins.problems import load_problem
 
 NAME = "coco:bbob-biobj/f12/d10/i3"
 

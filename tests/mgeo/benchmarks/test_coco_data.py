@@ -9,7 +9,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.problems import get_problem
 
 from mgeo import compare
-from mgeo.plugins.discovery import load_problem
+from mgeo.plugins.problems import load_problem
 from mgeo.studies import run_study
 from mgeo.studies.file import parse_study
 from mgeo.studies.run import CocoFolder, Failure, Task, run

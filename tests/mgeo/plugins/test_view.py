@@ -10,7 +10,7 @@ from pymoo.problems.multi import BNH, OSY
 
 from mgeo.plugins import View, view_of
 from mgeo.plugins.discovery import PluginError
-from mgeo.plugins.protocol import SHOWN, ask
+from mgeo.plugins.shown import SHOWN, ask
 from mgeo.plugins.view import TOLERANCE, is_own
 
 X = np.array([[0.5, 0.25], [0.75, 1.0], [1.0, 0.0]])

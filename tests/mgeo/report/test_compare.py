@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
-from mgeo.plugins.discovery import load_problem
+from mgeo.plugins.problems import load_problem
 from mgeo.plugins.review import Review, Section
 from mgeo.report import compare, compare_html, report_html
 from mgeo.store.run_folder import read_run

@@ -175,7 +175,7 @@ def test_hostile_strings_stay_text(solved, monkeypatch):
 
 def test_the_history_of_a_recorded_run_ends_with_its_hypervolume(solved):
     from mgeo import read_record
-    from mgeo.plugins.discovery import load_problem
+    from mgeo.plugins.problems import load_problem
 
     folder = solved("--record")
     run = read_run(folder)

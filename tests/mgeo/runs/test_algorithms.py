@@ -17,7 +17,7 @@ from pymoo.problems.single import Sphere
 
 from mgeo.algorithms.variables import designs_of
 from mgeo.plugins import view_of
-from mgeo.plugins.discovery import load_problem
+from mgeo.plugins.problems import load_problem
 from mgeo.runs.algorithms import (
     ALGORITHMS,
     build_algorithm,

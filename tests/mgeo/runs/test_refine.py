@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mgeo import read_record
-from mgeo.plugins.discovery import load_problem
+from mgeo.plugins.problems import load_problem
 from mgeo.runs.prepare import PreparedRun, prepare
 from mgeo.runs.resume import resume_run
 from mgeo.store.run import RunConfiguration

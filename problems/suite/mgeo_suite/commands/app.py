@@ -69,7 +69,7 @@ def conclude(
     """Say in words what a front of price against accuracy shows, at some budgets."""
     import numpy as np
 
-    from mgeo.plugins.discovery import load_problem
+    from mgeo.plugins.problems import load_problem
     from mgeo.store.run_folder import read_run
     from mgeo_suite.problem import SensorSuiteProblem
     from mgeo_suite.words import conclusions
