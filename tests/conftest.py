@@ -2,7 +2,9 @@
 
 import gc
 import os
+from collections import Counter
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 try:
@@ -29,11 +31,27 @@ settings.register_profile(
 settings.load_profile("any machine")
 
 
+@pytest.hookimpl(tryfirst=True)  # before tests are chosen by their marks
 def pytest_collection_modifyitems(config, items):
     """Put first what compiles most, then what compiles nothing: on two workers not both compile."""
+    _mark_cases(items)
     items.sort(key=lambda item: _turn(item.nodeid))
     if config.pluginmanager.hasplugin("_cov"):
         _cover_each_test_once(items)
+
+
+def _mark_cases(items):
+    """Of a test ``cases(fast)`` the others are slow, of ``cases(fast, n)`` those after n a campaign."""
+    seen = Counter()
+    for item in items:
+        if mark := item.get_closest_marker("cases"):
+            fast, *slow = mark.args
+            test = item.nodeid.partition("[")[0]
+            seen[test] += 1
+            if seen[test] > fast:
+                item.add_marker("slow")
+            if slow and seen[test] > slow[0]:
+                item.add_marker("campaign")
 
 
 def _turn(nodeid):

@@ -26,6 +26,7 @@ def test_a_plugin_does_without_one_that_builds_on_it():
     assert "mgeo_suite" not in found
 
 
+@pytest.mark.slow
 def test_planning_does_without_calibration():
     """But for names that were here before, which are looked up where they are now."""
     named = {path.name for path in ATTITUDE.rglob("*.py") if "mgeo_calibration" in packages(path)}
@@ -60,6 +61,7 @@ def test_all_of_mgeo_is_loaded_without_a_plugin():
     assert loaded(code, "mgeo_attitude") == "[]"
 
 
+@pytest.mark.slow
 def test_the_problem_is_solved_by_pymoo_without_commands_and_figures():
     code = """
 from mgeo_attitude import AttitudeManeuverProblem, Scenario

@@ -62,6 +62,7 @@ def test_telemetry(old):
     assert len(telemetry.times) == 61
 
 
+@pytest.mark.slow
 def test_a_calibration_and_the_truth_of_a_flight_are_gone_on_from(old):
     assert read_calibration(old / "calibration.json").time == 1500.0
     again = old / "again"

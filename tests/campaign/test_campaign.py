@@ -51,6 +51,7 @@ def test_a_case_does_the_same_again():
         assert (one.kind, one.log, one.refused) == (two.kind, two.log, two.refused)
 
 
+@pytest.mark.slow
 def test_most_cases_are_refused_and_sound_ones_are_not():
     made = [run_case(number, ["run read"]) for number in range(40)]
     assert sum(result.refused for result in made) > 20

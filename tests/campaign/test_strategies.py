@@ -33,6 +33,7 @@ def test_a_scenario_of_any_values_is_refused_or_sound(section, value):
     _refusal({"preset": "paper", section: value})
 
 
+@pytest.mark.slow
 @settings(max_examples=300)
 @given(section=SECTIONS, key=st.text(max_size=8), value=VALUES)
 def test_a_section_with_any_key_is_refused_or_sound(section, key, value):

@@ -135,6 +135,7 @@ def in_order(f, arguments):
     return [f(*each) for each in arguments]
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("way", ["raise", "nan", pytest.param("die", marks=pytest.mark.slow)])
 def test_workers_may_fail_and_die(way):
     problem = Element(way, elementwise_runner=JoblibParallelization(n_jobs=2))
@@ -284,6 +285,7 @@ def test_a_run_goes_on_and_its_path_does_not_depend_on_the_way_of_failing(proble
 DIRECTIONS = get_reference_directions("das-dennis", 2, n_partitions=19)
 
 
+@pytest.mark.cases(1, 3)
 @pytest.mark.parametrize("way", ["raise", "nan", "inf"])
 @pytest.mark.parametrize(
     "algorithm", [NSGA2(20), NSGA3(DIRECTIONS, 20), SMSEMOA(20)], ids=["nsga2", "nsga3", "sms"]
@@ -297,6 +299,7 @@ def test_pymoos_algorithms_keep_a_front_too(algorithm, way):
     assert result.F[:, 0].min() == pytest.approx(sound.F[:, 0].min(), abs=0.05)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")
 @pytest.mark.parametrize(
     ("bad", "algorithm"),

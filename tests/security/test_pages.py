@@ -3,6 +3,7 @@
 import dataclasses
 import json
 
+import pytest
 from mgeo_attitude.plan import read_json, write_plan
 from mgeo_calibration.calibration import read_json as read_calibration
 from mgeo_calibration.calibration.report import report_html
@@ -68,6 +69,7 @@ def test_elements_are_seen_where_scripts_end():
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_studies(tmp_path):
     made = []
     for number, text in enumerate(TEXTS):
@@ -83,6 +85,7 @@ def test_studies(tmp_path):
         check_same([path.read_text(encoding="utf-8") for path in pages])
 
 
+@pytest.mark.slow
 def test_plans(tmp_path):
     plan = read_json(OLD / "0.1" / "plan.json")
     pages = []

@@ -70,6 +70,7 @@ def test_the_poison_works(poison):
     assert marker.exists()
 
 
+@pytest.mark.slow
 def test_a_poisoned_run_folder_runs_nothing(run, poison):
     marker, contents = poison
     files = [path for path in run.rglob("*") if path.is_file()] + [run / "verification.json"]

@@ -38,6 +38,7 @@ def run(file):
     return folder
 
 
+@pytest.mark.slow
 def test_a_run_is_of_the_algorithm_for_mixed_variables_and_can_be_resumed(run):
     found = read_run(run)
     assert found.configuration.algorithm == "mgeo-directed"

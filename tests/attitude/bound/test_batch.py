@@ -66,6 +66,7 @@ def compare(name, rotations):
     }, found
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("name", of_suites(LIMITED))
 def test_the_limit_is_the_mean_information_over_a_cube(name):
     ratios, found = compare(name, CUBE)
@@ -82,7 +83,7 @@ def test_the_limit_is_the_mean_information_over_a_cube(name):
             assert ratio == pytest.approx(1.0, rel=1e-9), block
 
 
-@pytest.mark.slow
+@pytest.mark.cases(0, 1)
 @pytest.mark.parametrize("name", OF_MANY)
 def test_the_limit_is_not_above_the_mean_information_over_random_rotations(name):
     rotations = Rotation.random(1000, random_state=1).as_matrix()

@@ -138,6 +138,7 @@ def test_what_cannot_be_bounded_says_so():
         limit(other)
 
 
+@pytest.mark.slow
 def test_criteria_begin_at_the_start_and_weights_count():
     scenario = dataclasses.replace(
         coarse(Scenario.paper(), 20.0), trace_weights={"attitude": 2.0, "mag.bias": 0.0}

@@ -85,6 +85,7 @@ def test_errors(printed):
     printed("solve", "pymoo:zdt1", "--algorithm", "mgeo-read", code=2)
 
 
+@pytest.mark.slow
 def test_a_study(printed, tmp_path):
     (tmp_path / "study.toml").write_text(STUDY)
     printed("study", "study.toml", "--dry-run")
@@ -93,6 +94,7 @@ def test_a_study(printed, tmp_path):
     assert "IGD+" in text
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("words", [["show"], ["verify", "--runs", 10]])
 def test_plans(printed, words, folder):
     name, *rest = words

@@ -48,6 +48,7 @@ def test_nothing_is_replaced_unless_allowed(run, folder, tmp_path):
     assert path.read_text().startswith("row,phase,")
 
 
+@pytest.mark.slow
 def test_of_a_run_another_plan_is_named_that_keeps_all_limits(run, tmp_path):
     """The front keeps its constraints, but not every plan of it the limits of the slew back."""
     limit = {"boresight": [0.0, 0.0, -1.0], "half_angle_deg": 30.0, "attitude_sigmas": 0.0}

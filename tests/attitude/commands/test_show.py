@@ -166,6 +166,7 @@ def test_of_a_run_without_a_feasible_plan_the_nearest_is_shown(run, tmp_path):
     assert "the plan violates 1 of its scenario's constraints" in refused.stderr
 
 
+@pytest.mark.slow
 def test_figures(run, folder, tmp_path):
     path = tmp_path / "plan.html"
     assert run("show", folder, "--html", path).stdout.endswith(f"\nwrote {path}\n")

@@ -120,6 +120,7 @@ def met_from(run, required):
     return first, (DURATION if missed[-1] == len(met) - 1 else run.times[missed[-1] + 1])
 
 
+@pytest.mark.slow
 def test_a_required_sigma_that_is_lost_again_does_not_count():
     """The run goes on in the Earth's shadow, in which the attitude grows worse at times."""
     dark = dataclasses.replace(
@@ -230,6 +231,7 @@ def test_each_limit_is_a_constraint_with_a_name(limited):
     assert AttitudeManeuverProblem(scenario()).constraint_names == ()
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("limit", ["field of view", "eclipse"])
 def test_what_a_sensor_does_not_see_it_cannot_calibrate(limit):
     """Variances only grow, and do so while the satellite is in the shadow it starts in."""

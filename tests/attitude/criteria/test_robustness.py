@@ -309,6 +309,7 @@ def test_a_stage_of_a_search_has_as_many_flights_as_it_says(stage, flights):
     assert judge.options() == problem.options()
 
 
+@pytest.mark.slow
 def test_a_robust_search_goes_on_as_it_would_have(tmp_path):
     """Killed in any stage; and what it finds are values over all flights."""
     problem = AttitudeManeuverProblem(scenario(count=8, grow=(0, 1, 2))).robust()
@@ -359,6 +360,7 @@ def test_robust_problems_have_the_flights_of_their_scenario_or_512():
         FlightErrors(grow=(0, 17))
 
 
+@pytest.mark.slow
 def test_remarks_count_the_plans_that_keep_their_promise():
     problem, X = AttitudeManeuverProblem(scenario(rate_error_deg_s=0.2)), designs(60)
     assert problem.view(X[:0]).remarks() == list(problem.scenario.assumed)
@@ -377,6 +379,7 @@ def test_remarks_count_the_plans_that_keep_their_promise():
     assert re.match(r"\d+ of 50 plans looked at keep", problem.view(X).remarks()[0])
 
 
+@pytest.mark.slow
 def test_a_covariance_that_flights_lose_keeps_no_promise(monkeypatch):
     problem, X = AttitudeManeuverProblem(scenario()), designs(3)
     promised = np.array([[300.0, 1e-6]] * 3)
@@ -388,6 +391,7 @@ def test_a_covariance_that_flights_lose_keeps_no_promise(monkeypatch):
         assert told.startswith(f"{count} of 3 plans keep their objectives")
 
 
+@pytest.mark.slow
 def test_flights_after_a_calibration_are_drawn_from_its_covariance():
     """Attitude and rate errors together: off by more about an axis, and by correlated numbers."""
     of = scenario(count=4000)

@@ -50,6 +50,7 @@ def test_against_igrf14syn() -> None:
     assert worst < 0.3
 
 
+@pytest.mark.slow
 def test_many_points_are_those_of_each_alone() -> None:
     rng = np.random.default_rng(0)
     date = datetime(2025, 1, 1, tzinfo=UTC)

@@ -19,6 +19,7 @@ def test_it_is_the_longest_axis_of_the_ellipsoid_however_that_lies():
     assert body.min() < 0.25  # the worst body axis hides a fifth of it
 
 
+@pytest.mark.slow
 def test_it_is_the_greatest_spread_of_drawn_errors_along_any_axis():
     rng = np.random.default_rng(2)
     root = np.radians(rng.normal(size=(3, 3)))

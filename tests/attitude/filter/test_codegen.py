@@ -94,6 +94,7 @@ def test_a_loop_reads_the_triangle_by_row_or_column():
         assert W[i] == 4 + slot_of(i + 3, i)
 
 
+@pytest.mark.cases(3)
 @every_suite
 def test_generated_step_is_one_filter_step(name):
     """Equations (3) and (4) by dense algebra against the text's result."""

@@ -67,6 +67,7 @@ def test_a_rise_may_be_allowed(cubesat):
     assert_agrees(model, np.array([INTO_THE_SHADOW]))
 
 
+@pytest.mark.slow
 def test_runs_of_a_satellite_with_eclipses_agree_with_the_reference(cubesat):
     """Kernel and filterpy end at the same step, and none of them on a rise."""
     model = dataclasses.replace(cubesat, window_steps=120)

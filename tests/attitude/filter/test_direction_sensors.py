@@ -59,6 +59,7 @@ def test_a_sample_tells_nothing_along_the_direction(kind):
     np.testing.assert_allclose(information[:, attitude, bias], turned, atol=1e-9 / r[0] ** 2)
 
 
+@pytest.mark.slow
 def test_a_third_of_what_three_numbers_tell_of_a_bias_is_not_there():
     """At rest, with all else known: the part along the Sun stays what it was."""
     known = {"initial_misalignment_deg": 1e-6, "noise_deg": 1.0}

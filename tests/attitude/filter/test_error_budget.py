@@ -77,6 +77,7 @@ class _Driven:
         return getattr(self._suite, name)
 
 
+@pytest.mark.cases(1)
 def test_every_part_is_what_its_source_causes_alone(model):
     found = error_budget(model, DESIGN, END)
     expected = alone(model, DESIGN, round(END / model.step))
@@ -86,6 +87,7 @@ def test_every_part_is_what_its_source_causes_alone(model):
     assert len(set(found.sources)) == len(found.sources) == len(expected)
 
 
+@pytest.mark.cases(1)
 def test_parts_add_up_to_the_kernels_variances(model):
     known = filter_history(model, DESIGN)
     whole = error_budget(model, DESIGN, known.t_end).variances.sum(axis=0)

@@ -77,6 +77,7 @@ def test_the_gyro_counts_the_mean_of_a_step_and_a_sensor_its_sample():
     np.testing.assert_allclose(model.influences[1:, 0], 0.5 * (u[1:] + u[:-1]), atol=1e-15)
 
 
+@pytest.mark.slow
 def test_kernel_and_filterpy_agree_and_the_budget_adds_up():
     of = scenario(
         (Influence("temp", 1e-3, "degC", 20.0),),
@@ -91,6 +92,7 @@ def test_kernel_and_filterpy_agree_and_the_budget_adds_up():
     np.testing.assert_allclose(total, run.sigma[-1] ** 2, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_channel_that_rests_cannot_be_told_from_the_bias():
     """At one unit above its reference: the bias then is the sum of both."""
     still = Channel(name="temp", times=(0.0,), values=(21.0,))

@@ -88,6 +88,7 @@ def test_two_processes_that_start_at_once_compile_and_a_third_has_no_need_to(tmp
     assert {third.stdout, *(stdout for stdout, _ in outputs)} == {third.stdout}
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_threads_that_start_at_once_do_not_trip_whether_the_kernel_is_there_or_not(tmp_path):
     cold = run(tmp_path / "cache", THREADS)

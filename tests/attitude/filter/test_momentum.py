@@ -57,6 +57,7 @@ def torque(inertia, position):
     return out
 
 
+@pytest.mark.slow
 def test_gravity_gradient_of_a_pitched_satellite():
     """3 μ / (2 r³) (Jx - Jz) sin 2θ about y, nadir off z by θ in the x-z plane (Wie, 6.10)."""
     r = 6.9e6
@@ -171,6 +172,7 @@ def loads(given, x, end_steps, share):
     return greatest
 
 
+@pytest.mark.cases(1, 3)
 @pytest.mark.parametrize(
     ("maneuvers", "initial", "wheels"),
     [
@@ -241,6 +243,7 @@ def test_minimax_holds_what_linear_programs_do():
     np.testing.assert_allclose(found, greatest, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_momentum_at_rest_is_the_integral_of_a_constant_torque():
     """In a field and gravity that do not change: h = h0 + margin |T| t, to the last digit."""
     given = scenario(axes=((1, 0, 0), (0, 1, 0), (0, 0, 1)), initial_momentum=(1e-3, 2e-3, -3e-3))

@@ -103,6 +103,7 @@ def test_the_arc_is_exact_at_every_angle():
         assert value(result, s=s, c=c) == pytest.approx(np.arctan2(s, c), rel=1e-15, abs=1e-15)
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize(
     ("sigmas", "inside", "radius"),
     [(0.5, False, 0.0), (3.0, False, 0.0), (3.0, True, 1.1), (2.0, False, 1.1), (0.0, True, 0.0)],
@@ -216,6 +217,7 @@ def rates_of(model, x):
     return plan.rates[0][stretch]
 
 
+@pytest.mark.slow
 def test_kernel_keeps_the_limits_that_the_reference_keeps(watched):
     model, X = watched
     sun, _ = model.direction("sun")
@@ -342,6 +344,7 @@ def test_limits_hold_between_filter_steps(step):
     assert max(blind) > np.radians(0.01 * step)  # what samples alone do not see
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("sense", ["keep-out", "keep-in"])
 def test_the_sun_counts_in_the_whole_step_in_which_it_appears(sense):
     """What a step before it, in the dark, has not judged: where the shadow ends, and begins."""

@@ -131,6 +131,7 @@ def test_all_faces_together_tell_no_more_than_the_bound_says():
     assert 1.0 < together(cube(relative_noise=1.0)) < 1.06
 
 
+@pytest.mark.slow
 def test_no_plan_is_below_the_limit():
     of = scenario(*cube(sees_albedo=False), Magnetometer())
     bound = limit(of)
@@ -153,6 +154,7 @@ def test_where_there_is_no_limit_it_says_why(keys, world, message):
         limit(scenario(*cube(**keys), Magnetometer(), world=world))
 
 
+@pytest.mark.slow
 def test_a_known_array_knows_the_attitude_as_three_numbers_do():
     """Of faces without errors, each lit whenever it can be: a Sun sensor of the same noise."""
     known = {"initial_scale_factor": 1e-6, "initial_misalignment_deg": 1e-5}

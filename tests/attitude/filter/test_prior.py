@@ -46,6 +46,7 @@ def known(of, rng, share=0.3):
     return dataclasses.replace(of, prior=prior)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(
     "changes",
     [

@@ -38,6 +38,7 @@ def test_what_is_over_a_duration_are_the_moments_of_an_ornstein_uhlenbeck_proces
     assert process.over(1e6) == (pytest.approx(0.0, abs=1e-300), 0.3**2)
 
 
+@pytest.mark.slow
 def test_a_process_that_nothing_measures_keeps_its_variance():
     suite = SUITES["varying errors"]
     model = FilterModel.from_scenario(
@@ -66,6 +67,7 @@ class Mean(Sensor):
         return (1e-4, 1e-4, 1e-4)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("time", [2.0, 20.0, 300.0])
 def test_a_mean_is_known_as_well_as_correlated_samples_tell(time):
     """Of n samples of correlation ρ, σ² (1 + ρ) / (n - (n - 2) ρ): the floor of more samples.

@@ -23,6 +23,7 @@ def X():
     return designs(np.random.default_rng(21), 16, max_duration=300.0)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("rule", ["required", "settling", "end"])
 def test_the_kernel_ends_where_the_reference_does(short, rule, X):
     model = ruled(short, rule)

@@ -77,6 +77,7 @@ def test_it_measures_below_its_rate(model):
     assert_agrees(model, design[None])
 
 
+@pytest.mark.slow
 def test_kernel_measures_when_the_reference_does(model):
     X = designs(np.random.default_rng(4), 8, max_duration=600.0)
     X[:, np.arange(12) % 4 != 3] *= 0.4

@@ -80,6 +80,7 @@ def integrated(field, attitude, rate, design, step, coils):
     return np.array(found), np.array(rates), np.array(free)
 
 
+@pytest.mark.slow
 def test_motion_is_that_of_a_rigid_body_under_the_law_by_another_integrator(model, flown):
     drive = model.slew_limits
     field = drive.field[:601]

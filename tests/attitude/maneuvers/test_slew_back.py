@@ -82,6 +82,7 @@ def test_from_rest_about_one_axis_by_hand(limits, rate, angle, seconds):
     assert np.degrees(ends[:, 2].min()) >= -scene.maneuvers.max_rate_deg_s * (1 + 2e-9)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(
     ("limits", "pointing"),
     [(limits, "nadir") for limits in LIMITS]

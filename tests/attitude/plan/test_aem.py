@@ -115,6 +115,7 @@ def ramped(problem):
     return ManeuverPlan(dataclasses.replace(paper, maneuvers=limits), DESIGN)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("ramps", [False, True])
 def test_rates_read_back_by_both_are_those_that_are_flown(plan, problem, ramps):
     """By brahe as angular velocities; by ccsds-ndm as derivatives, which are those of its own

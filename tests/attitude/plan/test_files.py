@@ -39,6 +39,7 @@ def test_round_trip(plan, text, tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=50)
 @given(scenarios(), st.integers(1, 5), st.data())
 def test_any_scenario_and_design_round_trip(scenario, count, data):

@@ -89,6 +89,7 @@ def test_its_end_is_read_back_as_looking_down(plan):
     np.testing.assert_allclose(body @ along, [1.0, 0.0, 0.0], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_files_and_documents_tell_of_it(plan, without):
     text = to_json(plan)
     assert from_json(text) == plan
@@ -99,6 +100,7 @@ def test_files_and_documents_tell_of_it(plan, without):
     assert plan_document(Picked(plan, "plan"))["duration_s"] == plan.duration
 
 
+@pytest.mark.slow
 def test_one_that_ends_after_the_duration_says_so_everywhere(plan, capsys):
     """The duration limits the time to converge; who takes it for a window is told."""
     after = plan.duration - 900.0
@@ -118,6 +120,7 @@ def test_one_that_ends_after_the_duration_says_so_everywhere(plan, capsys):
     assert f"slew back until {plan.duration:g} s, {after:g} s after duration = 900 s" in shown
 
 
+@pytest.mark.slow
 def test_one_that_ends_within_it_and_none_at_all_say_nothing(without, capsys):
     early = {"convergence": {"window": 60.0, "relative_decrease": 0.3}}
     within = ManeuverPlan(Scenario.from_dict(TABLE | early), DESIGN)
@@ -151,6 +154,7 @@ def test_it_is_found_once_for_all_that_is_told(plan, monkeypatch):
     assert len(calls) == 1
 
 
+@pytest.mark.slow
 def test_figures_show_it(plan):
     times, rates, over = timeline(plan.problem, np.array(DESIGN), plan.t_end)
     assert over < plan.t_end < times[-1] == plan.duration
@@ -194,6 +198,7 @@ def test_flights_slew_back_too(plan):
     assert runs.rms[k] / runs.predicted[k] == pytest.approx(1.0, abs=0.45)
 
 
+@pytest.mark.slow
 def test_path_limits_are_looked_at_until_the_end(plan):
     """Angles on the way back, in the plan's own table."""
     axis = (0.0, 1.0, 0.0)

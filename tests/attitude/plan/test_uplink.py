@@ -69,6 +69,7 @@ def test_a_maneuver_that_is_over_before_its_ramp_is_commanded(problem):
     assert again.to_numpy().ravel().tolist() == design.tolist()
 
 
+@pytest.mark.slow
 def test_numbers_are_short_and_fly_the_same_plan():
     """With all digits in the design, ramps and a slew back, within the bound that is told."""
     design = np.random.default_rng(8).uniform(-1.0, 1.0, 12)

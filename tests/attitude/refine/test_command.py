@@ -24,6 +24,7 @@ class Killed(BaseException):
     pass
 
 
+@pytest.mark.slow
 def test_a_run_that_is_killed_amid_its_polish_ends_as_one_that_was_not(tmp_path):
     run = prepare("attitude", SHORT, starts=2, polish=True, **SIZE)
 
@@ -43,6 +44,7 @@ def test_a_run_that_is_killed_amid_its_polish_ends_as_one_that_was_not(tmp_path)
     assert expected.hypervolume.value > search.hypervolume.value
 
 
+@pytest.mark.slow
 def test_robust_plans_keep_what_their_flights_keep():
     flown = SHORT | {"flight": {"count": 8, "quantile": 0.75}}
     search, polished = (
@@ -88,6 +90,7 @@ def test_runs_that_are_told_nothing_else_are_as_was_measured_to_be_best(given, e
     assert "preset" not in found.options  # what one has later changes no run
 
 
+@pytest.mark.slow
 def test_a_polish_adds_plans_to_the_front():
     search = prepare("attitude", SHORT, starts=2, **SIZE).solve()
     outcome = prepare("attitude", SHORT, starts=2, polish=True, **SIZE).solve()

@@ -99,6 +99,7 @@ def test_each_step_is_as_good_as_the_one_before(problem):
         last = F
 
 
+@pytest.mark.cases(1)
 def test_plans_for_other_times_are_added(problem):
     X = problem.starts(4, np.random.default_rng(1))
     F = values(problem, X)[0]
@@ -124,6 +125,7 @@ def test_how_long_it_will_be_is_told(problem):
     assert length_hint(steps) == 5
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("rule", ["trace", "end"])
 def test_limits_are_kept(rule):
     problem = short(3, rule, path_limits=CAMERA)

@@ -28,6 +28,7 @@ def first(flight):
     return calibrate(dataclasses.replace(SCENARIO, sensors=(loud, mag)), flight)
 
 
+@pytest.mark.slow
 def test_scale_factors_and_noise_are_found_and_both_are_compared(flight, first):
     assert first.failures[0].startswith("mag.scale_factor is ")
     found = calibrate_with(first, flight, None, ["mag.scale_factor", "noise"])

@@ -54,6 +54,7 @@ def test_normalized_vectors_are_calibrated_as_claimed(name):
     assert supported
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["cubesat_6u", pytest.param("paper", marks=pytest.mark.campaign)])
 def test_fifty_flights_of_normalized_vectors(name):
@@ -104,6 +105,7 @@ def test_two_angles_of_a_mounted_sensor_are_read_as_its_directions():
         )
 
 
+@pytest.mark.slow
 def test_the_filter_of_two_angles_is_consistent():
     """Many simulated flights, with a horizon sensor that the Sun blinds."""
     of = two_axis(SCENARIOS["paper"])

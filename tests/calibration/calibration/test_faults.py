@@ -44,6 +44,7 @@ def test_a_delay_that_passed_is_told_with_its_size(late):
     assert abs(size - abs(late)) < 3.0 * sigma
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("kind", ["magnetometer's scale", "orbit", "step of the Sun sensor"])
 def test_what_is_wrong_is_the_first_line(kind):
     assert re.match(SCORED[kind].cause, first_line(SCORED[kind], 11))
@@ -85,6 +86,7 @@ def test_all_is_asked_in_spans_as_at_once(monkeypatch):
     np.testing.assert_allclose(parts.change, whole.change, rtol=0.0, atol=1e-8)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("of", ["mag", "gyro"])
 def test_a_step_is_told_with_its_time_and_size(of):
     """Its time is not known beforehand; waves of a drift are far from it."""
@@ -103,6 +105,7 @@ def test_a_step_is_told_with_its_time_and_size(of):
     assert float(said[3]) == pytest.approx(1400.0, abs=3000.0 / PARTS)
 
 
+@pytest.mark.slow
 def test_what_can_hardly_be_told_apart_is_told_as_both():
     """A drift that goes as a temperature does, but for what no reading shows."""
     telemetry = fly(SCENARIO, MOTION, 9)
@@ -131,6 +134,7 @@ def test_noise_that_is_set_too_high_is_a_note():
     assert float(said[1]) == pytest.approx(sun.noise_deg, rel=0.03)
 
 
+@pytest.mark.slow
 def test_sensors_of_two_angles_and_trackers_are_asked():
     """Of a tracker the misalignment may change, of two angles nothing along the direction."""
     mag = SCENARIO.sensors[1]
@@ -147,6 +151,7 @@ def test_sensors_of_two_angles_and_trackers_are_asked():
     assert re.match(r"tracker is (0\.9\d|1\.0\d) ± 0\.0\d s late", late.failures[0])
 
 
+@pytest.mark.cases(1, 3)
 @pytest.mark.parametrize(
     "kind",
     ["magnetometer frozen", "fill values", "Sun sensor flipped", "Excel", "local time", "ITRF"],
@@ -160,6 +165,7 @@ def test_no_cause_is_seen_of_a_healthy_flight():
         assert seen(Fault(""), seed) == ()
 
 
+@pytest.mark.slow
 def test_the_cause_stands_in_front_of_what_was_refused():
     """It was "are orbit, epoch and mounting frames those of the satellite?" alone."""
     with pytest.raises(ValueError, match=r"^times are in minutes, not seconds \(the estimate does"):
@@ -176,6 +182,7 @@ def test_what_is_refused_in_another_process_is_told_in_this_one():
     assert refused.check_table().loc["times", "says"] == refused.causes[0]
 
 
+@pytest.mark.slow
 def test_causes_are_part_of_files():
     found = calibrate(SCENARIO, GROSS["magnetometer clipped"].fly(1))
     assert found.causes
@@ -231,7 +238,7 @@ def test_what_makes_outliers_of_all_that_follows_is_told():
     assert any("of sun are outliers" in words for words in found.failures)
 
 
-@pytest.mark.slow
+@pytest.mark.cases(0, 1)
 @pytest.mark.parametrize("third", range(3))
 def test_nine_of_ten_faults_are_named(third):
     """One of each kind; see `faults.FAULTS`."""

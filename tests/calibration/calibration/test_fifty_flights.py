@@ -54,6 +54,7 @@ CASES = {
 }
 
 
+@pytest.mark.cases(0, 2)
 @pytest.mark.parametrize("name", CASES)
 def test_errors_are_as_large_as_is_claimed(name):
     scenario, plan = CASES[name]
@@ -77,6 +78,7 @@ def test_a_gyro_that_is_noisier_about_one_axis_is_calibrated_as_claimed():
     assert not calibrate(alike, telemetry).supported
 
 
+@pytest.mark.campaign
 def test_what_a_face_that_is_lit_for_a_short_time_knows_depends_on_the_attitude():
     """Off the plan's, the Sun is before it for another time: claims then leave what is promised."""
     widest = []

@@ -54,6 +54,7 @@ def test_a_first_attitude_whatever_it_is(scenario):
         assert np.degrees(turn.magnitude()) < 15.0
 
 
+@pytest.mark.cases(3)
 @pytest.mark.parametrize(
     "name",
     [
@@ -129,6 +130,7 @@ def scaled(name, factor):
 LOST = "beyond the chi-square gate|does not settle"
 
 
+@pytest.mark.cases(3)
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -165,7 +167,7 @@ def spoiled(name):
     return lambda t, rng: t
 
 
-@pytest.mark.slow
+@pytest.mark.cases(0, 2)
 @pytest.mark.parametrize(
     ("preset", "name", "flights"),
     [

@@ -48,6 +48,7 @@ def test_a_large_bias_that_is_known_is_no_other_unit():
     assert again.supported, again.conclusion
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(("deg_s", "factor"), [(2.0, 3600.0), (0.01, 1e3), (0.01, np.pi / 180.0)])
 def test_another_unit_is_named_whatever_the_bias(deg_s, factor):
     """Unless the bias that is believed possible explains the same rates."""

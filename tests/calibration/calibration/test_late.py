@@ -45,11 +45,13 @@ def found(name, delays, seed):
     return {block: off(calibration, block, value) for block, value in true.items()}
 
 
+@pytest.mark.slow
 def test_delays_of_two_sensors_are_found_beside_all_else():
     for block, each in found("cubesat_6u", {"sun": 0.25, "mag": 0.5}, 1).items():
         assert np.abs(each).max() < (3.0 if "delay" in block else 4.0)
 
 
+@pytest.mark.slow
 def test_without_the_state_a_delay_is_taken_for_a_misalignment():
     scenario = SCENARIOS["cubesat_6u"]
     telemetry = fly(scenario, steady(PLAN), 1, Craft(late={"mag": 0.5}))
@@ -57,7 +59,7 @@ def test_without_the_state_a_delay_is_taken_for_a_misalignment():
     assert np.abs(off(calibration, "sun.misalignment", telemetry.truth.states[-1, 6:9])).max() > 5.0
 
 
-@pytest.mark.slow
+@pytest.mark.cases(0, 2)
 @pytest.mark.parametrize("delay", [0.0, 0.25, 0.5, 1.0])
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_delays_are_found_within_three_sigma(name, delay):
@@ -68,6 +70,7 @@ def test_delays_are_found_within_three_sigma(name, delay):
         assert np.abs(errors["mag.delay"]).max() < 3.0
 
 
+@pytest.mark.slow
 def test_the_filter_knows_delays_as_it_claims():
     """Drawn from the scenario, of a Sun sensor, a star tracker and a magnetometer."""
     suite = SUITES["late"]

@@ -33,6 +33,7 @@ def flown(scenario, seed, motion="plan", **craft):
     return fly(scenario, MOTIONS[motion], seed, Craft(**craft), duration=1500.0)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("size", [0.3, 1.0])
 def test_a_bias_that_is_constant_is_told_from_one_that_decays(size):
     """It ended 10 sigma wrong at 0.3 deg/s, supported."""
@@ -64,6 +65,7 @@ def test_a_bias_that_walks_by_more_than_is_said_is_told():
     assert again.supported, again.conclusion
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("scenario", [PAPER, CUBESAT], ids=lambda each: each.name)
 def test_nothing_is_named_of_what_is_as_it_is_said(scenario, motion):
@@ -77,6 +79,7 @@ TURNS = [-0.1, 0.2, -0.4, 300.0, 0.3, -0.4, 0.3, 500.0, -0.2, 0.4, 0.3, 600.0,
          0.3, 0.3, -0.2, 200.0, -0.3, -0.3, 0.4, 300.0]  # fmt: skip
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("late", [0.0, 0.1])
 def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
     """The gyro's noise of a step is three times its own, and is in the rate and in the attitude."""
@@ -161,6 +164,7 @@ def test_what_steps_are_combined_of_is_what_it_would_be_alone():
     assert found.of(0, ["alone"]).freedom == 0
 
 
+@pytest.mark.slow
 def test_files_and_pages_have_the_tests():
     scenario = believed(PAPER, initial_bias_deg_s=0.3)
     found = calibrate(scenario, flown(scenario, 1, gyro_bias_deg_s=[0.3, -0.3, 0.3], **CONSTANT))

@@ -117,6 +117,7 @@ def nees(name, craft, seeds, mapping=None):
     return np.mean(each), low, high, np.abs(x).max(), sum(supported)
 
 
+@pytest.mark.cases(1, 3)
 @pytest.mark.parametrize("name", MOTIONS)
 def test_a_body_in_motion_is_calibrated_as_claimed(name):
     """The gyro's bias was off by up to 20 sigma, supported by the innovations."""
@@ -126,6 +127,7 @@ def test_a_body_in_motion_is_calibrated_as_claimed(name):
     assert supported
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("name", ["1 deg/s at 0.5 rad/s", "3 deg/s at 0.2 rad/s"])
 def test_rates_at_the_samples_are_as_good(name):
     mean, low, high, worst, supported = nees(name, Craft(instantaneous=True), [1], AT_SAMPLES)
@@ -134,7 +136,7 @@ def test_rates_at_the_samples_are_as_good(name):
     assert supported
 
 
-@pytest.mark.slow
+@pytest.mark.cases(0, 1)
 @pytest.mark.parametrize("instantaneous", [False, True])
 @pytest.mark.parametrize("name", OF_MANY)
 def test_many_bodies_in_motion(name, instantaneous):

@@ -33,6 +33,7 @@ def telemetry():
     return fly(SCENARIO, PLAN, 1)
 
 
+@pytest.mark.slow
 def test_gains_and_normals_are_calibrated_as_claimed(telemetry):
     calibration = calibrate(SCENARIO, telemetry)
     mean, off = normalized(calibration, telemetry)

@@ -38,6 +38,7 @@ def calibrated(seed=1, **craft):
     return calibrate(SCENARIO, fly(SCENARIO, steady(PLAN), seed, Craft(**craft), duration=1500.0))
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("block", OFF)
 def test_a_block_far_from_its_prior_is_named(block):
     """All of it was supported by the innovations, or another sensor was blamed first."""
@@ -57,6 +58,7 @@ def test_a_block_far_from_its_prior_is_named(block):
     assert len(named) < len(OFF)
 
 
+@pytest.mark.slow
 def test_a_prior_that_is_too_small_is_named_and_no_sensor_before_it():
     """Half a degree a second where ten degrees an hour are believed."""
     found = calibrated(gyro_bias_deg_s=[0.5, 0.0, 0.0])
@@ -65,6 +67,7 @@ def test_a_prior_that_is_too_small_is_named_and_no_sensor_before_it():
     assert "prior" in found.conclusion.partition(" not support it")[0]
 
 
+@pytest.mark.slow
 def test_estimates_of_healthy_flights_are_what_was_believed():
     """By a chi-square of no more than chance; where little is learned, of less."""
     squares = []
@@ -92,6 +95,7 @@ def test_a_second_calibration_is_held_against_the_first():
     assert other.failures[0].startswith("mag.bias is ")
 
 
+@pytest.mark.slow
 def test_files_and_pages_say_it():
     found = calibrated(mag_bias_nt=[5000.0, 0.0, 0.0])
     again = from_json(to_json(found))

@@ -41,6 +41,7 @@ def bias(table):
     return table[table["block"] == "mag.bias"]["estimate"].to_numpy()
 
 
+@pytest.mark.slow
 def test_the_bias_is_that_of_an_affine_fit_and_what_is_not_white_is_said(
     scenario, telemetry, affine
 ):

@@ -13,6 +13,7 @@ from .flights import PLAN, error, short
 CASES = {"paper": None, "considered": "considered", "star tracker": "star tracker"}
 
 
+@pytest.mark.cases(1, 2)
 @pytest.mark.parametrize("name", CASES)
 def test_the_estimates_are_those_of_calibrate(name):
     scenario = short(Scenario.paper(), 1200.0)
@@ -68,7 +69,7 @@ def test_no_flight_is_refused(scenario):
         simulate_calibrations(scenario, PLAN, 0)
 
 
-@pytest.mark.slow
+@pytest.mark.cases(0, 1)
 @pytest.mark.parametrize("preset", ["paper", "cubesat_6u"])
 def test_many_are_consistent(preset):
     scenario = short(getattr(Scenario, preset)(), 3000.0)

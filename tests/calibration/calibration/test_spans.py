@@ -68,6 +68,7 @@ def said(of, data, at):
     }
 
 
+@pytest.mark.cases(1, 2)
 @pytest.mark.parametrize(
     ("name", "gyro"),
     [
@@ -94,6 +95,7 @@ def test_spans_say_what_all_at_once_say(name, gyro, spans):
             np.testing.assert_allclose(parts[what], values, rtol=1e-9, atol=1e-9, err_msg=what)
 
 
+@pytest.mark.slow
 def test_a_calibration_in_spans_is_that_of_all_at_once(spans):
     """With holes and outliers, rounds of which leave out the same readings."""
     of = short(Scenario.cubesat_6u(), 600.0)
@@ -118,7 +120,7 @@ def test_a_calibration_in_spans_is_that_of_all_at_once(spans):
     assert all(abs(one.chi_square - other.chi_square) < 1e-6 for one, other in pairs)
 
 
-@pytest.mark.slow
+@pytest.mark.cases(0, 1)
 @pytest.mark.parametrize("preset", ["cubesat_6u", "cubesat_6u_full"])
 def test_a_sample_takes_less_than_four_kilobytes(preset, spans, monkeypatch):
     """Of all that NumPy allocates at once; it was 10 and 37."""

@@ -38,6 +38,7 @@ def solve(*words, code=0):
     return done
 
 
+@pytest.mark.slow
 def test_later_maneuvers_are_searched_anew_flown_and_calibrated(run, flown, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("rest.toml").write_text("duration = 1200.0\nmaneuvers.count = 2\n")
@@ -115,6 +116,7 @@ def test_a_problem_that_cannot_go_on_says_so(tmp_path, monkeypatch):
     assert done.stderr.count("\n") == 1
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -147,6 +149,7 @@ def test_no_sample_is_one_line(run, flown, tmp_path, monkeypatch):
     assert error == "Error: no sample until -1.0 s: the first is at 0.000000 s\n"
 
 
+@pytest.mark.slow
 def test_a_scenario_with_stages_of_flights_is_told_who_searches_by_them(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     few = 'preset = "paper"\nduration = 1000.0\nflight = { count = 3, grow = [0] }\n'

@@ -34,6 +34,7 @@ def flight(tmp_path_factory):
     return folder, scenario, telemetry
 
 
+@pytest.mark.slow
 def test_the_table_and_the_conclusion(run, flight):
     folder, scenario, telemetry = flight
     found = calibrate(scenario, telemetry)
@@ -95,6 +96,7 @@ def test_files_and_what_a_plan_promised(run, flight, tmp_path):
     run(*arguments, "--overwrite", "--quiet")
 
 
+@pytest.mark.slow
 def test_the_plan_may_be_a_solution_of_a_run(run, folder, front, tmp_path):
     """Picked as in the other commands, and named."""
     picked = ("--solution", front.row("best"))
@@ -129,6 +131,7 @@ def test_a_calibration_that_is_not_supported_has_another_exit_code(run, flight, 
     assert last.startswith("the innovations do not support it: mag scatters more than its noise")
 
 
+@pytest.mark.slow
 def test_a_satellite_that_just_tumbles_has_a_plan_of_nothing(run, tmp_path):
     """Coils that are off: its rate changes, and nobody has asked for it."""
     text = """preset = "cubesat_6u"
@@ -165,6 +168,7 @@ def test_a_scenario_of_another_epoch_than_the_plans_is_refused(run, flight, tmp_
     assert "expected that of the plan, 2018-06-05T00:00:00.000Z" in " ".join(told.split())
 
 
+@pytest.mark.slow
 def test_all_that_is_tested_is_printed_where_nothing_is_calibrated(run, flight, tmp_path):
     folder, _, telemetry = flight
     fast = dataclasses.replace(telemetry, gyro_deg_s=3600.0 * telemetry.gyro_deg_s)
@@ -215,6 +219,7 @@ def test_bad_telemetry_leaves_nothing(run, flight, tmp_path):
     run("calibrate", tmp_path, "--scenario", "paper", code=2)
 
 
+@pytest.mark.slow
 def test_all_that_is_tested_and_what_is_added_is_printed(run, flight):
     folder, _, _ = flight
     command = ("calibrate", folder / "telemetry.csv", "--plan", folder / "plan.json")

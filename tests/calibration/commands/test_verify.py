@@ -107,6 +107,7 @@ def flown(front):
     return verify(front.plan("fastest"), n_runs=2)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(
     ("p", "nees_p", "code", "conclusion"),
     [
@@ -158,6 +159,7 @@ def test_bad_input_has_another_exit_code(run, folder, tmp_path):
     run("verify", folder, "--runs", "1", code=2)
 
 
+@pytest.mark.slow
 def test_a_broken_path_limit_is_told(run, tmp_path):
     """In words, as a table, and in the file that reports show."""
     scenario = dataclasses.replace(
@@ -189,6 +191,7 @@ def test_a_broken_path_limit_is_told(run, tmp_path):
     assert 0.0 < row["open loop: time [%]"] < 100.0
 
 
+@pytest.mark.slow
 def test_a_plan_that_breaks_a_limit_does_not_hold_whatever_it_achieves(run, violating, monkeypatch):
     plan = read_json(violating)
     made = verify(plan, n_runs=2)

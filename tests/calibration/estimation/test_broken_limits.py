@@ -71,6 +71,7 @@ def test_counts_are_those_of_the_errors():
     assert (record.broken < 1).all(axis=(0, 1)).sum() >= 4
 
 
+@pytest.mark.slow
 def test_nothing_is_broken_in_the_dark():
     cones = toward_sun(0.0, 80.0), toward_sun(180.0, 80.0, sense="keep-in")
     day = FilterModel.from_scenario(scenario(*cones))

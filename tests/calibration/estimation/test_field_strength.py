@@ -92,6 +92,7 @@ def with_bias(seed, bias):
     return of, telemetry, sent
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(("seed", "bias"), [*itertools.product((0, 4), LARGE)])
 def test_a_bias_as_large_as_the_field_is_found(seed, bias):
     """The start is by strength: directions with such a bias in them say that the gyro is wrong."""

@@ -43,6 +43,7 @@ def flown(request):
     return model, [flight.readings for flight in flights], flights[0].motion.rates
 
 
+@pytest.mark.cases(1, 3)
 @pytest.mark.parametrize(
     "estimator",
     [

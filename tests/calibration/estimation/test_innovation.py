@@ -127,6 +127,7 @@ def in_space(suite, index, y, C, x):
     return tuple(np.tensordot(axes, each, 1) for each in found)
 
 
+@pytest.mark.cases(3, 5)
 @pytest.mark.parametrize(("suite", "index"), CASES)
 def test_derivatives_of_the_innovation_are_those_of_finite_differences(suite, index):
     sensor = suite.sensors[index]
@@ -163,6 +164,7 @@ def test_derivatives_of_the_innovation_are_those_of_finite_differences(suite, in
     np.testing.assert_allclose(at(e)[0], 0.0, atol=1e-14)
 
 
+@pytest.mark.cases(3, 5)
 @pytest.mark.parametrize(("suite", "index"), CASES)
 def test_moments_of_second_order_are_those_of_samples(suite, index):
     """Mean and covariance of ½ eᵀ B e by the traces of dense matrices."""

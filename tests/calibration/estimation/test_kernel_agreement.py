@@ -29,6 +29,7 @@ def model(request):
     return FilterModel.from_scenario(scenario)
 
 
+@pytest.mark.cases(1, 3)
 @pytest.mark.parametrize("estimator", [Estimator.plain(), Estimator(second_order=False)])
 def test_variances_of_a_run_without_errors_are_the_kernels(model, estimator):
     record = estimated(model, PLAN, np.arange(STEPS + 1), none(model, STEPS), estimator)
@@ -37,6 +38,7 @@ def test_variances_of_a_run_without_errors_are_the_kernels(model, estimator):
     np.testing.assert_allclose(record.errors, 0.0, atol=1e-12)
 
 
+@pytest.mark.cases(1)
 def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model):
     ramped = dataclasses.replace(model, slew_limits=SlewLimits(np.radians(1.7), np.inf, np.eye(3)))
     record = estimated(ramped, PLAN, np.arange(STEPS + 1), none(ramped, STEPS), Estimator.plain())
@@ -45,6 +47,7 @@ def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model
     assert not np.allclose(record.sigma[0] ** 2, evaluate(model, PLAN, history=True).variances[0])
 
 
+@pytest.mark.cases(1)
 def test_tiny_errors_are_the_linear_filters(model):
     """A ten-millionth of every error and noise leaves the covariance as it is."""
     drawn = draw(model, STEPS, np.random.default_rng(1))

@@ -42,6 +42,7 @@ def reordered(telemetry, order):
     return dataclasses.replace(telemetry, sensors=sensors)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("order", [words for words, *_ in ORDERS])
 def test_another_order_is_named_and_not_the_sun_sensor(scenario, order):
     message = rf"^tracker: its quaternions agree .* as {order}: expected scalar last, from GCRF"

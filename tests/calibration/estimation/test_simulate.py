@@ -59,6 +59,7 @@ def run(paper, n_runs=60, **options):
     return simulate(scenario, PLAN, n_runs, seed=7, environment=environment, **options)
 
 
+@pytest.mark.slow
 def test_a_run_is_the_same_however_many_run_beside_it(brief):
     one, two = run(brief, 5), run(brief, RUNS + 1)
     alone = run(brief, 1)
@@ -82,6 +83,7 @@ def test_what_is_predicted_is_the_kernels(paper):
     np.testing.assert_allclose(result.table()["predicted"], result.predicted[k])
 
 
+@pytest.mark.slow
 def test_a_gyro_with_every_error_is_consistent(paper):
     scenario, environment = paper
     gyro = Gyro(initial_scale_factor=1e-3, initial_misalignment_deg=0.2)
@@ -91,6 +93,7 @@ def test_a_gyro_with_every_error_is_consistent(paper):
     assert all(report[name].passed for name in ("nees", "nis sun", "nis mag")), report.table()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("considered", [(), pytest.param(("field_error",), marks=pytest.mark.slow)])
 def test_errors_that_vary_are_estimated_or_considered_consistently(paper, considered):
     scenario, environment = paper
@@ -117,6 +120,7 @@ def test_errors_are_what_the_filter_claims(paper):
     assert report.passed, report.table()
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("preset", "file"),
@@ -137,6 +141,7 @@ def test_plans_of_a_front_are_consistent(preset, file):
     assert all(report[f"nis {sensor}"].passed for sensor in result.sensors), report.table()
 
 
+@pytest.mark.slow
 def test_a_filter_that_believes_in_too_little_noise_is_found_out(paper):
     scenario, _ = paper
     loud = tuple(
@@ -152,6 +157,7 @@ def test_a_filter_that_believes_in_too_little_noise_is_found_out(paper):
     assert not report.passed
 
 
+@pytest.mark.slow
 def test_a_drifting_gyro_believed_steady_is_found_out(paper):
     scenario, _ = paper
     drifting = dataclasses.replace(scenario.gyro, rate_random_walk=3e-5)
@@ -173,6 +179,7 @@ def test_a_truth_that_is_what_the_estimator_believes_changes_no_bit(brief):
     assert alone.t_end == same.t_end
 
 
+@pytest.mark.slow
 def test_a_true_bias_that_decays_otherwise_than_believed_does_so(brief):
     """After 10 s little is known of the bias, and what is left of it is its error."""
     scenario, _ = brief
@@ -186,6 +193,7 @@ def test_a_true_bias_that_decays_otherwise_than_believed_does_so(brief):
     np.testing.assert_allclose(fast.rms[k, 3:6], np.exp(-1.0) * slow.rms[k, 3:6], rtol=0.1)
 
 
+@pytest.mark.slow
 def test_the_truth_has_eclipses_and_fields_of_view_of_its_own():
     """The Sun sensor reports where in truth it sees, and the estimator takes what it reports."""
     orbit = dataclasses.replace(Scenario.paper().orbit, true_anomaly_deg=163.0)

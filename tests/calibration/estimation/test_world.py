@@ -38,6 +38,7 @@ def test_more_magnetometers_promise_no_more_than_they_achieve(number):
     assert achieved / promised == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_every_error_of_the_world_at_once_is_estimated_consistently():
     """Fifty flights, within 99 % bounds."""

@@ -62,6 +62,7 @@ def test_a_plan_flown_as_it_is_keeps_what_it_keeps(plan):
     assert found[MOMENTUM] == pytest.approx(load, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_an_own_flight_is_off_by_its_first_attitude(plan):
     telemetry = fly(plan.scenario, plan, 3)
     found = as_flown(plan, telemetry)

@@ -133,6 +133,7 @@ def test_gyro_noise_is_the_markov_process_of_equation_2():
     assert np.abs((sample - Q) / scale).max() < 4.5 * np.sqrt(2.0 / 40_000)
 
 
+@pytest.mark.slow
 def test_errors_of_sensors_are_ornstein_uhlenbeck_processes():
     """Stationary, with the autocovariance σ² exp(-t / τ) of the closed form, and independent."""
     world = World(albedo=0.05, albedo_correlation_time=15.0, field_error_nt=80)

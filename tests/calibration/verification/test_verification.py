@@ -93,6 +93,7 @@ def test_a_real_plan(short_plan):
     assert found.achieved  # a fifth of the flights of the default, with errors as small
 
 
+@pytest.mark.slow
 def test_ending_at_t_end_changes_nothing(short_plan):
     design, soon = (
         short_plan.design,

@@ -115,6 +115,7 @@ def test_best_values_are_distributed_as_those_of_a_plain_loop(n_var, generations
     assert ks_2samp(seen.best, plain).pvalue > 1e-3
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("seed", range(3))
 def test_rosenbrock_valley_is_found(seed):
     result = minimize(Rosenbrock(2), MGEOReal(0.1, n_walkers=10), ("n_gen", 1000), seed=seed)

@@ -36,7 +36,7 @@ def here():
 ROUNDING = 1e-15  # a published zero is one of floating point
 
 
-@pytest.mark.slow
+@pytest.mark.cases(0, 3)
 @pytest.mark.parametrize("oracle", here(), ids=lambda o: f"{o.function}-{o.label}")
 def test_mean_and_median_are_within_a_factor_of_two_of_the_published_ones(oracle):
     best = oracle.bests(20)

@@ -167,6 +167,7 @@ def test_what_is_no_problem_is_answered_with_the_prefixes(name, said):
         assert load_problem(example).n_obj == 2
 
 
+@pytest.mark.slow
 def test_a_run_and_a_study_of_ones_own_class(beam, tmp_path):
     def run(*words, code=0):
         done = CliRunner().invoke(app, [*words, "-q"], prog_name="mgeo")

@@ -144,6 +144,7 @@ def interpreted(monkeypatch):
     monkeypatch.setattr(age2, "numba", SimpleNamespace(float64=float))
 
 
+@pytest.mark.cases(1)
 @pytest.mark.usefixtures("interpreted")
 @pytest.mark.parametrize(
     "name",

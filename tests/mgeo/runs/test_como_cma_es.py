@@ -43,6 +43,7 @@ def test_it_goes_as_its_authors_own_loop():
     assert not found.isarchive  # which changes nothing
 
 
+@pytest.mark.slow
 def test_it_finds_the_front_of_rotated_ellipsoids_and_writes_nothing(tmp_path):
     problem = Ellipsoids()
     F = minimize(problem, COMOCMAES(10), ("n_eval", 5_000), seed=1).F
@@ -55,6 +56,7 @@ def test_it_finds_the_front_of_rotated_ellipsoids_and_writes_nothing(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_kernels_that_stop_are_joined_by_new_ones_and_it_goes_on():
     algorithm = COMOCMAES(2)
     result = minimize(Ellipsoids(2), algorithm, ("n_eval", 3_000), seed=1)

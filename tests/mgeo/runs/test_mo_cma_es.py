@@ -54,6 +54,7 @@ def test_the_least_contributor_is_that_of_deap():
         assert _least_contributor(front, ref) == deap.tools.hypervolume(front, ref=ref)
 
 
+@pytest.mark.slow
 def test_it_finds_the_front_of_rotated_ellipsoids():
     # of x'Ax and (x-1)'A(x-1) the front is the line between the minima: sqrt(f1) + sqrt(f2) = c
     problem = Ellipsoids()

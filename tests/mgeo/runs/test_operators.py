@@ -81,6 +81,7 @@ def test_integers_keep_the_parameters_of_crossover_and_mutation():
     assert NSGA2().mating.crossover.repair is None  # nor pymoo's own
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("algorithm", [NSGA2(pop_size=12), MOEAD(DIRECTIONS), NSGA3(DIRECTIONS)])
 def test_an_instance_searches_what_one_by_name_does(algorithm):
     found = solve(Whole(), algorithm, 240, seed=1)
@@ -150,6 +151,7 @@ def test_one_objective_too():
     assert solve(problem, GA(pop_size=10), 100, seed=1).X.dtype == float
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("top", [0.0, 1.0, 3.0])
 def test_a_run_ends_where_there_are_few_designs(top, monkeypatch):
     # C-TAEA begins with fewer than it has directions, if equal designs are left out at first

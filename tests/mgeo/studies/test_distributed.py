@@ -136,6 +136,7 @@ def test_modules_beside_the_study_are_sent_along(client):
     assert rows.count("finished") == 9
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.filterwarnings("default")
 @pytest.mark.usefixtures("beside_the_study")
@@ -160,6 +161,7 @@ class Elsewhere(NSGA2):
 Elsewhere.__module__ = "nowhere"
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.filterwarnings("default")
 def test_a_module_that_is_nowhere_is_named(client, monkeypatch):

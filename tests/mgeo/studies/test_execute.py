@@ -82,6 +82,7 @@ def test_processes_give_the_same_table(serial):
     assert parallel.table.equals(serial.table)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
 def test_multiprocessing_gives_the_same_table(serial, tmp_path):
     with joblib.parallel_config("multiprocessing", n_jobs=2):

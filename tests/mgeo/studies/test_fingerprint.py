@@ -158,6 +158,7 @@ def test_use_does_not_change_a_problem():
     assert fingerprint(problem) == before
 
 
+@pytest.mark.slow
 def test_tables_that_a_problem_fills_do_not_change_it():
     attitude = pytest.importorskip("mgeo_attitude")
     problem = attitude.AttitudeManeuverProblem(threads=1)

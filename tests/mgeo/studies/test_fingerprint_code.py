@@ -436,6 +436,7 @@ def installed(tmp_path, monkeypatch, forget):
     forget(distributions=True)
 
 
+@pytest.mark.slow
 def test_a_distribution_counts_by_its_version(installed):
     info = "site-packages/alloy-1.0.dist-info/"
     one = fingerprint(installed())

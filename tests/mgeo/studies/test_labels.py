@@ -19,6 +19,7 @@ def test_folders_of_labels_that_look_alike_differ():
     assert folder_name("dtlz2, n_obj = 3").startswith("dtlz2-n_obj-3~")
 
 
+@pytest.mark.slow
 @given(st.text(), st.text())
 def test_folders_are_single_names_and_as_different_as_labels(a, b):
     for label in (a, b):

@@ -71,6 +71,7 @@ def names(folder):
     return {path.name for path in folder.iterdir()}
 
 
+@pytest.mark.slow
 def test_a_study_of_two_problems(tmp_path, monkeypatch):
     study = parse_study(TWO, tmp_path)
     found = run_study(study, tmp_path / "out", progress=False)
@@ -138,6 +139,7 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
     assert (out / "zdt1" / "table.csv").read_bytes() == before
 
 
+@pytest.mark.slow
 def test_a_study_of_one_problem_needs_no_folders_below(tmp_path, stand_in):
     study = parse_study(ONE, tmp_path).reduced(60, 1)
     run_study(study, tmp_path / "out", progress=False)
@@ -169,6 +171,7 @@ def test_a_folder_that_cannot_be_written_is_found_before_any_run(tmp_path, monke
         run_study(parse_study(TWO, tmp_path), tmp_path / "out", progress=False)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_problem_without_a_result_does_not_stop_the_others(tmp_path, monkeypatch):
     def failing(task):
@@ -182,6 +185,7 @@ def test_a_problem_without_a_result_does_not_stop_the_others(tmp_path, monkeypat
     assert "dtlz2" in (tmp_path / "out" / "summary.md").read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_who_fails_on_a_problem_is_last_there_and_it_is_said(tmp_path, monkeypatch):
     def failing(task):
@@ -405,6 +409,7 @@ def test_a_control_is_corrected_for_its_rivals_alone():
     assert table.index.name == "B against"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_the_page_of_a_study_with_a_control_shows_it_against_all(tmp_path):
     text = TWO.replace("grid = 3", 'grid = 3\ncontrol = "nsga2 10"')
@@ -421,6 +426,7 @@ def test_published_indicators_are_named_as_in_the_table():
     assert table.loc["A_1"].tolist() == ["0.5", "0.40 ± 0.10", "0.60 ± 0.10"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_one_problem_with_other_options_is_another_problem(tmp_path):
     text = TWO.replace(
@@ -438,6 +444,7 @@ def test_one_problem_with_other_options_is_another_problem(tmp_path):
     assert 'href="dtlz2-n_obj-2~' in page
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_study_of_one_objective(mgeo, tmp_path):
     text = TWO.replace('["pymoo:zdt1", "pymoo:dtlz2"]', '["pymoo:sphere", "pymoo:rastrigin"]')
@@ -463,6 +470,7 @@ def test_a_study_of_one_objective(mgeo, tmp_path):
         read_comparison(out / "sphere")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn", "stand_in")
 def test_scenarios_of_like_names_have_their_own_folders(tmp_path):
     for name, load in (("a.b", 1.0), ("a-b", 2.0), ("a b", 3.0)):
@@ -500,6 +508,7 @@ def test_the_command_runs_a_file_and_says_what_it_found(mgeo, tmp_path):
     assert (quiet.exit_code, quiet.output) == (0, "")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.filterwarnings("default")
 def test_runs_that_are_not_used_are_one_note(mgeo, tmp_path):
@@ -516,6 +525,7 @@ def test_runs_that_are_not_used_are_one_note(mgeo, tmp_path):
         ]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
     def failing(task):
@@ -527,6 +537,7 @@ def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
     assert "4 runs failed; the same command makes them again" in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_terminal_of_ascii_shows_all(mgeo, tmp_path):
     text = ONE.replace("{name} {population}", "{name} σ = {population}")

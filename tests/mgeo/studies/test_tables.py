@@ -118,6 +118,7 @@ def test_published_values_are_shown_where_the_budget_is_theirs(three, evaluation
     assert published_table(SimpleNamespace(published=None), three) is None
 
 
+@pytest.mark.slow
 def test_figures_of_a_study_by_name():
     """Without menus: what a menu would choose has a figure of its own."""
     made = made_by_hand()

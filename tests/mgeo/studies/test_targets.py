@@ -98,6 +98,7 @@ def test_who_reaches_nothing_has_a_row_of_zeros():
     assert reached[reached["algorithm"] == "b"].to_numpy().tolist() == [["b", 0.0, 0.0]]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")  # of the problems: its own has one all the same
 def test_the_page_of_a_study_shows_it(tmp_path):
     study = parse_study(

@@ -46,6 +46,7 @@ def pages(tmp_path_factory, problem, X):
     return {"front": front, "plan": plan}
 
 
+@pytest.mark.cases(0, 1)
 @pytest.mark.parametrize("name", ["front", "plan"])
 @pytest.mark.parametrize("width", [1280, 400])
 def test_legends_cover_no_labels(pages, name, width):

@@ -90,7 +90,9 @@ def test_the_gyro_of_a_tumble_tells_the_mean_of_its_rate():
     np.testing.assert_allclose(np.radians(own.gyro_deg_s[1:]), mean, atol=5e-8)
 
 
-@pytest.mark.parametrize("flights", [3, pytest.param(25, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "flights", [3, pytest.param(25, marks=[pytest.mark.slow, pytest.mark.campaign])]
+)
 def test_satellites_without_wheels_are_calibrated_as_claimed(flights):
     """A bias of the gyro that Basilisk lets stay what it is; coils know no better than the gyro."""
     scenario = one_unit()

@@ -46,6 +46,7 @@ PLANS = {
 FLIGHTS = 12
 
 
+@pytest.mark.cases(0, 1)
 @pytest.mark.parametrize("preset", PLANS)
 def test_errors_are_as_large_as_the_plan_promises(preset):
     design = np.ravel(PLANS[preset])
