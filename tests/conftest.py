@@ -41,7 +41,7 @@ def pytest_collection_modifyitems(config, items):
 
 
 def _mark_cases(items):
-    """Of a test ``cases(fast)`` the others are slow, of ``cases(fast, n)`` those after n a campaign."""
+    """Of ``cases(fast)`` the other parameters are slow, of ``cases(fast, n)`` after n campaign."""
     seen = Counter()
     for item in items:
         if mark := item.get_closest_marker("cases"):
