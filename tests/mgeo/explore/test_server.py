@@ -56,12 +56,13 @@ def test_own_origins_are_taken(client):
 def test_without_the_token_there_is_nothing(client):
     token = client.server.token
     assert len(token) >= 32
+    another = token[:-1] + ("y" if token.endswith("x") else "x")
     for path in (
         "/",
         "",
         "/favicon.ico",
         f"/{token}",
-        f"/{token[:-1]}x/",
+        f"/{another}/",
         "/api/front",
         "/%C3%A9/",
     ):
