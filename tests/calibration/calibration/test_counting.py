@@ -43,7 +43,9 @@ def test_the_angle_of_rounded_rates_scatters_as_said(ratio):
     rate = rng.uniform(-0.5, 0.5, 400) * step
     noise = rng.normal(0.0, ratio * step, (n, 400))
     off = counted(rate + noise, step) - rate
-    said = angle_variance(counted(rate + noise, step)[:, :3], 1.0, np.full(3, step), ratio * step)
+    said = angle_variance(
+        counted(rate + noise, step)[:, :3], 1.0, np.full(3, step), np.full(3, ratio * step)
+    )
     total = said.sum(axis=0).mean() + n * (ratio * step) ** 2
     found = (off.sum(axis=0) ** 2).mean()
     assert 0.7 * found < total < 2.0 * found

@@ -4,13 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import NoLimit, Scenario, limit
+from mgeo_attitude import NoLimit, Scenario, StarTracker, limit
 from mgeo_attitude.fields import InvalidValue
 from mgeo_calibration import calibrate, consistency, simulate
 
 from ...attitude.filter.suites import SUITES
 from .flights import PLAN, short
-from .independent import Craft, fly, steady
+from .independent import Craft, fly, fly_tracked, steady
 
 SCENARIOS = {
     "paper": short(Scenario.paper(), 3000.0),
@@ -68,6 +68,44 @@ def test_delays_are_found_within_three_sigma(name, delay):
         errors = found(name, {"sun": 0.5 * delay, "mag": delay}, seed)
         assert np.abs(errors["sun.delay"]).max() < 3.0
         assert np.abs(errors["mag.delay"]).max() < 3.0
+
+
+TURNS = [0.5, 0.3, -0.2, 90.0, -0.3, 0.6, 0.2, 120.0, 0.2, -0.4, 0.7, 110.0, -0.5, 0.2, -0.3, 80.0]
+
+
+def beside_a_noisy_gyro(late, noise_arcsec, seed):
+    """Errors of the delay of a tracker over its 1-sigmas; a step of the gyro is 9 arcsec."""
+    scenario = short(Scenario.cubesat_6u(), 400.0)
+    tracker = StarTracker(
+        noise_arcsec=noise_arcsec,
+        roll_noise_arcsec=noise_arcsec,
+        max_rate_deg_s=None,
+        sun_exclusion_deg=None,
+        earth_exclusion_deg=None,
+        initial_misalignment_deg=0.0,
+        initial_delay_s=0.3,
+    )
+    gyro = dataclasses.replace(scenario.gyro, bias_decay=0.0, rate_random_walk=1e-9)
+    scenario = dataclasses.replace(scenario, gyro=gyro, sensors=(tracker,))
+    calibration = calibrate(scenario, fly_tracked(scenario, steady(TURNS), seed, late, 400.0))
+    assert calibration.supported, calibration.conclusion
+    assert not calibration.notes
+    return off(calibration, "tracker.delay", late)
+
+
+@pytest.mark.parametrize("late", [0.1, 0.5])
+def test_the_delay_of_a_tracker_that_is_better_than_the_gyro_is_right(late):
+    """What is read is between two samples: it was off by 2 to 11 sigma, or not supported."""
+    assert np.abs(beside_a_noisy_gyro(late, 1.0, 1)).max() < 3.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("late", [0.0, 0.1, 0.5, 0.9])
+def test_delays_of_trackers_are_as_uncertain_as_said(late):
+    """In 20 flights; the three numbers of a delay hardly differ."""
+    z = np.array([beside_a_noisy_gyro(late, 3.0, seed).mean() for seed in range(20)])
+    assert np.abs(z.mean()) < 3.0 / np.sqrt(len(z))
+    assert np.abs(z).max() < 3.5
 
 
 @pytest.mark.slow

@@ -99,10 +99,11 @@ def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
         assert not found.model_table()["named"].any()
     else:
         assert "str_a.delay" in found.model_table().query("named").index
-        # and what is estimated of it leans
-        doubts = [note for note in calibrate(true, telemetry).notes if "may be off" in note]
-        assert len(doubts) == 1
-        assert doubts[0].startswith("str_a.delay may be off")
+        again = calibrate(true, telemetry)
+        assert again.supported, again.conclusion
+        first = 3 * again.suite.blocks.index("str_a.delay")
+        error = again.states[first : first + 3] - telemetry.truth.states[-1, first : first + 3]
+        assert (np.abs(error) < 3.0 * np.sqrt(np.diag(again.covariance)[first : first + 3])).all()
 
 
 def test_what_cannot_be_told_and_matters_is_a_note():

@@ -14,6 +14,9 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.rotation import rotate
 from mgeo_attitude.sensors.base import Sensor
 
+#: State of what the gyro's noise in the step to a sample takes from the body's rate [rad/s].
+NOISE = "rate_noise"
+
 
 @dataclass(frozen=True)
 class Readings:
@@ -65,7 +68,8 @@ def taken(
     """The arguments of `Sensor.measured` at the time at which a reading was taken.
 
     A delay turns the body back, at the rate it has; the vector goes back along its change. That is
-    so about each body axis and along it by its own part of the delay, which are `Alike`.
+    so about each body axis and along it by its own part of the delay, which are `Alike`. What the
+    rate is off by is added, where that is a state, `NOISE`.
 
     Parameters
     ----------
@@ -79,6 +83,8 @@ def taken(
         Of the body [rad/s].
     """
     late = states.get("delay")
+    if NOISE in states:
+        rate = rate + states[NOISE]
 
     def then(vector: Any) -> Any:
         turned = to_body(vector)

@@ -37,10 +37,10 @@ from mgeo_calibration.estimation.considered import as_believed
 from mgeo_calibration.estimation.counting import LEAST, matters
 from mgeo_calibration.estimation.fit import Fit, fit
 from mgeo_calibration.estimation.kinematics import turns
-from mgeo_calibration.estimation.quiet import see_noise
 from mgeo_calibration.estimation.residuals import Filtered, filtered
 from mgeo_calibration.estimation.sightings import misfits
 from mgeo_calibration.estimation.smoother import last_covariance
+from mgeo_calibration.estimation.step_noise import for_delays, with_step_noise, without_step_noise
 from mgeo_calibration.estimation.trajectory import Trajectory
 from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
 
@@ -98,10 +98,10 @@ def calibrate(
         raise InvalidValue("gyro.holds", "unknown", "expected none, or that of calibrate_alone")
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
-    memory.told(scenario.suite, len(telemetry.times))
+    memory.told(with_step_noise(scenario.suite, scenario.step), len(telemetry.times))
     belief, data = Belief.of(scenario), None
     try:
-        data = batch(scenario, telemetry)
+        data, belief = for_delays(batch(scenario, telemetry), belief)
         found = fit(data, belief, gate)
     except ValueError as error:
         checks = diagnosis.checks(scenario, telemetry, data)
@@ -130,7 +130,8 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
     states, covariance = at_the_end(belief, found)
     channels, left_out = channels_of(telemetry, data, past.innovations)
     asked = questions(found.solution, channels)
-    n_tests = number_of_tests(belief) + len(asked) + left_out * (1 + len(past.innovations))
+    before = Belief.of(scenario)
+    n_tests = number_of_tests(before) + len(asked) + left_out * (1 + len(past.innovations))
     n_tests += 2 * sum(len(each.samples) > 0 for each in past.innovations)
     tests = _tests(found, past, n_tests)
     model_tests, doubts = models.model_tests(
@@ -145,11 +146,15 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
         covariance=covariance,
         tests=tests,
         rejected=_rejected(found),
-        prior_tests=prior_tests(belief, last.attitude[0], last.states[0], SIGNIFICANCE / n_tests),
+        prior_tests=prior_tests(
+            before,
+            last.attitude[0],
+            last.states[0, without_step_noise(data.suite)],
+            SIGNIFICANCE / n_tests,
+        ),
         model_tests=model_tests,
         notes=(
             *_notes(telemetry, data),
-            *_leaning(found),
             *(note for test in tests for note in test.notes()),
             *doubts,
         ),
@@ -159,9 +164,10 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
 
 def at_the_end(belief: Belief, found: Fit) -> tuple[Floats, Floats]:
     """States at the last sample, rotations as vectors, and their covariance."""
-    solution = found.solution
+    solution, own = found.solution, without_step_noise(found.batch.suite)
     states = solution.estimate.states[-1]
-    return as_believed(belief, solution, states, last_covariance(solution))
+    states, covariance = as_believed(belief, solution, states, last_covariance(solution))
+    return states[own], covariance[np.ix_(own, own)]
 
 
 def _rejected(found: Fit) -> tuple[tuple[float, str, float], ...]:
@@ -198,17 +204,6 @@ def _notes(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
             "with that as 1-sigma"
         )
     return tuple(told)
-
-
-def _leaning(found: Fit) -> list[str]:
-    """Of delays that the gyro's noise in single steps explains, as it is in the attitude too."""
-    sensors = found.batch.suite.sensors
-    return [
-        f"{sensor.name}.delay may be off by more than its 1-sigma says, up to half a step: the "
-        "readings show the gyro's noise in single steps"
-        for sensor, noisy in zip(sensors, see_noise(found.solution), strict=True)
-        if noisy and sensor.delay()
-    ]
 
 
 def _tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:

@@ -17,6 +17,7 @@ from mgeo_attitude.sensors.suite import Suite
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import UNKNOWN
 from mgeo_calibration.estimation.kernels import load
+from mgeo_calibration.estimation.step_noise import correlate
 from mgeo_calibration.estimation.trajectory import Partition, Trajectory
 
 
@@ -112,6 +113,7 @@ def steps(
     defect[:, :3] = vector(np.moveaxis(reached, 0, -1)).T
     defect[:, 3:] = np.einsum("nii->ni", F)[:, 3:] * at.states[:-1, bias] - at.states[1:, bias]
     Q[:, range(3), range(3)] += batch.added
+    correlate(suite, parts.driven, batch.durations, Q)
     if batch.breaks.any():
         F[batch.breaks, :3], G[batch.breaks, :3], defect[batch.breaks, :3] = 0.0, 0.0, 0.0
         Q[batch.breaks, :3], Q[batch.breaks, :, :3] = 0.0, 0.0
