@@ -15,7 +15,8 @@ from mgeo_attitude.scenario.flight import FlightErrors
 from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.path_limits import PathLimit
 from mgeo_attitude.scenario.prior import Prior
-from mgeo_attitude.scenario.scenario import Scenario, scenario_schema
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.schema import scenario_schema
 from mgeo_attitude.scenario.settings import (
     Convergence,
     ManeuverLimits,

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import os
-import re
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,7 +15,6 @@ import numpy as np
 
 from mgeo.store.atomic import write_file
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
 from mgeo_attitude.environment.orbit import ORBITS, AnyOrbit
 from mgeo_attitude.environment.time_frames import elapsed
 from mgeo_attitude.fields import (
@@ -25,20 +22,19 @@ from mgeo_attitude.fields import (
     InvalidValue,
     Kinds,
     Validated,
-    expect,
     from_table,
     positive,
     quantity,
     to_table,
 )
 from mgeo_attitude.scenario.after import going_on
-from mgeo_attitude.scenario.channels import Channel, check_channels
-from mgeo_attitude.scenario.coils import Coils, assumed, check_coils
+from mgeo_attitude.scenario.channels import Channel
+from mgeo_attitude.scenario.coils import Coils, assumed
 from mgeo_attitude.scenario.flight import FlightErrors
 from mgeo_attitude.scenario.initial import InitialConditions, Sight
 from mgeo_attitude.scenario.older import updated
 from mgeo_attitude.scenario.path_limits import PathLimit
-from mgeo_attitude.scenario.presets import PRESETS, on_preset
+from mgeo_attitude.scenario.presets import on_preset
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.settings import (
     NAMES,
@@ -52,16 +48,13 @@ from mgeo_attitude.scenario.settings import (
     check_name,
     check_objectives,
 )
+from mgeo_attitude.scenario.together import check_together
 from mgeo_attitude.scenario.toml import ScenarioFileError, read_toml, to_toml
 from mgeo_attitude.scenario.wheels import Wheels
 from mgeo_attitude.scenario.windows import Contact, Window, deadlines, start_times
 from mgeo_attitude.sensors import SENSORS, Gyro, Sensor, World
 from mgeo_attitude.sensors.suite import Suite
 
-_MAX_COUNT = 2**31  # with more steps than this any remainder would be within rounding
-# What is kept of each step would fill the memory: of the run, once; of the window, for each design.
-_MAX_STEPS = {"duration": 1_000_000, "convergence.window": 100_000}
-_TOLERANCE = 1e-9  # relative; decimal steps such as 0.1 s are not exact in binary
 _NO_GYRO = (
     "expected a table of its keys: the filter needs a gyro, see 'Without a gyro' in docs/errors.md"
 )
@@ -152,7 +145,7 @@ class Scenario(Validated):
         super().__post_init__()
         check_name(self.name)
         units = self.suite.units
-        self._check_together(self.suite)
+        check_together(self, self.suite)
         object.__setattr__(self, "epoch", self.epoch.astimezone(UTC))
         try:
             last = self.duration + (self.maneuvers.latest_start or 0.0)
@@ -349,117 +342,6 @@ class Scenario(Validated):
         """Write `to_toml` to a file, which is replaced as a whole or not at all."""
         write_file(Path(path), self.to_toml().encode())
 
-    def _check_together(self, suite: Suite) -> None:
-        """Refuse, with an InvalidValue, what does not go with other fields."""
-        step, window = f"step = {self.step!r} s", self.convergence.window
-        most = f"at most duration = {self.duration!r} s"
-        for key, span in (("duration", self.duration), ("convergence.window", window)):
-            expect(_is_multiple(span, self.step), key, span, f"a multiple of {step}")
-            few = round(span / self.step) <= _MAX_STEPS[key]
-            expect(few, key, span, f"at most {_MAX_STEPS[key]} times {step}")
-        rate = self.maneuvers.max_rate_deg_s
-        # between samples half a turn apart nobody could tell which way the body turned
-        fastest = 180.0 / (math.sqrt(3.0) * self.step)
-        slow = (
-            f"less than {fastest:.4g}, so that turned at about all axes it is less than 180 deg in "
-            f"{step}; or a step below {180.0 / (math.sqrt(3.0) * rate):.4g} s"
-        )
-        expect(rate < fastest, "maneuvers.max_rate_deg_s", rate, slow)
-        gyro_range = self.gyro.range_deg_per_s
-        within = f"at most gyro.range_deg_per_s = {gyro_range!r}"
-        expect(gyro_range is None or rate <= gyro_range, "maneuvers.max_rate_deg_s", rate, within)
-        for i, sensor in enumerate(self.sensors):
-            interval, key = sensor.sample_interval, f"sensors[{i}].sample_interval"
-            fits = interval is None or _is_multiple(interval, self.step)
-            expect(fits, key, interval, f"a multiple of {step}")
-            expect((interval or 0.0) <= self.duration, key, interval, most)
-        expect(window <= self.duration, "convergence.window", window, most)
-        possible = self.required_sigma or self.convergence.rule != "required"
-        others = "another rule, or something in required_sigma"
-        expect(possible, "convergence.rule", self.convergence.rule, others)
-
-        check_channels(self.channels)
-        check_coils(self.coils, self.wheels, self.maneuvers, self.step)
-        epoch, start, end = self.epoch, FIELD_MODEL_START, FIELD_MODEL_END
-        zone = epoch.utcoffset() is not None
-        expect(zone, "epoch", epoch.isoformat(), "a UTC offset, such as a Z at the end")
-        last = self.duration + (self.maneuvers.latest_start or 0.0)
-        inside = start <= epoch <= end and last <= (end - epoch).total_seconds()
-        years = (
-            f"a run of duration = {self.duration!r} s inside the field model IGRF-14, from "
-            f"{start:%Y-%m-%d} to {end:%Y-%m-%d} UTC, or nothing that needs the field, as "
-            "magnetometers, coils that turn the satellite and a residual dipole do"
-        )
-        expect(inside or not self.needs_field, "epoch", epoch.isoformat(), years)
-
-        self._check_starts()
-        names = [sensor.name for sensor in self.sensors]
-        expect(names, "sensors", [], "at least one sensor")
-        for i, name in enumerate(names):
-            key, sound = f"sensors[{i}].name", re.fullmatch(r"[\w-]+", name, re.ASCII)
-            expect(sound, key, name, "letters, digits, '-' and '_'")
-            new = name not in ("gyro", "world", *names[:i])
-            expect(new, key, name, "a name that no other sensor has, nor gyro or world")
-
-        weights = TraceWeights(self.trace_weights)
-        some = any(weights.of(suite.blocks, suite.uncalibrated))
-        expect(some, "trace_weights", dict(weights), "a weight above 0")
-        if self.prior is not None:
-            blocks, found = suite.blocks[1:], len(self.prior.states)
-            same = f"{len(blocks)} rows, of {', '.join(blocks)}"
-            expect(found == len(blocks), "prior.states", f"{found} rows", same)
-        for i, limit in enumerate(self.path_limits if self.prior is None else ()):
-            room = limit.half_angle_deg if limit.keep_in else 180.0 - limit.half_angle_deg
-            fewest = room / self.initial.attitude_deg
-            far = (
-                f"less than {fewest:.4g}: with initial.attitude_deg = "
-                f"{self.initial.attitude_deg!r} no attitude is that far "
-                f"{'inside' if limit.keep_in else 'from'} half_angle_deg = {limit.half_angle_deg!r}"
-            )
-            # of a disc the angle counts from its limb: what is left depends on where that is
-            fits = limit.attitude_sigmas < fewest or limit.cone().disc
-            expect(fits, f"path_limits[{i}].attitude_sigmas", limit.attitude_sigmas, far)
-
-    def _check_starts(self) -> None:
-        """Refuse, with an InvalidValue, starts that do not go with other fields, or none."""
-        limits, key = self.maneuvers, "maneuvers.start_interval"
-        if limits.latest_start is not None:
-            samples = [sensor.sample_interval or self.step for sensor in self.sensors]
-            for span in (self.step, *samples):
-                fits = _is_multiple(limits.between_starts, span)
-                of_all = f"a multiple of {span!r} s, a step or sample interval"
-                expect(fits, key, limits.between_starts, of_all)
-            few = (limits.latest_start + self.duration) / self.step <= _MAX_STEPS["duration"]
-            most = f"with duration at most {_MAX_STEPS['duration']} times step = {self.step!r} s"
-            expect(few, "maneuvers.latest_start", limits.latest_start, most)
-            later = "no free start after a calibration, which knows attitude and errors of one time"
-            expect(self.prior is None, "maneuvers.latest_start", limits.latest_start, later)
-            fixed = "none beside [[channels]], which are of one start"
-            expect(not self.channels, "maneuvers.latest_start", limits.latest_start, fixed)
-        start_times(self)
-
-
-def scenario_schema() -> dict[str, Any]:
-    """JSON Schema (draft 2020-12) of what `Scenario.from_dict` takes, for editors.
-
-    A file may leave out what its preset has, so only a file without one is told what is missing.
-    What several keys say together, such as multiples of the step, is checked on reading only.
-
-    Examples
-    --------
-    >>> from mgeo_attitude import scenario_schema
-    >>> scenario_schema()["properties"]["step"]["description"]
-    'time step of the filter [s]'
-    """
-    from mgeo_attitude.fields.checking import section_model
-
-    dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    schema = section_model(Scenario, "preset", PRESETS).model_json_schema()
-    for section in schema["$defs"].values():
-        section.pop("required", None)
-    alone = {"required": schema.pop("required")}
-    return dialect | schema | {"anyOf": [{"required": ["preset"]}, alone]}
-
 
 def _in_folder(table: dict[str, Any], folder: str | os.PathLike[str]) -> dict[str, Any]:
     """The table with the full name of the orbit's file, if it names one."""
@@ -467,8 +349,3 @@ def _in_folder(table: dict[str, Any], folder: str | os.PathLike[str]) -> dict[st
     if not isinstance(orbit, Mapping) or not isinstance(orbit.get("file"), str):
         return table
     return table | {"orbit": {**orbit, "file": os.path.join(folder, orbit["file"])}}
-
-
-def _is_multiple(span: float, step: float) -> bool:
-    count = span / step
-    return 0.5 < count < _MAX_COUNT and math.isclose(round(count) * step, span, rel_tol=_TOLERANCE)
