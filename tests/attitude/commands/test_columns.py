@@ -71,6 +71,7 @@ def test_help(printed):
         ["algorithms"],
         ["algorithms", "mgeo-directed"],
         ["suite", "catalog"],
+        ["new", "problem", "beam"],
         ["solve", "pymoo:zdt1", "--evaluations", 900],
         ["solve", "pymoo:zdt1", "--evaluations", 900, "--verbose"],
         ["solve", "pymoo:zdt1", "--dry-run"],
@@ -101,6 +102,21 @@ def test_plans(printed, words, folder):
     text = printed("attitude", name, folder, *rest)
     if name == "show":
         assert "x, y, z in turn, there and back" in " ".join(text.split())
+
+
+def test_a_run_that_goes_on(printed):
+    printed("solve", "pymoo:zdt1", "--evaluations", 300, "--out", "run")
+    printed("resume", "run", "--evaluations", 600)
+    printed("report", "run")
+
+
+@pytest.mark.slow
+def test_from_a_plan_to_a_calibration(printed, folder):
+    printed("attitude", "export", folder, "plan.json", "plan.uplink.csv", "plan.aem")
+    printed("attitude", "fly", "plan.json", "--out", "flown.csv", "--truth", "truth.json")
+    printed("attitude", "calibrate", "flown.csv", "--plan", "plan.json", "--out", "calibration")
+    printed("attitude", "check", "paper", "--plans", 1)
+    printed("report", "plan.json", "plan.json", "--out", "compared.html")
 
 
 def test_the_first_line_is_what_is_done(printed):
