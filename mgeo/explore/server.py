@@ -57,7 +57,7 @@ class Save(Table):
 
 Answer = Callable[[Explorer, Any], Any]
 #: From this on nobody waits with a hand on a slider: what takes seconds has a thread of its own.
-SLOW = 3
+SLOW = 2
 #: What may be asked: the form of the request, how urgent it is (0 first), and what answers it.
 API: dict[str, tuple[type[Table], int, Answer]] = {
     "front": (Nothing, 0, lambda explorer, asked: explorer.front()),
