@@ -32,7 +32,7 @@ def simulator(name):
     if name == "own":
         return fly
     if importlib.util.find_spec("Basilisk") is None:
-        pytest.skip('flights by Basilisk: pip install "./problems/attitude[basilisk]"')
+        pytest.skip('flights by Basilisk: pip install "./problems/calibration[basilisk]"')
     from mgeo_calibration.flight.basilisk import fly as by_basilisk
 
     return by_basilisk

@@ -18,7 +18,7 @@ from mgeo_calibration.telemetry import read_telemetry
 
 BASILISK = pytest.mark.skipif(
     importlib.util.find_spec("Basilisk") is None,
-    reason='flights by Basilisk: pip install "./problems/attitude[basilisk]"',
+    reason='flights by Basilisk: pip install "./problems/calibration[basilisk]"',
 )
 
 

@@ -9,7 +9,7 @@ import pytest
 from mgeo_attitude.scenario import Convergence, Scenario
 
 pytest.importorskip(
-    "Basilisk", reason='flights by Basilisk: pip install "./problems/attitude[basilisk]"'
+    "Basilisk", reason='flights by Basilisk: pip install "./problems/calibration[basilisk]"'
 )
 
 from mgeo_calibration.flight.basilisk.simulation import Drawn, Outside, simulate

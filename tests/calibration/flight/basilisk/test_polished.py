@@ -7,7 +7,7 @@ from mgeo_calibration.calibration import calibrate
 from scipy.stats import chi2
 
 pytest.importorskip(
-    "Basilisk", reason='flights by Basilisk: pip install "./problems/attitude[basilisk]"'
+    "Basilisk", reason='flights by Basilisk: pip install "./problems/calibration[basilisk]"'
 )
 
 from mgeo_calibration.flight.basilisk import fly
