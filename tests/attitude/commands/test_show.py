@@ -129,7 +129,8 @@ def test_a_plan_that_calibrates_nothing_says_so(run, front, tmp_path):
 def test_a_sensor_that_never_measures_is_named(tmp_path, run):
     """A plan may converge in the dark: of its Sun sensor nothing was learned, and why is told."""
     dark = {"preset": "cubesat_6u", "duration": 600.0, "orbit": {"true_anomaly_deg": 220.0}}
-    still = ManeuverPlan(Scenario.from_dict(dark), tuple(np.zeros(12).tolist()))
+    scenario = Scenario.from_dict(dark | {"maneuvers": {"count": 1}})
+    still = ManeuverPlan(scenario, (0.0, 0.0, 0.0, 600.0))
     path = tmp_path / "dark.json"
     path.write_text(to_json(still), encoding="utf-8")
     said = "sun never measured in these 10 min, in the dark or out of sight\n"
