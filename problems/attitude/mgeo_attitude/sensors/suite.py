@@ -203,9 +203,12 @@ class Suite:
         """
         if isinstance(owner, Gyro):
             return {state: f"gyro.{state}" for state in owner.states()}
-        known = self.world.states() if owner.sees() else {}
-        seen = {state: f"world.{state}" for state in owner.sees() if state in known}
+        seen = {s: f"world.{s}" for s in owner.sees() if s in self._world_states}
         return {state: f"{owner.name}.{state}" for state in owner.states()} | seen
+
+    @cached_property
+    def _world_states(self) -> frozenset[str]:
+        return frozenset(self.world.states())
 
     def places(self, owner: Gyro | Sensor) -> dict[str, int]:
         """Number of the first of the three states of each of `blocks_of`."""

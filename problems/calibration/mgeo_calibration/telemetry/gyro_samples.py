@@ -102,9 +102,9 @@ def spikes(rates: Floats, least: Floats) -> Floats:
         return found
     off = rates[1:-1] - 0.5 * (rates[2:] + rates[:-2])
     least = np.sqrt(1.5) * least
-    if not (np.abs(off) > _FAR * least).any():
+    apart = (np.abs(off) > _FAR * least) & (np.abs(off) > np.abs(rates[2:] - rates[:-2]))
+    if not apart.any():  # as mostly: what is usual is not asked for
         return found
-    usual = np.maximum(_NORMAL * median_filter(np.abs(off), (_NEAR, 1)), least)
-    apart = (np.abs(off) > _FAR * usual) & (np.abs(off) > np.abs(rates[2:] - rates[:-2]))
+    apart &= np.abs(off) > _FAR * _NORMAL * median_filter(np.abs(off), (_NEAR, 1))
     found[1:-1] = np.where(apart.any(axis=1, keepdims=True), off, 0.0)
     return found
