@@ -68,7 +68,7 @@ def test_the_commands_do_what_the_page_says(tmp_path, monkeypatch):
     for line, command in (
         ("mgeo solve attitude --evaluations 1080 --dry-run --json", "solve --dry-run"),
         ("mgeo study study.toml --dry-run --json --seeds 1", "study --dry-run"),
-        ("mgeo report runs/mine --json", "report"),
+        ("mgeo report runs/script --json", "report"),
     ):
         assert set(json.loads(invoke(line))) == keys(command)
     listed = json.loads(invoke("mgeo problems --json"))

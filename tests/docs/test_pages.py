@@ -141,7 +141,7 @@ def test_a_start_and_a_slew_back():
     scenario = Scenario.from_toml(DOCS / "scenarios" / "nadir.toml")
     problem = AttitudeManeuverProblem(scenario)
     assert np.degrees(problem.model.initial_rate[1]) == pytest.approx(-0.060, abs=0.001)
-    x = [0.4, -0.7, 0.2, 300.0, -0.5, 0.1, 0.8, 300.0, 0.1, 0.6, -0.6, 300.0]
+    x = 2 * [0.4, -0.7, 0.2, 150.0, -0.5, 0.1, 0.8, 150.0, 0.1, 0.6, -0.6, 150.0]
     plan = ManeuverPlan.from_design(problem, x)
     assert 0.0 < plan.duration - plan.t_end < 300.0
     assert plan.phases[-1].label == "slew back"
