@@ -23,7 +23,7 @@ from mgeo_calibration.telemetry.mapping import GyroChannels
 
 from .faults import FAULTS, GROSS, MOTION, SCENARIO, SCORED, Fault, says
 from .flights import PLAN, options, short
-from .independent import Craft, coning, fly
+from .independent import Craft, coning, fly, tumble
 
 
 def first_line(fault, seed):
@@ -64,6 +64,20 @@ def test_rates_at_the_samples_that_are_read_as_means_are_told():
     assert abs(size - 0.5) < 3.0 * sigma
     mapping = TelemetryMapping(gyro=GyroChannels(rate="instantaneous"))
     assert calibrate(scenario, telemetry.frame(), mapping).supported
+
+
+def test_rates_at_the_samples_that_a_spin_hardly_tells_from_means_are_a_note():
+    """Half a step is a turn about the spin: misalignments were off by 14 sigma, without a word."""
+    scenario = short(SCENARIO, 600.0)
+    spin = tumble((0.185, 0.144, 0.061), (0.28, 0.0, 1.45), 600.0)
+    for instantaneous in (True, False):
+        craft = Craft(instantaneous=instantaneous)
+        found = calibrate(scenario, fly(scenario, spin, 1, craft, duration=600.0))
+        assert found.supported
+        told = [note for note in found.notes if note.startswith("gyro may report the rates at its")]
+        assert len(told) == instantaneous
+        if told:
+            assert "misalignment would be" in told[0]
 
 
 def test_all_is_asked_in_spans_as_at_once(monkeypatch):

@@ -11,6 +11,7 @@ from mgeo_attitude._typing import Floats
 
 from mgeo_calibration.calibration.questions import Question, sized
 from mgeo_calibration.calibration.sensor_tests import LAGS, SIGNIFICANCE, SensorTest
+from mgeo_calibration.estimation.departures import LATE
 from mgeo_calibration.estimation.score import Score, Scores, scores
 from mgeo_calibration.estimation.smoother import Solution, last_covariance
 
@@ -18,6 +19,8 @@ from mgeo_calibration.estimation.smoother import Solution, last_covariance
 _NEARLY = 2.0 * float(np.log(20.0))
 #: From so many of its 1-sigmas on a change of an estimate is told.
 _MATTERS = 1.0
+#: 1-sigmas within which something else may be so.
+_CANNOT_TELL = 3.0
 #: What are errors of axes, and what is a course of the bias in time.
 _KINDS = {
     "axes": ("scale_factor", "misalignment", "nonorthogonality"),
@@ -117,7 +120,7 @@ def model_tests(
                 else "",
             )
         )
-    return tuple(tests), _notes(solution, alone["gyro.bias_decay"], found, named)
+    return tuple(tests), _notes(solution, alone, found, named)
 
 
 def model_table(tests: Sequence[ModelTest]) -> pd.DataFrame:
@@ -199,26 +202,42 @@ def _key(name: str, option: int) -> str:
 
 
 def _notes(
-    solution: Solution, score: Score, found: Scores, named: Collection[str]
+    solution: Solution, alone: Mapping[str, Score], found: Scores, named: Collection[str]
 ) -> tuple[str, ...]:
-    """On a decay, of that score, that makes a difference and cannot be told from none."""
+    """On what makes a difference and cannot be told from what is said."""
+    if named:
+        return ()
     gyro, times = solution.batch.suite.gyro, solution.batch.times
-    duration = float(times[-1] - times[0])
-    none = -gyro.bias_decay * duration
-    if named or not none or abs(none - score.estimate[0]) > 3.0 * score.sigma[0]:
-        return ()
+    duration, score = float(times[-1] - times[0]), alone["gyro.bias_decay"]
+    notes, none = [], -gyro.bias_decay * duration
+    if none and abs(none - score.estimate[0]) <= _CANNOT_TELL * score.sigma[0]:
+        decay, spread = gyro.bias_decay + score.estimate[0] / duration, score.sigma[0] / duration
+        notes += _if_so(
+            solution,
+            found.change[:, found.places[_key("gyro.bias_decay", 0)]][:, 0] * none,
+            "gyro.bias may be constant: telemetry says that it decays by "
+            f"{sized(decay, spread)} 1/s; without a decay",
+            f"see gyro.bias_decay = {gyro.bias_decay:g}",
+        )
+    if sampled := alone.get("gyro.delay"):
+        (early,), (sigma,) = LATE * sampled.estimate, LATE * sampled.sigma
+        half = 0.5 * float(np.median(solution.batch.durations))
+        if early > 0.5 * half and abs(half - early) <= _CANNOT_TELL * sigma:
+            notes += _if_so(
+                solution,
+                found.change[:, found.places[_key("gyro.delay", 0)]][:, 0] * half / LATE,
+                f"gyro may report the rates at its samples: these are {sized(early, sigma)} s "
+                "early; if so,",
+                "see rate under [gyro] of the mapping",
+            )
+    return tuple(notes)
+
+
+def _if_so(solution: Solution, change: Floats, begin: str, end: str) -> list[str]:
+    """A note, if what is estimated at the last sample would be elsewhere."""
     order = np.concatenate([solution.parts.driven, solution.parts.constant])
-    sigma = np.sqrt(np.diag(last_covariance(solution)))[order]
-    change: Floats = (
-        np.abs(found.change[:, found.places[_key("gyro.bias_decay", 0)]][:, 0] * none) / sigma
-    )
-    most = float(change.max())
-    if most < _MATTERS:
-        return ()
-    block = solution.batch.suite.blocks[int(order[change.argmax()]) // 3]
-    decay, spread = gyro.bias_decay + score.estimate[0] / duration, score.sigma[0] / duration
-    return (
-        f"gyro.bias may be constant: telemetry says that it decays by {sized(decay, spread)} 1/s; "
-        f"without a decay {block} would be {most:.2g} of its 1-sigmas elsewhere, see "
-        f"gyro.bias_decay = {gyro.bias_decay:g}",
-    )
+    off = np.abs(change) / np.sqrt(np.diag(last_covariance(solution)))[order]
+    if (most := float(off.max())) < _MATTERS:
+        return []
+    block = solution.batch.suite.blocks[int(order[off.argmax()]) // 3]
+    return [f"{begin} {block} would be {most:.2g} of its 1-sigmas elsewhere, {end}"]
