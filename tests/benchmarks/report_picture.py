@@ -2,7 +2,8 @@
 
     python -m tests.benchmarks.report_picture RUN/report.html
 
-of a report of `mgeo solve attitude --scenario docs/scenarios/mine.toml`. It needs a browser.
+of a report of `mgeo solve attitude --scenario docs/scenarios/mine.toml --robust`. It needs a
+browser.
 """
 
 from __future__ import annotations
