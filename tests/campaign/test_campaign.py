@@ -62,3 +62,9 @@ def test_most_cases_are_refused_and_sound_ones_are_not():
 @pytest.mark.parametrize("name", sorted(kinds.KINDS))
 def test_every_kind_makes_cases(name):
     assert run_case(1, [name]).failures == []
+
+
+@pytest.mark.parametrize("number", [813, 923])
+def test_cases_that_were_told_wrong_or_not_at_all(number):
+    """A field in uT was times in milliseconds; rates at the samples of a spin passed."""
+    assert faulty_flights.run_case(number).outcome == "named"

@@ -27,6 +27,7 @@ _FEWEST = 12
 #: A cause leaves this share of the misfit, this one of that of lengths, and no more than that.
 _BETTER, _NOT_WORSE, _WELL = 0.25, 0.5, 0.08
 _FINE = 0.01  # of lengths: where no other time or place would be better
+_OTHER_UNIT = 50.0  # as many times as strong
 #: Units that times may be in [s].
 _UNITS = {"milliseconds": 1e-3, "microseconds": 1e-6, "minutes": 60.0, "hours": 3600.0, "days": DAY}
 #: What ground systems count from, and in what [s].
@@ -97,7 +98,7 @@ def clock_causes(scenario: Scenario, telemetry: Telemetry) -> Iterator[str]:
         yield "position turns with the Earth, as in ITRF (ECEF): expected GCRS"
         return
     seen = _seen(scenario, telemetry)
-    if seen is None:
+    if seen is None or _of_another_unit(scenario, seen):
         return
     lengths, angles = _misfit(scenario, seen, seen.times)
     if lengths < _FINE:
@@ -144,6 +145,16 @@ def _misfit(
         return seen.misfit(Environment.at(scenario, times, position))
     except (ValueError, ArithmeticError):
         return np.inf, np.inf
+
+
+def _of_another_unit(scenario: Scenario, seen: Seen) -> bool:
+    """Whether the field is so weak or strong that no other time or place explains it."""
+    try:
+        around = Environment.at(scenario, seen.times, seen.position)
+    except (ValueError, ArithmeticError):
+        return False
+    field, expected = (np.median(np.linalg.norm(v, axis=1)) for v in (seen.field, around.field))
+    return not 1.0 / _OTHER_UNIT < field / expected < _OTHER_UNIT
 
 
 def _seen(scenario: Scenario, telemetry: Telemetry) -> Seen | None:
