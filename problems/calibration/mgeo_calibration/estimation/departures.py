@@ -71,8 +71,14 @@ def gyro_early(rates: Floats, durations: Floats) -> Departure:
     durations : array, shape (N - 1,)
         Of the steps [s].
     """
-    changes = LATE * np.diff(rates, axis=0, prepend=rates[:1]) / durations[:, None]
-    return _of_rates(lambda own: changes[own.low : own.high - 1, :, None], 1)
+
+    def changes(own: Equations) -> Floats:
+        steps = np.arange(own.low, own.high - 1)
+        change = rates[steps] - rates[np.maximum(steps - 1, 0)]
+        found: Floats = LATE * change / durations[steps, None]
+        return found[:, :, None]
+
+    return _of_rates(changes, 1)
 
 
 def gyro_follows(solution: Solution, channel: Floats) -> Departure:
@@ -104,10 +110,10 @@ def delay(index: int, rates: Floats, changes: VectorRates) -> Departure:
     changes : function
         See `vector_rates`.
     """
-    before = np.vstack([rates[:1], rates])
 
     def reads(own: Equations) -> Floats:
-        turned = np.einsum("nij,nj->ni", _by(own, index, 0), before[own.low : own.high])
+        before = rates[np.maximum(np.arange(own.low, own.high) - 1, 0)]
+        turned = np.einsum("nij,nj->ni", _by(own, index, 0), before)
         found: Floats = -LATE * (turned + changes(own, index))
         return found[:, :, None]
 
