@@ -10,6 +10,7 @@ from numba import njit
 
 from mgeo_attitude.filter.discretization import discretize, turn
 from mgeo_attitude.filter.intrinsics import call, fetch_add, load_acquire, store_release
+from mgeo_attitude.filter.polynomials import discretize_alike
 
 # Steps of a lane between two checks that its covariance is positive. Lost positivity stays lost
 # for long, and a check costs half a step.
@@ -52,9 +53,15 @@ def discretized(A, density, dt):
 @njit(cache=True, error_model="numpy")
 def write_maneuver(values, omega, dynamics):
     """Write a maneuver's turn per step, exact transition and process noise, in a lane's order."""
-    parts, density, pattern, dt = dynamics
-    A = parts[0] + omega[0] * parts[1] + omega[1] * parts[2] + omega[2] * parts[3]
-    F, Q = discretize(A, density, dt)
+    parts, density, pattern, dt, by_polynomials = dynamics
+    if by_polynomials:
+        room = np.zeros((2, 6, 6))
+        F, Q, own = room[0], room[1], np.empty((2, 3, 3))
+        densities = density[0], density[3]
+        discretize_alike(-parts[0, 3, 3], densities, omega, dt, F, Q, own[0], own[1])
+    else:
+        A = parts[0] + omega[0] * parts[1] + omega[1] * parts[2] + omega[2] * parts[3]
+        F, Q = discretize(A, density, dt)
     turned = turn(omega, dt)
     k = 0
     for i in range(3):
@@ -148,7 +155,7 @@ def settled_for(recent, lane, now, k, factor):
     "void(UniTuple(int64, 3), UniTuple(int64, 13), UniTuple(int64[::1], 2),"
     "UniTuple(int64[::1], 5), float64[:,::1],"
     "Tuple((float64[:,:,::1], int64[:,::1], int64[::1], int64[::1], int64[::1])),"
-    "Tuple((float64[:,:,:,::1], float64[:,::1], int64[:,::1], float64)), float64[:,::1],"
+    "Tuple((float64[:,:,:,::1], float64[:,::1], int64[:,::1], float64, boolean)), float64[:,::1],"
     "float64[:,::1], Tuple((int64, float64, boolean, float64)), UniTuple(int64[::1], 3),"
     "float64[::1],"
     "UniTuple(float64[:,::1], 2), float64[:,:,::1])",
@@ -199,7 +206,8 @@ def run(
     dynamics : arrays, shapes (n_variants, 4, n_dynamic, n_dynamic), (n_variants, n_dynamic) and
         (n_entries, 2); float
         A at rest, and what a unit rate about each axis adds to it; process-noise density; entries
-        of the transition matrix that a step reads; step [s].
+        of the transition matrix that a step reads; step [s]; and whether `polynomials` have its
+        transitions, where each step has a rate of its own.
     table : array, shape (n_samples, n_given)
         What the orbit gives at each sample.
     constants : array, shape (n_variants, n_constants)
@@ -221,7 +229,7 @@ def run(
     taken, done = shared
     designs, begins, ends, parents, slots = jobs
     rates, starts, over, variants, firsts = plan
-    parts, densities, pattern, dt = dynamics
+    parts, densities, pattern, dt, by_polynomials = dynamics
     window, decrease, allow_rise, factor = convergence
     stops, end_step, settled = steps
     watched, final = at_end
@@ -276,7 +284,7 @@ def run(
                 m += 1
             if m > maneuver[lane]:
                 # of several maneuvers that have started only the last one is flown
-                own = parts[variants[i]], densities[variants[i]], pattern, dt
+                own = parts[variants[i]], densities[variants[i]], pattern, dt, by_polynomials
                 load_maneuver(W, lane, rotation, rates[i, m - 1], own, variants[i], kept)
                 if turned < rate:
                     load_turn(W, lane, turned, rates[i, m - 1], dt)

@@ -297,6 +297,7 @@ def _run(
     left = np.count_nonzero(jobs.snapshot >= 0)
     states = np.zeros((left + len(variants), at.rotation + model.window_steps + 1))
     states[left:, : at.rotation + 1] = initial_values(model, variants)[::-1]
+    matrices, densities = dynamics_of(variants)
     arguments: tuple[Any, ...] = (
         (kernel.step.address, kernel.check.address, lanes()),
         tuple(at),
@@ -310,7 +311,13 @@ def _run(
             flown_by,
             begins.rows,
         ),
-        (*dynamics_of(variants), np.array(transition_pattern(suite)), model.step),
+        (
+            matrices,
+            densities,
+            np.array(transition_pattern(suite)),
+            model.step,
+            plan.free is not None and _alike(densities),
+        ),
         begins.table,
         constants_of(model, variants),
         (model.window_steps, model.relative_decrease, model.allow_rise, factor),
@@ -328,6 +335,11 @@ def _run(
     twin = jobs.twin
     final = final[twin] if covariance else final
     return _Ran(end_step[twin], settled[twin], trace[twin], watched[twin], final, record)
+
+
+def _alike(densities: Floats) -> bool:
+    """Whether gyros of a bias alone are as noisy about each axis: see `polynomials`."""
+    return densities.shape[1] == 6 and not np.ptp(densities.reshape(-1, 2, 3), axis=2).any()
 
 
 def _required_from(ran: _Ran) -> Ints:

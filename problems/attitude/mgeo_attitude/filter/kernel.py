@@ -30,7 +30,7 @@ import numpy as np
 import platformdirs
 
 from mgeo.store.atomic import write_file
-from mgeo_attitude.filter import discretization, intrinsics, lanewise
+from mgeo_attitude.filter import discretization, intrinsics, lanewise, polynomials
 from mgeo_attitude.filter.codegen import module_source
 from mgeo_attitude.filter.layout import NO_MONITORS, Monitors
 from mgeo_attitude.sensors.suite import Suite
@@ -69,7 +69,7 @@ def load_kernel(
 def load_driver() -> ModuleType:
     """Compiled module of the text of `driver.py`; see its function ``run``."""
     source = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
-    return load_module("driver", source, [discretization, intrinsics])
+    return load_module("driver", source, [discretization, polynomials, intrinsics])
 
 
 def load_module(kind: str, source: str, ingredients: Iterable[ModuleType]) -> ModuleType:

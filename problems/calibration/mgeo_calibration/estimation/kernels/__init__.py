@@ -6,7 +6,7 @@ from functools import cache
 from importlib import resources
 from types import ModuleType
 
-from mgeo_attitude.filter import discretization
+from mgeo_attitude.filter import discretization, polynomials
 from mgeo_attitude.filter.kernel import load_module
 
 from mgeo_calibration.estimation.kernels import algebra
@@ -16,4 +16,4 @@ from mgeo_calibration.estimation.kernels import algebra
 def load(name: str) -> ModuleType:
     """Compiled module of the text of a file beside this one, by its name."""
     source = resources.files(__package__).joinpath(f"{name}.py").read_text(encoding="utf-8")
-    return load_module("smoother", source, [algebra, discretization])
+    return load_module("smoother", source, [algebra, discretization, polynomials])
