@@ -285,7 +285,7 @@ FIGURES: dict[str, Callable[[], go.Figure]] = {
 def _knee() -> tuple[AttitudeManeuverProblem, np.ndarray]:
     """The problem of the tracker's file and the knee of its front."""
     table = pd.read_csv(_FRONTS / "tracker.csv")
-    problem = AttitudeManeuverProblem(Scenario.from_toml(_TRACKER), n_maneuvers=3)  # as found
+    problem = AttitudeManeuverProblem(Scenario.from_toml(_TRACKER))
     (row,) = np.flatnonzero(table["t_end [s]"] == _KNEE)
     return problem, table.loc[row, problem.var_names].to_numpy(float)
 

@@ -365,15 +365,15 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         """How a run is best begun and ended; nothing of the paper's scenario, which is a study.
 
         Nothing, too, with few maneuvers, where a search alone comes as near the limit, and of what
-        takes longer to polish than to search: over flights, with coils or a budget of wheels.
+        takes longer to polish than to search: over flights and with coils; with a budget of wheels
+        starts alone.
         """
         scenario, wheels = self.scenario, self.scenario.wheels
         least = _POLISHED_BY.get(scenario.convergence.rule, _POLISHED)
         few = scenario.maneuvers.count < least
-        long = scenario.flight or scenario.turned_by_coils or (wheels and wheels.budgeted)
-        if few or long or scenario.name == "paper":
+        if few or scenario.name == "paper" or scenario.flight or scenario.turned_by_coils:
             return {}
-        if not can_be_polished(self.objectives):
+        if not can_be_polished(self.objectives) or (wheels and wheels.budgeted):
             return {"starts": _STARTS}
         return {"starts": _STARTS, "polish": True, "evaluations": _BEFORE_POLISH}
 
