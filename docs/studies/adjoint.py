@@ -3,7 +3,9 @@
 ``python docs/studies/adjoint.py`` prints times of one plan of the paper's satellite of ten
 maneuvers and 1,000 s, with one sample in ten as the polish has. The reverse sweep is a prototype
 in numba for this satellite's 18 states, checked by differences of itself; its time is compared
-with that of its own forward pass.
+with that of its own forward pass, and with that of the differences. It is not in the polish: one
+plan's two passes take longer than the differences of 41, eight of which a vector holds and which
+have their beginnings and discretizations in common.
 """
 
 import time
@@ -139,7 +141,7 @@ def main():
     _, kept, gains = forward(P, F, Q, v, r)
     one = best_of(lambda: forward(P, F, Q, v, r))
     back = best_of(lambda: reverse(np.eye(N), F, v, r, kept, gains))
-    print(f"reverse sweep over forward pass, both by numba: {back / one:.2f}")
+    print(f"reverse sweep over forward pass, both by numba: {back / one:.2f}; {one + back:.2f} ms")
 
 
 if __name__ == "__main__":

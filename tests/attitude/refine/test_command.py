@@ -69,7 +69,10 @@ def test_robust_plans_keep_what_their_flights_keep():
             (0, False, 59_904),
         ),
         ({"preset": "paper", "maneuvers": {"count": 10}}, (0, False, 199_680)),
-        ({"preset": "cubesat_6u", "maneuvers": {"count": 3}, "wheels": LOADED}, (12, False, 59_904)),
+        (
+            {"preset": "cubesat_6u", "maneuvers": {"count": 3}, "wheels": LOADED},
+            (12, False, 59_904),
+        ),
         (
             {"preset": "cubesat_6u", "maneuvers": {"count": 10}, "flight": {"count": 8}},
             (0, False, 199_680),
