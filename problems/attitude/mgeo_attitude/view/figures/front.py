@@ -160,9 +160,8 @@ def _scales(scenario: Scenario, values: Floats, *, papers: bool) -> list[_Scale]
     """The one that comes first, and the other."""
     exactly = ", flown exactly" if scenario.flight else ""
     required = scenario.required_sigma.get("attitude_deg", math.inf)
-    attitude = _Scale(
-        "attitude", f"attitude, 1-sigma of the worst body axis{exactly} [deg]", 2, required
-    )
+    label = f"attitude 1-sigma, worst axis{exactly} [deg]"  # no longer than the plot on paper
+    attitude = _Scale("attitude", label, 2, required)
     trace = _Scale("trace", "trace of the covariance at t_end [-]", 1)
     return [trace, attitude] if papers else [attitude, trace]
 
