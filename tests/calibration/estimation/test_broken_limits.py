@@ -20,8 +20,10 @@ PLAN = np.array([0.3, -0.1, 0.2, 80.3, -0.1, 0.3, 0.1, 60.0, 0.2, 0.1, -0.3, 160
 
 
 def scenario(*path_limits):
+    preset = Scenario.cubesat_6u()
     return dataclasses.replace(
-        Scenario.cubesat_6u(),
+        preset,
+        maneuvers=dataclasses.replace(preset.maneuvers, count=3),
         duration=float(STEPS),
         eclipse=False,
         convergence=Convergence(window=float(STEPS)),
