@@ -62,6 +62,7 @@ def test_what_is_kept_reads_back_to_six_digits(results, store, tmp_path):
         assert data["kept"] == {"digits": 6, "points_of_other_fronts": POINTS}
 
 
+@pytest.mark.slow
 def test_without_fronts_there_are_tables_and_tests(results, store, tmp_path):
     source, found = results
     store(source, tmp_path, fronts=False)

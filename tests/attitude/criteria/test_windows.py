@@ -34,6 +34,7 @@ def test_a_plan_that_begins_late_has_to_be_over_too():
     assert late.deadline == 550.0
 
 
+@pytest.mark.slow
 def test_a_slew_back_has_to_be_over_too():
     """It is looked at in the plan's table, where the search sees its calibration alone."""
     table = {"maneuvers": {"slew_back": True}}

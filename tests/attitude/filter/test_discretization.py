@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from .suites import SUITES
 
 
+@pytest.mark.cases(20)
 @pytest.mark.parametrize("discretize", [discretize, discretize.py_func], ids=["fast", "plain"])
 @pytest.mark.parametrize("name", ["paper", "full gyro"])
 @pytest.mark.parametrize("rate", [0.0, 1e-9, 0.0175, 0.3, 5.0])

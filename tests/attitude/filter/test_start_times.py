@@ -66,6 +66,7 @@ def test_a_plan_is_one_of_the_scenario_that_begins_then(problem, X):
         ManeuverPlan(problem.scenario, plan.design)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(
     "changed",
     [

@@ -96,6 +96,7 @@ def test_motion_is_that_of_a_rigid_body_under_the_law_by_another_integrator(mode
     np.testing.assert_allclose(motion.attitude, attitudes, rtol=0.0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_free_motion_keeps_momentum_in_inertial_axes_and_energy(model):
     quiet = {"residual_dipole": [0.0, 0.0, 0.0], "detumble_rate_deg_s": 100.0}
     free = FilterModel.from_scenario(one_unit(coils=quiet))

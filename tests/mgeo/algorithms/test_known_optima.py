@@ -58,6 +58,7 @@ def distances(case, tau, solver):
     return KDTree(true).query(found)[0], KDTree(found).query(true)[0]
 
 
+@pytest.mark.cases(5)
 @pytest.mark.parametrize("case", FRONTS)
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_the_known_front_is_found(solver, case):

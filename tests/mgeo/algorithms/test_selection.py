@@ -87,6 +87,7 @@ def accepted_ranks(algorithm, generations, objectives=1):
     return counts
 
 
+@pytest.mark.cases(5)
 @pytest.mark.parametrize(
     ("variant", "tau"), [(each, 1.3) for each in VARIANTS] + [(real, 0.0), (canonical, 3.0)]
 )

@@ -43,6 +43,7 @@ EACH = [pytest.param(n, marks=pytest.mark.slow) if n == "age-moea2" else n for n
 AREA = HV(ref_point=np.array([1.1, 6.0]))
 
 
+@pytest.mark.cases(7)
 @pytest.mark.parametrize("name", EACH)
 def test_every_algorithm_improves_a_front_and_repeats_itself(name):
     problem = ZDT1(n_var=5)
@@ -203,6 +204,7 @@ REAL_ONLY = (
 )
 
 
+@pytest.mark.cases(14)
 @pytest.mark.parametrize("vtype", [int, bool])
 @pytest.mark.parametrize("name", EACH)
 def test_integers_and_bits_are_searched_as_such_or_refused(name, vtype):
