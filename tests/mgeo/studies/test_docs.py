@@ -3,22 +3,9 @@
 import re
 from pathlib import Path
 
-import plotly.graph_objects as go
-
 from mgeo.studies import read_study
 
 PAGE = Path(__file__).parents[3] / "docs" / "studies" / "README.md"
-
-
-def test_the_python_example_runs(monkeypatch, capsys):
-    text = PAGE.read_text(encoding="utf-8")
-    example, _ = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert "2_000" in example  # a few generations will do here
-    shown = []
-    monkeypatch.setattr(go.Figure, "show", lambda figure: shown.append(figure))
-    exec(example.replace("2_000", "300").replace("seeds=5", "seeds=2"), {})
-    assert "hypervolume" in capsys.readouterr().out
-    assert len(shown) == 1
 
 
 def test_links_lead_somewhere_and_every_study_is_listed():
