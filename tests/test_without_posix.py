@@ -75,12 +75,12 @@ def run(code, folder):
     return int(done.stdout.split()[-1])
 
 
-@pytest.mark.campaign
 @pytest.mark.slow
 def test_all_is_imported():
     assert run(IMPORTS, ROOT) > 300
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_it_searches_studies_reports_and_locks(tmp_path):
     assert run(USE, tmp_path) == 5  # of solve, resume, study, the one held and the one refused

@@ -19,6 +19,7 @@ from ..three import three
 from .small_run import small_run
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.parametrize("scenario", [three("paper"), three("cubesat_6u")])
 def test_three_hundred_plans_stay_below_eight_megabytes(scenario):

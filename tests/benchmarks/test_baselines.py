@@ -20,6 +20,7 @@ def paper():
     return cases.model(cases.PAPER)
 
 
+@pytest.mark.campaign
 @pytest.mark.slow  # it is compiled for this
 def test_scalar_loop_gives_what_the_kernel_gives(paper):
     X = cases.designs(24)

@@ -10,7 +10,7 @@ FILES, COMMANDS = 2350, 150  # cases that only read a file, and of all kinds
 FLIGHTS = 800  # of telemetry
 
 
-@pytest.mark.slow
+@pytest.mark.cases(0, 2)
 @pytest.mark.parametrize("block", range(5))
 def test_bad_files_are_refused(block):
     size = FILES // 5

@@ -68,6 +68,7 @@ def run(cache, script=SCRIPT):
     )
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_two_processes_that_start_at_once_compile_and_a_third_has_no_need_to(tmp_path):
     processes = [

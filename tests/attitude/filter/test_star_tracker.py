@@ -111,6 +111,7 @@ def test_flights_report_when_it_measures(model):
     assert set(reported[1:].tolist()) == {True, False}
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_flights_with_it_are_consistent():
     """Whatever way it looks, noise is about the axes in which the estimator believes it."""

@@ -186,6 +186,7 @@ def test_the_cause_stands_in_front_of_what_was_refused():
         first_line(GROSS["minutes"], 1)
 
 
+@pytest.mark.campaign
 @pytest.mark.slow  # a process that imports all
 def test_what_is_refused_in_another_process_is_told_in_this_one():
     """It ended as a broken pool, or as a TypeError without the cause."""
@@ -252,7 +253,7 @@ def test_what_makes_outliers_of_all_that_follows_is_told():
     assert any("of sun are outliers" in words for words in found.failures)
 
 
-@pytest.mark.cases(0, 1)
+@pytest.mark.cases(0, 0)
 @pytest.mark.parametrize("third", range(3))
 def test_nine_of_ten_faults_are_named(third):
     """One of each kind; see `faults.FAULTS`."""

@@ -61,6 +61,7 @@ def test_errors_are_as_large_as_is_claimed(name):
     check_fifty_flights(scenario(), 3, plan)
 
 
+@pytest.mark.campaign
 def test_a_gyro_that_is_noisier_about_one_axis_is_calibrated_as_claimed():
     """Flights of an independent simulator."""
     uneven = {

@@ -167,7 +167,7 @@ def spoiled(name):
     return lambda t, rng: t
 
 
-@pytest.mark.cases(0, 2)
+@pytest.mark.cases(0, 1)
 @pytest.mark.parametrize(
     ("preset", "name", "flights"),
     [

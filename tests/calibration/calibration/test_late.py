@@ -108,6 +108,7 @@ def test_delays_of_trackers_are_as_uncertain_as_said(late):
     assert np.abs(z).max() < 3.5
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_the_filter_knows_delays_as_it_claims():
     """Drawn from the scenario, of a Sun sensor, a star tracker and a magnetometer."""

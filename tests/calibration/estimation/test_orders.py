@@ -81,6 +81,7 @@ def test_a_large_bias_of_the_gyro_is_no_other_order(scenario):
         calibrate(large, reordered(telemetry, "scalar first"))
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_where_no_order_fits_quaternions_are_asked_about(scenario):
     """Of a tracker that is turned against the body; the Sun sensor is right."""

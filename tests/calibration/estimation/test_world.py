@@ -51,6 +51,7 @@ def test_every_error_of_the_world_at_once_is_estimated_consistently():
     assert all(report[name].passed for name in names), report.table()
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_and_calibrated_consistently():
     """From any attitude, with one field error for both magnetometers."""

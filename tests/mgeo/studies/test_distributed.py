@@ -124,6 +124,7 @@ def study_on(client, *more):
     return CliRunner().invoke(app, arguments)
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.filterwarnings("default")
 @pytest.mark.usefixtures("beside_the_study")

@@ -185,6 +185,7 @@ def test_a_problem_without_a_result_does_not_stop_the_others(tmp_path, monkeypat
     assert "dtlz2" in (tmp_path / "out" / "summary.md").read_text()
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_who_fails_on_a_problem_is_last_there_and_it_is_said(tmp_path, monkeypatch):
@@ -426,6 +427,7 @@ def test_published_indicators_are_named_as_in_the_table():
     assert table.loc["A_1"].tolist() == ["0.5", "0.40 ± 0.10", "0.60 ± 0.10"]
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_one_problem_with_other_options_is_another_problem(tmp_path):
@@ -470,6 +472,7 @@ def test_a_study_of_one_objective(mgeo, tmp_path):
         read_comparison(out / "sphere")
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn", "stand_in")
 def test_scenarios_of_like_names_have_their_own_folders(tmp_path):
@@ -508,6 +511,7 @@ def test_the_command_runs_a_file_and_says_what_it_found(mgeo, tmp_path):
     assert (quiet.exit_code, quiet.output) == (0, "")
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.filterwarnings("default")
@@ -537,6 +541,7 @@ def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
     assert "4 runs failed; the same command makes them again" in done.stderr
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_terminal_of_ascii_shows_all(mgeo, tmp_path):
