@@ -249,6 +249,7 @@ def test_which_satellite_leads_to_files_that_can_be_started_from(tmp_path, monke
     assert "assumed to be free" not in shown
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_what_comes_of_a_satellite_is_made_as_said(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

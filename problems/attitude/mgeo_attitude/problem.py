@@ -89,7 +89,7 @@ class AttitudeManeuverProblem(ShownByView, Problem):
     >>> from mgeo_attitude import AttitudeManeuverProblem, Scenario
     >>> problem = AttitudeManeuverProblem(Scenario.cubesat_6u(), objectives=("t_end", "trace"))
     >>> problem.n_var, problem.obj_names, problem.constraint_names
-    (12, ('t_end [s]', 'trace [-]'), ())
+    (24, ('t_end [s]', 'trace [-]'), ())
     """
 
     var_names: list[str]

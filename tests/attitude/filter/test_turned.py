@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+import pytest
 from mgeo_attitude import FilterModel, Magnetometer, Scenario, StarTracker, evaluate
 from mgeo_attitude.scenario import Convergence, PathLimit, Wheels
 
@@ -52,6 +53,7 @@ def satellite(renamed):
     )
 
 
+@pytest.mark.slow
 def test_axes_by_other_names():
     """x, y, z of one are z, x, y of the other."""
     order = [1, 2, 0]

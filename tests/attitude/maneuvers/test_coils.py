@@ -110,6 +110,7 @@ def test_free_motion_keeps_momentum_in_inertial_axes_and_energy(model):
     np.testing.assert_allclose(energy, energy[0], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_long_steps_end_where_short_ones_do():
     """Free motion does not depend on the step, however far the body turns in it."""
     quiet = {"residual_dipole": [0.0, 0.0, 0.0], "detumble_rate_deg_s": 100.0}

@@ -66,6 +66,7 @@ def test_problems(mgeo):
     assert "No module named 'stand_in_of_nothing'" in found["no-module"]["error"]
 
 
+@pytest.mark.slow
 def test_study(mgeo):
     Path("one.toml").write_text(STUDY)
     found = document(mgeo("study", "one.toml", "--jobs", 1, "--json"))

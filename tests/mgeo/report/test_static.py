@@ -49,6 +49,7 @@ def refused(folder, done):
     return done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("installed", [None, types.ModuleType("kaleido")])
 def test_without_kaleido_it_says_what_to_install(folder, monkeypatch, installed):
     monkeypatch.setitem(sys.modules, "kaleido", installed)

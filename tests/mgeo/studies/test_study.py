@@ -71,6 +71,7 @@ def names(folder):
     return {path.name for path in folder.iterdir()}
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_a_study_of_two_problems(tmp_path, monkeypatch):
     study = parse_study(TWO, tmp_path)
