@@ -17,6 +17,7 @@ from mgeo_attitude.criteria.constraints import END, Limit
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.pointing import Place
 from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.filter.accuracy import attitude_accuracy_deg
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.path_limits import excess_along
 from mgeo_attitude.view.plans import Plans
@@ -124,8 +125,7 @@ def _off_at_end(scenario: Scenario, model: FilterModel, trajectory: Trajectory) 
         longer = dataclasses.replace(scenario, duration=last * model.step)
         model = FilterModel.from_scenario(longer)
     ran = evaluate(model, trajectory.commanded, covariance=True, until=last)
-    variances = np.linalg.eigvalsh(ran.covariance[0, :3, :3])
-    return _SIGMAS * float(np.degrees(np.sqrt(variances[-1])))
+    return _SIGMAS * float(attitude_accuracy_deg(ran.covariance[0]))
 
 
 def _end(time: float, latest: float) -> Row:
