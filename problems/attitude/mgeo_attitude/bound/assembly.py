@@ -16,6 +16,7 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.start_times import StartTimes
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Photodiode
+from mgeo_attitude.sensors.gyro import is_uneven
 from mgeo_attitude.sensors.suite import Suite
 
 
@@ -176,8 +177,7 @@ def _states(suite: Suite, block: str) -> np.ndarray:
 
 def given_away(scenario: Scenario, model: FilterModel, told: Samples) -> tuple[str, ...]:
     """Each in one line, beside that each 3-vector counts as if all else were known."""
-    walks = model.suite.diffusion()[:6].reshape(2, 3)
-    uneven = (*(["gyro"] if np.ptp(walks, axis=1).any() else []), *told.uneven)
+    uneven = (*(["gyro"] if is_uneven(model.suite.diffusion()) else []), *told.uneven)
     found = [f"{name}: noise counts as nowhere more than on its best axis" for name in uneven]
     diodes = [each.name for each in model.suite.sensors if isinstance(each, Photodiode)]
     if diodes:

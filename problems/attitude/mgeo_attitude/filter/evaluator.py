@@ -29,6 +29,7 @@ from mgeo_attitude.filter.variants import (
 from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.maneuvers.coils import CoilDrive
 from mgeo_attitude.maneuvers.schedule import Schedule, decode, maneuver_steps, scheduled
+from mgeo_attitude.sensors.gyro import is_uneven
 
 
 @dataclass(frozen=True)
@@ -339,7 +340,7 @@ def _run(
 
 def _alike(densities: Floats) -> bool:
     """Whether gyros of a bias alone are as noisy about each axis: see `polynomials`."""
-    return densities.shape[1] == 6 and not np.ptp(densities.reshape(-1, 2, 3), axis=2).any()
+    return densities.shape[1] == 6 and not is_uneven(densities)
 
 
 def _required_from(ran: _Ran) -> Ints:

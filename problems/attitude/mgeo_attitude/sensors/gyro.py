@@ -210,3 +210,15 @@ class Gyro(Validated):
             "theta": [(math.radians(walk) / 60.0) ** 2 for walk in walks],
             "bias": [drift**2 for drift in self.drift],
         }
+
+
+def is_uneven(diffusion: Floats) -> bool:
+    """Whether a gyro is noisier about some axes than about others.
+
+    Parameters
+    ----------
+    diffusion : array, shape (..., n), n >= 6
+        Of its attitude and bias, and of what follows; see `Suite.diffusion`.
+    """
+    walks = diffusion[..., :6].reshape(*diffusion.shape[:-1], 2, 3)
+    return bool(np.ptp(walks, axis=-1).any())

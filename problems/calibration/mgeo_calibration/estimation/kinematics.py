@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.geometry.rotation import cross, exponential, vector
+from mgeo_attitude.sensors.gyro import is_uneven
 from mgeo_attitude.sensors.influences import influenced
 from mgeo_attitude.sensors.suite import Suite
 
@@ -173,7 +174,7 @@ def _kinematic(
     density, turning, unit = suite.diffusion(), np.ascontiguousarray(rates), _by_rate(suite)
     densities, kernel = (density[0], density[3]), load("kinematics")
     kernel.discretized(suite.gyro.bias_decay, densities, unit, turning, durations, F, Q)
-    if np.ptp(density[:6].reshape(2, 3), axis=1).any():
+    if is_uneven(density):
         noise = load("noise_by_axis").process_noise
         noise(suite.gyro.bias_decay, density[:6], turning, durations, Q)
     if suite.following:
