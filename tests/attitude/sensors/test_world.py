@@ -16,6 +16,8 @@ from mgeo_attitude import (
     World,
     evaluate,
 )
+from mgeo_attitude.environment.sun_moon import lit_fraction, sun_position
+from mgeo_attitude.environment.time_frames import instants
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import Convergence
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, POSITION_UNIT
@@ -82,6 +84,31 @@ def test_an_error_along_track_moves_the_field_as_it_is_farther_along():
         expected = (there - environment.field) / FIELD_UNIT_NT / (5000.0 / POSITION_UNIT)
         size = np.linalg.norm(expected, axis=1).max()
         np.testing.assert_allclose(column, expected, rtol=0, atol=0.3 * size)
+
+
+def test_near_an_eclipse_that_may_be_elsewhere_nothing_that_sees_the_sun_is_used():
+    """An error along track is a satellite that comes earlier or later; by the disc that is lit."""
+    off = World(orbit_error_m=(40_000.0, 1.0, 1.0))
+    scenario = dataclasses.replace(Scenario.cubesat_6u(), duration=4300.0, world=off)
+    lit, used, always = (
+        FilterModel.from_scenario(each).available
+        for each in (
+            dataclasses.replace(scenario, world=World()),
+            scenario,
+            dataclasses.replace(scenario, eclipse=False),
+        )
+    )
+    late = 3.0 * 40_000.0 / np.linalg.norm(Environment.from_scenario(scenario).velocity[0])
+    expected = lit[:, 0].copy()
+    for delay in (-late, late):
+        times = np.clip(scenario.times + delay, 0.0, None)
+        position, _ = scenario.orbit.propagate(scenario.epoch, times)
+        sun = sun_position(instants(scenario.epoch, times))
+        expected &= lit_fraction(position, sun) >= 0.5
+    assert 25 <= np.sum(lit[:, 0] & ~expected) <= 40  # two edges, 16 s each
+    assert np.sum(expected != used[:, 0]) <= 2  # a sample an edge
+    assert used[:, 1].all()
+    assert always.all()
 
 
 def test_light_from_the_earth_is_in_what_a_coarse_sensor_looks_at():

@@ -7,9 +7,20 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from mgeo_attitude import FilterModel, Gyro, Magnetometer, Scenario, SunSensor, World
-from mgeo_attitude.scenario import Convergence, InitialConditions
-from mgeo_calibration.flight import draw
+from mgeo_attitude import (
+    Environment,
+    FilterModel,
+    Gyro,
+    Magnetometer,
+    Scenario,
+    SunSensor,
+    World,
+)
+from mgeo_attitude.environment.sun_moon import lit_fraction, sun_position
+from mgeo_attitude.environment.time_frames import instants
+from mgeo_attitude.scenario import Convergence, InitialConditions, ManeuverLimits
+from mgeo_calibration import calibrate
+from mgeo_calibration.flight import draw, fly
 from mgeo_calibration.flight.flight import at_rest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -178,6 +189,35 @@ def test_what_light_from_the_earth_does_turns_with_the_sky_not_with_the_body(mod
         difference = dirty.readings.sensors[index] - clean.readings.sensors[index]
         expected = np.einsum("kij,kj->ki", C[1:], added)
         np.testing.assert_allclose(difference[1:, 0], expected, rtol=0, atol=1e-12)
+
+
+def test_an_orbit_error_moves_the_eclipse_of_a_flight_and_calibration_does_not_mind():
+    """Though the Sun sensor reports in the dark, too, as it knows no better."""
+    world = World(orbit_error_m=(40_000.0, 1000.0, 1000.0))
+    scenario = dataclasses.replace(
+        Scenario.cubesat_6u(), duration=600.0, world=world, maneuvers=ManeuverLimits(count=3)
+    )
+    scenario = scenario.starting(3700.0)  # the Sun sets after 231 s
+    sent = fly(scenario, [*PLAN[:11], 400.0], seed=6)
+    error = 1e3 * sent.truth.states[:, 6:9]
+    at, environment = scenario.times, Environment.from_scenario(scenario)
+    r, v = environment.position, environment.velocity
+    axes = [np.cross(np.cross(r, v), r), np.cross(r, v), r]
+    there = r + sum(
+        e[:, None] * axis / np.linalg.norm(axis, axis=1)[:, None]
+        for e, axis in zip(error.T, axes, strict=True)
+    )
+    dark = lit_fraction(there, sun_position(instants(scenario.epoch, at))) < 0.5
+    believed = ~environment.sunlit
+    assert 3 <= np.sum(dark & ~believed) <= 30
+    assert not np.any(believed & ~dark)
+    np.testing.assert_array_equal(np.isnan(sent.sensors["sun"][1:, 0]), dark[1:])
+
+    noise = np.random.default_rng(1).normal(0.0, np.radians(0.5), (dark.sum(), 3))
+    sent.sensors["sun"][dark] = noise
+    made = calibrate(scenario, sent)
+    assert made.supported
+    assert not made.rejected
 
 
 def test_a_bias_that_does_not_drift_stays(model):

@@ -59,6 +59,8 @@ class Environment:
         What the tables were computed from; None for tables of one's own.
     earthlight : array (n, 3), optional
         What light from the Earth adds to the Sun's unit vector; see `World.around`.
+    shadow : bool
+        Whether the Earth throws one; without it the Sun shines always.
 
     Raises
     ------
@@ -85,6 +87,7 @@ class Environment:
     sunlit: Bools
     origin: Course | None = None
     earthlight: Floats | None = None
+    shadow: bool = True
 
     def __post_init__(self) -> None:
         n = np.size(self.times)
@@ -174,7 +177,7 @@ class Environment:
 
     def without_shadow(self) -> Self:
         """The same with the Sun shining always."""
-        return dataclasses.replace(self, sunlit=np.ones_like(self.sunlit))
+        return dataclasses.replace(self, sunlit=np.ones_like(self.sunlit), shadow=False)
 
     def require(self, scenario: Course) -> None:
         """Refuse a scenario that these tables are not of.

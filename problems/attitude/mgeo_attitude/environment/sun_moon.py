@@ -75,6 +75,17 @@ def lit_fraction(position: Floats, sun: Floats) -> Floats:
     return np.asarray(1.0 - (sun_sector + earth_sector - c * half_chord) / (a * a * np.pi))
 
 
+def above_limb(position: Floats, sun: Floats) -> Floats:
+    """Angle of the Sun's center from the Earth's limb [rad], shape (n,); negative behind it.
+
+    Where it is zero, `lit_fraction` is a half to 3e-6 rad. A satellite is at `position` [m], `sun`
+    are unit vectors to the Sun, both (n, 3).
+    """
+    distance = np.linalg.norm(position, axis=1)
+    cosine = -np.einsum("ni,ni->n", position, sun) / distance
+    return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)) - np.arcsin(EARTH_RADIUS / distance))
+
+
 def earthlight(position: Floats, sun: Floats) -> Floats:
     """Light from the Earth as a vector, in units of direct sunlight, shape (n, 3).
 

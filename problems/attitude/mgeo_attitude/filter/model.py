@@ -373,12 +373,19 @@ def inertial_vectors(suite: Suite, environment: Environment) -> tuple[Floats, Bo
     """`FilterModel.references` and `FilterModel.available` of all samples, at whatever interval."""
     n, environment = len(environment.times), suite.world.around(environment)
     references = np.zeros((n, suite.n_vectors, 3))
-    available = np.ones((n, len(suite.sensors)), dtype=bool)
     for index, sensor in enumerate(suite.sensors):
-        reference, mask = sensor.inertial_vector(environment), sensor.available(environment)
+        reference = sensor.inertial_vector(environment)
         if reference is not None:
             references[:, index] = reference
-        if mask is not None:
-            available[:, index] = mask
         references[:, suite.gradient_rows(index)] = suite.gradient(sensor, environment)
-    return references, available
+    return references, availability(suite, environment)
+
+
+def availability(suite: Suite, environment: Environment) -> Bools:
+    """Where each of s sensors has something to measure, whatever the attitude, shape (n, s)."""
+    there = np.ones((len(environment.times), len(suite.sensors)), dtype=bool)
+    for column, sensor in zip(there.T, suite.sensors, strict=True):
+        mask = sensor.available(environment)
+        if mask is not None:
+            column[:] = mask
+    return there

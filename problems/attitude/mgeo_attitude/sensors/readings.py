@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from mgeo_attitude._typing import Floats
+from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.geometry.rotation import rotate
 from mgeo_attitude.sensors.base import Sensor
 
@@ -36,6 +37,12 @@ class Readings:
     durations: Floats
     gyro: Floats
     sensors: tuple[Floats, ...]
+
+    def where(self, available: Bools) -> Readings:
+        """The same without what is reported where a sensor is not available, shape (n + 1, s)."""
+        each = zip(available.T, self.sensors, strict=True)
+        kept = tuple(np.where(there[:, None, None], rows, np.nan) for there, rows in each)
+        return dataclasses.replace(self, sensors=kept)
 
 
 def as_array(report: Any) -> Floats:

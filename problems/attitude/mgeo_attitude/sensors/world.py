@@ -8,12 +8,12 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.sun_moon import earthlight
+from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.environment.sun_moon import above_limb, earthlight
 from mgeo_attitude.fields import Validated, expect, positive, quantity
 from mgeo_attitude.fields.units import ARCMIN, Unit
 from mgeo_attitude.sensors.base import CONSIDERED, GaussMarkov, check_considered
@@ -27,6 +27,10 @@ NT = Unit("nT", "nt", FIELD_UNIT_NT)
 
 #: Unit of errors of the position inside the filter [m].
 POSITION_UNIT = 1000.0
+
+#: How many 1-sigmas of the orbit's error an eclipse has to be away from what Sun sensors say: an
+#: edge is no derivative that a filter could have.
+SURE = 3.0
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,8 @@ class World(Validated):
         unit="m",
         low=0.0,
         doc="error of the position at which the model is asked, 1-sigma along track, across and "
-        "radial; zeros leave the states out",
+        "radial; zeros leave the states out. What sees the Sun is not used within 3-sigma of an "
+        "eclipse's edge",
     )
     orbit_error_axes: str = quantity(
         "orbital",
@@ -109,11 +114,39 @@ class World(Validated):
         return {state: process for state, process in found.items() if np.any(process.sigma)}
 
     def around(self, environment: Environment) -> Environment:
-        """An environment with the mean of what light from the Earth adds to the Sun's."""
-        if not self.earth_albedo:
-            return environment
-        light = self.earth_albedo * earthlight(environment.position, environment.sun)
-        return dataclasses.replace(environment, earthlight=light)
+        """An environment as sensors know it: where the Sun is sure to shine, and light beside it.
+
+        With an orbit error the Sun is sure to shine where it does after `SURE` times its 1-sigma,
+        and light from the Earth is its mean.
+        """
+        changes: dict[str, Any] = {}
+        if any(self.orbit_error_m) and environment.shadow:
+            changes["sunlit"] = environment.sunlit & self._surely_lit(environment)
+        if self.earth_albedo:
+            light = earthlight(environment.position, environment.sun)
+            changes["earthlight"] = self.earth_albedo * light
+        return dataclasses.replace(environment, **changes) if changes else environment
+
+    def _surely_lit(self, environment: Environment) -> Bools:
+        """Where no likely error of the orbit brings the satellite into the Earth's shadow."""
+        here, sun = environment.position, environment.sun
+        angle = above_limb(here, sun)
+        axes = np.broadcast_to(np.eye(3), (len(here), 3, 3))
+        off = self.by_orbit_error(axes, environment) * np.array(self.orbit_error_m)
+        moved = [above_limb(here + off[:, :, k], sun) - angle for k in range(3)]
+        sure: Bools = angle > SURE * np.linalg.norm(moved, axis=0)
+        return sure
+
+    def displaced(self, environment: Environment, orbit_error: Floats) -> Environment:
+        """The same where the satellite is with errors of the orbit, shape (n, 3), as states.
+
+        Of it the position and where the Sun shines are there; field and Sun are left as they are.
+        """
+        axes = np.broadcast_to(np.eye(3), (len(orbit_error), 3, 3))
+        off = np.einsum("kij,kj->ki", self.by_orbit_error(axes, environment), orbit_error)
+        there = environment.position + POSITION_UNIT * off
+        lit = above_limb(there, environment.sun) > 0.0 if environment.shadow else environment.sunlit
+        return dataclasses.replace(environment, position=there, sunlit=lit)
 
     def by_orbit_error(self, gradient: Floats, environment: Environment) -> Floats:
         """The derivative by the orbit error's state of what has a `gradient` by the position.

@@ -102,10 +102,7 @@ def _batch(scenario: Scenario, given: Planned, flight: Flight) -> Batch:
         change=np.diff(angle(model.times[first:], 1), axis=0),
         added=np.zeros_like(rates),
         breaks=np.zeros(len(rates), dtype=bool),
-        sensors=tuple(
-            np.where(model.available[first:, index, None, None], rows[first:], np.nan)
-            for index, rows in enumerate(flight.readings.sensors)
-        ),
+        sensors=tuple(rows[first:] for rows in flight.readings.where(model.available).sensors),
         noise=in_threes(sensor.noise() for sensor in model.suite.sensors),
         vectors=model.references[first:],
         influences=model.influences[first:],

@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike
 from mgeo_calibration.estimation.estimate import Estimate
 from mgeo_calibration.estimation.filter import ErrorStateFilter, Estimator
 from mgeo_calibration.estimation.monte_carlo import MonteCarlo, Record
-from mgeo_calibration.flight import Flight, draw, fly_run, other_truth
+from mgeo_calibration.flight import Flight, draw, fly_run, other_truth, surroundings
 from mgeo_calibration.flight.flight import moved
 
 #: Runs that are computed side by side, one such part after the other. In threads they would mostly
@@ -79,8 +79,8 @@ def simulate(
     truth : Scenario, optional
         What is true, if it is not what the estimator believes: epoch, orbit, eclipse, gyro,
         sensors and initial uncertainty, with field and Sun, dynamics, noise and fields of view
-        that follow from them. The estimator takes whatever a sensor reports. All else of the two
-        must be the same.
+        that follow from them. The estimator takes whatever a sensor reports, but where it believes
+        that there is nothing to be seen. All else of the two must be the same.
     environment : Environment, optional
         Saves computing that of the scenario again.
     until : float, optional
@@ -153,6 +153,8 @@ class Planned:
     design : array, shape (4 m,)
     model, real : FilterModel
         What the estimator believes, and what is true.
+    environment : Environment
+        The true one, without the Earth's shadow if that is left out.
     motion : Motion
         As planned.
     t_end : float
@@ -165,6 +167,7 @@ class Planned:
     design: Floats
     model: FilterModel
     real: FilterModel
+    environment: Environment
     motion: Motion
     t_end: float
     variances: Floats
@@ -177,7 +180,7 @@ class Planned:
         draws, motion = draw(self.real, self.model.n_steps, generator), self.motion
         if isinstance(self.model.slew_limits, CoilDrive):
             motion = moved(self.model, self.design, self.model.n_steps, draws.errors)
-        return fly_run(self.real, motion, draws)
+        return fly_run(self.real, motion, draws, self.environment)
 
     def monte_carlo(
         self, found: Sequence[Record], samples: Ints, path_limits: tuple[str, ...] = ()
@@ -223,7 +226,8 @@ def planned(
     whole = Trajectory(scenario, model, plan, t_end).commanded
     (variances,) = evaluate(model.endless, whole, history=True).variances
     motion = Motion.of(model, whole, model.n_steps)
-    return Planned(n_runs, plan, model, real, motion, t_end, variances)
+    around = surroundings(truth or scenario, scenario, environment)
+    return Planned(n_runs, plan, model, real, around, motion, t_end, variances)
 
 
 def _samples(model: FilterModel, t_end: float) -> Ints:
@@ -272,7 +276,7 @@ def record(
     )
     estimates = ErrorStateFilter(suite, estimator).run(
         Estimate.at_start(model, n_runs),
-        [flight.readings for flight in flights],
+        [flight.readings.where(model.available) for flight in flights],
         rates,
         model.references,
         model.influences,

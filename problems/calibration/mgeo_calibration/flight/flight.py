@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.transition import transition
@@ -18,6 +19,8 @@ from mgeo_attitude.sensors.readings import Readings, as_array, in_threes, taken
 from mgeo_attitude.sensors.suite import Suite
 from scipy.linalg import block_diag
 from scipy.signal import lfilter
+
+from mgeo_calibration.flight.shadow import in_true_shadow
 
 
 @dataclass(frozen=True)
@@ -153,18 +156,25 @@ def gyro_of(model: FilterModel, rates: Floats, draws: Draws) -> tuple[Floats, Fl
     return gyro, suite.gyro.measured(SimpleNamespace(**x), rates)
 
 
-def fly_run(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
-    """Fly a plan with the errors that were drawn."""
+def fly_run(
+    model: FilterModel, motion: Motion, draws: Draws, environment: Environment | None = None
+) -> Flight:
+    """Fly a plan with the errors that were drawn.
+
+    Eclipses are those of the true orbit if the `environment` of the model is given, which has no
+    shadow if the scenario has none, or else those that are believed.
+    """
     suite = model.suite
     start, errors = _start(motion.attitude[0], draws.errors), draws.errors.copy()
     errors[:3] = 0.0
     gyro, reported = gyro_of(model, motion.rates, draws)
     attitude = motion.attitude @ start
+    seen = model if environment is None else in_true_shadow(model, environment, gyro)
     readings = Readings(
         np.full(len(motion.rates), model.step),
         reported,
         tuple(
-            _reported(model, index, attitude, motion.rates, errors, gyro, draws.noise[:, index])
+            _reported(seen, index, attitude, motion.rates, errors, gyro, draws.noise[:, index])
             for index in range(len(suite.sensors))
         ),
     )

@@ -17,7 +17,7 @@ from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.readings import to_channels
 
 from mgeo_calibration.flight.flight import Draws, Flight, draw, fly_run, moved, unsteady
-from mgeo_calibration.flight.truth import other_truth
+from mgeo_calibration.flight.truth import other_truth, surroundings
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
 
@@ -79,7 +79,7 @@ def fly(
     n = model.n_steps
     draws = going_on(model, draw(model, n, np.random.default_rng(seed)), after)
     motion = moved(planned, design, n, draws.errors)
-    flight = fly_run(model, motion, draws)
+    flight = fly_run(model, motion, draws, surroundings(truth or scenario, scenario, environment))
     mean = flight.readings.gyro + unsteady(planned, design, n, flight.start)
     readings = dataclasses.replace(flight.readings, gyro=mean)
     return sent_down(model, dataclasses.replace(flight, readings=readings))

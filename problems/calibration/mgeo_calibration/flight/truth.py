@@ -33,6 +33,11 @@ def other_truth(truth: Scenario, scenario: Scenario, environment: Environment) -
     ):
         if found != expected:
             raise ValueError(f"truth has the {what} {found}: expected the scenario's {expected}")
+    return FilterModel.from_scenario(truth, surroundings(truth, scenario, environment))
+
+
+def surroundings(truth: Scenario, scenario: Scenario, environment: Environment) -> Environment:
+    """The truth's, without the Earth's shadow if it has none, where the scenario's are given."""
     if (truth.epoch, truth.orbit) != (scenario.epoch, scenario.orbit):
         environment = Environment.from_scenario(truth)
-    return FilterModel.from_scenario(truth, environment)
+    return environment if truth.eclipse else environment.without_shadow()

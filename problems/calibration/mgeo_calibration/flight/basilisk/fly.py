@@ -11,7 +11,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.history import can_measure
-from mgeo_attitude.filter.model import FilterModel, sampled
+from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.coils import CoilDrive
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.maneuvers.schedule import Turning
@@ -33,6 +33,7 @@ from mgeo_calibration.flight.basilisk.coils import Coiled
 from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 from mgeo_calibration.flight.flight import columns, draw, fly_run, of_world
 from mgeo_calibration.flight.own import commanded, going_on, sent_down
+from mgeo_calibration.flight.shadow import in_true_shadow
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
 #: Sensors that Basilisk has, each with the states that it has there.
@@ -137,7 +138,10 @@ def fly(
     )
     turns = Rotation.from_matrix(seen.attitude[:-1] @ seen.attitude[1:].transpose(0, 2, 1))
     motion = Motion(turns.as_rotvec() / model.step, seen.attitude @ drawn.start.T)
-    sensors = _reported(model, seen.attitude, motion.rates, seen.sensors)
+    # Basilisk's shadow is that of the orbit believed
+    around = environment if scenario.eclipse else environment.without_shadow()
+    there = in_true_shadow(model, around, drawn.gyro)
+    sensors = _reported(there, seen.attitude, motion.rates, seen.sensors)
     readings = Readings(np.full(n, model.step), seen.gyro, sensors)
     sent = sent_down(model, dataclasses.replace(drawn, motion=motion, readings=readings))
     assert sent.truth is not None
@@ -148,15 +152,15 @@ def fly(
 def _reported(
     model: FilterModel, attitude: Floats, rates: Floats, sensors: tuple[Floats, ...]
 ) -> tuple[Floats, ...]:
-    """Readings at the samples of each sensor; of star trackers those where stars are seen.
+    """Readings at the samples of each sensor, out of the shadow; of star trackers those of stars.
 
-    They are not where it turns too fast or is dazzled.
+    These are not seen where it turns too fast or is dazzled.
     """
     found = []
     for index, (sensor, vectors) in enumerate(zip(model.suite.sensors, sensors, strict=True)):
-        there = sampled(sensor, model.step, len(vectors))
+        there = model.available[:, index]
         if isinstance(sensor, StarTracker):
-            there &= can_measure(model, index, attitude, rates)
+            there = can_measure(model, index, attitude, rates)
         found.append(np.where(there[:, None, None], vectors, np.nan))
     return tuple(found)
 
