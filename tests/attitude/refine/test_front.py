@@ -10,7 +10,7 @@ def judge(X):
     return X[:, :2].copy(), np.maximum(X[:, 2], 0.0)
 
 
-GIVEN = np.array([[100.0, 8.0, 0.0], [200.0, 2.0, 0.0], [150.0, 9.0, 0.0], [120.0, 1.0, 0.5]])
+GIVEN = np.array([[100.0, 8.0, 0.0], [200.0, 4.0, 0.0], [150.0, 9.0, 0.0], [120.0, 1.0, 0.5]])
 
 
 def test_there_is_room_between_the_plans_of_a_front_alone():
@@ -20,6 +20,13 @@ def test_there_is_room_between_the_plans_of_a_front_alone():
     np.testing.assert_allclose(added, 100.0 * 2.0 ** (np.arange(1, 4) / 4))
     np.testing.assert_array_equal(front.plans, GIVEN)
     assert len(Front(judge, GIVEN).times) == 4
+
+
+def test_rows_are_closer_where_values_fall_by_more():
+    steep = [np.array([GIVEN[0], GIVEN[1] * [1.0, share, 1.0]]) for share in (1.0, 0.5, 1e-9)]
+    rows = [len(Front(judge, plans, ratio=1.2).times) - 2 for plans in steep]
+    # ratios of 2 in time and in value, of 4, and at most three times as close
+    assert rows == [int(by * np.log(2.0) / np.log(1.2)) for by in (1.0, 2.0, 3.0)]
 
 
 def test_what_is_added_is_better_than_all_plans_before_it():

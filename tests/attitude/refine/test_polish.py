@@ -72,9 +72,9 @@ def test_a_descent_fills_the_time_and_learns_more(problem):
 
 def test_a_slower_plan_comes_through_the_same_attitudes():
     plan = np.array([0.8, 0.0, -0.2, 100.0, 0.0, 0.4, 0.0, 50.0])
-    slow = slowed(plan, 2.0, 150.0, 1.0)
+    (slow,) = slowed(plan[None], 2.0, 150.0, 1.0)
     np.testing.assert_allclose(slow, [0.4, 0.0, -0.1, 150.0, 0.0, 0.2, 0.0, 100.0])
-    assert slowed(plan, 0.5, 150.0, 1.0)[0] == 1.0
+    assert slowed(plan[None], 0.5, 150.0, 1.0)[0, 0] == 1.0
 
 
 def test_no_plan_gets_worse_and_some_get_better(problem):
@@ -182,7 +182,7 @@ def test_of_no_plans_and_of_the_shortest_nothing_is_left_to_do(problem):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("rule", "times", "ratio"),
-    [("end", (1000, 1560, 2785), 1.08), ("trace", (1325, 1560), 1.16)],
+    [("end", (1000, 1560, 2785), 1.08), ("trace", (1325, 1560), 1.1)],
 )
 def test_ten_maneuvers_come_near_the_limit(rule, times, ratio):
     scenario = Scenario.paper()

@@ -5,8 +5,8 @@ import pytest
 from mgeo_attitude import Scenario, limit
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.refine.at_time import AtTime
-from mgeo_attitude.refine.held import rate_grid
-from mgeo_attitude.refine.starts import receding_horizon
+from mgeo_attitude.refine.held import rate_grid, until_converged
+from mgeo_attitude.refine.starts import beam, receding_horizon
 from mgeo_attitude.scenario import PathLimit
 
 from .conftest import short
@@ -24,6 +24,36 @@ def test_each_stage_has_the_rate_that_leaves_the_least_trace(problem):
         values, _ = at.values(tried.reshape(len(rates), -1), 60 * (stage + 1))
         (own,) = np.flatnonzero((rates == plan[stage, :3]).all(axis=1))
         assert values[own] == values.min()
+
+
+def test_a_beam_as_wide_as_all_plans_has_the_best_of_them(problem):
+    at = AtTime(problem.scenario, problem.model)
+    plans = beam(at, 3, 360.0, n_levels=2, width=512)
+    assert plans.shape == (512, 12)
+    assert len(np.unique(plans, axis=0)) == 512  # eight corners, three stages
+    assert (plans[:, 3::4] == 120.0).all()
+    values, _ = at.values(plans, 180)
+    assert (np.diff(values) >= 0.0).all()
+    narrow = beam(at, 3, 360.0, n_levels=2, width=20)
+    few, _ = at.values(narrow, 180)
+    assert len(few) == 20
+    assert values[0] <= few[0] < at.values(beam(at, 3, 360.0, n_levels=2), 180)[0][0] + 1e-12
+
+
+def test_rates_are_held_until_a_plan_has_converged():
+    problem = short(4, "trace")
+    at = AtTime(problem.scenario, problem.model)
+    plan = receding_horizon(at, 3, 360.0)
+    found = until_converged(at, plan)
+    assert (found[:, :12] == plan).all()
+    F = problem.evaluate(found, return_values_of=["F"])
+    every = np.array([[*plan, *rate, 0.0] for rate in rate_grid(1.0)])
+    other = problem.evaluate(every, return_values_of=["F"])
+    worse = (other[:, None] >= F).all(axis=2).any(axis=1)
+    assert worse.all()  # no rate of the grid is better than what is found
+    assert len(F) == len(np.unique(F, axis=0))
+    late = abs(F[:, 0] - 360.0 - 100.0)  # the window of this rule
+    assert late[0] == late.min()
 
 
 def test_starts_are_far_better_than_chance(problem):

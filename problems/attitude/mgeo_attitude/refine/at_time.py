@@ -63,48 +63,66 @@ class AtTime:
         value, excess = (np.where(np.isfinite(each), each, np.inf) for each in (value, excess))
         return value, excess
 
-    def best(self, designs: Floats, steps: int) -> int:
-        """The row of least value among those that keep the limits on the way, or else most so."""
+    def best(self, designs: Floats, steps: int, most: int) -> Floats:
+        """So many of the designs, the best first: least values after those that keep limits most.
+
+        Limits are those on the way.
+        """
+        found: Floats = designs[self.order(designs, steps)[:most]]
+        return found
+
+    def order(self, designs: Floats, steps: Ints | int) -> Ints:
+        """Rows of designs, the best first, as `best`."""
         value, excess = self.values(designs, steps)
         worst = np.maximum(excess, 0.0).max(axis=1, initial=0.0)
-        return int(np.lexsort((value, worst))[0])
+        return np.lexsort((value, worst))
 
-    def by_convergence(self, designs: Floats) -> tuple[Ints, Floats]:
-        """Rows in the order in which they converge by the scenario's rule, and their traces.
+    def soonest(self, designs: Floats) -> tuple[Ints, Floats]:
+        """Rows of the designs that converge the soonest, and when [s]: by the scenario's rule.
 
-        Those come first that break limits on the way least, and of these the soonest; of several
-        that of the least trace.
+        Of those that break limits on the way least, each that knows more than all that converge
+        sooner; at least one.
         """
         result = evaluate(self.model, designs, self.threads)
         excesses = [each.excesses(result) for each in self.limits]
         worst = np.concatenate([*excesses, np.zeros((1, len(designs)))]).max(axis=0)
-        return np.lexsort((result.trace, result.t_end, worst)), result.trace
+        order = np.lexsort((result.trace, result.t_end, worst))
+        least = np.minimum.accumulate(np.nan_to_num(result.trace[order], nan=np.inf))
+        rows: Ints = order[np.diff(least, prepend=np.inf) < 0.0]
+        rows = rows if len(rows) else order[:1]
+        return rows, result.t_end[rows]
 
 
-def ending_at(design: Floats, time: float, longest: float) -> Floats:
-    """A design, shape (4 m,), whose maneuvers are over at a time, the last one cut or held.
+def ending_at(designs: Floats, times: Floats | float, longest: float) -> Floats:
+    """Designs, shape (n, 4 m), whose maneuvers are over at times, the last ones cut or held.
 
     No maneuver is made longer than the `longest`: a plan that has no more time left ends earlier.
     """
-    maneuvers = design.reshape(-1, VARIABLES_PER_MANEUVER).copy()
-    ends = np.minimum(np.cumsum(maneuvers[:, 3]), time)
-    ends[-1] = time
-    maneuvers[:, 3] = np.minimum(np.diff(ends, prepend=0.0), longest)
-    return maneuvers.ravel()
+    found = designs.copy()
+    durations = found[:, VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER]
+    until = np.broadcast_to(times, len(designs))[:, None]
+    ends = np.minimum(np.cumsum(durations, axis=1), until)
+    ends[:, -1:] = until
+    durations[:] = np.minimum(np.diff(ends, axis=1, prepend=0.0), longest)
+    return found
 
 
-def stretched(design: Floats, factor: float, longest: float) -> Floats:
-    """A design with all durations by a factor, none of them longer than the `longest`."""
-    maneuvers = design.reshape(-1, VARIABLES_PER_MANEUVER).copy()
-    maneuvers[:, 3] = np.minimum(factor * maneuvers[:, 3], longest)
-    return maneuvers.ravel()
+def stretched(designs: Floats, factors: Floats | float, longest: float) -> Floats:
+    """Designs with all durations by factors, none of them longer than the `longest`."""
+    found = designs.copy()
+    durations = found[:, VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER]
+    by = np.broadcast_to(factors, len(designs))[:, None]
+    durations[:] = np.minimum(by * durations, longest)
+    return found
 
 
-def slowed(design: Floats, factor: float, longest: float, greatest: float) -> Floats:
-    """A design through the same attitudes in a time by a factor, where limits allow it.
+def slowed(designs: Floats, factors: Floats | float, longest: float, greatest: float) -> Floats:
+    """Designs through the same attitudes in times by factors, where limits allow it.
 
     No maneuver is made longer than the `longest`, and no rate is above the `greatest` [deg/s].
     """
-    maneuvers = stretched(design, factor, longest).reshape(-1, VARIABLES_PER_MANEUVER)
-    maneuvers[:, :3] = np.clip(maneuvers[:, :3] / factor, -greatest, greatest)
-    return maneuvers.ravel()
+    found = stretched(designs, factors, longest)
+    maneuvers = found.reshape(len(found), -1, VARIABLES_PER_MANEUVER)
+    by = np.broadcast_to(factors, len(designs))[:, None, None]
+    maneuvers[:, :, :3] = np.clip(maneuvers[:, :, :3] / by, -greatest, greatest)
+    return found

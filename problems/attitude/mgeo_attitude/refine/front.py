@@ -10,6 +10,8 @@ from mgeo_attitude.refine.judging import Judge
 
 #: Share of the time of a row below which none takes its place, but for the last.
 _NEARLY = 0.98
+#: How much closer than others rows are at most, where much is learned from one to the next.
+_CLOSER = 3.0
 
 
 class Front:
@@ -81,15 +83,21 @@ class Front:
 
 
 def _room(F: Floats, violation: Floats, ratio: float) -> tuple[Floats, Ints]:
-    """Times between those of sound plans, at such a ratio, and the best plan until each."""
+    """Times between those of sound plans, at such a ratio, and the best plan until each.
+
+    Closer where values fall by more than this ratio.
+    """
     sound = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0) & (F[:, 0] > 0.0))
     order = sound[front_rows(F[sound])]
     if len(order) < 2 or not np.isfinite(ratio):
         return np.empty(0), np.empty(0, dtype=np.int64)
-    logs = np.log(F[order, 0])
+    logs, values = np.log(F[order, 0]), F[order, 1]
+    gaps = np.diff(logs)
+    falls = -np.diff(np.log(values)) if (values > 0.0).all() else gaps
+    steps = np.clip(falls, gaps, _CLOSER * gaps)
     times, best = [], []
-    for k, gap in enumerate(np.diff(logs)):
-        number = int(gap / np.log(ratio))
+    for k, (gap, step) in enumerate(zip(gaps, steps, strict=True)):
+        number = int(step / np.log(ratio))
         times += (logs[k] + gap * np.arange(1, number + 1) / (number + 1)).tolist()
         best += [order[k]] * number
     return np.exp(np.array(times)), np.array(best, dtype=np.int64)

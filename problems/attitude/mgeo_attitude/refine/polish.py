@@ -10,44 +10,36 @@ from numpy.typing import ArrayLike
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.objectives import smooth_objective
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
-from mgeo_attitude.refine.at_time import (
-    AtTime,
-    ending_at,
-    slowed,
-    stretched,
-)
+from mgeo_attitude.refine.at_time import AtTime, ending_at, slowed, stretched
 from mgeo_attitude.refine.front import Front
-from mgeo_attitude.refine.held import held_rates
-from mgeo_attitude.refine.judging import (
-    PlanProblem,
-    at_time,
-    begins_with,
-    judged_by,
-    parts,
-)
-from mgeo_attitude.refine.roughly import SHORT, Roughly
+from mgeo_attitude.refine.held import until_converged
+from mgeo_attitude.refine.judging import PlanProblem, at_time, begins_with, judged_by, parts
+from mgeo_attitude.refine.roughly import Roughly
 from mgeo_attitude.refine.splitting import split, without_unneeded
-from mgeo_attitude.refine.starts import receding_horizon
+from mgeo_attitude.refine.starts import beam
 
 #: Plans of a front that are polished, and iterations for each.
-MOST, ITERATIONS = 24, 30
+MOST, ITERATIONS = 16, 24
 #: How many times as many, with as much less of them, follow between those.
-_BETWEEN = 3
+_BETWEEN = 2
 #: How much longer than the first of a front's plans, over their number, all of it takes.
 _STEPS = 2.0
-#: From how many plans each of the former, and of the latter, is begun.
-_BEGUN = 4, 2
-#: Of the rates held after a plan those that are judged, over flights, and tried at other times.
-_JUDGED, _FLOWN, _TRIED = 16, 4, 6
+#: From how many plans each of the former, and of the latter, is begun; steps after which a `beam`
+#: is no good begin, or none that is worth its time.
+_BEGUN, _LATEST = (8, 4), (5000, 1000)
+#: Stages of beams, as shares of the number of maneuvers; levels of rates, widths, and every which
+#: of the plans is a begin.
+_BEAMS = (1.0, 2, 100, 10), (0.8, 2, 60, 10), (0.6, 2, 60, 10), (1.0, 3, 60, 10)
+#: Of plans with rates held after them, those judged over flights, and those tried at other times.
+_FLOWN, _HELD = 4, 6
+#: How many of the polished plans are tried at another time, and how many of what comes of them.
+_TRIED, _TAKEN = 5, 2
 #: Share of the longest run before which plans are not polished.
 _EARLIEST = 0.02
 #: Ratio of the times of plans between which others are added.
 _RATIO = 1.015
 #: Polished plans from which others begin.
 _NEAREST = 3
-#: Shares of the number of maneuvers that are the stages of receding horizons to begin from; steps
-#: after which these are no good begin.
-_STAGES, _LATEST = (0.5, 0.6, 0.8, 1.0), 3000
 
 
 def polish(
@@ -56,12 +48,12 @@ def polish(
     """Plans that end no later than those given and know more then, row by row.
 
     Of a front, `most` plans at even ratios of their times are polished, in the order of these. Each
-    begins from the best of itself, those before and a `receding_horizon`; then as many between them
-    as it takes to have three times `most`, with a third of the iterations. By the rule "trace" of
-    convergence what is polished is what a plan knows a window before its end; then it holds a rate
-    by which the rule finds it converged. What is found is tried at the times of all others, too,
-    and at last maneuvers that are of no use are left out. A row for which nothing better was found,
-    or that would break a limit, stays as it is.
+    begins from the best of itself, those before and beams (`starts.beam`); then twice as many
+    between them, with half of the iterations. By the rule "trace" of convergence what is polished
+    is what a plan knows a window before its end; then it holds a rate by which the rule finds it
+    converged. What is found is tried at the times of all others, too, and at last maneuvers that
+    are of no use are left out. A row for which nothing better was found, or that would break a
+    limit, stays as it is.
 
     Where plans are judged over flights, slopes are those of plans flown exactly; the flights tell
     whether what is found is better.
@@ -149,45 +141,46 @@ def _tables(
     flown = problem.scenario.flight is not None
     front = Front(in_order, found, _RATIO if more else np.inf)
     learned: list[Floats] = []
-    shapes: list[Floats] = []
     done: set[int] = set()
     roughs: dict[bytes, Roughly] = {}  # of each start
-    between = _BETWEEN * most, -(-iterations // _BETWEEN)
-    for (rows, each), tried in zip(((most, iterations), between), _BEGUN, strict=True):
-        new: list[Floats] = []
-        for row in _spread(front, rows, _EARLIEST * at.model.longest):
+    sizes = (most, iterations), (_BETWEEN * most, -(-iterations // _BETWEEN))
+    for (rows, each), tried, latest in zip(sizes, _BEGUN, _LATEST, strict=True):
+        new: dict[bytes, list[Floats]] = {}
+        for row in _spread(at, front, rows):
             ends = _learning(at, front.times[row])
             if ends is None or row in done:
                 continue
             (plan,), (start,) = parts(problem, front.X[[row]])
-            if start.tobytes() not in roughs:
-                roughs[start.tobytes()] = Roughly(at_time(problem, name, start))
-            roughly = roughs[start.tobytes()]
-            begins = _begins(roughly, plan, learned, ends, horizon=rows == most)
-            learned.append(roughly.descended(begins, ends, each, tried))
-            better = begins_with(_ended(roughly.exact, learned[-1]), start)
-            front.take(better[: _FLOWN if flown else _JUDGED])
-            new.extend(better[:_TRIED])
+            key = start.tobytes()
+            if key not in roughs:
+                roughs[key] = Roughly(at_time(problem, name, start))
+            begins = _begins(roughs[key], plan, learned, ends, latest)
+            learned.append(roughs[key].descended(begins, ends, each, tried))
+            better = begins_with(_ended(roughs[key].exact, learned[-1]), start)
+            front.take(better[:_FLOWN] if flown else better)
+            new.setdefault(key, []).extend(better[:_HELD])
             done.add(int(row))
             yield front.plans
-        if new and not flown:
-            front.take(_at_other_times(at, new, front.times))
-            yield front.plans
-        shapes += new
+        for key, plans in new.items():
+            if not flown:
+                front.take(_at_other_times(roughs[key], np.array(plans), front.times))
+                yield front.plans
     front.settle()
     yield front.plans
-    if shapes and not flown:
+    if learned and not flown:
         yield without_unneeded(problem, front.plans)
 
 
-def _spread(front: Front, most: int, earliest: float) -> Ints:
-    """Rows whose times are at about even ratios, the earliest first, at most so many."""
-    times, rows = front.times, front.rows
-    known: Ints = rows[np.isfinite(times[rows]) & (times[rows] >= earliest)]
+def _spread(at: AtTime, front: Front, most: int) -> Ints:
+    """Rows that learn until times at about even ratios, the earliest first, at most so many."""
+    rows = front.rows
+    times = front.times[rows]
+    learning = np.array([_learning(at, time) or 0.0 for time in times])
+    known = np.flatnonzero((learning > 0.0) & (times >= _EARLIEST * at.model.longest))
     if not len(known):
-        return known
-    order = known[np.argsort(times[known], kind="stable")]
-    logs = np.log(times[order])
+        return rows[known]
+    known = known[np.argsort(times[known], kind="stable")]
+    order, logs = rows[known], np.log(learning[known])
     asked = np.linspace(logs[0], logs[-1], most)
     nearest = np.unique(np.abs(logs[:, None] - asked).argmin(axis=0))
     found: Ints = order[nearest]
@@ -208,72 +201,71 @@ def _learning(at: AtTime, t_end: float) -> float | None:
 
 
 def _begins(
-    roughly: Roughly, design: Floats, learned: list[Floats], time: float, *, horizon: bool
+    roughly: Roughly, design: Floats, learned: list[Floats], time: float, latest: int
 ) -> Floats:
-    """Plans to begin the polish for a time [s] from, shape (k, 4 m)."""
+    """Plans to begin the polish for a time [s] from, shape (k, 4 m); beams of few enough steps."""
     at = roughly.exact
     count = design.size // VARIABLES_PER_MANEUVER - _holds(at)
     longest = at.scenario.maneuvers.max_duration
-    found = [ending_at(design[: VARIABLES_PER_MANEUVER * count], time, longest)]
-    if horizon and time <= _LATEST * at.model.step:
-        stages = {max(round(share * count), 1) for share in _STAGES}
-        for n in sorted(stages) if time <= SHORT * at.model.step else [count]:
-            found.append(split(receding_horizon(roughly.at(time), n, time), count)[0])
-    for plan in _nearest(at, learned, time, _NEAREST):
-        found += _ending_then(at, plan, time)
-    return np.array(found)
+    found = [ending_at(design[None, : VARIABLES_PER_MANEUVER * count], time, longest)]
+    if time <= latest * at.model.step:
+        for share, levels, width, every in _BEAMS:
+            n = max(round(share * count), 1)
+            found.append(split(beam(roughly.at(time), n, time, levels, width)[::every], count))
+    if learned:
+        plans = np.array(learned)
+        found.append(_ending_then(at, plans[_nearest(at, plans, time, _NEAREST)], time))
+    return np.vstack(found)
 
 
-def _ending_then(at: AtTime, plan: Floats, time: float) -> list[Floats]:
-    """A plan of another length that ends at a time [s]: cut or held, made longer, and slower."""
-    limits, factor = at.scenario.maneuvers, time / _total(plan)
-    return [
-        ending_at(plan, time, limits.max_duration),
-        stretched(plan, factor, limits.max_duration),
-        slowed(plan, factor, limits.max_duration, limits.max_rate_deg_s),
-    ]
+def _ending_then(at: AtTime, plans: Floats, times: Floats | float) -> Floats:
+    """Plans, shape (k, 4 m), as they end at times: cut or held, made longer, and slower."""
+    limits, factors = at.scenario.maneuvers, times / _total(plans)
+    return np.vstack(
+        [
+            ending_at(plans, times, limits.max_duration),
+            stretched(plans, factors, limits.max_duration),
+            slowed(plans, factors, limits.max_duration, limits.max_rate_deg_s),
+        ]
+    )
 
 
-def _nearest(at: AtTime, plans: list[Floats], time: float, most: int) -> list[Floats]:
-    """Of plans that last, the few that last about as long as a time."""
-    known = [plan for plan in plans if _total(plan) >= at.model.step]
-    far = [abs(np.log(_total(plan) / time)) for plan in known]
-    return [known[i] for i in np.argsort(far, kind="stable")[:most]]
+def _nearest(at: AtTime, plans: Floats, time: float, most: int) -> Ints:
+    """Rows of plans that last, of the few that last about as long as a time."""
+    total = _total(plans)
+    lasting = np.flatnonzero(total >= at.model.step)
+    far = np.abs(np.log(total[lasting] / time))
+    rows: Ints = lasting[np.argsort(far, kind="stable")[:most]]
+    return rows
 
 
 def _ended(at: AtTime, learned: Floats) -> Floats:
-    """What is learned, with rates held until the filter has converged, the best first."""
-    if not _holds(at):
-        return learned[None]
-    held = held_rates(learned, at.scenario.maneuvers.max_rate_deg_s)
-    order, trace = at.by_convergence(held)
-    # of those that converge soonest each that knows more than all before
-    least = np.minimum.accumulate(np.nan_to_num(trace[order], nan=np.inf))
-    ended: Floats = held[order[np.diff(least, prepend=np.inf) < 0.0]]
-    return ended
+    """What is learned, with rates held until the filter has converged."""
+    return until_converged(at, learned) if _holds(at) else learned[None]
 
 
-def _at_other_times(at: AtTime, shapes: list[Floats], times: Floats) -> Floats:
-    """Polished plans as they are made longer, slower or shorter, to end at other times.
+def _at_other_times(roughly: Roughly, plans: Floats, times: Floats) -> Floats:
+    """Polished plans of a start as they are made longer, slower or shorter, to end at other times.
 
-    Each from its own start, if that is free.
+    Of those for a time the few that few samples say to teach most until then.
     """
-    held = VARIABLES_PER_MANEUVER * _holds(at)
-    tried = []
-    for t_end in np.unique(times):
-        time = _learning(at, t_end)
-        if time is None:
-            continue
-        for shape in _nearest(at, shapes, time, _TRIED):
-            maneuvers = VARIABLES_PER_MANEUVER * at.scenario.maneuvers.count
-            body, tail = np.split(shape, [maneuvers - held])  # with its start
-            tried += [np.append(each, tail) for each in _ending_then(at, body, time)]
-    if not tried:
-        return np.empty((0, shapes[0].size))
-    distinct: Floats = np.unique(np.array(tried), axis=0)
+    at = roughly.exact
+    alike = _HELD if _holds(at) else 1  # but for the rate that is held
+    size = VARIABLES_PER_MANEUVER * (at.scenario.maneuvers.count - _holds(at))
+    learning = [_learning(at, t_end) for t_end in np.unique(times)]
+    asked = [time for time in learning if time is not None]
+    if not asked:
+        return plans
+    rows = [_nearest(at, plans[:, :size], time, alike * _TRIED) for time in asked]
+    which, until = np.concatenate(rows), np.repeat(asked, [len(each) for each in rows])
+    bodies = _ending_then(at, plans[which, :size], until)
+    tails = np.tile(plans[which, size:], (len(bodies) // len(which), 1))
+    best = roughly.best_of_each(bodies, np.resize(until, len(bodies)), alike * _TAKEN)
+    distinct: Floats = np.unique(np.hstack([bodies, tails])[best], axis=0)
     return distinct
 
 
-def _total(design: Floats) -> float:
-    """Of all maneuvers [s]; a start that follows them does not count."""
-    return float(design[VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER].sum())
+def _total(designs: Floats) -> Floats:
+    """Of all maneuvers [s], shape (n,)."""
+    total: Floats = designs[:, VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER].sum(axis=1)
+    return total

@@ -7,18 +7,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mgeo_attitude._typing import Floats
+from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.thinned import thinned
 from mgeo_attitude.refine.at_time import AtTime
 from mgeo_attitude.refine.descent import descend
 
 #: How many samples are taken as one, at most so that there are as many of them and that a step
 #: turns by no more than so many degrees.
-_EVERY, _SAMPLES, _TURN_DEG = (10, 5, 2), 100, 10.0
+_EVERY, _SAMPLES, _TURN_DEG = (20, 10, 5, 2), 100, 20.0
 #: Share of the iterations after which half of the plans are left, until one is.
-_SHARE = 0.35
-#: Steps of a plan that is short.
-SHORT = 1000
+_SHARE = 0.15
 #: Iterations on all samples where there are limits, to which few do not tell the way.
 _EXACT = 5
 
@@ -41,28 +39,40 @@ class Roughly:
             )
         return self._known[every]
 
+    def steps(self, time: float) -> int:
+        """Of the few samples until a time [s]."""
+        model = self.at(time).model
+        return min(max(round(time / model.step), 1), model.n_steps)
+
+    def best_of_each(self, designs: Floats, times: Floats, most: int) -> Ints:
+        """Rows of designs, for each of their times [s], shape (n,), the few that teach most.
+
+        As `AtTime.best`, each at its own time.
+        """
+        samplings = [self.at(time) for time in times]
+        found = []
+        for at in self._known.values():
+            rows = np.flatnonzero([each is at for each in samplings])
+            if len(rows):
+                steps = np.array([self.steps(time) for time in times[rows]])
+                order = rows[at.order(designs[rows], steps)]
+                for time in np.unique(times[rows]):
+                    found.append(order[times[order] == time][:most])
+        return np.concatenate(found)
+
     def descended(self, begins: Floats, time: float, iterations: int, most: int) -> Floats:
         """The best that is found from some designs, shape (k, 4 m), in so many iterations.
 
         At `most` so many are tried, those that are best at the time [s]; and with more iterations
         the better half of them, until it is one.
         """
-        at = self.at(time)
-        steps = min(max(round(time / at.model.step), 1), at.model.n_steps)
-        tried, share = _least(at, begins, steps, most), _SHARE
+        at, steps = self.at(time), self.steps(time)
+        tried, share = at.best(begins, steps, most), _SHARE
         while len(tried) > 1:
             each = max(round(share * iterations), 1)
             tried = np.array([descend(at, design, time, each) for design in tried])
-            tried, share = _least(at, tried, steps, len(tried) // 2), min(2.0 * share, 1.0)
+            tried, share = at.best(tried, steps, len(tried) // 2), min(2.0 * share, 1.0)
         found = descend(at, tried[0], time, iterations)
         if self.exact.limits or self.exact.requirements:
             found = descend(self.exact, found, time, _EXACT)
         return found
-
-
-def _least(at: AtTime, designs: Floats, steps: int, most: int) -> Floats:
-    """Some of the designs, those of the least values, after those that keep limits best."""
-    value, excess = at.values(designs, steps)
-    worst = np.maximum(excess, 0.0).max(axis=1, initial=0.0)
-    found: Floats = designs[np.lexsort((value, worst))[:most]]
-    return found

@@ -7,7 +7,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.refine.at_time import AtTime
-from mgeo_attitude.refine.held import held_rates, rate_grid
+from mgeo_attitude.refine.held import rate_grid, until_converged
 from mgeo_attitude.refine.judging import PlanProblem, at_time
 
 #: Stages shorter than this many steps are not worth a maneuver.
@@ -20,17 +20,25 @@ def receding_horizon(at: AtTime, count: int, time: float) -> Floats:
     Each rate is the one, of a grid of seven about each axis, that leaves the least value at the
     end of its own stage without breaking a limit on the way.
     """
+    plan: Floats = beam(at, count, time)[0]
+    return plan
+
+
+def beam(at: AtTime, count: int, time: float, n_levels: int = 7, width: int = 1) -> Floats:
+    """As many such plans as the `width`, the best first, shape (width, 4 count).
+
+    From stage to stage those are kept that leave the least values then: a beam search, by which a
+    rate may be chosen that teaches more later than others do at once.
+    """
     limits, step = at.scenario.maneuvers, at.model.step
-    rates = rate_grid(limits.max_rate_deg_s)
+    rates = rate_grid(limits.max_rate_deg_s, n_levels)
     n_steps = max(int(min(time / count, limits.max_duration) / step), 1)
-    plan = np.empty((0, VARIABLES_PER_MANEUVER))
+    own = np.column_stack([rates, np.full(len(rates), n_steps * step)])
+    plans = np.empty((1, 0))
     for stage in range(1, count + 1):
-        end = min(stage * n_steps, at.model.n_steps)
-        own = np.column_stack([rates, np.full(len(rates), n_steps * step)])
-        before = np.broadcast_to(plan, (len(rates), *plan.shape))
-        tried = np.concatenate([before, own[:, None]], axis=1).reshape(len(rates), -1)
-        plan = tried[at.best(tried, end)].reshape(-1, VARIABLES_PER_MANEUVER)
-    return plan.ravel()
+        tried = np.hstack([np.repeat(plans, len(own), axis=0), np.tile(own, (len(plans), 1))])
+        plans = at.best(tried, min(stage * n_steps, at.model.n_steps), width)
+    return plans
 
 
 def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> Floats:
@@ -75,8 +83,6 @@ def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> F
         at = at_time(problem, start=begins[row])
         plan = receding_horizon(at, learning, float(time))
         if holds:
-            held = held_rates(plan, scenario.maneuvers.max_rate_deg_s)
-            soonest, *_ = at.by_convergence(held)[0]
-            plan = held[soonest]
+            plan = until_converged(at, plan)[0]
         found[row] = plan
     return np.hstack([found, begins])
