@@ -63,3 +63,7 @@ class AnyProgress(MGEODirected):
 
 class OneMeasure(MGEODirected):
     progress = (1e-3, 1e-3)
+
+
+class NoCovariance(MGEODirected):
+    learning = 0.0

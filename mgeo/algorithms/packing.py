@@ -1,6 +1,7 @@
 """What a run carries, value by value, as arrays of numbers and JSON values, and back."""
 
 from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -34,12 +35,17 @@ def pack(name: str, value: Any, problem: Problem) -> tuple[dict[str, NDArray[Any
         counts = {"violation": value.violation, "n_rejected": value.n_rejected}
         arrays = {f"{name}.{key}": np.array(count) for key, count in counts.items()}
         return arrays | pack_population(name, value.individuals, problem), None
+    if is_dataclass(value) and not isinstance(value, type):
+        parts = {f.name: getattr(value, f.name) for f in fields(value)}
+        packed = {key: pack(f"{name}.{key}", part, problem) for key, part in parts.items()}
+        found = {key: array for arrays, _ in packed.values() for key, array in arrays.items()}
+        return found, {key: values for key, (_, values) in packed.items()}
     plain = value.item() if isinstance(value, np.generic) else value
     if isinstance(plain, bool | int | float | str):
         return {}, plain
     raise TypeError(
         f"{name} = {value!r:.80}: expected an array of numbers, random streams, an archive, a "
-        "number or text"
+        "number, text or a dataclass of these"
     )
 
 
@@ -64,6 +70,15 @@ def unpack(
     where, _, key = name.rpartition(".")
     if isinstance(fresh, np.random.Generator):
         return unpack_stream(entry(values, key, dict, f"{where}."))
+    if is_dataclass(fresh) and not isinstance(fresh, type):
+        if key not in values:  # of an older version, without it: as where a run begins
+            return fresh
+        of_it = entry(values, key, dict, f"{where}.")
+        parts = {
+            f.name: unpack(f"{name}.{f.name}", arrays, of_it, getattr(fresh, f.name), algorithm)
+            for f in fields(fresh)
+        }
+        return type(fresh)(**parts)
     packed = entry(values, key, type(fresh), f"{where}.")
     if not isinstance(fresh, list):
         return packed

@@ -16,7 +16,8 @@ class RunState:
     A checkpoint takes every field (`mgeo.algorithms.state`), and what is not declared here cannot
     be set here. A variant that carries more declares it in a subclass of the same kind, and makes
     that in `new_state`. Fields are arrays of numbers whose shape stays, random streams, lists of
-    them, archives, numbers or text. Besides, there is only what pymoo's `Algorithm` carries
+    them, archives, numbers, text, or dataclasses of these, which older checkpoints may not have.
+    Besides, there is only what pymoo's `Algorithm` carries
     itself: candidates, counters, evaluator, its own random stream.
 
     Attributes

@@ -1,0 +1,172 @@
+"""Walkers that learn a covariance: the strategy by itself, and when walkers take to it."""
+
+import copy
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from pymoo.core.problem import Problem
+from pymoo.core.variable import Integer, Real
+from pymoo.problems.multi import ZDT1
+
+from mgeo import MGEODirected
+from mgeo.algorithms.covariance import Normals
+from mgeo.algorithms.state import SavedState, capture, restore
+from mgeo.testing import check_algorithm
+
+
+class Early(MGEODirected):
+    learning_after = 30
+
+
+class Never(MGEODirected):
+    learning = 0.0
+
+
+def begun(algorithm, problem, generations, seed=3):
+    run = copy.deepcopy(algorithm).setup(problem, termination=("n_gen", 1000), seed=seed)
+    for _ in range(generations):
+        run.next()
+    return run
+
+
+def one_by_one(sigma, matrix, path, z):
+    """Figure 3 of Beyer & Sendhoff for one distribution, sum by sum; z best first."""
+    size, n = z.shape
+    mu = size // 2
+    raw = [np.log(mu + 0.5) - np.log(i) for i in range(1, mu + 1)]
+    w = [each / sum(raw) for each in raw]
+    mueff = 1 / sum(each**2 for each in w)
+    cs = (mueff + 2) / (n + mueff + 5)
+    c1 = 2 / ((n + 1.3) ** 2 + mueff)
+    cw = min(1 - c1, 2 * (mueff - 2 + 1 / mueff) / ((n + 2) ** 2 + mueff))
+    ds = 1 + cs + 2 * max(0, np.sqrt((mueff - 1) / (n + 1)) - 1)
+    chi = np.sqrt(n) * (1 - 1 / (4 * n) + 1 / (21 * n**2))
+    zw = sum(w[i] * z[i] for i in range(mu))
+    step = sigma * sum(w[i] * matrix @ z[i] for i in range(mu))
+    path = (1 - cs) * path + np.sqrt(mueff * cs * (2 - cs)) * zw
+    one = np.eye(n)
+    of_sample = sum(w[i] * np.outer(z[i], z[i]) for i in range(mu))
+    new = matrix @ (one + c1 / 2 * (np.outer(path, path) - one) + cw / 2 * (of_sample - one))
+    return step, sigma * np.exp(cs / ds * (np.linalg.norm(path) / chi - 1)), new, path
+
+
+@pytest.mark.parametrize(("n", "together"), [(1, 1), (2, 2), (7, 3), (30, 3)])
+def test_it_learns_as_the_published_strategy_sum_by_sum(n, together):
+    rng = np.random.default_rng(1)
+    normals = Normals.of(4, n, 2, together)
+    size = normals.z.shape[1]
+    assert size % together == 0
+    assert size >= 4 + int(3 * np.log(n))
+    normals.begin(np.arange(4), np.array([0.1, 0.2, 0.3, 0.01]))
+    for _ in range(3):
+        before = [copy.copy(normals.sigma), normals.matrix.copy(), normals.path.copy()]
+        full = [
+            normals.take(np.zeros((4, together, 2)), np.zeros((4, together)))
+            for _ in range(size // together)
+            if normals.steps(together, rng) is not None
+        ]
+        assert full == [False] * (len(full) - 1) + [True]
+        z, ranking = normals.z.copy(), rng.permuted(np.tile(np.arange(size), (4, 1)), axis=1)
+        steps = normals.learn(ranking)
+        for k in range(4):
+            expected = one_by_one(*(each[k] for each in before), z[k, ranking[k]])
+            found = steps[k], normals.sigma[k], normals.matrix[k], normals.path[k]
+            for one, other in zip(found, expected, strict=True):
+                np.testing.assert_allclose(one, other, rtol=1e-10, atol=1e-13)
+
+
+def test_it_learns_an_ellipsoid_that_no_round_distribution_descends():
+    rng = np.random.default_rng(2)
+    n, axes = 6, np.logspace(0, 3, 6)
+    turned = np.linalg.qr(rng.standard_normal((n, n)))[0]
+    normals, mean = Normals.of(1, n, 1, 3), np.full((1, n), 3.0)
+    normals.begin(np.arange(1), np.array([1.0]))
+    for generation in range(1800):
+        points = mean[:, None] + normals.steps(3, rng)
+        f = ((points @ turned * axes) ** 2).sum(axis=2, keepdims=True)
+        if normals.take(f, np.zeros((1, 3))):
+            mean = mean + normals.learn(normals.F[:, :, 0].argsort(axis=1))
+        if generation == 100:
+            early = f.min()
+    assert f.min() < 1e-12 * early
+    lengths = np.linalg.svd(normals.matrix[0], compute_uv=False)
+    assert lengths[0] / lengths[-1] == pytest.approx(1e3, rel=0.7)
+
+
+def test_half_of_each_kind_learn_after_so_many_evaluations_and_nothing_changes_before():
+    problem = ZDT1(n_var=4)
+    run, never = begun(Early(), problem, 2), begun(Never(), problem, 2)
+    assert not len(run._learning())
+    np.testing.assert_array_equal(run.front.F, never.front.F)
+    run.next(), never.next()  # 144 evaluations, of 120
+    np.testing.assert_array_equal(run.front.F, never.front.F)
+    kinds = run.state.weights.max(axis=1) < 1
+    rows = run._learning()
+    assert sorted(rows) == [3, 4, 5, 11, 12, 13, 14, 15]
+    assert kinds.tolist() == [False] * 6 + [True] * 10
+    run.next(), never.next()
+    assert not np.array_equal(run.front.F, never.front.F)
+    assert (run.walkers >= 0).all()
+    assert (run.walkers <= 1).all()
+
+
+def test_variables_that_are_not_real_or_too_many_are_left_to_the_other_moves():
+    class Mixed(Problem):
+        def __init__(self):
+            super().__init__(vars={"a": Real(bounds=(0, 1)), "b": Integer(bounds=(0, 9))}, n_obj=2)
+
+        def _evaluate(self, X, out, *args, **kwargs):
+            out["F"] = np.array([[x["a"], (x["b"] - 3) ** 2 - x["a"]] for x in X])
+
+    for problem in (Mixed(), ZDT1(n_var=101)):
+        run = begun(Early(), problem, 3)
+        assert run.state.normals.sigma.shape == (0,)
+
+
+def test_a_distribution_that_gains_no_more_begins_anew_with_other_weights():
+    run = begun(Early(), ZDT1(n_var=4), 4)
+    normals, rows = run.state.normals, run._learning()
+    while normals.drawn:
+        run.next()
+    sigma, weights = normals.sigma.copy(), run.state.weights.copy()
+    normals.sigma[0], normals.sigma[-1] = 1e-9, 1e9
+    run.restart_idle(np.zeros(16, bool), np.zeros(16, bool))
+    low, high = run.learning_widths
+    assert (low <= normals.sigma[[0, -1]]).all()
+    assert (normals.sigma[[0, -1]] <= high).all()
+    np.testing.assert_array_equal(normals.sigma[1:-1], sigma[1:-1])
+    np.testing.assert_array_equal(normals.matrix[0], np.eye(4))
+    changed = (run.state.weights != weights).any(axis=1)
+    assert changed[rows[0]]
+    assert not changed[rows[-1]]  # of one objective, as before
+    assert run.walkers[rows[0]] in run.front.individuals.get("X")
+
+
+def test_it_is_a_good_pymoo_algorithm_and_resumes_to_the_same_end():
+    check_algorithm(Early(n_walkers=6))
+    run = begun(Early(), ZDT1(n_var=4), 7)
+    assert run.state.normals.drawn
+    again = restore(capture(run), run.problem, Early())
+    for _ in range(20):
+        run.next(), again.next()
+    np.testing.assert_array_equal(again.front.F, run.front.F)
+    for field in fields(Normals):
+        assert np.array_equal(
+            getattr(again.state.normals, field.name), getattr(run.state.normals, field.name)
+        )
+
+
+def test_a_state_of_an_older_version_is_read():
+    run = begun(MGEODirected(), ZDT1(n_var=4), 5)
+    saved = capture(run)
+    values = {key: value for key, value in saved.data["state"].items() if key != "normals"}
+    arrays = {key: value for key, value in saved.arrays.items() if "normals" not in key}
+    older = SavedState(arrays, {**saved.data, "state": values})
+    again = restore(older, run.problem, MGEODirected())
+    for _ in range(5):
+        run.next(), again.next()
+    np.testing.assert_array_equal(again.front.F, run.front.F)
+    arrays = {key: value for key, value in saved.arrays.items() if key != "state.normals.path"}
+    with pytest.raises(ValueError, match=r"state\.normals\.path is missing"):
+        restore(SavedState(arrays, saved.data), run.problem, MGEODirected())
