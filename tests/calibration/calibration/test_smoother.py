@@ -106,7 +106,7 @@ def dense(data, sigma, at, parts):
         root = np.linalg.inv(np.linalg.cholesky(move.Q[k]))
         now = row(d)
         now[:, k * d : k * d + d], now[:, k * d + d : k * d + 2 * d] = -root @ move.F[k], root
-        now[:, N * d :] = -root @ move.G[k]
+        now[:, N * d :] = -root[:, :3] @ move.G[k]
         right.append(root @ move.defect[k])
     for index in range(len(data.sensors)):
         seen = sighting(data, index, at)
@@ -330,7 +330,7 @@ def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
     for k in range(N):
         if k:
             F, Q = np.eye(q), np.zeros((q, q))
-            F[:d, :d], F[:d, d:], Q[:d, :d] = move.F[k - 1], move.G[k - 1], move.Q[k - 1]
+            F[:d, :d], F[:3, d:], Q[:d, :d] = move.F[k - 1], move.G[k - 1], move.Q[k - 1]
             x = F @ x
             x[:d] += move.defect[k - 1]
             P = F @ P @ F.T + Q

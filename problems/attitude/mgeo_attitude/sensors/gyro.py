@@ -173,7 +173,10 @@ class Gyro(Validated):
             rate = unrotate(x.misalignment, rate)
         if self.initial_nonorthogonality_deg:
             columns = np.stack([self._stretched(x, axis) for axis in np.eye(3)], axis=-1)
-            rate = np.linalg.solve(columns, rate[..., None])[..., 0]
+            if columns.size == 9:  # one of all rates
+                rate = np.einsum("ij,...j->...i", np.linalg.inv(columns.reshape(3, 3)), rate)
+            else:
+                rate = np.linalg.solve(columns, rate[..., None])[..., 0]
         elif self.initial_scale_factor:
             rate = rate / (1.0 + x.scale_factor)
         corrected: Floats = rate

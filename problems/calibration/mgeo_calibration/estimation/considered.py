@@ -50,7 +50,8 @@ def _without_readings(belief: Belief, solution: Solution) -> tuple[Floats, Float
         durations, follows = own.durations, own.follows(own.suite.gyro, slice(1, None))
         F, Q = discretized(own.suite, np.zeros((len(durations), 3)), durations, follows)
         decay, new = (np.einsum("nii->ni", matrix)[:, driven] for matrix in (F, Q))
-        for k in range(len(durations)):
-            left[driven] *= decay[k]
-            added[driven] = decay[k] ** 2 * added[driven] + new[k]
+        later = np.cumprod(decay[::-1], axis=0)[::-1]  # from the begin of each step to the end
+        after = np.vstack([later[1:], np.ones_like(later[:1])])
+        left[driven] *= later[0]
+        added[driven] = later[0] ** 2 * added[driven] + (after**2 * new).sum(axis=0)
     return left, added

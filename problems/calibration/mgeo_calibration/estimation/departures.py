@@ -237,7 +237,7 @@ def _turned_by(own: Equations) -> Floats:
         first = int(np.flatnonzero(parts.driven == 3)[0])
         return move.F[:, :3, first : first + 3]
     first = int(np.flatnonzero(parts.constant == 3)[0])
-    turned: Floats = move.G[:, :3, first : first + 3] / move.growth[:-1, None, first : first + 3]
+    turned: Floats = move.G[:, :, first : first + 3] / move.growth[:-1, None, first : first + 3]
     return turned
 
 

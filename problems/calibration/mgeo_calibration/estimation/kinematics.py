@@ -26,10 +26,12 @@ from mgeo_calibration.estimation.trajectory import Partition, Trajectory
 class Steps:
     """defect + F e_k + G e_c - e_{k+1} ~ N(0, Q) for driven errors e_k and constant errors e_c.
 
+    Constants change the attitude alone: only these three rows of G are there.
+
     Attributes
     ----------
     F, Q : arrays, shape (n, d, d)
-    G : array, shape (n, d, c)
+    G : array, shape (n, 3, c)
     defect : array, shape (n, d)
     growth : array, shape (n + 1, c)
         Of constants since the first sample: a bias that nothing drives decays.
@@ -104,10 +106,10 @@ def steps(
     follows = batch.follows(suite.gyro, slice(1, None))
     F, turned_by, Q = _of_parts(suite, parts, rates, batch.durations, follows)
     grown = np.ascontiguousarray(growth(batch, parts) if grown is None else grown)
-    G = np.zeros((n, len(parts.driven), len(parts.constant)))
+    G = np.zeros((n, 3, len(parts.constant)))
     # rows of F from the fourth on are of a diagonal
     c = turned_by.shape[2]
-    G[:, :3, :c] = turned_by * grown[:-1, None, :c]
+    G[:, :, :c] = turned_by * grown[:-1, None, :c]
     bias = parts.driven[3:]
     defect = np.zeros((n, len(parts.driven)))
     reached = at.attitude[1:].swapaxes(1, 2) @ at.attitude[:-1] @ turn.swapaxes(1, 2)
@@ -116,7 +118,7 @@ def steps(
     Q[:, range(3), range(3)] += batch.added
     correlate(suite, parts.driven, batch.durations, Q)
     if batch.breaks.any():
-        F[batch.breaks, :3], G[batch.breaks, :3], defect[batch.breaks, :3] = 0.0, 0.0, 0.0
+        F[batch.breaks, :3], G[batch.breaks], defect[batch.breaks, :3] = 0.0, 0.0, 0.0
         Q[batch.breaks, :3], Q[batch.breaks, :, :3] = 0.0, 0.0
         Q[np.flatnonzero(batch.breaks)[:, None], range(3), range(3)] = UNKNOWN**2
     return Steps(F, G, Q, defect, grown)

@@ -40,7 +40,7 @@ def row_bytes(suite: Suite, parts: Partition) -> int:
     """What a sample takes in a `Span`."""
     d, c, s = len(parts.driven), len(parts.constant), len(suite.sensors)
     q, p = d + c, max(sum(3 for _ in suite.places(sensor)) + 3 for sensor in suite.sensors)
-    return 8 * (d * (2 * d + c + 1) + d * (q + d + 1) + 3 * s * (2 * p + d + q + 2) + c)
+    return 8 * (d * (2 * d + 1) + 3 * c + d * (q + d + 1) + 3 * s * (2 * p + d + q + 2) + c)
 
 
 def told(suite: Suite, rows: int) -> str | None:

@@ -8,7 +8,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 
 from mgeo_calibration.estimation.kernels import load
-from mgeo_calibration.estimation.smoother import Solution, Spread, covariances, smoothed
+from mgeo_calibration.estimation.smoother import Solution, smoothed
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,11 +91,9 @@ def residuals(solution: Solution) -> Residuals:
             first,
             r,
             squares,
+            left.sigma[span.low : span.high],
         )
         left.r[:, span.new], left.squares[:, span.new] = r[:, first:], squares[:, first:]
-        attitude = Spread(found.given[first:, :3, :3], found.slope[first:, :3])
-        P = covariances(solution, attitude)
-        left.sigma[span.new] = np.sqrt(np.einsum("nii->ni", P))
     return left
 
 

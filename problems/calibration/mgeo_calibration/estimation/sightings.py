@@ -11,7 +11,7 @@ from mgeo_attitude.sensors.readings import as_reported
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.estimate import Estimate
-from mgeo_calibration.estimation.innovation import innovation, jacobian
+from mgeo_calibration.estimation.innovation import STILL, innovation, jacobian
 from mgeo_calibration.estimation.kinematics import turns
 from mgeo_calibration.estimation.taylor import Linear, Taylor, Value
 from mgeo_calibration.estimation.trajectory import Partition, Trajectory, spans
@@ -140,7 +140,10 @@ def _innovation(
     samples = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]))
     if not len(samples):
         return samples, Taylor.of(np.zeros((0, len(suite.sensors[index].noise()))))
-    rate = (turns(batch, at.states)[0] if rates is None else rates)[np.maximum(samples - 1, 0)]
+    rate = STILL  # which only a sensor that is late asks for
+    if "delay" in suite.places(suite.sensors[index]):
+        rates = turns(batch, at.states)[0] if rates is None else rates
+        rate = rates[np.maximum(samples - 1, 0)]
     places = np.arange(3)[:, None] + np.array(suite.rotations)
     states = at.states[samples].T
     rotations = np.empty((3, 3, len(suite.rotations), len(samples)))

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.faces import sun_directions
+from mgeo_calibration.estimation.kernels import load
 from mgeo_calibration.estimation.kinematics import turns
 
 #: Lengths of stretches to look at, in samples; the first that will do is taken.
@@ -133,11 +134,8 @@ def check_unit_of_rates(batch: Batch, where: slice, belief: Belief) -> None:
 def accumulated(batch: Batch, states: Floats) -> Floats:
     """Rotations from the body axes of every sample to those of the first, shape (N, 3, 3)."""
     _, turn = turns(batch, states)
-    R = np.concatenate([np.eye(3)[None], turn.swapaxes(1, 2)])
-    reach = 1
-    while reach < len(R):  # products of 2, 4, 8... steps
-        R[reach:] = R[:-reach] @ R[reach:]
-        reach *= 2
+    R = np.empty((len(turn) + 1, 3, 3))
+    load("kinematics").accumulated(turn, R)
     return R
 
 

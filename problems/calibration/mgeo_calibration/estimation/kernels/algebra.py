@@ -15,6 +15,18 @@ TOGETHER = 96
 NOTHING = 1e-200
 
 
+@reordered
+def tile(A, i, B, j, low, high):
+    """Three rows of A times three of B, of columns low to high - 1: the nine sums, row by row."""
+    a = b = c = d = e = f = g = h = o = 0.0
+    for m in range(low, high):
+        x, y, z, u, v, w = A[i, m], A[i + 1, m], A[i + 2, m], B[j, m], B[j + 1, m], B[j + 2, m]
+        a, b, c = a + x * u, b + x * v, c + x * w
+        d, e, f = d + y * u, e + y * v, f + y * w
+        g, h, o = g + z * u, h + z * v, o + z * w
+    return (a, b, c), (d, e, f), (g, h, o)
+
+
 @helper
 def cholesky(A, n):
     """L of the leading n rows and columns A = L Lᵀ, in the place of their lower triangle."""
@@ -61,7 +73,12 @@ def reflect(A, R, room):
         R[j, j] = -length
         for m in range(j + 1, q):
             over(A, R, room, j, m)
-    for m in range(q, columns):
+    whole = columns - (columns - q) % 3
+    for m in range(q, whole, 3):
+        for j in range(q):
+            if room[j, 1] != 0.0:
+                over_three(A, R, room, j, m)
+    for m in range(whole, columns):
         for j in range(q):
             if room[j, 1] != 0.0:
                 over(A, R, room, j, m)
@@ -81,11 +98,37 @@ def over(A, R, room, j, m):
 
 
 @reordered
+def over_three(A, R, room, j, m):
+    """A reflection over three columns, for which it is fetched once."""
+    rows, first = A.shape[1], room[j, 0]
+    a, b, c = first * R[j, m], first * R[j, m + 1], first * R[j, m + 2]
+    for i in range(rows):
+        x = A[j, i]
+        a, b, c = a + x * A[m, i], b + x * A[m + 1, i], c + x * A[m + 2, i]
+    a, b, c = room[j, 1] * a, room[j, 1] * b, room[j, 1] * c
+    R[j, m] -= a * first
+    R[j, m + 1] -= b * first
+    R[j, m + 2] -= c * first
+    for i in range(rows):
+        x = A[j, i]
+        A[m, i] -= a * x
+        A[m + 1, i] -= b * x
+        A[m + 2, i] -= c * x
+
+
+@reordered
 def square_up(A, q, gram):
     """Add products of all but the first q columns of equations, the rows of A, to a triangle."""
-    rows = A.shape[1]
-    for j in range(len(A) - q):
-        for m in range(j, len(A) - q):
+    n, rows = len(A) - q, A.shape[1]
+    whole = n - n % 3
+    for j in range(0, whole, 3):
+        for m in range(j, whole, 3):
+            sums = tile(A, q + j, A, q + m, 0, rows)
+            for a in range(3):
+                for b in range(a if m == j else 0, 3):
+                    gram[j + a, m + b] += sums[a][b]
+    for m in range(whole, n):
+        for j in range(m + 1):
             total = 0.0
             for i in range(rows):
                 total += A[q + j, i] * A[q + m, i]

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
-from mgeo_calibration.estimation.kernels.algebra import cholesky, helper
+from mgeo_calibration.estimation.kernels.algebra import helper, tile
 
 loop = njit(cache=True, error_model="numpy", nogil=True)
 
@@ -140,50 +140,81 @@ def smoothed(moves, seen, sights, readings, kept, first, later, adjoint, given, 
 
 
 @helper
-def combine(A, B, out, L, X, n):
+def combine(A, B, out, U, X, n):
     """out ← (A⁻¹ + B)⁻¹, as L (I + Lᵀ B L)⁻¹ Lᵀ for A = L Lᵀ; both may be singular.
 
-    Its n leading rows and columns. L and X are room.
+    Its n leading rows and columns, by three at a time. U and X are room.
     """
-    d = len(L)
-    for j in range(d):
-        pivot = 0.0
-        for i in range(j, d):
-            total = A[i, j]
-            for m in range(j):
-                total -= L[i, m] * L[j, m]
-            if i == j:
-                pivot = math.sqrt(total) if total > 0.0 else 0.0
-                L[j, j] = pivot
-            else:
-                L[i, j] = total / pivot if pivot > 0.0 else 0.0
-                L[j, i] = 0.0
+    d = len(U)
+    factor(A, out, d)
     for i in range(d):
         for j in range(d):
-            total = 0.0
-            for m in range(j, d):
-                total += B[i, m] * L[m, j]
-            X[i, j] = total
-    for i in range(d):
-        for j in range(i + 1):
-            total = 1.0 if i == j else 0.0
-            for m in range(i, d):
-                total += L[m, i] * X[m, j]
-            out[i, j] = total
+            U[i, j] = out[j, i] if j >= i else 0.0
+    for i in range(0, d, 3):
+        for j in range(0, d, 3):
+            put(tile(U, i, B, j, i, d), X, i, j)
+    for i in range(0, d, 3):
+        for j in range(0, i + 1, 3):
+            put(tile(X, i, U, j, j, d), out, i, j)
+        for j in range(i, i + 3):
+            out[j, j] += 1.0
     # the factor of what is in brackets, then L times its inverse, transposed
-    cholesky(out, d)
+    factor(out, out, d)
+    for i in range(0, n, 3):
+        for j in range(0, d, 3):
+            sums = tile(X, i, out, j, 0, j)
+            for a in range(3):
+                for b in range(3):
+                    X[i + a, j + b] = U[j + b, i + a] - sums[a][b]
+            divide(X, i, j, out)
+    for i in range(0, n, 3):
+        for j in range(0, i + 1, 3):
+            sums = tile(X, i, X, j, 0, d)
+            put(sums, out, i, j)
     for i in range(n):
-        for j in range(d):
-            total = L[i, j]
-            for m in range(j):
-                total -= X[i, m] * out[j, m]
-            X[i, j] = total / out[j, j]
-    for i in range(n):
-        for j in range(i + 1):
-            total = 0.0
-            for m in range(d):
-                total += X[i, m] * X[j, m]
-            out[i, j] = out[j, i] = total
+        for j in range(i):
+            out[j, i] = out[i, j]
+
+
+@helper
+def put(sums, out, i, j):
+    for a in range(3):
+        for b in range(3):
+            out[i + a, j + b] = sums[a][b]
+
+
+@helper
+def factor(A, L, d):
+    """L of A = L Lᵀ, which may be singular, in the lower triangle; three rows at a time."""
+    for i in range(0, d, 3):
+        for j in range(0, i + 1, 3):
+            sums = tile(L, i, L, j, 0, j)
+            for a in range(3):
+                for b in range(3):
+                    L[i + a, j + b] = A[i + a, j + b] - sums[a][b]
+            if j < i:
+                divide(L, i, j, L)
+        for a in range(i, i + 3):
+            for b in range(i, a + 1):
+                total = L[a, b]
+                for m in range(i, b):
+                    total -= L[a, m] * L[b, m]
+                if a == b:
+                    L[a, a] = math.sqrt(total) if total > 0.0 else 0.0
+                else:
+                    L[a, b] = total / L[b, b] if L[b, b] > 0.0 else 0.0
+
+
+@helper
+def divide(X, i, j, L):
+    """Three rows and columns of X, times the inverse of those of L, transposed."""
+    for b in range(3):
+        f = 1.0 / L[j + b, j + b] if L[j + b, j + b] > 0.0 else 0.0
+        for a in range(3):
+            total = X[i + a, j + b]
+            for m in range(b):
+                total -= X[i + a, j + m] * L[j + b, j + m]
+            X[i + a, j + b] = f * total
 
 
 @helper

@@ -1,11 +1,26 @@
-"""Discretization of many steps, each at a rate of its own, compiled."""
+"""Many steps, each at a rate of its own: turns one after the other, discretization; compiled."""
 
 import numpy as np
 from mgeo_attitude.filter.polynomials import discretize_alike
 from numba import njit
 
+loop = njit(cache=True, error_model="numpy", nogil=True)
 
-@njit(cache=True, error_model="numpy", nogil=True)
+
+@loop
+def accumulated(turn, R):
+    """R, shape (n + 1, 3, 3), from I on: each is the one before times a transposed turn."""
+    for i in range(3):
+        for j in range(3):
+            R[0, i, j] = 1.0 if i == j else 0.0
+    for k in range(len(turn)):
+        for i in range(3):
+            a, b, c = R[k, i, 0], R[k, i, 1], R[k, i, 2]
+            for j in range(3):
+                R[k + 1, i, j] = a * turn[k, j, 0] + b * turn[k, j, 1] + c * turn[k, j, 2]
+
+
+@loop
 def discretized(decay, densities, others, rates, durations, F, Q):
     """F and Q of n steps, equation (7), as `filter.discretization.discretize`.
 

@@ -11,7 +11,9 @@ loop = njit(cache=True, error_model="numpy", nogil=True)
 
 
 @loop
-def all_others(there, used, sights, growth, e, common, given, slope, root, first, residuals, found):
+def all_others(
+    there, used, sights, growth, e, common, given, slope, root, first, residuals, found, sigma
+):
     """Square of residuals to what all other readings say, over its covariance.
 
     Parameters
@@ -30,10 +32,22 @@ def all_others(there, used, sights, growth, e, common, given, slope, root, first
         Sample to begin with.
     residuals, found : arrays, shapes (s, N, 3) and (s, N)
         Written.
+    sigma : array, shape (N, 3)
+        Written: 1-sigma of the first three errors.
     """
     z, H, noise, counts, columns = sights
     (N, d), q = e.shape, slope.shape[2]
     total, spread, V, r = np.empty((3, q)), np.empty((3, q)), np.empty((3, 3)), np.empty(3)
+    for k in range(first, N):
+        for i in range(3):
+            for j in range(q):
+                total[i, j] = slope[k, i, j]
+        times(total, root, spread)
+        for i in range(3):
+            value = given[k, i, i]
+            for j in range(q):
+                value += spread[i, j] * spread[i, j]
+            sigma[k, i] = math.sqrt(value)
     for s in range(len(there)):
         nd, nc = counts[s]
         for k in range(first, N):
@@ -42,7 +56,7 @@ def all_others(there, used, sights, growth, e, common, given, slope, root, first
             for i in range(3):
                 r[i] = z[s, k, i]
                 for j in range(q):
-                    total[i, j] = spread[i, j] = 0.0
+                    total[i, j] = 0.0
                 for a in range(nd):
                     f, row = H[s, k, i, a], columns[s, a]
                     r[i] -= f * e[k, row]
@@ -53,12 +67,7 @@ def all_others(there, used, sights, growth, e, common, given, slope, root, first
                     f = H[s, k, i, nd + a] * growth[k, row]
                     r[i] -= f * common[d + row]
                     total[i, d + row] += f
-            for m in range(q):
-                f0, f1, f2 = total[0, m], total[1, m], total[2, m]
-                for j in range(m, q):
-                    spread[0, j] += f0 * root[m, j]
-                    spread[1, j] += f1 * root[m, j]
-                    spread[2, j] += f2 * root[m, j]
+            times(total, root, spread)
             sign = -1.0 if used[s, k] else 1.0
             for i in range(3):
                 for j in range(i + 1):
@@ -75,6 +84,21 @@ def all_others(there, used, sights, growth, e, common, given, slope, root, first
                 residuals[s, k, i] = r[i]
             cholesky(V, 3)
             found[s, k] = square(V, r, 3)
+
+
+@helper
+def times(A, root, out):
+    """Three rows times an upper triangle."""
+    q = len(root)
+    for i in range(3):
+        for j in range(q):
+            out[i, j] = 0.0
+    for m in range(q):
+        f0, f1, f2 = A[0, m], A[1, m], A[2, m]
+        for j in range(m, q):
+            out[0, j] += f0 * root[m, j]
+            out[1, j] += f1 * root[m, j]
+            out[2, j] += f2 * root[m, j]
 
 
 @loop

@@ -37,7 +37,7 @@ def forward(moves, seen, sights, growth, kept, readings, first, cost):
 
     Parameters
     ----------
-    moves : F, G, Q, defect, shapes (n, d, d), (n, d, c), (n, d, d), (n, d)
+    moves : F, G, Q, defect, shapes (n, d, d), (n, 3, c), (n, d, d), (n, d)
     seen : array of bool, shape (s, N)
     sights : z, H, noise, counts, columns
         See `sightings.Sightings`.
