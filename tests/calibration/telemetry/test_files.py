@@ -222,3 +222,11 @@ def test_a_header_of_blanks_and_brackets_costs_no_time():
     frame = pd.DataFrame([[0.0] * 4], columns=names)
     assert has_columns(frame, ["SUN_X"])
     assert not has_columns(frame, ["sun_y"])
+
+
+def test_a_time_that_is_none_costs_no_time_however_long(frame):
+    """A pattern for its offset took squared time: minutes for one of 200,000 characters."""
+    own = frame.astype({"time": object})
+    own.loc[:, "time"] = "11:11" * 40_000 + "x"
+    with pytest.raises(ValueError, match="row 1, time = '11:11"):
+        read_telemetry(own, PAPER)

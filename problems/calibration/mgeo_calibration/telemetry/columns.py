@@ -17,7 +17,9 @@ from mgeo_attitude.scenario import Scenario
 from mgeo_calibration.telemetry.files import MISSING
 from mgeo_calibration.telemetry.mapping import Channels
 
-_OFFSET = re.compile(r"(.*\d\d:\d\d\S*)([+-])(\d\d):?(\d\d)")
+#: Offsets are looked for at the end alone: from the front one pattern for all takes squared time.
+_CLOCK, _OFFSET = re.compile(r"\d\d:\d\d"), re.compile(r"([+-])(\d\d):?(\d\d)\Z")
+_LONGEST = len("+00:00")
 _OTHER_NAMES = {"µ": "u", "μ": "u", "°": "deg", "dps": "deg/s", "sec": "s", "none": "-", "1": "-"}
 _OTHER_TIMES = ("ms", "us", "min", "h", "d")
 
@@ -198,13 +200,22 @@ def _stamped(texts: list[Any], scenario: Scenario) -> Floats:
     """Seconds of SI since the epoch, NaN of texts that are no time."""
     ahead, stamps = np.zeros(len(texts)), [str(text).strip() for text in texts]
     for k, stamp in enumerate(stamps):
-        if stamp[-1:] != "Z" and (offset := _OFFSET.fullmatch(stamp)):
-            stamps[k], sign, hours, minutes = offset.groups()
-            ahead[k] = (3600 * int(hours) + 60 * int(minutes)) * (-1 if sign == "-" else 1)
+        stamps[k], ahead[k] = _parted(stamp)
     try:
         return seconds_after(scenario.epoch, stamps) - ahead
     except ValueError:
         return np.array([_stamp(stamp, scenario) for stamp in stamps]) - ahead
+
+
+def _parted(stamp: str) -> tuple[str, float]:
+    """A time without its offset from UTC, and this [s]; the end of a date alone is none."""
+    offset = _OFFSET.search(stamp, max(0, len(stamp) - _LONGEST))
+    clock = stamp[: offset.start()].rsplit(None, 1)[-1:] if offset else []
+    if offset is None or not clock or not _CLOCK.search(clock[0]):
+        return stamp, 0.0
+    sign, hours, minutes = offset.groups()
+    size = 3600.0 * int(hours) + 60.0 * int(minutes)
+    return stamp[: offset.start()], -size if sign == "-" else size
 
 
 def _stamp(stamp: str, scenario: Scenario) -> float:
