@@ -62,7 +62,11 @@ def test_every_kind_makes_cases(name):
     assert run_case(1, [name]).failures == []
 
 
-@pytest.mark.parametrize("number", [813, 923])
+@pytest.mark.parametrize("number", [813, 923, 240, 347, 532])
 def test_cases_that_were_told_wrong_or_not_at_all(number):
-    """A field in uT was times in milliseconds; rates at the samples of a spin passed."""
+    """A field in uT was times in milliseconds; rates at the samples of a spin passed.
+
+    Minutes and local time, where field strengths fit as well, were rates in rad/s and another place
+    on the orbit; a place on the orbit was other axes.
+    """
     assert faulty_flights.run_case(number).outcome == "named"

@@ -10,6 +10,7 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.geometry.rotation import exponential
 
 from mgeo_calibration.estimation.batch import Batch
+from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.start import RATE_FACTORS
 
 #: Windows that are looked at, samples in each, and the angle that the body should turn by [rad].
@@ -19,6 +20,7 @@ _ASTRAY = 0.5  # by how much the gyro's bias may turn a window, 1-sigma [rad]
 _WILD = 3.0  # a step does not turn by more [rad]
 #: A cause leaves this share of the misfit; of those that leave hardly more the simplest is taken.
 _BETTER, _AS_GOOD = 0.2, 1.5
+_WELL = 5.0  # and no more than so many times what noise and errors as believed leave
 
 #: Name of a sensor; body and inertial unit vectors, shape (w, k, 3); weights, shape (w, k).
 Seen = tuple[str, Floats, Floats, Floats]
@@ -27,7 +29,8 @@ Seen = tuple[str, Floats, Floats, Floats]
 def axes_causes(batch: Batch) -> Iterator[str]:
     """In words: the change of axes or rates that makes windows of samples agree far better."""
     windows = _windows(batch)
-    seen = [_seen(batch, i, windows) for i in range(len(batch.sensors)) if _is_vector(batch, i)]
+    vectors = [i for i in range(len(batch.sensors)) if _is_vector(batch, i)]
+    seen = [_seen(batch, i, windows) for i in vectors]
     if not len(windows) or not seen:
         return
     lasts = float(np.median(batch.times[windows[:, -1]] - batch.times[windows[:, 0]]))
@@ -46,7 +49,8 @@ def axes_causes(batch: Batch) -> Iterator[str]:
         words = f"gyro: the vectors turn as if its rates were {unit}"
         found.append((_misfit(seen, _turned(factor * rates)), 1, words))
     least = min(misfit for misfit, _, _ in found)
-    if least < _BETTER * now:
+    well = _WELL * float(np.mean([_believed(batch, i) for i in vectors]))
+    if least < min(_BETTER * now, well):
         yield min((n, misfit, words) for misfit, n, words in found if misfit < _AS_GOOD * least)[2]
 
 
@@ -91,6 +95,21 @@ def _seen(batch: Batch, index: int, windows: Ints) -> Seen:
     count = there.sum(axis=1, keepdims=True)
     weight = np.where(count < _FEWEST, 0.0, there / np.maximum(count, 1))
     return batch.suite.sensors[index].name, body, known, weight
+
+
+def _believed(batch: Batch, index: int) -> float:
+    """Mean square of what noise, bias and misalignment, as believed, change a unit vector by."""
+    places, sigma = (
+        batch.suite.places(batch.suite.sensors[index]),
+        Belief.initial(batch.suite).sigma,
+    )
+    bias, turned = (
+        float((sigma[k : k + 3] ** 2).mean()) if (k := places.get(state)) else 0.0
+        for state in ("bias", "misalignment")
+    )
+    square = float(np.median((batch.vectors[:, index] ** 2).sum(axis=1)))
+    # of three numbers two are across
+    return 2.0 * ((float((batch.noise[index] ** 2).mean()) + bias) / square + turned)
 
 
 def _picks(windows: Ints) -> Ints:

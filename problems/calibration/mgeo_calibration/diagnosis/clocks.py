@@ -26,7 +26,7 @@ _SAMPLES = 200
 _FEWEST = 12
 #: A cause leaves this share of the misfit, this one of that of lengths, and no more than that.
 _BETTER, _NOT_WORSE, _WELL = 0.25, 0.5, 0.08
-_FINE = 0.01  # of lengths: where no other time or place would be better
+_FINE = 0.01  # of lengths: where no other time or place would be better, if angles are well, too
 _OTHER_UNIT = 50.0  # as many times as strong
 #: Units that times may be in [s].
 _UNITS = {"milliseconds": 1e-3, "microseconds": 1e-6, "minutes": 60.0, "hours": 3600.0, "days": DAY}
@@ -101,7 +101,7 @@ def clock_causes(scenario: Scenario, telemetry: Telemetry) -> Iterator[str]:
     if seen is None or _of_another_unit(scenario, seen):
         return
     lengths, angles = _misfit(scenario, seen, seen.times)
-    if lengths < _FINE:
+    if lengths < _FINE and angles < _WELL:
         return
     found = {}
     for words, times, behind in _candidates(scenario, seen):
