@@ -378,10 +378,18 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         return {"starts": _STARTS, "polish": True, "evaluations": _BEFORE_POLISH}
 
     def starts(self, n: int, random_state: np.random.Generator) -> Floats:
-        """Designs to begin a search with, shape (n, n_var); see `refine.starts`."""
+        """Designs to begin a search with, shape (n, n_var); see `refine.starts`.
+
+        Where coils turn the satellite, they are those of rates that it has at once: what coils fly
+        teaches about as much, and takes far longer to tell.
+        """
         from mgeo_attitude.refine import starts  # compiles
 
-        return starts(self, n, random_state)
+        own = self
+        if self.scenario.turned_by_coils:
+            freely = dataclasses.replace(self.scenario, coils=None)
+            own = AttitudeManeuverProblem(freely, threads=self.threads)
+        return starts(own, n, random_state)
 
     def refine(self, X: ArrayLike) -> Iterator[Floats]:
         """Better ones in the place of designs, shape (n, n_var), bit by bit; see `refine.polish`.

@@ -1,5 +1,7 @@
 """Plans to begin a search with."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario, limit
@@ -89,6 +91,17 @@ def test_starts_keep_off_what_must_not_be_seen(rule):
     found = problem.starts(5, np.random.default_rng(1))
     assert (problem.evaluate(free, return_values_of=["G"]) > 0.0).any()
     assert (problem.evaluate(found, return_values_of=["G"]) <= 0.0).all()
+
+
+def test_where_coils_turn_it_starts_are_those_of_rates_that_it_has_at_once():
+    small = {"preset": "cubesat_1u", "duration": 1200.0, "maneuvers": {"count": 2}}
+    scenario = Scenario.from_dict(small)
+    freely = AttitudeManeuverProblem(dataclasses.replace(scenario, coils=None))
+    problem = AttitudeManeuverProblem(scenario)
+    found = problem.starts(2, np.random.default_rng(1))
+    np.testing.assert_array_equal(found, freely.starts(2, np.random.default_rng(1)))
+    F, other = (each.evaluate(found, return_values_of=["F"]) for each in (problem, freely))
+    assert (F[:, 1] != other[:, 1]).all()
 
 
 @pytest.mark.parametrize("count", [1, 2])
