@@ -21,11 +21,6 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 
-#: Levi-Civita's symbol: (a × b)_i = Σ ε[i, j, k] a_j b_k.
-EPSILON = np.zeros((3, 3, 3))
-EPSILON[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1.0
-EPSILON[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1.0
-
 
 def cross(a: Any, b: Any) -> Any:
     """Cross product a × b."""
@@ -42,7 +37,7 @@ def shear(a: Any, b: Any) -> Any:
 def dot(a: Any, b: Any) -> Any:
     """Scalar product a · b, shape (..., 1)."""
     product = a * b
-    return product[..., [0]] + product[..., [1]] + product[..., [2]]
+    return product[..., :1] + product[..., 1:2] + product[..., 2:]
 
 
 def direction(v: Any) -> Any:

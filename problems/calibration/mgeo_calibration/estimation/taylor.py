@@ -7,22 +7,21 @@ its value and its exact first and second derivatives, for many runs at once.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.geometry.rotation import EPSILON, multiply
+from mgeo_attitude.geometry.rotation import multiply, skew
 
 #: The errors are 3-vectors with numbers. A term (i, j) stands for Σ T[p, q] e_i[p] e_j[q].
 Term = tuple[int, ...]
 
 
-@dataclass(frozen=True, eq=False)
 class Taylor:
     """A vector of d components in r runs, a polynomial of second order in error 3-vectors.
 
-    In a model it stands for an array of shape (r, d).
+    In a model it stands for an array of shape (r, d). What is done alike to all terms is done to
+    them together, one beside the other.
 
     Attributes
     ----------
@@ -30,12 +29,31 @@ class Taylor:
         What is left out is zero. What is the same in all runs may have r = 1.
     """
 
-    terms: Mapping[Term, Floats]
-
     #: Terms of a higher one are left out.
     order: ClassVar[int] = 2
 
     __array_ufunc__ = None  # an array leaves it to this class how both are combined
+
+    def __init__(self, terms: Mapping[Term, Floats], joined: Floats | None = None) -> None:
+        self.terms = terms
+        self._known = joined
+
+    @property
+    def _joined(self) -> Floats | None:
+        """All terms one beside the other, shape (d, n, r); None if r is not that of all."""
+        if self._known is None and len({part.shape[-1] for part in self.terms.values()}) == 1:
+            self._known = np.concatenate(list(self.terms.values()), axis=1)
+        return self._known
+
+    def map(self, linear: Callable[[Floats], Floats]) -> Taylor:
+        """A linear function of the components, applied to the first axis of every term."""
+        if (joined := self._joined) is None:
+            return type(self)({term: linear(part) for term, part in self.terms.items()})
+        made, at, terms = linear(joined), 0, {}
+        for term in self.terms:
+            terms[term] = made[:, at : at + 3 ** len(term)]
+            at += 3 ** len(term)
+        return type(self)(terms, made)
 
     @classmethod
     def of(cls, value: Any) -> Taylor:
@@ -49,10 +67,6 @@ class Taylor:
         """Its value without errors, shape (d, r)."""
         return self.terms[()][:, 0]
 
-    def map(self, linear: Callable[[Floats], Floats]) -> Taylor:
-        """A linear function of the components, applied to the first axis of every term."""
-        return type(self)({term: linear(part) for term, part in self.terms.items()})
-
     def __getitem__(self, index: Any) -> Taylor:
         """Components, ``[..., [1, 2, 0]]``."""
         return self.map(lambda part: part[index[-1]])
@@ -61,25 +75,36 @@ class Taylor:
         return self.map(np.negative)
 
     def __add__(self, other: Any) -> Taylor:
+        other = self.of(other)
+        if self._alike(other):
+            return self.map(lambda part: part + other._joined)
         total = dict(self.terms)
-        for term, part in self.of(other).terms.items():
+        for term, part in other.terms.items():
             total[term] = total[term] + part if term in total else part
         return type(self)(total)
 
     def __sub__(self, other: Any) -> Taylor:
-        return self + -self.of(other)
+        other = self.of(other)
+        return self.map(lambda part: part - other._joined) if self._alike(other) else self + -other
 
     def __rsub__(self, other: Any) -> Taylor:
         return self.of(other) - self
 
     def __mul__(self, other: Any) -> Taylor:
-        total: Taylor = type(self)({})
+        factors, total = self.of(other).terms, dict[Term, Floats]()
+        if tuple(factors) == ((),):
+            return self.map(lambda part: part * factors[()])
         for a, p in self.terms.items():
-            for b, q in self.of(other).terms.items():
+            for b, q in factors.items():
                 if len(a) + len(b) <= self.order:
-                    outer = p[:, :, None] * q[:, None]
-                    total += type(self)({a + b: outer.reshape(len(outer), -1, outer.shape[-1])})
-        return total
+                    product = _outer(p, q) if a and b else p * q
+                    total[a + b] = total[a + b] + product if a + b in total else product
+        return type(self)(total)
+
+    def _alike(self, other: Taylor) -> bool:
+        """Whether both have the same terms, joined."""
+        same = list(self.terms) == list(other.terms) and len(self.terms) > 1
+        return same and self._joined is not None and other._joined is not None
 
     def sqrt(self) -> Taylor:
         root = np.sqrt(self.terms[()])
@@ -110,6 +135,12 @@ class Value(Taylor):
     order = 0
 
 
+def _outer(p: Floats, q: Floats) -> Floats:
+    """Products of terms of first order, of each component, as a term of second order."""
+    outer = p[:, :, None] * q[:, None]
+    return outer.reshape(len(outer), -1, outer.shape[-1])
+
+
 def uncertain(vector: Floats, number: int, kind: type[Taylor] = Taylor) -> Taylor:
     """A vector, shape (r, 3), whose error is the 3-vector of a number."""
     value = kind.of(vector)
@@ -129,8 +160,8 @@ def uncertain_rotation(
         product = {}
         for term, part in terms.items():
             if len(term) < kind.order:
-                outer = np.einsum("ijk,kqr->ijqr", factor * EPSILON, part)
-                product[number, *term] = outer.reshape(3, -1, part.shape[-1])
+                turned = skew(-factor * part)
+                product[number, *term] = turned.reshape(3, -1, part.shape[-1])
         return product
 
     def rotate(v: Any) -> Taylor:
