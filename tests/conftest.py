@@ -20,8 +20,9 @@ for name in ("CI", "NO_COLOR", "FORCE_COLOR", "COLUMNS", "LINES"):
     os.environ.pop(name, None)
 
 COMPILES = "tests/calibration/calibration/test_after.py"  # the filter and the smoother
-COMPILED = tuple(
-    f"tests/{name}/" for name in ("attitude", "benchmarks", "calibration", "campaign", "suite")
+COMPILED = (
+    *(f"tests/{name}/" for name in ("attitude", "benchmarks", "calibration", "campaign", "suite")),
+    *(f"tests/{name}.py" for name in ("docs/test_pages", "test_old_files", "test_readme")),
 )
 
 # a busy machine is no fault of a test

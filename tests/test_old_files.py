@@ -49,6 +49,7 @@ def test_a_record(old):
     assert len(record) >= 200
 
 
+@pytest.mark.slow
 def test_a_plan(old):
     plan = read_plan(old / "plan.json")
     said = json.loads((old / "plan.json").read_text())

@@ -48,6 +48,7 @@ def test_a_saved_plan_is_the_plans_file(problem):
     assert again.scenario == problem.scenario
 
 
+@pytest.mark.slow
 def test_a_plan_of_a_free_start_begins_at_its_own():
     scenario = Scenario.paper()
     maneuvers = dataclasses.replace(scenario.maneuvers, latest_start=600.0)

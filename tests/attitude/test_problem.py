@@ -43,6 +43,7 @@ def test_variables_and_bounds_are_the_papers(problem):
     ]
 
 
+@pytest.mark.slow
 def test_objectives_are_equation_5(problem):
     X = random_designs(problem, 3)
     for x, (t_end, trace) in zip(X, problem.evaluate(X), strict=True):

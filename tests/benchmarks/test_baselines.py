@@ -42,6 +42,7 @@ def test_textbook_loops_give_what_the_reference_filter_gives(paper):
     np.testing.assert_allclose(np.diag(textbook.run_numpy(given)), expected, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_useful_steps_end_with_each_design(paper):
     X = cases.designs(3)
     assert speed.useful_steps(paper, X) == sum(len(reference_run(paper, x).times) - 1 for x in X)

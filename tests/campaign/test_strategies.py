@@ -27,6 +27,7 @@ WORDS = st.sampled_from([*COMMANDS, "--out", "--evaluations", "-q", "--", "-"]) 
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=300)
 @given(section=SECTIONS, value=VALUES)
 def test_a_scenario_of_any_values_is_refused_or_sound(section, value):

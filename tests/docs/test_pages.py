@@ -107,6 +107,7 @@ def test_every_objective_is_on_the_page():
     assert named == {*OBJECTIVES, "trace:BLOCK,BLOCK..."}
 
 
+@pytest.mark.slow
 def test_the_ways_to_an_orbit(tmp_path, monkeypatch):
     """The element set's file, a table of its positions, and the files that name such."""
     monkeypatch.chdir(tmp_path)
@@ -151,6 +152,7 @@ def test_a_start_and_a_slew_back():
         assert f"`{key}`" in page("start-and-end.md").replace("initial.attitude", "attitude")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", ["nadir", "sun"])
 def test_stored_fronts_are_of_their_scenarios(start):
     table = np.loadtxt(DOCS / "fronts" / f"{start}.csv", delimiter=",", skiprows=1)

@@ -60,6 +60,7 @@ def installed(folder, monkeypatch):
     return name
 
 
+@pytest.mark.slow
 def test_it_passes_its_own_test(installed):
     names = {}
     exec(blocks("py")[0], names)
@@ -107,6 +108,7 @@ def test_its_steps_are_cauchys(folder):
     assert abs((steps > 1e-2).mean() - beyond) < 4.0 * np.sqrt(beyond / steps.size)
 
 
+@pytest.mark.slow
 def test_an_installed_one_is_known_by_its_name(installed):
     assert re.search(rf"^{installed} +Walkers that", run("mgeo algorithms").stdout, re.MULTILINE)
     told = run(f"mgeo algorithms {installed}").stdout

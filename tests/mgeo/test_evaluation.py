@@ -228,6 +228,7 @@ def test_threads_in_one_problem_at_once_do_not_see_each_others_failures():
     assert {**vars(problem), "calls": 0} == before
 
 
+@pytest.mark.slow
 def test_many_threads_share_an_elementwise_problem():
     class Slow(Element):
         def _evaluate(self, x, out, *args, **kwargs):

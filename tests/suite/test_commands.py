@@ -99,6 +99,7 @@ def test_bad_files_end_with_one_line(tmp_path, text, message):
     assert "Traceback" not in done.output
 
 
+@pytest.mark.slow
 def test_what_no_suite_can_do_names_the_requirement(scenario, table, tmp_path):
     """The nearest solutions, and what binds them; of few suites, each with a kernel of its own."""
     asked = dataclasses.replace(scenario, required_sigma={"attitude_deg": 1e-6})

@@ -14,6 +14,7 @@ def test_a_suite_in_words(problem):
     assert suite_text(problem, np.array([1, 0, 0, 0, 1])).endswith("1 coarse Sun sensor (-z)")
 
 
+@pytest.mark.slow
 def test_a_row_of_the_table_is_the_design(problem, points):
     table, F = problem.view(points).describe(), problem.evaluate(points)
     assert np.array_equal(table["price [kEUR]"], F[:, 0])

@@ -118,6 +118,7 @@ def test_values_do_not_depend_on_what_else_is_in_the_batch(problem, points):
     )
 
 
+@pytest.mark.slow
 def test_a_sun_sensor_needs_no_bias_states():
     full = SunHead(name="a", initial_bias=0.02, half_angle_deg=60.0)
     bare = dataclasses.replace(full, initial_bias=0.0)

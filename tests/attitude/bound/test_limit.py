@@ -57,6 +57,7 @@ def test_what_is_required_has_an_earliest_time():
     assert found.earliest["gyro.bias_deg_h"] == np.inf
 
 
+@pytest.mark.slow
 def test_a_gyro_at_rest_comes_near_its_limit():
     scenario = hard()["constant bias"]
     model = FilterModel.from_scenario(scenario)
@@ -98,6 +99,7 @@ def test_what_is_given_away_is_named():
     )
 
 
+@pytest.mark.slow
 def test_considered_errors_are_what_no_plan_changes():
     scenario = hard()["considered"]
     model = FilterModel.from_scenario(scenario)

@@ -95,7 +95,7 @@ def test_a_study(printed, tmp_path):
     assert "IGD+" in text
 
 
-@pytest.mark.cases(1)
+@pytest.mark.cases(0)
 @pytest.mark.parametrize("words", [["show"], ["verify", "--runs", 10]])
 def test_plans(printed, words, folder):
     name, *rest = words

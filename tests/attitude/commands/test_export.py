@@ -84,6 +84,7 @@ def test_a_plan_that_violates_a_constraint_is_refused_unless_forced(run, violati
     assert f"\nCOMMENT VIOLATED CONSTRAINT: {told}\n" in paths[2].read_text(encoding="utf-8")
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

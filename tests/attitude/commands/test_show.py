@@ -66,6 +66,7 @@ def test_choices(run, folder, front):
         assert f"trace {front.plan(choice).trace:.4g}" in run("show", folder, *arguments).stdout
 
 
+@pytest.mark.slow
 def test_a_time_at_which_no_plan_ends_is_told(run, folder, front):
     """What it is good for to wait, or which plan is the last that ends by then."""
     rows, t_end = front._by_time
@@ -92,6 +93,7 @@ def test_a_time_at_which_no_plan_ends_is_told(run, folder, front):
     assert "\nNote: nothing" not in run("show", folder, "--time", t_end[-1]).stdout
 
 
+@pytest.mark.slow
 def test_a_plans_own_file_shows_the_same(run, folder, front, tmp_path):
     path = tmp_path / "plan.json"
     path.write_text(to_json(front.plan("best")), encoding="utf-8")
@@ -100,6 +102,7 @@ def test_a_plans_own_file_shows_the_same(run, folder, front, tmp_path):
     assert run("show", path).stdout == shown.replace(name, "plan.json: ")
 
 
+@pytest.mark.slow
 def test_a_solution_by_the_number_that_reports_show(run, folder, front):
     number = len(front.X) - 2
     text = run("show", folder, "--solution", number).stdout
@@ -137,6 +140,7 @@ def test_a_sensor_that_never_measures_is_named(tmp_path, run):
     assert f"Note: {said}" in run("show", path).stdout
 
 
+@pytest.mark.slow
 def test_constraints_and_their_margins(run, violating, folder):
     found = table(run("show", violating).stdout, "Constraints")["wheel momentum"]
     assert found == ["N m s", "0.001745", "at most", "0.0001745", "-0.001571", "violated"]
@@ -149,6 +153,7 @@ def test_constraints_and_their_margins(run, violating, folder):
     assert json.loads(run("show", folder, "--json").stdout)["constraints"] == []
 
 
+@pytest.mark.slow
 def test_of_a_run_without_a_feasible_plan_the_nearest_is_shown(run, tmp_path):
     wheels = Wheels(inertia=(0.1, 0.1, 0.1), max_momentum=1e-9)
     scenario = dataclasses.replace(Scenario.paper(), duration=600.0, wheels=wheels)

@@ -68,6 +68,7 @@ def limited():
     return problem, X, evaluated(problem, X), [reference_run(problem.model, x) for x in X]
 
 
+@pytest.mark.slow
 def test_kernel_flies_the_ramps_that_the_reference_flies(limited):
     _, X, out, runs = limited
     np.testing.assert_array_equal(out["F"][:, 0], [run.t_end for run in runs])
@@ -156,6 +157,7 @@ def test_a_required_sigma_may_be_met_from_the_start():
     assert (evaluated(problem, designs(2))["F"] == 0.0).all()
 
 
+@pytest.mark.slow
 def test_sun_keep_out_binds_where_the_reference_sees_the_sun(limited):
     problem, _, out, runs = limited
     for cone, (axis, half_angle) in enumerate(
@@ -169,6 +171,7 @@ def test_sun_keep_out_binds_where_the_reference_sees_the_sun(limited):
     assert (out["G"][:, 1] < 0.0).any()
 
 
+@pytest.mark.slow
 def test_no_sun_no_keep_out():
     """Where the Sun never shines there is nothing to stay off."""
     problem = AttitudeManeuverProblem(dataclasses.replace(LIMITED, eclipse=True))
@@ -231,7 +234,7 @@ def test_each_limit_is_a_constraint_with_a_name(limited):
     assert AttitudeManeuverProblem(scenario()).constraint_names == ()
 
 
-@pytest.mark.cases(1)
+@pytest.mark.cases(0)
 @pytest.mark.parametrize("limit", ["field of view", "eclipse"])
 def test_what_a_sensor_does_not_see_it_cannot_calibrate(limit):
     """Variances only grow, and do so while the satellite is in the shadow it starts in."""

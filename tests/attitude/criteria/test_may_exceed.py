@@ -31,7 +31,7 @@ def scenario(name, **changed):
     )
 
 
-@pytest.mark.cases(1, 2)
+@pytest.mark.cases(0, 2)
 @pytest.mark.parametrize("name", LIMITS)
 def test_the_time_is_that_of_the_steps_in_which_it_is_exceeded(name):
     problem = AttitudeManeuverProblem(scenario(name))

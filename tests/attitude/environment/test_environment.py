@@ -44,6 +44,7 @@ def slow_field(position: np.ndarray, date: datetime, seconds: float) -> np.ndarr
     return (to_north_east_up @ to_itrs).T @ local
 
 
+@pytest.mark.slow
 def test_field_against_the_geodetic_route(scenario: Scenario, environment: Environment) -> None:
     for k in range(0, scenario.n_steps + 1, 40):
         slow = slow_field(environment.position[k], EPOCH, float(environment.times[k]))

@@ -29,6 +29,7 @@ def local_axes(colatitude: np.ndarray, longitude: np.ndarray) -> tuple[np.ndarra
     return north, east, down
 
 
+@pytest.mark.slow
 def test_against_igrf14syn() -> None:
     """The years with most rows, so that a call, which takes one date, covers several of them."""
     rows = np.loadtxt(REFERENCE)

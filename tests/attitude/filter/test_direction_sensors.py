@@ -77,6 +77,7 @@ def test_a_third_of_what_three_numbers_tell_of_a_bias_is_not_there():
     assert found["sun-sensor"] < 1e-3 * found["two-axis-sun-sensor"]
 
 
+@pytest.mark.slow
 def test_no_plan_is_below_the_limit():
     of = scenario(TwoAxisSunSensor(), HorizonSensor(), Magnetometer())
     bound = limit(of)

@@ -26,6 +26,7 @@ def test_any_number_of_maneuvers_agrees(count, short):
     assert_agrees(FilterModel.from_scenario(short), X)
 
 
+@pytest.mark.slow
 def test_eclipse_agrees(short):
     """A run that begins in the shadow and leaves it."""
     scenario = dataclasses.replace(

@@ -48,6 +48,7 @@ duration = st.sampled_from([0.0, 0.4, 17.0, 17.3, 25.0, 40.0, 90.0])
 maneuver = st.tuples(rate, rate, rate, duration)
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(st.lists(st.tuples(maneuver, maneuver, maneuver), min_size=1, max_size=12))
 def test_jobs_put_together_are_the_designs(designs):

@@ -48,6 +48,7 @@ def compiled(text, lanes):
     return run
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("text", [TEXT, LOOPS])
 @pytest.mark.parametrize("lanes", [2, 4, 8])
 def test_every_lane_does_what_the_text_says(text, lanes):

@@ -239,6 +239,7 @@ def test_kernel_keeps_the_limits_that_the_reference_keeps(watched):
     assert ((G > 0.0).any(axis=0) & (G < 0.0).any(axis=0)).sum() > 8
 
 
+@pytest.mark.slow
 def test_margins_do_not_depend_on_what_else_is_run(watched):
     model, X = watched
     batch = np.repeat(X[:2], 12, axis=0)
@@ -248,6 +249,7 @@ def test_margins_do_not_depend_on_what_else_is_run(watched):
     np.testing.assert_array_equal(together, alone)
 
 
+@pytest.mark.slow
 def test_a_cone_at_rest_by_hand():
     """Nothing turns: the margin is largest at the start, but for a step's drift of the gyro."""
     day = dataclasses.replace(CAMERA, half_angle_deg=30.0)
@@ -344,7 +346,7 @@ def test_limits_hold_between_filter_steps(step):
     assert max(blind) > np.radians(0.01 * step)  # what samples alone do not see
 
 
-@pytest.mark.cases(1)
+@pytest.mark.cases(0)
 @pytest.mark.parametrize("sense", ["keep-out", "keep-in"])
 def test_the_sun_counts_in_the_whole_step_in_which_it_appears(sense):
     """What a step before it, in the dark, has not judged: where the shadow ends, and begins."""

@@ -46,7 +46,7 @@ def known(of, rng, share=0.3):
     return dataclasses.replace(of, prior=prior)
 
 
-@pytest.mark.cases(1)
+@pytest.mark.cases(0)
 @pytest.mark.parametrize(
     "changes",
     [
@@ -126,6 +126,7 @@ def test_a_run_that_is_cut_in_two_is_the_whole_run():
     np.testing.assert_allclose(found / scale, whole / scale, rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_cone_is_kept_with_the_margin_of_what_is_known():
     """From the covariance of the attitude, correlated or not, at the first sample and after."""
     rng = np.random.default_rng(8)

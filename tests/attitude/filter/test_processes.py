@@ -67,7 +67,7 @@ class Mean(Sensor):
         return (1e-4, 1e-4, 1e-4)
 
 
-@pytest.mark.cases(1)
+@pytest.mark.cases(0)
 @pytest.mark.parametrize("time", [2.0, 20.0, 300.0])
 def test_a_mean_is_known_as_well_as_correlated_samples_tell(time):
     """Of n samples of correlation ρ, σ² (1 + ρ) / (n - (n - 2) ρ): the floor of more samples.
@@ -82,6 +82,7 @@ def test_a_mean_is_known_as_well_as_correlated_samples_tell(time):
     np.testing.assert_allclose(found[1:], np.repeat(expected[:, None], 3, 1), rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_where_it_is_considered_the_gain_is_that_of_an_error_that_stays_unknown():
     """One step by hand: the same gain at first; the error itself is never known better."""
     estimated, considered = (

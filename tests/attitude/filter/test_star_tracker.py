@@ -63,6 +63,7 @@ def test_it_measures_where_geometry_says(model):
     assert not found.all()
 
 
+@pytest.mark.slow
 def test_it_measures_below_its_rate(model):
     """A sample belongs to the step before it."""
     tracker = dataclasses.replace(TRACKER, sun_exclusion_deg=None, earth_exclusion_deg=None)

@@ -47,6 +47,7 @@ def test_kernel_and_reference_agree(name):
     assert_agrees(model, designs(np.random.default_rng(5), 6, max_duration=300.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STARTS)
 def test_another_attitude_is_other_references(name):
     """Of a satellite whose axes are those of GCRS, all that is seen is turned instead."""

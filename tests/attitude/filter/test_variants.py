@@ -51,6 +51,7 @@ def models(short):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("threads", [1, 3])
 @pytest.mark.parametrize("history", [False, True])
 def test_each_design_is_as_if_its_variant_was_alone(models, threads, history):
@@ -94,6 +95,7 @@ def test_a_sensor_of_infinite_noise_is_as_good_as_absent(models, short, index):
     )
 
 
+@pytest.mark.slow
 def test_trackers_and_path_limits_may_differ_in_numbers_but_not_in_what_they_look_at(short):
     tracker = StarTracker(max_rate_deg_s=0.5, sun_exclusion_deg=40.0)
     limit = PathLimit(boresight=(1.0, 0.0, 0.0), half_angle_deg=20.0)

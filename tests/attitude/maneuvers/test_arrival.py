@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 STEP = 2.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lengths", [(60, 40), (3, 97), (100, 2)])  # ramps take 1 to 20 steps
 def test_it_is_what_the_schedule_of_all_steps_makes(lengths):
     rng = np.random.default_rng(sum(lengths))

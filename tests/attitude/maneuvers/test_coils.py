@@ -121,6 +121,7 @@ def test_long_steps_end_where_short_ones_do():
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-11)
 
 
+@pytest.mark.slow
 def test_torque_is_across_the_field_and_no_coil_gives_more_than_it_can(model, flown):
     drive, rates = model.slew_limits, np.vstack([model.initial_rate, flown.end_rates[0]])
     attitude = Motion.of(model, DESIGN, 1200).attitude
@@ -134,6 +135,7 @@ def test_torque_is_across_the_field_and_no_coil_gives_more_than_it_can(model, fl
     assert (np.linalg.norm(torque, axis=1) <= most * np.linalg.norm(field, axis=1)).all()
 
 
+@pytest.mark.slow
 def test_the_filter_runs_along_the_motion_as_filterpy_does(model):
     found = agreement(model, DESIGN)
     assert found.same_end

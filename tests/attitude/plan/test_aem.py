@@ -283,6 +283,7 @@ def test_bad_arguments_are_named(plan, keywords, message):
         aem_text(plan, **keywords)
 
 
+@pytest.mark.slow
 def test_the_fastest_scenario_that_is_read_is_written():
     """Turned by nearly 180 deg a step: beyond that nobody could tell which way the body turned."""
     paper = Scenario.paper()

@@ -60,6 +60,7 @@ def test_table_export_and_flights_agree(flown):
     assert broken["steered: flights [%]"] == broken["open loop: flights [%]"] == 100.0
 
 
+@pytest.mark.slow
 def test_the_first_light_after_a_shadow_counts():
     """The camera crosses the Sun in the dark, 0.1 s before the step in which it appears."""
     night = TABLE | {"eclipse": True, "duration": 600.0}

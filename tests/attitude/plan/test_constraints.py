@@ -130,6 +130,7 @@ def test_names_that_no_line_of_an_ephemeris_holds(violating):
     assert max(map(len, text.splitlines())) <= 254
 
 
+@pytest.mark.slow
 def test_the_attitude_is_one_number_everywhere(plans):
     """What answers, tables and files tell of it is what the requirement is compared with."""
     for plan in plans:

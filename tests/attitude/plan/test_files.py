@@ -162,6 +162,7 @@ def test_other_bytes_and_huge_files(tmp_path, monkeypatch):
         read_json(tmp_path / "none.json")
 
 
+@pytest.mark.slow
 def test_a_plan_of_an_older_version_is_read_and_computed_anew():
     """Written with mgeo-attitude 0.1.0 of 2026-11-24, whose predictions are others in part."""
     path = REFERENCE / "plan-version-2.json"

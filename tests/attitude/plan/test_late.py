@@ -102,6 +102,7 @@ def test_the_slew_back_waits_for_late_flights(back):
     np.testing.assert_allclose(back.attitude[-1], law, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_path_limits_are_looked_at_while_the_rate_is_held(plan):
     """What breaks a limit only then is a violation."""
     first, last = plan.steps([plan.t_end, plan.duration])

@@ -38,6 +38,7 @@ def test_one_maneuver_of_90_degrees_about_z():
     )
 
 
+@pytest.mark.slow
 def test_plans_of_equal_scenarios_share_their_problem():
     plan = ManeuverPlan(dataclasses.replace(Scenario.paper(), name="one"), DESIGN)
     other = ManeuverPlan(dataclasses.replace(Scenario.paper(), name="one"), 12 * (0.5,))

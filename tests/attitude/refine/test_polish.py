@@ -99,7 +99,7 @@ def test_each_step_is_as_good_as_the_one_before(problem):
         last = F
 
 
-@pytest.mark.cases(1)
+@pytest.mark.cases(0)
 def test_plans_for_other_times_are_added(problem):
     X = problem.starts(4, np.random.default_rng(1))
     F = values(problem, X)[0]
@@ -125,7 +125,7 @@ def test_how_long_it_will_be_is_told(problem):
     assert length_hint(steps) == 5
 
 
-@pytest.mark.cases(1)
+@pytest.mark.cases(0)
 @pytest.mark.parametrize("rule", ["trace", "end"])
 def test_limits_are_kept(rule):
     problem = short(3, rule, path_limits=CAMERA)
@@ -138,6 +138,7 @@ def test_limits_are_kept(rule):
     assert (after <= before)[violation <= 0.0].all()
 
 
+@pytest.mark.slow
 def test_requirements_are_kept():
     problem = short(3, "end", required_sigma={"attitude_deg": 0.5})
     X = problem.starts(6, np.random.default_rng(1))
@@ -149,6 +150,7 @@ def test_requirements_are_kept():
     assert (after[kept] <= before[kept]).all()
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("name", ["log_det", "max_eigenvalue", "trace:gyro.bias"])
 def test_what_else_tells_how_much_is_known_is_polished(name):
     problem = short(3, "end", objectives=(name, "t_end"))

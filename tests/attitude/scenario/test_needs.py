@@ -22,7 +22,7 @@ def test_a_scenario_without_gyro_is_told_in_a_line(gyro):
     assert "\n" not in str(no.value)
 
 
-@pytest.mark.cases(1)
+@pytest.mark.cases(0)
 @pytest.mark.parametrize("sensors", [TRACKER, HORIZON], ids=["tracker", "horizon"])
 def test_years_without_a_model_of_the_field_do_for_what_needs_none(sensors):
     """The Sun is where it is at an equinox; nothing follows from the field of the last year."""

@@ -63,6 +63,7 @@ def test_a_file_of_an_ephemeris(keys: dict[str, Any], allowed: bool) -> None:
     assert SCHEMA.is_valid({"preset": "paper", "orbit": orbit}) == allowed
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(scenario=scenarios())
 def test_scenarios_keep_to_it(scenario: Scenario) -> None:

@@ -22,6 +22,7 @@ KNOWN = ", ".join(map(repr, PRESETS))
 PAPER = {"preset": "paper"}
 
 
+@pytest.mark.slow
 @settings(max_examples=50, deadline=None)
 @given(scenario=scenarios())
 def test_tables_round_trip_through_json(scenario: Scenario) -> None:

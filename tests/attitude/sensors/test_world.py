@@ -55,6 +55,7 @@ def test_all_sensors_that_see_an_error_see_the_same_states():
     assert (outer[:, -9:-3] != mag[:, -9:-3]).any()  # its own constants are its own
 
 
+@pytest.mark.slow
 def test_sigmas_differ_by_axis_and_stay_what_they_are():
     scenario = short(world=WORLD)
     model = FilterModel.from_scenario(scenario)
@@ -111,6 +112,7 @@ def test_near_an_eclipse_that_may_be_elsewhere_nothing_that_sees_the_sun_is_used
     assert always.all()
 
 
+@pytest.mark.slow
 def test_light_from_the_earth_is_in_what_a_coarse_sensor_looks_at():
     whole = Scenario.paper()
     sensors = (SunSensor(), SunSensor(name="fine", sees_albedo=False))

@@ -31,6 +31,7 @@ def in_seconds(text):
     return sum(int(value) * seconds[unit] for value, unit in re.findall(r"(\d+) (\w+)", text))
 
 
+@pytest.mark.slow
 def test_numbers_are_those_of_the_reference_filter(problem, X):
     for x, line in zip(X, problem.view(X).answers(), strict=True):
         history = reference_run(problem.model, x)

@@ -118,6 +118,7 @@ def test_of_a_large_front_some_plans_are_looked_at(monkeypatch):
     assert told.split(": ")[1].startswith(f"solution {row} has {found[0]:.2f} times")
 
 
+@pytest.mark.slow
 def test_a_scenario_without_a_limit_says_why_and_goes_on(monkeypatch):
     def none(*_):
         raise NoLimit("odd: what a sample tells of odd.bias depends on the attitude")

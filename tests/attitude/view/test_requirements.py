@@ -34,6 +34,7 @@ def told(problem, X, word):
     return [line for line in problem.view(X).remarks() if word in line]
 
 
+@pytest.mark.slow
 def test_plans_that_meet_what_is_required_long_before_they_end_are_told():
     problem = asked({"attitude_deg": 0.5})
     X = designs(problem)
@@ -81,6 +82,7 @@ def test_what_is_met_and_lost_again_is_told():
     assert told(AttitudeManeuverProblem(by_trace), X, "loses it again") == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("required", "expected"),
     [

@@ -43,6 +43,7 @@ def test_scale_factors_and_noise_are_found_and_both_are_compared(flight, first):
     assert f"sun.noise_deg = {noise:.4g}" in noise_of(found)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_added_is_refused(flight, first):
     options = addable(first.scenario)
     assert {"mag.scale_factor", "mag.nonorthogonality", "gyro.misalignment"} <= set(options)
@@ -56,6 +57,7 @@ def test_what_cannot_be_added_is_refused(flight, first):
         calibrate_with(going_on, flight, None, ["mag.scale_factor"])
 
 
+@pytest.mark.slow
 def test_a_delay_that_was_told_is_found():
     telemetry = fly(SCENARIO, MOTION, 5, Craft(late={"mag": 0.2}))
     first = calibrate(SCENARIO, telemetry)

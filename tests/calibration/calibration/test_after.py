@@ -350,6 +350,7 @@ def test_a_second_flight_goes_on_consistently_and_better(preset, flights):
         assert not one.states[suite.considered].any()
 
 
+@pytest.mark.slow
 def test_the_figure_shows_what_is_new(first):
     """Estimates less those of the calibration before, over its 1-sigmas."""
     found, telemetry = first
@@ -362,6 +363,7 @@ def test_the_figure_shows_what_is_new(first):
     np.testing.assert_allclose(other["prior_sigma"], one["sigma"], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_plan_that_teaches_little_more_is_no_bad_plan(first):
     """Of what was known before the first calibration little is left."""
     after = first[0].scenario_after({"duration": 600.0})

@@ -58,6 +58,7 @@ def test_flights_from_nadir_are_calibrated_as_claimed(name):
     assert np.abs(x).max() < 4.2
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("preset", ["paper", "cubesat_6u"])
 def test_every_start_is_found(start, preset):

@@ -3,12 +3,14 @@
 import dataclasses
 
 import numpy as np
+import pytest
 from mgeo_attitude import Gyro, Magnetometer, Scenario, StarTracker
 from mgeo_calibration import calibrate, consistency, fly, simulate_calibrations
 
 from .flights import PLAN, short
 
 
+@pytest.mark.slow
 def test_body_axes_are_the_trackers():
     sensors = (StarTracker(initial_misalignment_deg=0.0), Magnetometer())
     gyro = Gyro(initial_misalignment_deg=0.2)

@@ -213,6 +213,7 @@ def test_what_a_plan_promised(scenario, calibration):
         calibration.compare(ManeuverPlan(other, PLAN))
 
 
+@pytest.mark.slow
 def test_figures_and_report(scenario, telemetry, calibration):
     figures = calibration.figures()
     assert list(figures) == ["constants", "innovations", "attitude"]

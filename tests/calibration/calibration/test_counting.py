@@ -70,6 +70,7 @@ def test_steps_are_those_of_the_columns():
     assert read.until(100.0).step_of("gyro")[0] == read.step_of("gyro")[0]
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("step", [0.005, 0.01])
 def test_a_gyro_that_counts_is_calibrated_as_claimed(motion, step):

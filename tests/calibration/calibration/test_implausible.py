@@ -46,6 +46,7 @@ def test_lengths_that_vary_are_no_faults():
         assert not implausible(batch(SCENARIO, telemetry)).any()
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize(
     ("motion", "value"),
     [("plan", (1.6, 0.2, 0.1)), *product(MOTIONS, [(30.0, 0.2, 0.1), -9999.0, 1e9])],

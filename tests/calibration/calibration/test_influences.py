@@ -111,6 +111,7 @@ def test_a_table_has_its_channels_whatever_their_case_and_unit(telemetry, tmp_pa
         calibrate(FOLLOWING, dataclasses.replace(telemetry, others={}))
 
 
+@pytest.mark.slow
 def test_many_in_one_call_are_those_of_telemetry():
     result = simulate_calibrations(FOLLOWING, PLAN, n_runs=2, seed=1)
     assert result.nees.shape == (2, 1)

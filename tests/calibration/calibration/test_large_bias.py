@@ -20,6 +20,7 @@ def believed(deg_s):
     return dataclasses.replace(SCENARIO, gyro=gyro)
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize(
     ("bias", "step"), [((0.5, 1.0, -0.5), 1.0), ((3.0, -3.0, 3.0), 1.0), ((2.0, 2.0, -2.0), 4.0)]

@@ -79,7 +79,7 @@ TURNS = [-0.1, 0.2, -0.4, 300.0, 0.3, -0.4, 0.3, 500.0, -0.2, 0.4, 0.3, 600.0,
          0.3, 0.3, -0.2, 200.0, -0.3, -0.3, 0.4, 300.0]  # fmt: skip
 
 
-@pytest.mark.cases(1)
+@pytest.mark.cases(0)
 @pytest.mark.parametrize("late", [0.0, 0.1])
 def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
     """The gyro's noise of a step is three times its own, and is in the rate and in the attitude."""
@@ -106,6 +106,7 @@ def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
         assert (np.abs(error) < 3.0 * np.sqrt(np.diag(again.covariance)[first : first + 3])).all()
 
 
+@pytest.mark.slow
 def test_what_cannot_be_told_and_matters_is_a_note():
     """A decay of 1e-5 1/s at 0.02 deg/s is seen to two sigma, and moves the bias by as much."""
     scenario = short(Scenario.paper(), 3000.0)

@@ -80,6 +80,7 @@ def test_estimates_of_healthy_flights_are_what_was_believed():
     assert 15.0 - 4.0 * np.sqrt(30.0 / 5.0) < mean[0] < 15.0 + 4.0 * np.sqrt(30.0 / 5.0)
 
 
+@pytest.mark.slow
 def test_a_second_calibration_is_held_against_the_first():
     """Of the same satellite it is what was believed; of another magnetometer's bias it is not."""
     first = SCENARIO
@@ -110,6 +111,7 @@ def test_files_and_pages_say_it():
         from_json(json.dumps(earlier))
 
 
+@pytest.mark.slow
 def test_what_is_not_supported_is_no_start_unless_one_says_so(tmp_path, monkeypatch):
     """Neither in Python nor of a file; it was taken without a word."""
     found = calibrated(mag_bias_nt=[5000.0, 0.0, 0.0])

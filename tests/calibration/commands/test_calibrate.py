@@ -47,6 +47,7 @@ def test_the_table_and_the_conclusion(run, flight):
     assert "promised" not in text
 
 
+@pytest.mark.slow
 def test_much_memory_is_told_before_the_work_and_too_much_is_refused(run, flight, monkeypatch):
     folder, scenario, telemetry = flight
     arguments = ("calibrate", folder / "telemetry.csv", "--scenario", folder / "mine.toml")

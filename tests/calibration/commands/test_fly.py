@@ -57,6 +57,7 @@ def test_telemetry_is_what_python_gets_and_truth_has_the_calibration_s_names(run
     assert abs(np.dot(document["quaternion"], calibration.quaternion)) > 0.999
 
 
+@pytest.mark.slow
 def test_the_plan_that_is_flown_is_told(run, folder, front, violating, tmp_path):
     """Which solution, what it hardly calibrates, and what it breaks."""
     out = ("--out", tmp_path / "telemetry.csv", "--overwrite")

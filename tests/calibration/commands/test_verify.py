@@ -31,6 +31,7 @@ def test_a_plan_of_a_run(run, folder, front):
     assert "10 simulated flights" in text
 
 
+@pytest.mark.slow
 def test_initial_errors_too_large_for_a_linear_covariance_are_a_note(run, tmp_path):
     scenario = Scenario.from_dict(
         {

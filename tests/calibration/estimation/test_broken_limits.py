@@ -40,6 +40,7 @@ def toward_sun(off_deg, half_angle_deg, **margin):
     return PathLimit(boresight=tuple(axis), half_angle_deg=half_angle_deg, **margin)
 
 
+@pytest.mark.slow
 def test_counts_are_those_of_the_errors():
     """Blind sensors, so that errors before and after a measurement are the same."""
     cones = tuple(toward_sun(off, half) for off, half in ((12.0, 10.0), (40.0, 35.0), (5.0, 30.0)))

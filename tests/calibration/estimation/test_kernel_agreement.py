@@ -29,7 +29,7 @@ def model(request):
     return FilterModel.from_scenario(scenario)
 
 
-@pytest.mark.cases(1, 3)
+@pytest.mark.cases(0, 3)
 @pytest.mark.parametrize("estimator", [Estimator.plain(), Estimator(second_order=False)])
 def test_variances_of_a_run_without_errors_are_the_kernels(model, estimator):
     record = estimated(model, PLAN, np.arange(STEPS + 1), none(model, STEPS), estimator)
@@ -47,7 +47,7 @@ def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model
     assert not np.allclose(record.sigma[0] ** 2, evaluate(model, PLAN, history=True).variances[0])
 
 
-@pytest.mark.cases(1)
+@pytest.mark.cases(0)
 def test_tiny_errors_are_the_linear_filters(model):
     """A ten-millionth of every error and noise leaves the covariance as it is."""
     drawn = draw(model, STEPS, np.random.default_rng(1))

@@ -60,6 +60,7 @@ def test_beside_a_gyro_alone_the_turns_tell(scenario, order):
         )  # two maneuvers: one axis tells not all
 
 
+@pytest.mark.slow
 def test_the_right_order_is_taken(scenario):
     for seed in range(1, 6):
         data = batch(scenario, sent(scenario, seed))

@@ -70,6 +70,7 @@ def test_a_run_is_the_same_however_many_run_beside_it(brief):
     np.testing.assert_array_equal(one.predicted, two.predicted)
 
 
+@pytest.mark.slow
 def test_what_is_predicted_is_the_kernels(paper):
     scenario, environment = paper
     result = run(paper, 2)
@@ -323,6 +324,7 @@ def test_a_sensor_of_ones_own_is_simulated(paper):
     assert report["nis scaled"].passed, report.table()
 
 
+@pytest.mark.slow
 def test_a_sensor_that_does_not_say_what_it_measures_cannot_be_simulated(paper):
     @dataclass(frozen=True)
     class Linear(Scaled):
@@ -353,6 +355,7 @@ def test_an_environment_of_another_scenario_is_refused(paper):
         run((short(Scenario.paper(), 700.0), environment), 1)
 
 
+@pytest.mark.slow
 def test_scenarios_outside_the_map_are_warned_of(paper):
     assert validity(Scenario.paper()) == ()
     assert validity(Scenario.cubesat_6u()) == ()

@@ -83,6 +83,7 @@ def test_an_own_flight_is_off_by_its_first_attitude(plan):
         as_flown(plan, dataclasses.replace(telemetry, truth=None))
 
 
+@pytest.mark.slow
 def test_a_gyro_s_bias_turns_the_satellite_away(plan):
     """Of a constant bias alone, by as much as it adds up to along the turning axes."""
     model = plan.problem.model

@@ -58,6 +58,7 @@ def test_tau_falls_back_to_a_log_normal_value():
     assert kstest(np.log(2 * tau) * 3, "norm").pvalue > 1e-3
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize(
     ("variant", "rule"), [(each, "a-geo1") for each in VARIANTS] + [(VARIANTS[0], "a-geo2")]
 )
@@ -160,6 +161,7 @@ class Valleys(Rosenbrock):
         out["F"] = np.minimum(shallow, 30 * ((X - 1.8) ** 2).sum(axis=1))
 
 
+@pytest.mark.slow
 def test_walkers_under_high_pressure_leave_a_valley_only_by_a_restart():
     def share_stuck(**options):
         bests = np.full(30, np.inf)

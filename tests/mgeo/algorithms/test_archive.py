@@ -52,6 +52,7 @@ def filled(F, violation=None, cuts=(), max_size=None):
     return archive
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(batches())
 def test_archive_agrees_with_naive_loop_however_batches_are_cut(batch):
@@ -65,6 +66,7 @@ def test_archive_agrees_with_naive_loop_however_batches_are_cut(batch):
     assert archive.violation == (violation[expected[0]] if expected else np.inf)
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(batches())
 def test_nondominated_agrees_with_naive_loop(batch):
@@ -179,6 +181,7 @@ def grid_front(n_obj):
     return F[np.argsort(F[:, 0], kind="stable")]
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("n_obj", [2, 3, 4, 7])
 def test_truncation_agrees_with_distances_computed_afresh(n_obj, monkeypatch):
     F = grid_front(n_obj)

@@ -15,7 +15,7 @@ from .variants import VARIANTS, canonical, real2, var
 ADAPTIVE = {"tau": "a-geo2", "restart": "archive", "patience": 1}
 
 
-@pytest.mark.cases(5)
+@pytest.mark.cases(2)
 @pytest.mark.parametrize(
     ("variant", "options"),
     [(each, ADAPTIVE) for each in VARIANTS] + [(each, {}) for each in (real2, canonical, var)],

@@ -120,6 +120,7 @@ class Knapsack(Problem):
         out["G"] = total[:, 2:] - self.value[2].sum() / 2
 
 
+@pytest.mark.slow
 def test_binary_variables_the_whole_front_is_found():
     problem = Knapsack()
     X = all_strings(10).astype(bool)

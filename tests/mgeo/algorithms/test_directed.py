@@ -60,6 +60,7 @@ def candidates(run):
     return run.ask().get("X").reshape(run.n_walkers, -1, walkers.shape[1]), walkers
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize(
     "algorithm",
     [

@@ -15,6 +15,7 @@ from .. import naive
 from .problems import Galski, Rosenbrock
 
 
+@pytest.mark.slow
 def test_case_1_every_distinct_point_is_on_the_front():
     # f1' = -exp(-x) - 2.8 x exp(-x²) < 0 < f2' = exp(x) - 2.8 x exp(-x²) for every x
     algorithm = MGEOReal(0.5, 1.0, 20).setup(Galski(1), termination=("n_gen", 300), seed=1)
@@ -58,7 +59,7 @@ def distances(case, tau, solver):
     return KDTree(true).query(found)[0], KDTree(found).query(true)[0]
 
 
-@pytest.mark.cases(5)
+@pytest.mark.cases(0)
 @pytest.mark.parametrize("case", FRONTS)
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_the_known_front_is_found(solver, case):
@@ -75,6 +76,7 @@ ADAPTIVE = [("real", "a-geo2"), ("canonical", "a-geo2"), ("var", "a-geo2")]
 ADAPTIVE += [("real2", "a-geo1"), ("canonical-gray", "a-geo1")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("solver", "rule"), ADAPTIVE)
 def test_it_is_found_with_an_adaptive_tau_too(solver, rule):
     off, missing = distances(4, rule, solver)
@@ -96,6 +98,7 @@ def rosenbrock(x):
     return sum(100 * (b - a * a) ** 2 + (1 - a) ** 2 for a, b in itertools.pairwise(x))
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize(
     ("n_var", "generations", "sigma", "tau"),
     [
@@ -116,7 +119,7 @@ def test_best_values_are_distributed_as_those_of_a_plain_loop(n_var, generations
     assert ks_2samp(seen.best, plain).pvalue > 1e-3
 
 
-@pytest.mark.cases(1)
+@pytest.mark.cases(0)
 @pytest.mark.parametrize("seed", range(3))
 def test_rosenbrock_valley_is_found(seed):
     result = minimize(Rosenbrock(2), MGEOReal(0.1, n_walkers=10), ("n_gen", 1000), seed=seed)

@@ -64,12 +64,14 @@ def in_order_of_evaluation(by_walker, generations):
     return values.swapaxes(0, 1).reshape(-1, *values.shape[3:])
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("problem", [Mixture(), Rosenbrock(3)], ids=["mixture", "rosenbrock"])
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_walkers_in_lockstep_go_as_one_after_the_other(variant, problem):
     assert_same_walks(problem, variant(n_walkers=2), 12)
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("problem", [Mixture(), Rosenbrock(3)], ids=["mixture", "rosenbrock"])
 @pytest.mark.parametrize("rule", ["a-geo1", "a-geo2"])
 @pytest.mark.parametrize("variant", VARIANTS)
@@ -93,6 +95,7 @@ def test_so_do_those_whose_variables_differ(problem, algorithm):
     assert_same_walks(problem, algorithm, 12)
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("tau", [2.0, "a-geo1"])
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_a_walk_does_not_depend_on_how_many_go_beside_it(variant, tau):

@@ -64,6 +64,7 @@ def exhaustive(problem, areas=(None,)):
     return F[naive.archive_rows(F.tolist(), [0.0] * len(F))]
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize(
     "algorithm",
@@ -84,7 +85,7 @@ def known():
     return exhaustive(Rod(), np.linspace(0.5, 2.0, 31))
 
 
-@pytest.mark.cases(1)
+@pytest.mark.cases(0)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_beside_reals_it_finds_what_a_grid_does_and_more(known, seed):
     problem = Rod()

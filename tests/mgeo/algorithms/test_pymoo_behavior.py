@@ -35,6 +35,7 @@ def same(a, b):
     return np.array_equal(a.X, b.X) and np.array_equal(a.F, b.F)
 
 
+@pytest.mark.slow
 def test_default_budget_of_the_paper():
     result = minimize(ZDT1(n_var=12), MGEOReal(), seed=1)
     assert result.algorithm.evaluator.n_eval == 59_760

@@ -63,6 +63,7 @@ def assert_same_end(one, two):
     assert [s.random() for s in one.streams] == [s.random() for s in two.streams]
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("cls", PUBLISHED)
 @pytest.mark.parametrize(
     ("problem", "generations"),
@@ -267,6 +268,7 @@ ALGORITHMS = [
 ]
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("algorithm", ALGORITHMS, ids=lambda a: type(a).__name__)
 @pytest.mark.parametrize("problem", [ZDT1(n_var=4), BNH()], ids=lambda p: p.name())
 def test_all_that_a_generation_changes_is_in_the_state_or_pymoos(algorithm, problem):

@@ -9,6 +9,7 @@ from mgeo.store.run_folder import read_run
 SHORT = ("--evaluations", "60", "--runs", "2", "-q")
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize(
     ("name", "folder"),
     [

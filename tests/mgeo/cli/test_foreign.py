@@ -115,6 +115,7 @@ def test_what_a_problem_prints_is_not_part_of_the_document(mgeo, leaver):
     assert "evaluated" in mgeo(*SOLVE, "--overwrite").stdout  # without --json it is left alone
 
 
+@pytest.mark.slow
 def test_nor_what_threads_processes_and_compiled_code_print(leaver, stand_in_environment, tmp_path):
     leaver(
         """
@@ -137,6 +138,7 @@ def test_nor_what_threads_processes_and_compiled_code_print(leaver, stand_in_env
         assert f"{word}\n" in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", ["problems", "problems --json"])
 def test_without_a_stdout_nothing_is_told_and_nothing_breaks(arguments):
     command = f"exec {sys.executable} -m mgeo {arguments} >&-"

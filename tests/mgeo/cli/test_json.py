@@ -84,6 +84,7 @@ def test_an_error_is_no_document(mgeo, command):
     assert (done.exit_code, done.stdout) == (2, "")
 
 
+@pytest.mark.slow
 def test_what_json_cannot_say_is_null(mgeo):
     Path("one.toml").write_text(STUDY)
     found = document(mgeo("study", "one.toml", "--jobs", 1, "--seeds", 1, "--json", "-q"))

@@ -126,6 +126,7 @@ def test_they_are_completed(mgeo, beam, line, expected):
 HEAVY = {"numpy", "pandas", "plotly", "scipy", "numba", "pymoo", "joblib", "mgeo_attitude.problem"}
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize(
     ("arguments", "heavy"),
     [

@@ -56,6 +56,7 @@ def test_a_finished_run_is_made_longer(mgeo, budget):
     assert Path("a/front.html").exists()
 
 
+@pytest.mark.slow
 def test_a_problem_without_an_indicator_space_keeps_the_range_seen(mgeo):
     for folder, evaluations in (("a", 300), ("b", 600)):
         mgeo("solve", "zdt1", "--runs", 2, "--evaluations", evaluations, "--out", folder)
@@ -112,6 +113,7 @@ def test_every_evaluation_is_recorded_on_demand(mgeo):
     assert not Path("d").exists()
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

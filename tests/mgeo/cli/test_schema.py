@@ -21,6 +21,7 @@ def schema(request, mgeo):
     return json.loads(done.stdout)
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("path", FILES, ids=[path.stem for path in FILES])
 def test_the_published_studies_keep_it_and_name_it(path, schema):
     text = path.read_text()

@@ -298,6 +298,7 @@ def test_a_figure_that_fails_does_not_cost_the_run(mgeo, monkeypatch):
     assert read_run("a").outcome.evaluations == 400
 
 
+@pytest.mark.slow
 def test_a_run_without_feasible_solutions_says_so(mgeo, monkeypatch):
     def infeasible(self, x, out, *args, **kwargs):
         out["F"], out["G"] = x**2, np.column_stack([x[:, 0] + 1.0, x[:, 1] - 1.0])
@@ -332,6 +333,7 @@ def test_a_run_without_feasible_solutions_says_so(mgeo, monkeypatch):
     assert document["dead_end"]["ways"][0].startswith("relax g1 by ")
 
 
+@pytest.mark.slow
 def test_what_is_nearest_survives_an_end_in_between(mgeo, monkeypatch):
     def infeasible(self, x, out, *args, **kwargs):
         out["F"], out["G"] = x**2, np.column_stack([2.0 + np.sin(9.0 * x[:, 0]), x[:, 1] + 1.0])

@@ -42,6 +42,7 @@ def read(end):
         found += some
 
 
+@pytest.mark.slow
 def test_a_command_on_a_terminal_of_its_own(stand_in_environment, tmp_path):
     seen = []
     with terminal(seen) as its:
@@ -52,6 +53,7 @@ def test_a_command_on_a_terminal_of_its_own(stand_in_environment, tmp_path):
     check(seen[0], redrawn=True, colored=True)
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize(
     ("variables", "before", "redrawn", "colored"),
     [

@@ -34,6 +34,7 @@ def test_one_of_the_same_name_is_replaced_only_when_told_to(explorer, folder):
     assert json.loads((folder / "plan.json").read_text())["design"] == (0.9 * X).tolist()
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize(
     "name",
     [

@@ -27,6 +27,7 @@ def test_it_serves_the_page_and_its_scripts(client):
         assert "Access-Control-Allow-Origin" not in headers
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("method", ["GET", "POST"])
 @pytest.mark.parametrize(
     "headers",
@@ -81,6 +82,7 @@ def test_it_listens_to_this_machine_alone(client):
     assert client.server.server_address[0] == "127.0.0.1"
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize(
     ("name", "body", "status", "message"),
     [

@@ -142,6 +142,7 @@ def test_two_files_are_told_apart(files):
     assert Tags(html).loading == []
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("first", [True, False])
 def test_a_solution_beside_a_run_is_in_its_front(two, files, first):
     both = [two[0], files[1]] if first else [files[1], two[0]]

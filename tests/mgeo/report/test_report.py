@@ -48,6 +48,7 @@ def mgeo(*arguments):
     return CliRunner().invoke(app, list(map(str, arguments)))
 
 
+@pytest.mark.slow
 def test_the_command_writes_into_the_folder_or_elsewhere(solved, tmp_path):
     folder = solved()
     done = mgeo("report", folder)
@@ -238,6 +239,7 @@ def test_simulated_flights_are_shown_where_there_are_some(solved):
         assert "verification-knee.json" in done.stderr
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
@@ -268,6 +270,7 @@ def test_flights_that_do_not_say_of_what_are_not_shown(solved):
     assert "is ignored: it does not say what it is about, its options</p>" in html
 
 
+@pytest.mark.slow
 def test_flights_of_the_front_before_are_not_shown(solved):
     """A longer run has left the solution behind; a new one removes what proved the old."""
     folder = solved()

@@ -255,6 +255,7 @@ class Entropy:
         raise AssertionError(f"{name} drawn from the entropy of the operating system")
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize(
     "name", [n for n in EACH if n not in ("moead", "mo-cma-es", "como-cma-es")]
 )

@@ -125,6 +125,7 @@ def test_a_file_in_place_of_the_folder_is_refused(run, tmp_path):
         check_folder(tmp_path / "a", overwrite=True)
 
 
+@pytest.mark.slow
 def test_a_disk_error_leaves_the_run_that_was_there(run, tmp_path):
     write_run(tmp_path, run)
     before = contents(tmp_path)

@@ -81,7 +81,7 @@ def test_integers_keep_the_parameters_of_crossover_and_mutation():
     assert NSGA2().mating.crossover.repair is None  # nor pymoo's own
 
 
-@pytest.mark.cases(1)
+@pytest.mark.cases(0)
 @pytest.mark.parametrize("algorithm", [NSGA2(pop_size=12), MOEAD(DIRECTIONS), NSGA3(DIRECTIONS)])
 def test_an_instance_searches_what_one_by_name_does(algorithm):
     found = solve(Whole(), algorithm, 240, seed=1)

@@ -148,6 +148,7 @@ class Raising(Gaps):
             raise ValueError("no value here")
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("kind", [Gaps, Raising])
 @pytest.mark.parametrize("constrained", [False, True])
 @pytest.mark.parametrize("name", ["nsga2", "moead", "mopso-cd", "mgeo-directed"])

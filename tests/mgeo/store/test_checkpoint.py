@@ -63,6 +63,7 @@ def same(a, b):
     return all(np.array_equal(getattr(a, key), getattr(b, key)) for key in ("X", "F", "G", "H"))
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("cls", PUBLISHED)
 @pytest.mark.parametrize("batches", [1, 5, 11])
 def test_every_member_ends_as_if_it_had_not_stopped(cls, batches, tmp_path):

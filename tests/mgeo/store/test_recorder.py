@@ -44,6 +44,7 @@ class Spy(Evaluator):
         )
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize(
     "algorithm", [MGEOReal(0.2, n_walkers=4), NSGA2(12), GDE3(12)], ids=["mgeo", "nsga2", "gde3"]
 )
@@ -127,6 +128,7 @@ def test_columns_may_be_chosen(tmp_path):
         read_record(tmp_path, ["mass"])
 
 
+@pytest.mark.slow
 def test_it_can_be_read_while_it_grows(tmp_path):
     problems, lengths, done = [], [], threading.Event()
 

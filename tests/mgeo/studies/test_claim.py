@@ -46,6 +46,7 @@ def mgeo(tmp_path, monkeypatch, undrawn):
     return command
 
 
+@pytest.mark.slow
 def test_another_study_into_one_folder_is_refused_and_changes_nothing(mgeo, tmp_path):
     assert mgeo(STUDY).exit_code == 0
     before = files(tmp_path / "out")
@@ -60,6 +61,7 @@ def test_another_study_into_one_folder_is_refused_and_changes_nothing(mgeo, tmp_
         assert files(tmp_path / "out") == before
 
 
+@pytest.mark.slow
 def test_the_same_study_with_more_of_it_goes_on(mgeo, tmp_path):
     assert mgeo(STUDY).exit_code == 0
     found = {path.name for path in (tmp_path / "out" / "runs").iterdir()}
@@ -99,6 +101,7 @@ def test_what_differs_is_named(old, new, message, tmp_path):
     assert files(tmp_path) == before
 
 
+@pytest.mark.slow
 def test_a_study_without_tables_leaves_the_folder_to_others(mgeo, tmp_path, monkeypatch):
     with monkeypatch.context() as patched:
         patched.setattr("mgeo.studies.dispatch.run", lambda task: Failure("ValueError: no"))
@@ -107,6 +110,7 @@ def test_a_study_without_tables_leaves_the_folder_to_others(mgeo, tmp_path, monk
     assert mgeo(STUDY.replace("zdt1", "zdt3")).exit_code == 0
 
 
+@pytest.mark.slow
 def test_who_comes_later_is_refused_though_both_began_in_an_empty_folder(tmp_path, monkeypatch):
     """Its runs are kept, as they are found by what they are."""
     made = []

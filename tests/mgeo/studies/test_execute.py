@@ -107,6 +107,7 @@ def test_multiprocessing_keeps_runs_while_others_are_made(tmp_path):
     assert rest["NSGA-II", 5].error == "ArithmeticError: seed 6 is even"
 
 
+@pytest.mark.slow
 def test_finished_runs_are_not_run_again(serial, tmp_path, monkeypatch):
     first = compare(PROBLEM, ALGORITHMS, 150, seeds=[1, 3], folder=tmp_path)
     assert len(list(tmp_path.iterdir())) == 8
@@ -372,6 +373,7 @@ class Shifted(Sphere):
         out["F"], out["G"] = out["F"] - 3.0, 0.3 - X[:, :1]
 
 
+@pytest.mark.slow
 def test_of_one_objective_the_best_value_counts():
     algorithms = {
         "GEO": MGEOReal(sigma=0.1, n_walkers=3, perturbation="range"),
@@ -422,6 +424,7 @@ def test_the_runs_folder_takes_no_part_files(tmp_path):
     assert all(name.endswith(".npz") for name in os.listdir(tmp_path / "a" / "b"))
 
 
+@pytest.mark.slow
 def test_runs_in_threads_share_their_problem():
     algorithms = {"MGEO": ALGORITHMS["MGEO"], "NSGA-II": ALGORITHMS["NSGA-II"]}
     problem = Element()

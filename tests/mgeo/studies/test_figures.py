@@ -168,6 +168,7 @@ def test_groups_are_the_largest_within_the_difference(ranks, groups):
     assert alike(ranks, 1.0) == groups
 
 
+@pytest.mark.slow
 def test_what_cannot_be_drawn_is_left_out():
     assert list(comparison_figures(comparison())) == [
         "anytime",

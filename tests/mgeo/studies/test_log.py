@@ -31,6 +31,7 @@ def watched(batches, feasible, n_eval):
     return log.record(0.5)
 
 
+@pytest.mark.slow
 @given(st.data())
 def test_the_front_after_any_number_of_evaluations_is_that_of_all_of_them(data):
     n_obj = data.draw(st.integers(2, 3))

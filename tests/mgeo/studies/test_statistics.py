@@ -107,6 +107,7 @@ def test_too_little_for_kruskal_wallis_is_refused(few):
         kruskal_wallis(few)
 
 
+@pytest.mark.slow
 @given(
     st.integers(2, 8).flatmap(
         lambda n: st.lists(

@@ -496,6 +496,7 @@ def mgeo(tmp_path, monkeypatch, stand_in):
     return lambda *arguments: CliRunner().invoke(app, ["study", *map(str, arguments)])
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_the_command_runs_a_file_and_says_what_it_found(mgeo, tmp_path):
     done = mgeo("mine.toml", "--jobs", 1, "--seeds", 1, "--evaluations", 60)

@@ -22,6 +22,7 @@ def test_all_figures_serialize(problem, X, n):
         assert figure.layout.template.layout.plot_bgcolor == "white"
 
 
+@pytest.mark.slow
 def test_chosen_few_are_the_same_in_both_close_looks(problem, X, F):
     figures = problem.view(X).figures()
     names = {trace.name for trace in figures["convergence"].data}

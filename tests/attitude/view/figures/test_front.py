@@ -39,6 +39,7 @@ def drawn(F, **more):
     return front_figure(Scenario.paper(), solutions, **more)
 
 
+@pytest.mark.slow
 def test_points_are_the_objectives(figure, F, problem):
     later = F[:, 0] > problem.scenario.orbit.period
     assert later.any()
@@ -102,6 +103,7 @@ def test_what_flights_keep_has_a_boundary_of_its_own(figure, problem, X):
     np.testing.assert_array_equal(np.column_stack([drawn.x, drawn.y]), safe)
 
 
+@pytest.mark.slow
 def test_a_front_over_flights_is_that_of_its_own_promises(problem, X):
     own, X = AttitudeManeuverProblem(problem.scenario, flights=3), X[:20]
     F = own.evaluate(X, return_values_of=["F"])
@@ -140,6 +142,7 @@ def test_no_point_is_below_what_no_maneuver_can_beat(figure, problem, X, F):
     assert (F[:, 1] > np.interp(F[:, 0], least.x, least.y)).all()
 
 
+@pytest.mark.slow
 def test_flights_that_begin_late_have_no_such_curve(problem, X):
     flight = FlightErrors(count=2, start_delay=60.0)
     coarse = dataclasses.replace(problem.scenario, flight=flight, step=4.0, duration=1200.0)
@@ -161,6 +164,7 @@ def engineers(problem, X):
     return of, of.view(X[:6]).figures()["front"]
 
 
+@pytest.mark.slow
 def test_requirements_are_drawn_in_degrees_with_the_window_and_the_knee(engineers, X):
     problem, figure = engineers
     points, required = named(figure, "plans"), named(figure, "required, 1 deg")

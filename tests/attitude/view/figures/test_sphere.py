@@ -27,6 +27,7 @@ def test_a_circle_is_where_directions_are_as_far_from_its_axis(axis, degrees):
     assert np.nanmax(strokes) < 0.08 * OUTLINE[0]  # none across the map
 
 
+@pytest.mark.slow
 def test_path_limits_and_fields_of_view_are_drawn():
     sun, *others = Scenario.cubesat_6u().sensors
     narrow = dataclasses.replace(sun, boresight=(0.0, 0.0, 1.0), half_angle_deg=60.0)

@@ -33,6 +33,7 @@ def test_bad_durations_and_rates_are_named(bad):
         baselines(Scenario.paper(), 10.0, rate_deg_s=bad)
 
 
+@pytest.mark.slow
 def test_comparison_is_that_of_single_runs_at_the_same_time(problem, design, history):
     others = baselines(problem.scenario, 351.0)
     table = compare(problem, {"plan": design, **others}, history.t_end)
