@@ -75,6 +75,7 @@ def run(code, folder):
     return int(done.stdout.split()[-1])
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_all_is_imported():
     assert run(IMPORTS, ROOT) > 300

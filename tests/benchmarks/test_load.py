@@ -61,6 +61,7 @@ def test_memory_grows_with_the_front_only(tmp_path):
     assert last.resident_mib - first.resident_mib < 13.5
 
 
+@pytest.mark.campaign
 @linux
 @pytest.mark.slow
 def test_a_study_leaves_nothing_behind(tmp_path):

@@ -264,7 +264,7 @@ def test_what_comes_of_a_satellite_is_made_as_said(tmp_path, monkeypatch):
     assert Path("calibration/calibration.json").is_file()
 
 
-@pytest.mark.slow
+@pytest.mark.cases(0, 1)
 @pytest.mark.parametrize("objectives", [["t_end", "trace"], ["log_det", "angle", "t_end"]])
 def test_the_command_with_limits(objectives, tmp_path, monkeypatch):
     """The page's file as it is, and with other objectives: every tool takes the run."""

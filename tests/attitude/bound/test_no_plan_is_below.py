@@ -19,7 +19,7 @@ ALL["photodiodes.toml"] = without_albedo(ALL["photodiodes.toml"])
 FAST = ("paper", "cubesat_6u", "limits.toml", "iss.toml")
 
 
-@pytest.mark.cases(2)
+@pytest.mark.cases(2, 12)
 @pytest.mark.parametrize(
     "name", [n if n in FAST else pytest.param(n, marks=pytest.mark.slow) for n in ALL]
 )

@@ -36,6 +36,15 @@ SCRIPT = textwrap.dedent(
     """
 )
 
+#: What is compiled does not matter to who may write where.
+SMALL = textwrap.dedent(
+    """
+    from mgeo_attitude.filter.kernel import load_module
+    source = "from numba import njit\\n@njit('f8(f8)', cache=True)\\ndef f(x):\\n    return x\\n"
+    print(load_module("kernel", source, []).f(1.0))
+    """
+)
+
 THREADS = textwrap.dedent(
     """
     import dataclasses
@@ -141,7 +150,7 @@ def test_a_cache_that_others_can_write_to_is_not_trusted(tmp_path):
     kernels = tmp_path / "cache" / "kernels"
     kernels.mkdir(parents=True)
     kernels.chmod(stat.S_IRWXU | stat.S_IRWXG | stat.S_IRWXO)
-    result = run(tmp_path / "cache")
+    result = run(tmp_path / "cache", SMALL)
     assert "cannot be used" in result.stderr
     assert "compiling in memory" in result.stderr
     assert list(kernels.iterdir()) == []

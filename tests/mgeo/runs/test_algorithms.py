@@ -43,7 +43,7 @@ EACH = [pytest.param(n, marks=pytest.mark.slow) if n == "age-moea2" else n for n
 AREA = HV(ref_point=np.array([1.1, 6.0]))
 
 
-@pytest.mark.cases(7)
+@pytest.mark.cases(5, 10)
 @pytest.mark.parametrize("name", EACH)
 def test_every_algorithm_improves_a_front_and_repeats_itself(name):
     problem = ZDT1(n_var=5)

@@ -80,6 +80,7 @@ name = ["nsga2", "random"]
 """
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.filterwarnings("default")
 def test_the_command_runs_a_study_on_a_cluster(client, tmp_path):

@@ -230,6 +230,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_a_killed_comparison_goes_on_where_it_was(tmp_path):
     script, folder = tmp_path / "script.py", tmp_path / "runs"

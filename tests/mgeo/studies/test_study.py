@@ -623,6 +623,7 @@ def test_a_study_that_is_interrupted_goes_on(tmp_path, stand_in_environment, sta
     assert len(next(iter(whole.values())).table) == 24
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_sigterm_ends_a_study_and_its_processes(tmp_path, stand_in_environment, stand_in):
     (tmp_path / "slow.toml").write_text(SLOW)
