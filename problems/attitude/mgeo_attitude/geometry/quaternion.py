@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation, Slerp
 
 from mgeo_attitude._typing import Floats
@@ -38,6 +37,8 @@ def body_rates(times: Floats, matrices: Floats, at: Floats) -> Floats:
     Each step between the samples of `times` and GCRS-to-body `matrices` has the rate of its middle;
     between the middles, and to the ends, rates go linearly, as a ramp's do.
     """
+    from scipy.interpolate import make_interp_spline  # which takes long to import
+
     turns = Rotation.from_matrix(matrices[:-1] @ np.swapaxes(matrices[1:], -1, -2))
     rates: Floats = turns.as_rotvec() / np.diff(times)[:, None]
     if len(rates) == 1:

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
@@ -181,6 +180,8 @@ class _Search:
         self, n: int, leaving: int, target: Floats, final: Floats, guess: Floats
     ) -> Floats | None:
         """Rate of a slew that arrives, the last so many steps being for the law's rate."""
+        from scipy.optimize import root  # which takes long to import
+
         step, time = self.scenario.step, n * self.scenario.step
         _, durations = decode(self._design(n, leaving, guess, final))
         starts, _ = maneuver_steps(durations, step)

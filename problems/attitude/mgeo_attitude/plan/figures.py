@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import plotly.express as px
 import plotly.graph_objects as go
 
 from mgeo.figures.style import COLORS, finished, log_axis, symbol
@@ -86,6 +85,8 @@ def _pattern(index: int) -> str:
 
 def _correlation(plan: ManeuverPlan) -> go.Figure:
     """Heat map from -1 (blue) over 0 (white) to 1 (orange)."""
+    import plotly.express as px  # which takes long to import
+
     table = plan.correlations()
     colors = [COLORS[0], "#ffffff", COLORS[1]]
     figure = px.imshow(table, zmin=-1.0, zmax=1.0, color_continuous_scale=colors)

@@ -6,7 +6,6 @@ import warnings
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import minimize
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
@@ -123,6 +122,8 @@ def descend(at: AtTime, design: Floats, time: float, iterations: int) -> Floats:
 
 
 def _within_limits(problem: Descent, z: Floats, iterations: int) -> Floats:
+    from scipy.optimize import minimize  # which takes long to import
+
     margins = {
         "type": "ineq",
         "fun": lambda z: problem.known(z)[0][1:],
