@@ -79,8 +79,8 @@ def simulate(
     truth : Scenario, optional
         What is true, if it is not what the estimator believes: epoch, orbit, eclipse, gyro,
         sensors and initial uncertainty, with field and Sun, dynamics, noise and fields of view
-        that follow from them. The estimator takes whatever a sensor reports, but where it believes
-        that there is nothing to be seen. All else of the two must be the same.
+        that follow from them. The estimator takes whatever a sensor reports; of an orbit with an
+        error, where it believes that there is something to be seen. All else must be the same.
     environment : Environment, optional
         Saves computing that of the scenario again.
     until : float, optional
@@ -274,9 +274,12 @@ def record(
         updates=np.zeros((n_runs, m, len(suite.sensors)), dtype=np.int64),
         broken=np.zeros((n_runs, 2, len(watched.path_limits))),
     )
+    readings = [flight.readings for flight in flights]
+    if "orbit_error" in suite.world.states():  # which moves eclipses
+        readings = [each.where(model.available) for each in readings]
     estimates = ErrorStateFilter(suite, estimator).run(
         Estimate.at_start(model, n_runs),
-        [flight.readings.where(model.available) for flight in flights],
+        readings,
         rates,
         model.references,
         model.influences,
