@@ -1,7 +1,8 @@
 """How near fronts come to the limit: of three maneuvers by search alone, of more with a polish.
 
 ``python docs/studies/near.py PRESET RULE MODE SEED`` adds a row to data/near.csv, ``python
-docs/studies/near.py`` prints medians.
+docs/studies/near.py`` prints medians. ``python docs/studies/near.py PRESET TIME`` prints how near
+the best of many plans of ten maneuvers comes at a time [s], each polished for it alone.
 """
 
 import sys
@@ -10,6 +11,12 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.refine.descent import descend
+from mgeo_attitude.refine.judging import at_time
+from mgeo_attitude.refine.roughly import Roughly
+from mgeo_attitude.refine.splitting import split
+from mgeo_attitude.refine.starts import beam
 
 from mgeo.runs.prepare import prepare
 
@@ -71,6 +78,27 @@ def thinned(F):
     return F[rows]
 
 
+def best_known(preset, time, starts=300, count=10, seed=1):
+    """What the best of many plans of a time [s] knows, of the limit."""
+    options = {"preset": preset, "maneuvers": {"count": count}, "convergence": {"rule": "end"}}
+    problem = AttitudeManeuverProblem(Scenario.from_dict(options))
+    exact, rng = at_time(problem), np.random.default_rng(seed)
+    roughly, greatest = Roughly(exact), exact.scenario.maneuvers.max_rate_deg_s
+    at, steps = roughly.at(time), roughly.steps(time)
+    durations = time * rng.dirichlet(np.full(count, 3.0), starts)
+    rates = rng.uniform(-greatest, greatest, (starts, count, 3))
+    rates[::2] = greatest * np.sign(rates[::2])  # half of them as fast as they may be
+    plans = np.concatenate([rates, durations[:, :, None]], axis=2).reshape(starts, -1)
+    beams = [split(beam(at, n, time, 2, 400)[::10], count) for n in range(count // 2, count + 1)]
+    plans = np.vstack([plans, *beams])
+    for left, iterations in ((starts // 5, 15), (6, 30), (6, 150)):
+        found = [descend(at, plan, time, iterations) for plan in plans]
+        plans = at.best(np.array(found), steps, left)
+    step = round(time / exact.model.step)
+    value, _ = exact.values(np.array([descend(exact, plan, time, 30) for plan in plans]), step)
+    return np.exp(value.min()) / np.minimum.accumulate(problem.limit_curves.ending)[step]
+
+
 def append(file, rows):
     known = pd.read_csv(file) if file.exists() else pd.DataFrame()
     pd.concat([known, rows]).to_csv(file, index=False, float_format="%.6g")
@@ -85,6 +113,9 @@ def table(rows):
 def main(*given):
     if not given:
         print(table(pd.read_csv(DATA)).to_string())
+        return
+    if len(given) == 2:
+        print(best_known(given[0], float(given[1])))
         return
     preset, rule, mode, seed = given
     row = {"preset": preset, "rule": rule, "mode": mode, "seed": int(seed)}
