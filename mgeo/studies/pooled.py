@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from scipy import stats
+import scipy  # its `stats` takes long to import, and only when it is used
 
 from mgeo.plugins.protocol import instance_of
 from mgeo.studies.statistics import Friedman, friedman, holm, ranks_of_blocks
@@ -151,7 +151,7 @@ def _signed_ranks(a: FloatArray, b: FloatArray, blocks: NDArray[Any]) -> float:
     """Two-sided p of Wilcoxon's test that paired values are equally often larger, over blocks."""
     differ = a != b
     differences = a[differ] - b[differ]
-    signed = np.sign(differences) * stats.rankdata(np.abs(differences))
+    signed = np.sign(differences) * scipy.stats.rankdata(np.abs(differences))
     means = pd.Series(signed).groupby(blocks[differ]).mean()
     means = means[means != 0.0]
-    return float(stats.wilcoxon(means).pvalue) if len(means) else 1.0
+    return float(scipy.stats.wilcoxon(means).pvalue) if len(means) else 1.0

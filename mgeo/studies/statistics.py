@@ -8,8 +8,8 @@ from itertools import combinations
 
 import numpy as np
 import pandas as pd
+import scipy  # its `stats` takes long to import, and only when it is used
 from numpy.typing import ArrayLike
-from scipy import stats
 
 from mgeo._typing import FloatArray
 
@@ -68,7 +68,7 @@ def mann_whitney(a: ArrayLike, b: ArrayLike) -> float:
     values = np.concatenate([np.asarray(a, dtype=float), np.asarray(b, dtype=float)])
     if len(values) and (values == values[0]).all():
         return 1.0
-    return float(stats.mannwhitneyu(a, b, alternative="two-sided").pvalue)
+    return float(scipy.stats.mannwhitneyu(a, b, alternative="two-sided").pvalue)
 
 
 def holm(p: ArrayLike) -> FloatArray:
@@ -112,7 +112,7 @@ def mean_ranks(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.Series
     """
     names = np.repeat(list(samples), [len(values) for values in samples.values()])
     values = np.concatenate([np.empty(0), *samples.values()])
-    ranks = pd.Series(stats.rankdata(-values), index=names, name="mean rank")
+    ranks = pd.Series(scipy.stats.rankdata(-values), index=names, name="mean rank")
     return ranks.groupby(level=0, sort=False).mean().sort_values(kind="stable")
 
 
@@ -130,14 +130,14 @@ def kruskal_wallis(samples: Mapping[str, Sequence[float] | FloatArray]) -> Krusk
     ranks = mean_ranks(samples)
     if np.unique(np.concatenate(list(samples.values()))).size == 1:
         return KruskalWallis(0.0, 1.0, ranks)
-    found = stats.kruskal(*samples.values())
+    found = scipy.stats.kruskal(*samples.values())
     return KruskalWallis(float(found.statistic), float(found.pvalue), ranks)
 
 
 def ranks_of_blocks(values: ArrayLike, blocks: ArrayLike) -> FloatArray:
     """Ranks of values (problems, algorithms) on each problem, the largest 1, averaged over those
     of a block: (blocks, algorithms)."""
-    ranks = pd.DataFrame(stats.rankdata(-np.asarray(values, dtype=float), axis=1))
+    ranks = pd.DataFrame(scipy.stats.rankdata(-np.asarray(values, dtype=float), axis=1))
     return ranks.groupby(np.asarray(blocks)).mean().to_numpy()
 
 
@@ -170,14 +170,14 @@ def friedman(
     # where there are ties or means, which is the correction.
     spread = np.sum((ranks - (k + 1) / 2) ** 2) / (n * (k - 1))
     statistic = float(n * np.sum((mean - (k + 1) / 2) ** 2) / spread) if spread > 0 else 0.0
-    p = float(stats.chi2.sf(statistic, k - 1))
+    p = float(scipy.stats.chi2.sf(statistic, k - 1))
     ordered = mean.sort_values(kind="stable")
     return Friedman(statistic, p, ordered, len(table), n, critical_difference(k, n))
 
 
 def critical_difference(k: int, blocks: int, alpha: float = LEVEL) -> float:
     """Nemenyi's critical difference of average ranks of k algorithms over so many problems."""
-    q = stats.studentized_range.ppf(1.0 - alpha, k, np.inf) / np.sqrt(2.0)
+    q = scipy.stats.studentized_range.ppf(1.0 - alpha, k, np.inf) / np.sqrt(2.0)
     return float(q * np.sqrt(k * (k + 1) / (6.0 * blocks)))
 
 
