@@ -62,6 +62,7 @@ def test_every_kind_makes_cases(name):
     assert run_case(1, [name]).failures == []
 
 
+@pytest.mark.cases(2, 3)
 @pytest.mark.parametrize("number", [813, 923, 240, 347, 532])
 def test_cases_that_were_told_wrong_or_not_at_all(number):
     """A field in uT was times in milliseconds; rates at the samples of a spin passed.
