@@ -44,14 +44,17 @@ def main() -> None:
             marker={"color": COLORS[index], "symbol": SYMBOLS[index], "size": 7},
         )
     curve = under(run.problem, np.array(times))
-    assert curve is not None
     figure.add_scatter(
-        name="no maneuver can beat", x=curve[0], y=curve[1], mode="lines", line={"color": GRAY}
+        name="no maneuver can beat",
+        x=curve[:, 0],
+        y=curve[:, 1],
+        mode="lines",
+        line={"color": GRAY},
     )
     words = "the paper's satellite, 60,000 evaluations, seed 1"
     finished(figure, "Calibration maneuvers: how well, and how soon", words)
     figure.update_xaxes(title_text="time to converge [s]")
-    figure.update_yaxes(log_axis(curve[1]), title_text="trace of the covariance then [-]")
+    figure.update_yaxes(log_axis(curve[:, 1]), title_text="trace of the covariance then [-]")
     figure.update_layout(legend={"x": 0.99, "xanchor": "right", "y": 0.98}, width=900, height=480)
     PICTURE.write_bytes(drawn({"front": figure}, ("png",))["front.png"])
 
