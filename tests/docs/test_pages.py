@@ -12,8 +12,8 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, Scenario
 from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.environment.directions import DIRECTIONS
+from mgeo_attitude.environment.ephemeris_formats import read_position_table
 from mgeo_attitude.environment.orbit import ORBITS
-from mgeo_attitude.environment.position_table import read_position_table
 from mgeo_attitude.fields import declared
 from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.scenario import FlightErrors, InitialConditions, Prior

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.environment.pointing import Place
+from mgeo_attitude.environment.directions import Place
 from mgeo_attitude.filter.history import filter_history
 from mgeo_attitude.filter.path_limits import excess_along
 from mgeo_attitude.filter.reference import reference_run

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
+from mgeo_attitude.environment.element_file import read_omm
 from mgeo_attitude.environment.element_set import SGP4Error, gcrs_of
-from mgeo_attitude.environment.omm import read_omm
 from mgeo_attitude.environment.time_frames import instants
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import MeanElements, OrbitFile, TLEOrbit

@@ -18,8 +18,8 @@ import pytest
 from brahe.ccsds import OEM
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.environment.element_set import gcrs_of
+from mgeo_attitude.environment.elements import TLEOrbit
 from mgeo_attitude.environment.time_frames import instants, rotate
-from mgeo_attitude.environment.tle import TLEOrbit
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile
 
@@ -382,7 +382,7 @@ def test_files_that_are_refused(
 
 
 def test_a_file_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mgeo_attitude.environment.orbit_file._MOST_BYTES", 100)
+    monkeypatch.setattr("mgeo_attitude.environment.orbit._MOST_BYTES", 100)
     packed = tmp_path / "iss.oem.gz"
     packed.write_bytes(gzip.compress(bytes(1000)))
     assert packed.stat().st_size < 100

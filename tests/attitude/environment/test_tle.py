@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from mgeo_attitude.environment import SGP4Error
 from mgeo_attitude.environment.element_set import gcrs_of, teme_of
+from mgeo_attitude.environment.elements import TLEOrbit
 from mgeo_attitude.environment.time_frames import Instants, instants
-from mgeo_attitude.environment.tle import TLEOrbit
 from sgp4.api import Satrec
 
 VANGUARD_1 = (

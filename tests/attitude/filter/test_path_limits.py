@@ -14,8 +14,7 @@ from mgeo_attitude import (
     reference_run,
 )
 from mgeo_attitude.criteria.constraints import constraints
-from mgeo_attitude.environment.directions import DIRECTIONS, Cone, Passage
-from mgeo_attitude.environment.pointing import Place
+from mgeo_attitude.environment.directions import DIRECTIONS, Cone, Passage, Place
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.nearest import Turn, nearest_code
 from mgeo_attitude.filter.path_limits import angle_sigma, arc, cone_constants, excess, excess_code

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario
-from mgeo_attitude.environment.pointing import Place
+from mgeo_attitude.environment.directions import Place
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.maneuvers.phases import phases
 from mgeo_attitude.maneuvers.schedule import schedule

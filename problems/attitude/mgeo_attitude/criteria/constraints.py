@@ -18,7 +18,7 @@ from mgeo_attitude.scenario.windows import deadlines
 from mgeo_attitude.sensors.suite import block_units
 
 if TYPE_CHECKING:
-    from mgeo_attitude.environment.pointing import Place
+    from mgeo_attitude.environment.directions import Place
     from mgeo_attitude.filter.evaluator import Evaluation
     from mgeo_attitude.scenario import PathLimit, Scenario
 
@@ -111,7 +111,7 @@ def check_start(scenario: Scenario) -> Floats:
     moving = initial.rate_deg_s is not None or initial.pointing != "inertial"
     if not (moving or scenario.prior is not None or scenario.path_limits):
         return times
-    from mgeo_attitude.environment.pointing import Place  # imports scipy
+    from mgeo_attitude.environment.directions import Place  # imports scipy
 
     every = Place.at(scenario, times)
     every = every if scenario.eclipse else every.without_shadow()

@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.environment.directions import Passage, directions, radii
-from mgeo_attitude.environment.pointing import Place
+from mgeo_attitude.environment.directions import Passage, Place, directions, radii
 from mgeo_attitude.filter.codegen import instrument_constants
 from mgeo_attitude.filter.layout import (
     Monitors,

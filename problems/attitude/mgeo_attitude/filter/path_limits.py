@@ -25,7 +25,7 @@ from mgeo_attitude.geometry.vector import Vec3, cross, dot
 from mgeo_attitude.scenario.path_limits import PathLimit
 
 if TYPE_CHECKING:
-    from mgeo_attitude.environment.pointing import Place
+    from mgeo_attitude.environment.directions import Place
 
 #: Sine of the angle below which both are parallel: no single turn changes the angle then.
 _PARALLEL = 1e-6

@@ -15,7 +15,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.environment.pointing import Place
+from mgeo_attitude.environment.directions import Place
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.maneuvers.coils import CoilDrive

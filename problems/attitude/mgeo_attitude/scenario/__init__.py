@@ -3,11 +3,9 @@
 import warnings
 from typing import Any
 
+from mgeo_attitude.environment.elements import MeanElements, TLEOrbit
 from mgeo_attitude.environment.ephemeris import EphemerisOrbit
-from mgeo_attitude.environment.mean_elements import MeanElements
-from mgeo_attitude.environment.orbit import Orbit
-from mgeo_attitude.environment.orbit_file import OrbitFile
-from mgeo_attitude.environment.tle import TLEOrbit
+from mgeo_attitude.environment.orbit import Orbit, OrbitFile
 from mgeo_attitude.fields import KeyProblem
 from mgeo_attitude.scenario.channels import Channel
 from mgeo_attitude.scenario.coils import Coils

@@ -136,7 +136,7 @@ class InitialConditions(Validated):
         """
         if self.pointing == "inertial":
             return np.repeat(self._fixed()[None], len(at.position), axis=0)
-        from mgeo_attitude.environment.pointing import pointed  # imports scipy
+        from mgeo_attitude.environment.directions import pointed  # imports scipy
 
         target, toward, _ = _LAWS[self.pointing]
         axis = np.array(self.axis or (0.0, 0.0, 1.0))
@@ -165,7 +165,7 @@ class InitialConditions(Validated):
 
         It may be later than the scenario's run ends.
         """
-        from mgeo_attitude.environment.pointing import Place  # imports scipy
+        from mgeo_attitude.environment.directions import Place  # imports scipy
 
         if self.pointing == "inertial":  # wherever the satellite is
             return self._fixed(), np.zeros(3)

@@ -15,7 +15,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.constraints import END, Limit
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.environment.pointing import Place
+from mgeo_attitude.environment.directions import Place
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.accuracy import attitude_accuracy_deg
 from mgeo_attitude.filter.momentum import MomentumBudget

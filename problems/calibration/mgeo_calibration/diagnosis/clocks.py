@@ -14,8 +14,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.constants import DAY
-from mgeo_attitude.environment.frames import to_gcrs
-from mgeo_attitude.environment.time_frames import instants
+from mgeo_attitude.environment.time_frames import instants, to_gcrs
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Magnetometer, SunSensor
 

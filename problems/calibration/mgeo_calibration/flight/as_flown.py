@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.pointing import Place
+from mgeo_attitude.environment.directions import Place
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.path_limits import excess_along
 from mgeo_attitude.geometry.rotation import matrix
