@@ -10,8 +10,8 @@ import numpy as np
 from mgeo_attitude import FilterModel, Scenario, evaluate
 from mgeo_attitude.bound import LimitCurves
 from mgeo_attitude.criteria.objectives import OBJECTIVES
-from mgeo_attitude.scenario.presets import PRESETS
 from mgeo_attitude.scenario.prior import Prior
+from mgeo_attitude.scenario.toml import PRESETS
 from numpy.typing import NDArray
 
 SCENARIOS = Path(__file__).parents[3] / "docs" / "scenarios"

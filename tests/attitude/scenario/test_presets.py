@@ -11,7 +11,7 @@ import pytest
 from mgeo_attitude import Suite
 from mgeo_attitude.fields import to_table
 from mgeo_attitude.scenario import Convergence, Orbit, Scenario
-from mgeo_attitude.scenario.presets import PRESETS
+from mgeo_attitude.scenario.toml import PRESETS
 from mgeo_attitude.sensors import Magnetometer, SunSensor
 
 

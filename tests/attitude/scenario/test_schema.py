@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from jsonschema import Draft202012Validator
 from mgeo_attitude.commands.app import app
-from mgeo_attitude.scenario import Scenario, presets, scenario_schema
+from mgeo_attitude.scenario import Scenario, scenario_schema, toml
 from typer.testing import CliRunner
 
 from .strategies import scenarios
@@ -38,7 +38,7 @@ def test_it_is_a_schema() -> None:
     "path",
     [
         *(p for p in (ROOT / "docs" / "scenarios").glob("*.toml") if p.stem != "suite"),
-        *Path(presets.__file__).parent.glob("*.toml"),
+        *Path(toml.__file__).parent.glob("*.toml"),
     ],
     ids=lambda path: path.stem,
 )

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from mgeo_attitude.fields import InvalidType, InvalidValue
 from mgeo_attitude.scenario import KeyProblem, Orbit, Scenario, TLEOrbit
-from mgeo_attitude.scenario.presets import PRESETS
+from mgeo_attitude.scenario.toml import PRESETS
 from mgeo_attitude.sensors import Gyro, Sensor, StarTracker, SunSensor
 
 from .strategies import scenarios

@@ -21,7 +21,7 @@ from mgeo_attitude.scenario import (
     ScenarioFileError,
     TLEOrbit,
 )
-from mgeo_attitude.scenario.presets import PRESETS
+from mgeo_attitude.scenario.toml import PRESETS
 from mgeo_attitude.sensors import SENSORS, Gyro, World
 
 from .strategies import scenarios
@@ -40,7 +40,7 @@ def test_presets_round_trip_exactly(preset: str) -> None:
     assert Scenario.from_toml(f'preset = "{preset}"') == scenario
 
 
-@pytest.mark.filterwarnings("ignore::mgeo_attitude.scenario.plausible.Implausible")
+@pytest.mark.filterwarnings("ignore::mgeo_attitude.scenario.together.Implausible")
 @settings(max_examples=50, deadline=None)
 @given(scenario=scenarios())
 def test_scenarios_round_trip_exactly(scenario: Scenario) -> None:

@@ -25,7 +25,7 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.start_times import StartTimes
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
-from mgeo_attitude.scenario.flight import FlightErrors
+from mgeo_attitude.scenario.windows import FlightErrors
 from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.sensors.suite import Suite
 

@@ -7,8 +7,18 @@ files and describes them to editors::
     # InvalidValue: eccentricity = 1.2: expected a number in [0, 1) (orbit eccentricity)
 """
 
-from mgeo_attitude.fields.errors import InvalidType, InvalidValue, KeyProblem, expect, known_names
-from mgeo_attitude.fields.quantity import Kinds, Quantity, declared, positive, quantity
+from mgeo_attitude.fields.quantity import (
+    InvalidType,
+    InvalidValue,
+    KeyProblem,
+    Kinds,
+    Quantity,
+    declared,
+    expect,
+    known_names,
+    positive,
+    quantity,
+)
 from mgeo_attitude.fields.section import Validated
 from mgeo_attitude.fields.tables import from_table, require_same, to_table
 

@@ -14,8 +14,14 @@ import pydantic
 from pydantic import Field, GetCoreSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, ErrorDetails, core_schema
 
-from mgeo_attitude.fields.errors import InvalidType, InvalidValue
-from mgeo_attitude.fields.quantity import Kinds, Quantity, declared, remembered
+from mgeo_attitude.fields.quantity import (
+    InvalidType,
+    InvalidValue,
+    Kinds,
+    Quantity,
+    declared,
+    remembered,
+)
 from mgeo_attitude.fields.tables import flattened
 
 _CONFIG = pydantic.ConfigDict(

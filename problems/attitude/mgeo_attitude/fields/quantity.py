@@ -1,15 +1,83 @@
-"""What a field holds: its meaning, unit and range, for people and for pydantic."""
+"""What a field holds: its meaning, unit and range, and the errors that refuse anything else."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, dataclass
 from datetime import datetime
 from functools import cache
 from types import NoneType, UnionType
 from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+
+from mgeo.validation.arguments import did_you_mean
+
+
+@dataclass(frozen=True)
+class Unit:
+    """An engineer's unit of a 3-vector of the state, for files and tables; the filter has its own."""
+
+    text: str  # as it is shown: deg/h
+    suffix: str  # as it ends the names of keys, deg_h; empty for none
+    factor: float  # from the filter's unit to this one
+
+    def key(self, name: str) -> str:
+        """The key under which a scenario file gives the quantity `name`."""
+        return f"{name}_{self.suffix}" if self.suffix else name
+
+    @property
+    def key_factor(self) -> float:
+        """From the filter's unit to that of the key: a key without a suffix has the filter's."""
+        return self.factor if self.suffix else 1.0
+
+
+DIMENSIONLESS = Unit("-", "", 1.0)
+#: Of a part of a unit vector: the angle by which it turns the vector, if it is small.
+ARCMIN = Unit("arcmin", "", 60.0 * math.degrees(1.0))
+PPM = Unit("ppm", "", 1e6)
+SECOND = Unit("s", "s", 1.0)
+DEG = Unit("deg", "deg", math.degrees(1.0))
+DEG_H = Unit("deg/h", "deg_h", 3600.0 * math.degrees(1.0))
+
+
+class InvalidValue(ValueError):
+    """A value that a field refuses: ``key``, ``value``, and what was ``expected`` instead."""
+
+    def __init__(self, key: str, value: object, expected: str) -> None:
+        super().__init__(key, value, expected)
+        self.key, self.value, self.expected = key, value, expected
+
+    def __str__(self) -> str:
+        return f"{self.key} = {self.value!r:.300}: {self.expected}"
+
+    def under(self, section: str) -> InvalidValue:
+        """The same error with its key inside `section`: ``a`` becomes ``section.a``."""
+        return type(self)(f"{section}.{self.key}", self.value, self.expected)
+
+
+class InvalidType(InvalidValue, TypeError):
+    """A value of the wrong type."""
+
+
+class KeyProblem(InvalidValue):
+    """A key that is unknown, missing or given twice; its value is not at fault."""
+
+    def __str__(self) -> str:
+        return f"{self.key}: {self.expected}"
+
+
+def expect(holds: object, key: str, value: object, expected: str) -> None:
+    """Refuse, with an InvalidValue, a value that is not what is `expected`."""
+    if not holds:
+        raise InvalidValue(key, value, f"expected {expected}")
+
+
+def known_names(name: object, known: Iterable[str]) -> str:
+    """``; did you mean 'x'? (known: 'x', 'y')``, the question only if a known name is close."""
+    names = list(known)
+    return f"{did_you_mean(name, names)} (known: {', '.join(map(repr, names))})"
+
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

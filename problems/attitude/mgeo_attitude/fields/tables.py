@@ -8,8 +8,15 @@ from dataclasses import MISSING, is_dataclass
 from datetime import datetime
 from typing import Any, TypeVar, get_args, get_origin
 
-from mgeo_attitude.fields.errors import InvalidType, InvalidValue, KeyProblem, known_names
-from mgeo_attitude.fields.quantity import Kinds, Quantity, declared
+from mgeo_attitude.fields.quantity import (
+    InvalidType,
+    InvalidValue,
+    KeyProblem,
+    Kinds,
+    Quantity,
+    declared,
+    known_names,
+)
 
 Section = TypeVar("Section")
 

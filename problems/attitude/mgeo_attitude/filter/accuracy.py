@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields.units import DEG
+from mgeo_attitude.fields.quantity import DEG
 
 
 def attitude_sigma_deg(covariance: Floats) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.scenario.wheels import pseudo_inverse
+from mgeo_attitude.scenario.actuators import pseudo_inverse
 
 if TYPE_CHECKING:
     from mgeo_attitude.scenario import Scenario

@@ -7,23 +7,21 @@ from mgeo_attitude.environment.elements import MeanElements, TLEOrbit
 from mgeo_attitude.environment.ephemeris import EphemerisOrbit
 from mgeo_attitude.environment.orbit import Orbit, OrbitFile
 from mgeo_attitude.fields import KeyProblem
+from mgeo_attitude.scenario.actuators import Coils, Wheels
 from mgeo_attitude.scenario.channels import Channel
-from mgeo_attitude.scenario.coils import Coils
-from mgeo_attitude.scenario.flight import FlightErrors
 from mgeo_attitude.scenario.initial import InitialConditions
-from mgeo_attitude.scenario.path_limits import PathLimit
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.schema import scenario_schema
 from mgeo_attitude.scenario.settings import (
     Convergence,
     ManeuverLimits,
+    PathLimit,
     RequiredSigma,
     TraceWeights,
 )
 from mgeo_attitude.scenario.toml import ScenarioFileError
-from mgeo_attitude.scenario.wheels import Wheels
-from mgeo_attitude.scenario.windows import Contact, Window
+from mgeo_attitude.scenario.windows import Contact, FlightErrors, Window
 
 __all__ = [
     "Channel",

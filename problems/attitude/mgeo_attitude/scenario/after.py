@@ -13,8 +13,8 @@ import numpy as np
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.time_frames import as_utc, elapsed
 from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, expect, from_table, to_table
-from mgeo_attitude.scenario.presets import Table, overridden
 from mgeo_attitude.scenario.prior import Prior, prior_of
+from mgeo_attitude.scenario.toml import Table, overridden
 from mgeo_attitude.sensors.base import by_axis
 from mgeo_attitude.sensors.suite import Suite
 

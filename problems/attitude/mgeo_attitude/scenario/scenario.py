@@ -27,14 +27,10 @@ from mgeo_attitude.fields import (
     quantity,
     to_table,
 )
+from mgeo_attitude.scenario.actuators import Coils, Wheels, assumed
 from mgeo_attitude.scenario.after import going_on
 from mgeo_attitude.scenario.channels import Channel
-from mgeo_attitude.scenario.coils import Coils, assumed
-from mgeo_attitude.scenario.flight import FlightErrors
 from mgeo_attitude.scenario.initial import InitialConditions, Sight
-from mgeo_attitude.scenario.older import updated
-from mgeo_attitude.scenario.path_limits import PathLimit
-from mgeo_attitude.scenario.presets import on_preset
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.settings import (
     NAMES,
@@ -42,6 +38,7 @@ from mgeo_attitude.scenario.settings import (
     TRACE_OF,
     Convergence,
     ManeuverLimits,
+    PathLimit,
     RequiredSigma,
     TraceWeights,
     check_blocks,
@@ -49,9 +46,8 @@ from mgeo_attitude.scenario.settings import (
     check_objectives,
 )
 from mgeo_attitude.scenario.together import check_together
-from mgeo_attitude.scenario.toml import ScenarioFileError, read_toml, to_toml
-from mgeo_attitude.scenario.wheels import Wheels
-from mgeo_attitude.scenario.windows import Contact, Window, deadlines, start_times
+from mgeo_attitude.scenario.toml import ScenarioFileError, on_preset, read_toml, to_toml, updated
+from mgeo_attitude.scenario.windows import Contact, FlightErrors, Window, deadlines, start_times
 from mgeo_attitude.sensors import SENSORS, Gyro, Sensor, World
 from mgeo_attitude.sensors.suite import Suite
 
@@ -327,7 +323,7 @@ class Scenario(Validated):
         Implausible
             Of what looks like a slip; see `implausible`.
         """
-        from mgeo_attitude.scenario.plausible import Implausible, implausible
+        from mgeo_attitude.scenario.together import Implausible, implausible
 
         origin, folder, table = read_toml(source)
         try:

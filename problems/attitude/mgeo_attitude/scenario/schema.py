@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from mgeo_attitude.fields.checking import section_model
-from mgeo_attitude.scenario.presets import PRESETS
 from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.toml import PRESETS
 
 
 def scenario_schema() -> dict[str, Any]:

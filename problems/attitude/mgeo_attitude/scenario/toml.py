@@ -1,9 +1,10 @@
-"""Scenario files: TOML with a comment on every key, errors that name the file."""
+"""Scenario files: TOML with a comment on every key, presets to start from, and older versions."""
 
 from __future__ import annotations
 
 import os
 import tomllib
+import warnings
 from collections.abc import Iterator, Mapping
 from datetime import datetime
 from pathlib import Path
@@ -11,8 +12,142 @@ from typing import Any
 
 import tomlkit
 
-from mgeo_attitude.fields import Validated, declared
-from mgeo_attitude.scenario.presets import PRESETS
+from mgeo_attitude.environment.orbit import ORBITS
+from mgeo_attitude.fields import InvalidValue, KeyProblem, Validated, declared, known_names
+
+Table = dict[str, Any]
+
+#: Names of the presets; each is a file of this folder.
+PRESETS = ("paper", "cubesat_1u", "cubesat_6u", "cubesat_6u_full", "microsatellite")
+
+
+def on_preset(table: Mapping[str, Any]) -> Table:
+    """The table over the preset that it names, if it does, key by key; see `Scenario.from_dict`."""
+    overrides = dict(table)
+    if "preset" not in overrides:
+        return overrides
+    preset = overrides.pop("preset")
+    if not isinstance(preset, str) or preset not in PRESETS:
+        raise InvalidValue("preset", preset, f"unknown preset{known_names(preset, PRESETS)}")
+    file = Path(__file__).with_name(f"{preset}.toml")
+    return overridden(on_preset(tomllib.loads(file.read_text(encoding="utf-8"))), overrides)
+
+
+def overridden(base: Table, table: Mapping[str, Any]) -> Table:
+    """A complete table with what another says, key by key."""
+    overrides = dict(table)
+    if _kind_of_orbit(overrides) not in (None, _kind_of_orbit(base)):
+        base = {key: base[key] for key in base if key != "orbit"}  # their kinds share no key
+    sensors = overrides.get("sensors")
+    if isinstance(sensors, list | tuple):
+        overrides["sensors"] = [_on_sensor(entry, base["sensors"]) for entry in sensors]
+    return _merged(base, overrides)
+
+
+def _kind_of_orbit(table: Table) -> type | None:
+    """The class of the orbit that a table gives; None where it does not say."""
+    orbit = table.get("orbit")
+    name = ORBITS.named(orbit) if isinstance(orbit, Mapping) else None
+    return ORBITS.classes.get(name) if isinstance(name, str) else None
+
+
+def _on_sensor(table: Any, preset: list[Table]) -> Any:
+    """A sensor over the preset's one of its name and kind, or else the only one of its kind."""
+    if not isinstance(table, Mapping):
+        return table
+    name, kind = table.get("name"), table.get("kind")
+    same = [one for one in preset if one["name"] == name and kind in (None, one["kind"])]
+    same = same or [one for one in preset if one["kind"] == kind]
+    return {**same[0], **table} if len(same) == 1 else table
+
+
+def _merged(base: Table, overrides: Mapping[str, Any]) -> Table:
+    merged = dict(base)
+    for key, value in overrides.items():
+        nested = isinstance(value, Mapping) and isinstance(merged.get(key), Mapping)
+        merged[key] = _merged(merged[key], value) if nested else value
+    return merged
+
+
+#: Errors that each sensor had for itself, and what is said of them.
+_OF_SENSORS = {
+    "albedo": ("albedo", "albedo_correlation_time"),
+    "field_error": ("field_error_nt", "field_error_correlation_time"),
+    "orbit_error": ("orbit_error_m", "orbit_error_correlation_time"),
+}
+#: Keys of sensors that have other names now.
+_NOW = {"field_of_view_deg": "half_angle_deg"}
+_KEYS = [key for keys in _OF_SENSORS.values() for key in keys]
+
+
+def updated(table: Mapping[str, Any]) -> dict[str, Any]:
+    """A table of today's keys, in which errors of field, orbit and light are the world's.
+
+    A suite in which one sensor had each is the same satellite. What several had alike is now one
+    error; a Sun sensor without albedo beside one with it does not see it.
+
+    Raises
+    ------
+    KeyProblem
+        For sensors that had it otherwise.
+    """
+    sensors = table.get("sensors")
+    if not isinstance(sensors, list | tuple):
+        return dict(table)
+    table = {**table, "sensors": [_renamed(each) for each in sensors]}
+    sensors = table["sensors"]
+    world: dict[str, Any] = {}
+    lit = any(isinstance(each, Mapping) and each.get("albedo") for each in sensors)
+    kept = [_without(world, f"sensors[{i}]", each, lit) for i, each in enumerate(sensors)]
+    if not world:
+        return dict(table)
+    if any(world.get(keys[0]) for keys in _OF_SENSORS.values()):
+        moved = ", ".join(key for key in world if key in _KEYS)
+        warnings.warn(
+            f"{moved} of sensors: of the world, which all share, and now in [world]; gone in 0.4",
+            DeprecationWarning,
+            stacklevel=3,
+        )
+    if "orbit_error_m" in world:
+        world |= {"orbit_error_m": 3 * [world["orbit_error_m"]], "orbit_error_axes": "inertial"}
+    given = table.get("world", {})
+    both = {**world, **given} if isinstance(given, Mapping) else given
+    return {**table, "sensors": kept, "world": both}
+
+
+def _renamed(sensor: Any) -> Any:
+    """A sensor's table with `_NOW` in place of older keys."""
+    if not isinstance(sensor, Mapping):
+        return sensor
+    for key in _NOW.keys() & sensor.keys():
+        if sensor[key] != 180.0:  # which sees everywhere: nobody takes it for a full angle
+            warnings.warn(
+                f"{key} of sensors is half of it, and now {_NOW[key]}; gone in 0.4",
+                DeprecationWarning,
+                stacklevel=4,
+            )
+    return {_NOW.get(key, key): value for key, value in sensor.items()}
+
+
+def _without(world: dict[str, Any], place: str, sensor: Any, lit: bool) -> Any:
+    """A sensor's table without what has become the `world`'s."""
+    if not isinstance(sensor, Mapping):
+        return sensor
+    own = {key: sensor[key] for key in _KEYS if key in sensor}
+    rest = {key: value for key, value in sensor.items() if key not in own}
+    if lit and own.get("albedo") == 0.0:
+        rest["sees_albedo"] = False
+        own = {key: own[key] for key in own if key not in _OF_SENSORS["albedo"]}
+    for key, value in own.items():
+        if world.setdefault(key, value) != value:
+            alike = f"is the world's, the same for all sensors: give {key} in [world]"
+            raise KeyProblem(f"{place}.{key}", value, alike)
+    names = sensor.get("considered")
+    if isinstance(names, list | tuple) and (shared := [n for n in names if n in _OF_SENSORS]):
+        world["considered"] = list(dict.fromkeys([*world.get("considered", ()), *shared]))
+        rest["considered"] = [name for name in names if name not in shared]
+    return rest
+
 
 #: The schema of a scenario file for editors, beside it: the output of the command ``schema``.
 SCHEMA_FILE = "scenario.schema.json"

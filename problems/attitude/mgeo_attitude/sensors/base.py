@@ -17,7 +17,7 @@ import numpy as np
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.fields import InvalidValue, Validated, expect, known_names, positive, quantity
-from mgeo_attitude.fields.units import DIMENSIONLESS, Unit
+from mgeo_attitude.fields.quantity import DIMENSIONLESS, Unit
 from mgeo_attitude.geometry.vector import Vec3
 from mgeo_attitude.sensors.influences import Influence
 

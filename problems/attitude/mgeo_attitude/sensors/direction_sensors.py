@@ -13,7 +13,7 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.fields import expect, positive, quantity
-from mgeo_attitude.fields.units import ARCMIN, DEG, SECOND, Unit
+from mgeo_attitude.fields.quantity import ARCMIN, DEG, SECOND, Unit
 from mgeo_attitude.geometry.rotation import cross, direction, dot, rotate, tangents
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mgeo_attitude.fields import Validated, positive, quantity
-from mgeo_attitude.fields.units import Unit
+from mgeo_attitude.fields.quantity import Unit
 
 #: What the names of its states begin with.
 PREFIX = "bias_per_"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.fields.units import DEG, DIMENSIONLESS, Unit
+from mgeo_attitude.fields.quantity import DEG, DIMENSIONLESS, Unit
 from mgeo_attitude.geometry.vector import Vec3, scale
 from mgeo_attitude.sensors import Alike, GaussMarkov, Gyro, Sensor, State, World, sigma_of
 from mgeo_attitude.sensors.influences import Influence, influenced

@@ -11,7 +11,7 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.environment.field import dipole_gradient
 from mgeo_attitude.fields import InvalidValue, positive, quantity
-from mgeo_attitude.fields.units import ARCMIN, DEG, PPM, SECOND, Unit
+from mgeo_attitude.fields.quantity import ARCMIN, DEG, PPM, SECOND, Unit
 from mgeo_attitude.geometry.rotation import rotate, shear
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import shear as shear_components

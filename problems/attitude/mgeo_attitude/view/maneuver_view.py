@@ -127,7 +127,7 @@ class ManeuverView(Plans):
 
     def notes(self) -> list[str]:
         """What looks like a slip or is assumed, and where the covariance was not found true."""
-        from mgeo_attitude.scenario.plausible import implausible
+        from mgeo_attitude.scenario.together import implausible
         from mgeo_attitude.scenario.validity import validity  # imports scipy
 
         scenario = self.problem.scenario

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.time_stamps import utc_texts
-from mgeo_attitude.fields.units import Unit
+from mgeo_attitude.fields.quantity import Unit
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.after import SUPPORTED

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields.units import DEG, Unit
+from mgeo_attitude.fields.quantity import DEG, Unit
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.geometry.rotation import matrix, shear
 from mgeo_attitude.sensors import Gyro, Photodiode, Sensor, World

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.fields.units import DEG_H, Unit
+from mgeo_attitude.fields.quantity import DEG_H, Unit
 from mgeo_attitude.sensors import GaussMarkov, Gyro, Sensor
 from mgeo_attitude.sensors.readings import NOISE
 from mgeo_attitude.sensors.suite import Suite

@@ -13,7 +13,7 @@ from mgeo_attitude.filter.path_limits import excess_along
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.scenario import PathLimit, Scenario
-from mgeo_attitude.scenario.wheels import pseudo_inverse
+from mgeo_attitude.scenario.actuators import pseudo_inverse
 from mgeo_attitude.sensors.influences import influenced
 from scipy.spatial.transform import Rotation
 

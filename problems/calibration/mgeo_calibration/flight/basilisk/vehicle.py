@@ -16,7 +16,7 @@ from mgeo_attitude.fields import (
 )
 from mgeo_attitude.maneuvers.slew import SlewLimits
 from mgeo_attitude.scenario import Scenario, Wheels
-from mgeo_attitude.scenario.wheels import pseudo_inverse
+from mgeo_attitude.scenario.actuators import pseudo_inverse
 
 #: How Basilisk shares a torque among wheels.
 SHARED_BY = "pseudo-inverse"
