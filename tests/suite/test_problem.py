@@ -7,8 +7,8 @@ import pickle
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, evaluate, reference_run
+from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter.accuracy import attitude_accuracy_deg
 from mgeo_suite import Catalog, SensorSuiteProblem
 from mgeo_suite.heads import SunHead
 from pymoo.optimize import minimize

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.filter.accuracy import attitude_accuracy_deg
+from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.filter.evaluator import Evaluation
 from mgeo_attitude.view.describe import maneuver_texts
 from mgeo_attitude.view.figures.style import line, title

@@ -10,7 +10,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario, SunSensor, referenc
 from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.evaluator import evaluate
-from mgeo_attitude.maneuvers.phases import phases
+from mgeo_attitude.maneuvers.motion import phases
 from mgeo_attitude.scenario import Convergence, ManeuverLimits, PathLimit, Wheels
 from mgeo_attitude.scenario.settings import NAMES
 

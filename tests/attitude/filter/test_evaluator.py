@@ -9,7 +9,7 @@ import pytest
 from mgeo_attitude import FilterModel, Magnetometer, Sensor, evaluate
 from mgeo_attitude.filter.evaluator import available_threads
 from mgeo_attitude.geometry.vector import cross
-from mgeo_attitude.maneuvers.slew import SlewLimits
+from mgeo_attitude.maneuvers.drives import SlewLimits
 
 from .agreement import assert_agrees, designs, special_designs
 

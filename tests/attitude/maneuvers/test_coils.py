@@ -8,8 +8,7 @@ from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import agreement
-from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.maneuvers.phases import RAMP, phases
+from mgeo_attitude.maneuvers.motion import RAMP, Motion, phases
 from mgeo_attitude.scenario import Scenario
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation

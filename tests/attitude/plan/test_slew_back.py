@@ -20,7 +20,7 @@ from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.maneuvers import trajectory
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.maneuvers.slew_back import slew_back
+from mgeo_attitude.maneuvers.trajectory import slew_back
 from mgeo_attitude.plan import ManeuverPlan, aem_text, from_json, to_json
 from mgeo_attitude.plan.figures import plan_figures
 from mgeo_attitude.scenario import PathLimit, Wheels

@@ -8,8 +8,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.bound.block import Block, in_any_axes, in_these_axes, least, unobserved
-from mgeo_attitude.bound.curves import LimitCurves, curves
+from mgeo_attitude.bound.curves import (
+    Block,
+    LimitCurves,
+    curves,
+    in_any_axes,
+    in_these_axes,
+    least,
+    unobserved,
+)
 from mgeo_attitude.bound.gyro import Drift, along_attitude, corners, recursion, through_attitude
 from mgeo_attitude.bound.samples import Samples, samples
 from mgeo_attitude.filter.model import FilterModel

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.bound.block import filled
+from mgeo_attitude.bound.curves import filled
 
 
 class Drift(NamedTuple):

@@ -16,7 +16,7 @@ from mgeo.store.atomic import write_file
 from mgeo.terminal import Columns, plain, table
 from mgeo_attitude.bound import NoLimit
 from mgeo_attitude.commands.files import Picked
-from mgeo_attitude.filter.accuracy import attitude_accuracy_deg
+from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.figures import plan_figures
 from mgeo_attitude.view.plans import MOST_SAMPLES

@@ -1,4 +1,4 @@
-"""Orbits by an element set: its two lines and their columns, or its numbers as messages have them."""
+"""Orbits by an element set: its two lines and their columns, or its numbers as in messages."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from mgeo.validation.arguments import did_you_mean
 
 @dataclass(frozen=True)
 class Unit:
-    """An engineer's unit of a 3-vector of the state, for files and tables; the filter has its own."""
+    """An engineer's unit of a 3-vector of the state; the filter has one of its own."""
 
     text: str  # as it is shown: deg/h
     suffix: str  # as it ends the names of keys, deg_h; empty for none

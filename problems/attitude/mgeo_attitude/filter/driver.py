@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from mgeo_attitude.filter.discretization import discretize, turn
-from mgeo_attitude.filter.intrinsics import call, fetch_add, load_acquire, store_release
+from mgeo_attitude.filter.lanewise import call, fetch_add, load_acquire, store_release
 from mgeo_attitude.filter.polynomials import discretize_alike
 
 # Steps of a lane between two checks that its covariance is positive. Lost positivity stays lost

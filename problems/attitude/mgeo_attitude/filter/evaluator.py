@@ -27,7 +27,7 @@ from mgeo_attitude.filter.variants import (
     initial_values,
 )
 from mgeo_attitude.filter.wheel_load import wheel_loads
-from mgeo_attitude.maneuvers.coils import CoilDrive
+from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.maneuvers.schedule import Schedule, decode, maneuver_steps, scheduled
 from mgeo_attitude.sensors.gyro import is_uneven
 

@@ -17,7 +17,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -30,7 +30,8 @@ import numpy as np
 import platformdirs
 
 from mgeo.store.atomic import write_file
-from mgeo_attitude.filter import discretization, intrinsics, lanewise, polynomials
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter import discretization, lanewise, polynomials
 from mgeo_attitude.filter.codegen import module_source
 from mgeo_attitude.filter.layout import NO_MONITORS, Monitors
 from mgeo_attitude.sensors.suite import Suite
@@ -69,7 +70,7 @@ def load_kernel(
 def load_driver() -> ModuleType:
     """Compiled module of the text of `driver.py`; see its function ``run``."""
     source = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
-    return load_module("driver", source, [discretization, polynomials, intrinsics])
+    return load_module("driver", source, [discretization, polynomials, lanewise])
 
 
 def load_module(kind: str, source: str, ingredients: Iterable[ModuleType]) -> ModuleType:
@@ -165,3 +166,23 @@ def check_private(folder: Path) -> None:
         shared = status.st_mode & others and not status.st_mode & stat.S_ISVTX
         if status.st_uid not in (os.getuid(), 0) or shared:
             raise PermissionError(f"{above} belongs to, or can be written by, somebody else")
+
+
+def transition(suite: Suite, rate: Sequence[float], duration: float) -> tuple[Floats, Floats]:
+    """F and Q of the dynamic states over a step at constant rate, equation (7).
+
+    Parameters
+    ----------
+    suite : Suite
+    rate : sequence of 3 floats
+        Of the body [rad/s].
+    duration : float
+        Of the step [s].
+
+    Returns
+    -------
+    F, Q : arrays, shape (n_dynamic, n_dynamic)
+    """
+    A, density = suite.dynamics_matrix(np.array(rate)), suite.diffusion()
+    F, Q = load_driver().discretized(A, density, duration)
+    return F, Q

@@ -24,10 +24,9 @@ from mgeo_attitude.filter.layout import (
     viewed_directions,
     watched_directions,
 )
-from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.maneuvers.coils import CoilDrive
+from mgeo_attitude.filter.wheel_load import MomentumBudget
+from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
 from mgeo_attitude.maneuvers.schedule import Schedule, Turning, schedule
-from mgeo_attitude.maneuvers.slew import SlewLimits
 from mgeo_attitude.scenario.channels import channel_values
 from mgeo_attitude.scenario.settings import RequiredSigma, TraceWeights
 from mgeo_attitude.sensors import Gyro, Sensor, World

@@ -17,9 +17,8 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.directions import Place
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.maneuvers.coils import CoilDrive
-from mgeo_attitude.maneuvers.slew import SlewLimits
+from mgeo_attitude.filter.wheel_load import MomentumBudget
+from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
 
 if TYPE_CHECKING:
     from mgeo_attitude.filter.evaluator import Evaluation

@@ -1,4 +1,4 @@
-"""Rigid-body motion under a dipole that is held for a step, compiled; see `maneuvers.coils`.
+"""Rigid-body motion under a dipole that is held for a step, compiled; see `maneuvers.drives`.
 
 With q from body axes to those at the start of a step and b the field in body axes,
 

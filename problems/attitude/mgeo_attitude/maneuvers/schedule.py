@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.maneuvers.coils import CoilDrive
-from mgeo_attitude.maneuvers.slew import SlewLimits
+from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
 
 #: What turns the satellite from one rate to the next; without it rates change at once.
 Turning = SlewLimits | CoilDrive | None

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.quaternion import body_rates, sampled_quaternions
-from mgeo_attitude.maneuvers.phases import Phase
+from mgeo_attitude.maneuvers.motion import Phase
 from mgeo_attitude.plan.plan import ManeuverPlan
 
 #: Inertial frames by their names in CCSDS messages.

@@ -13,15 +13,14 @@ from typing_extensions import deprecated
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound import NoLimit
+from mgeo_attitude.criteria.objectives import attitude_accuracy_deg, attitude_sigma_deg
 from mgeo_attitude.environment.time_stamps import utc_texts
 from mgeo_attitude.fields import InvalidValue, Validated, expect, quantity
-from mgeo_attitude.filter.accuracy import attitude_accuracy_deg, attitude_sigma_deg
 from mgeo_attitude.filter.history import FilterHistory, filter_history
 from mgeo_attitude.geometry.quaternion import quaternions
-from mgeo_attitude.maneuvers.phases import Phase
+from mgeo_attitude.maneuvers.motion import Phase
 from mgeo_attitude.maneuvers.schedule import holding
-from mgeo_attitude.maneuvers.slew_back import SlewBack
-from mgeo_attitude.maneuvers.trajectory import Trajectory
+from mgeo_attitude.maneuvers.trajectory import SlewBack, Trajectory
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from mgeo_attitude.environment.time_stamps import utc_texts
-from mgeo_attitude.maneuvers.phases import HELD, RAMP, Phase
+from mgeo_attitude.maneuvers.motion import HELD, RAMP, Phase
 from mgeo_attitude.plan.plan import ManeuverPlan
 
 #: Of a rate [deg/s] after the point: half a unit about each axis is 0.9e-8 deg/s.

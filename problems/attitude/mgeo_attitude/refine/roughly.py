@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.filter.thinned import thinned
+from mgeo_attitude.filter.variants import thinned
 from mgeo_attitude.refine.at_time import AtTime
 from mgeo_attitude.refine.descent import descend
 

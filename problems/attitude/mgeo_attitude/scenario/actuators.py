@@ -1,10 +1,10 @@
-"""Reaction wheels, which limit torque and momentum, and coils, which turn a satellite without wheels.
+"""What turns a satellite: reaction wheels, which limit torque and momentum, or coils alone.
 
 With the spin axes of n wheels as columns of A their torques u, or momenta, make A u in body axes.
 With more than three wheels many u do. What the most loaded wheel takes is, for both rules of
 allocation here, the greatest |W m| of a matrix W, shape (k, 3), for a demand m.
 
-`criteria.constraints` measures what wheels take; `maneuvers.coils` moves what has coils.
+`criteria.constraints` measures what wheels take; `maneuvers.drives` moves what has coils.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How a plan is flown: errors nobody knows, when it may begin and has to be over, and the starts left."""
+"""How a plan is flown: with which errors, and when it may begin and has to be over."""
 
 from __future__ import annotations
 

@@ -14,12 +14,12 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.constraints import END, Limit
+from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.directions import Place
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter.accuracy import attitude_accuracy_deg
-from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.path_limits import excess_along
+from mgeo_attitude.filter.wheel_load import MomentumBudget
 from mgeo_attitude.view.plans import Plans
 
 if TYPE_CHECKING:

@@ -14,10 +14,9 @@ from numpy.typing import ArrayLike
 from mgeo.plugins.view import View
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
-from mgeo_attitude.criteria.objectives import OBJECTIVES
+from mgeo_attitude.criteria.objectives import OBJECTIVES, attitude_sigma_deg
 from mgeo_attitude.criteria.robustness import kept_by, over_flights
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter.accuracy import attitude_sigma_deg
 from mgeo_attitude.scenario import FlightErrors
 from mgeo_attitude.view.protocol import ManeuverProblem
 
@@ -26,8 +25,7 @@ if TYPE_CHECKING:
 
     from mgeo_attitude.filter.evaluator import Evaluation
     from mgeo_attitude.filter.model import FilterModel
-    from mgeo_attitude.maneuvers.slew_back import SlewBack
-    from mgeo_attitude.maneuvers.trajectory import Trajectory
+    from mgeo_attitude.maneuvers.trajectory import SlewBack, Trajectory
 
 #: What `Plans.promises` asks for, in words.
 MOST_SAMPLES = "9 of 10 Monte Carlo samples"

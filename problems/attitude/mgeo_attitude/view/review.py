@@ -12,7 +12,7 @@ from mgeo.plugins.review import Review, Section
 from mgeo_attitude.environment.time_stamps import utc_texts
 from mgeo_attitude.fields import declared
 from mgeo_attitude.filter.history import filter_history
-from mgeo_attitude.maneuvers.phases import Phase
+from mgeo_attitude.maneuvers.motion import Phase
 from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view import at_best, observability, satellite

@@ -15,7 +15,7 @@ from types import SimpleNamespace
 import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import Validated, quantity
-from mgeo_attitude.filter.transition import transition
+from mgeo_attitude.filter.kernel import transition
 from mgeo_attitude.geometry.rotation import exponential, multiply, vector
 from mgeo_attitude.sensors.influences import influenced
 from mgeo_attitude.sensors.readings import Readings, as_reported

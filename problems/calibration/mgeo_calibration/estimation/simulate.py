@@ -17,7 +17,7 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.nearest import nearest
 from mgeo_attitude.filter.path_limits import angle_from
 from mgeo_attitude.geometry.rotation import multiply
-from mgeo_attitude.maneuvers.coils import CoilDrive
+from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.maneuvers.schedule import holding
 from mgeo_attitude.maneuvers.trajectory import Trajectory

@@ -9,8 +9,8 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.history import can_measure
+from mgeo_attitude.filter.kernel import transition
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.transition import transition
 from mgeo_attitude.geometry.rotation import matrix, vector
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.sensors import Gyro, Sensor

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mgeo.algorithms.dominance import front_rows
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.filter.accuracy import attitude_sigma_deg
+from mgeo_attitude.criteria.objectives import attitude_sigma_deg
 from mgeo_attitude.view.plans import Plans
 
 #: Up to this many solutions are all looked at closely.

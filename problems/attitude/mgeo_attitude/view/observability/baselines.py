@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from mgeo_attitude.filter.evaluator import evaluate
-from mgeo_attitude.maneuvers.phases import HELD, Phase
+from mgeo_attitude.maneuvers.motion import HELD, Phase
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units

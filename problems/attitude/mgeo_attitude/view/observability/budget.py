@@ -13,7 +13,7 @@ from mgeo_attitude.bound import LimitCurves
 from mgeo_attitude.filter.error_budget import error_budget
 from mgeo_attitude.filter.history import FilterHistory, can_measure
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.maneuvers.phases import Phase
+from mgeo_attitude.maneuvers.motion import Phase
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.observability.remedies import most
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from mgeo_attitude.filter.history import FilterHistory
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.maneuvers.phases import phases
+from mgeo_attitude.maneuvers.motion import phases
 from mgeo_attitude.view.observability.states import States
 
 

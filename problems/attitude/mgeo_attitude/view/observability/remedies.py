@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.maneuvers.coils import CoilDrive
+from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.sensors.suite import Suite, block_units

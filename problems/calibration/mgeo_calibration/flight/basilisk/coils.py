@@ -1,4 +1,4 @@
-"""A rigid body that Basilisk's torque rods turn, by the law of `maneuvers.coils`."""
+"""A rigid body that Basilisk's torque rods turn, by the law of `maneuvers.drives`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.maneuvers.coils import CoilDrive
+from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.maneuvers.schedule import decode, maneuver_steps
 
 

@@ -12,7 +12,7 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.maneuvers.coils import CoilDrive
+from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.maneuvers.schedule import Turning
 from mgeo_attitude.scenario import Scenario

@@ -14,7 +14,7 @@ from mgeo_attitude.fields import (
     positive,
     quantity,
 )
-from mgeo_attitude.maneuvers.slew import SlewLimits
+from mgeo_attitude.maneuvers.drives import SlewLimits
 from mgeo_attitude.scenario import Scenario, Wheels
 from mgeo_attitude.scenario.actuators import pseudo_inverse
 
