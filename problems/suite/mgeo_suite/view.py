@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mgeo_attitude.criteria.constraints import constraints
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
-from mgeo_attitude.view.answers import span, two_digits
-from mgeo_attitude.view.describe import maneuver_texts
+from mgeo_attitude.view.describe import maneuver_texts, span, two_digits
 from numpy.typing import ArrayLike
 
 from mgeo_suite.designs import Designs

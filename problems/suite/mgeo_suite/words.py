@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.view.answers import two_digits
+from mgeo_attitude.view.describe import two_digits
 from numpy.typing import ArrayLike
 
 from mgeo_suite.catalog import NONE

@@ -16,7 +16,7 @@ from mgeo_attitude.commands.show import plan_document, print_plan
 from mgeo_attitude.plan import ManeuverPlan, aem_text, from_json, to_csv, to_json
 from mgeo_attitude.scenario import FlightErrors
 from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.view.answers import two_digits
+from mgeo_attitude.view.describe import two_digits
 from scipy.spatial.transform import Rotation
 
 from mgeo.cli.output import Output

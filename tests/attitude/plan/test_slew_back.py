@@ -24,8 +24,8 @@ from mgeo_attitude.maneuvers.trajectory import slew_back
 from mgeo_attitude.plan import ManeuverPlan, aem_text, from_json, to_json
 from mgeo_attitude.plan.figures import plan_figures
 from mgeo_attitude.scenario import PathLimit, Wheels
-from mgeo_attitude.view.answers import span
-from mgeo_attitude.view.figures.maneuvers import timeline
+from mgeo_attitude.view.describe import span
+from mgeo_attitude.view.figures.against_time import timeline
 from mgeo_attitude.view.margins import END_ATTITUDE
 from mgeo_calibration import simulate
 

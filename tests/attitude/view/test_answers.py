@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.view.answers import answer, span, two_digits
+from mgeo_attitude.view.describe import answer, span, two_digits
 from mgeo_attitude.view.plans import Times
 
 from ..filter.suites import SUITES

@@ -12,7 +12,7 @@ from mgeo.store.atomic import check_writable
 from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE
 from mgeo_attitude.plan import ManeuverPlan, read_front, read_json
 from mgeo_attitude.plan.run_folder import CHOICES, Front
-from mgeo_attitude.view.answers import span, within
+from mgeo_attitude.view.describe import span, within
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,8 @@ import plotly.graph_objects as go
 from mgeo.figures.style import COLORS, finished, log_axis, symbol
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.view.figures.maneuvers import maneuvers_figure
-from mgeo_attitude.view.figures.solutions import Solutions
-from mgeo_attitude.view.figures.style import line
+from mgeo_attitude.view.figures.against_time import maneuvers_figure
+from mgeo_attitude.view.figures.style import Solutions, line
 
 
 def plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:

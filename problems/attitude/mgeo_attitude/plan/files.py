@@ -16,12 +16,10 @@ from mgeo.validation.arguments import refuse_unknown
 from mgeo.validation.tables import entry
 from mgeo_attitude.plan.aem import aem_text
 from mgeo_attitude.plan.documents import Form, read_document, written
-from mgeo_attitude.plan.nasa_42 import script_text
 from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.plan.simulators import script_text, stk_text, waypoints_text
 from mgeo_attitude.plan.spice import ck_bytes, sclk_text
-from mgeo_attitude.plan.stk import stk_text
 from mgeo_attitude.plan.uplink import to_uplink_csv
-from mgeo_attitude.plan.waypoints import waypoints_text
 
 #: What a name may end in, and which of the keywords of `write_plan` such a file takes.
 SUFFIXES: Mapping[str, tuple[str, ...]] = {

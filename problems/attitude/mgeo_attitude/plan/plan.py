@@ -25,7 +25,7 @@ from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view import ManeuverView, at_best, observability
-from mgeo_attitude.view.answers import answer, overrun, span
+from mgeo_attitude.view.describe import answer, overrun, span
 from mgeo_attitude.view.plans import Times
 
 #: Share of an initial 1-sigma from which on an error counts as not calibrated.

@@ -13,7 +13,7 @@ from mgeo_attitude.bound import LimitCurves, NoLimit
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.settings import RequiredSigma
 from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.view.answers import span
+from mgeo_attitude.view.describe import span
 from mgeo_attitude.view.plans import Plans
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from mgeo_attitude.filter.history import FilterHistory
     from mgeo_attitude.filter.model import FilterModel
-    from mgeo_attitude.view.protocol import ManeuverProblem
+    from mgeo_attitude.view.plans import ManeuverProblem
 
 #: Rounding of a filter, which a limit does not have.
 _ROUNDING = 1e-9

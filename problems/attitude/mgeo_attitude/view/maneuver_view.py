@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from mgeo_attitude.criteria.constraints import constraints
 from mgeo_attitude.scenario.settings import PAPER
-from mgeo_attitude.view import answers, at_best, describe, requirements
+from mgeo_attitude.view import at_best, describe, requirements
 from mgeo_attitude.view.plans import MOST_SAMPLES, Plans, looked_at, spread
 
 if TYPE_CHECKING:
@@ -38,8 +38,8 @@ class ManeuverView(Plans):
         return describe.glance(self)
 
     def answers(self) -> list[str]:
-        """What each plan is worth, in one line; see `mgeo_attitude.view.answers`."""
-        return answers.answers(self)
+        """What each plan is worth, in one line; see `mgeo_attitude.view.describe`."""
+        return describe.answers(self)
 
     def limits(self) -> list[pd.DataFrame]:
         """The scenario's limits and each plan's margins; see `margins.tables`.

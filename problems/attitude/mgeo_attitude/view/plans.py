@@ -1,4 +1,4 @@
-"""Plans of one scenario, evaluated once for all that is told of them."""
+"""Plans of one scenario, evaluated once for all that is told of them; what a problem gives them."""
 
 from __future__ import annotations
 
@@ -6,26 +6,59 @@ import dataclasses
 import math
 from contextlib import suppress
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo.plugins.view import View
 from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.bound import LimitCurves
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import OBJECTIVES, attitude_sigma_deg
-from mgeo_attitude.criteria.robustness import kept_by, over_flights
+from mgeo_attitude.criteria.robustness import FlightSamples, kept_by, over_flights
+from mgeo_attitude.environment import Environment
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.scenario import FlightErrors
-from mgeo_attitude.view.protocol import ManeuverProblem
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.start_times import StartTimes
+from mgeo_attitude.scenario import FlightErrors, Scenario
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from mgeo_attitude.filter.evaluator import Evaluation
-    from mgeo_attitude.filter.model import FilterModel
     from mgeo_attitude.maneuvers.trajectory import SlewBack, Trajectory
+
+
+class ManeuverProblem(Protocol):
+    """A problem whose designs are maneuvers of one scenario."""
+
+    scenario: Scenario
+    threads: int | None
+    objectives: tuple[str, ...]
+    n_var: int
+    n_obj: int
+    n_ieq_constr: int
+
+    obj_names: tuple[str, ...]
+
+    def run(self, X: Floats, vary: Any = None, **asked: Any) -> Evaluation: ...
+    def begun(self, x: Any) -> tuple[ManeuverProblem, Floats]: ...
+    def flights_of(self, errors: FlightErrors) -> FlightSamples: ...
+    def valued(self, model: FilterModel, result: Evaluation) -> Floats: ...
+    def judged(self, X: Floats) -> Floats: ...
+    def view(self, X: Any) -> Any: ...
+    @property
+    def environment(self) -> Environment: ...
+    @property
+    def model(self) -> FilterModel: ...
+    @property
+    def limit_curves(self) -> LimitCurves: ...
+    @property
+    def start_times(self) -> StartTimes | None: ...
+    @property
+    def flights(self) -> FlightSamples | None: ...
+
 
 #: What `Plans.promises` asks for, in words.
 MOST_SAMPLES = "9 of 10 Monte Carlo samples"

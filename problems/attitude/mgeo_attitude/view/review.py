@@ -16,7 +16,7 @@ from mgeo_attitude.maneuvers.motion import Phase
 from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view import at_best, observability, satellite
-from mgeo_attitude.view.observability.remedies import AS_IT_IS
+from mgeo_attitude.view.observability.alternatives import AS_IT_IS
 from mgeo_attitude.view.plans import MOST_SAMPLES, Plans
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from mgeo_attitude.scenario.validity import examined, validity
 if TYPE_CHECKING:
     from mgeo_attitude.environment import Environment
     from mgeo_attitude.scenario import Scenario
-    from mgeo_attitude.view.protocol import ManeuverProblem
+    from mgeo_attitude.view.plans import ManeuverProblem
 
 #: Times without Sun that are told.
 _MOST = 4

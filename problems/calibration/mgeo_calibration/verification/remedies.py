@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.validity import validity
-from mgeo_attitude.view.answers import span
+from mgeo_attitude.view.describe import span
 
 from mgeo_calibration.verification.verification import (
     CLAIMED,

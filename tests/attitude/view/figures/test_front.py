@@ -12,7 +12,7 @@ from mgeo_attitude.criteria.robustness import draw_flights
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.scenario import FlightErrors, PathLimit, Window
 from mgeo_attitude.view.figures.front import front_figure
-from mgeo_attitude.view.figures.solutions import Solutions
+from mgeo_attitude.view.figures.style import Solutions
 from mgeo_attitude.view.plans import spread
 
 from mgeo.algorithms.dominance import front_rows

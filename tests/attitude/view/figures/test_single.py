@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.view.figures.polyline import corners
-from mgeo_attitude.view.figures.sphere import OUTLINE, graticule, projected
+from mgeo_attitude.view.figures.curves import OUTLINE, corners, graticule, projected
 
 from mgeo.report.encode import figure_json, tree_json
 

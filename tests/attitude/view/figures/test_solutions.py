@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem
-from mgeo_attitude.view.figures.solutions import Solutions
+from mgeo_attitude.view.figures.style import Solutions
 
 from mgeo.runs.answer import knee
 

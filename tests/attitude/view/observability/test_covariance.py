@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, StarTracker, reference_run
 from mgeo_attitude.view.observability import correlations, least_observable, normalized
-from mgeo_attitude.view.observability.states import States
+from mgeo_attitude.view.observability.covariance import States
 
 
 def test_nothing_learned_is_one_everywhere(problem):

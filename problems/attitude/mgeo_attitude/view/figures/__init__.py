@@ -11,11 +11,10 @@ from mgeo.runs.answer import knee
 from mgeo_attitude.criteria.objectives import indicators
 from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.view import at_best
-from mgeo_attitude.view.figures.convergence import convergence_figure
+from mgeo_attitude.view.figures.against_time import convergence_figure, maneuvers_figure
 from mgeo_attitude.view.figures.front import front_figure
-from mgeo_attitude.view.figures.maneuvers import maneuvers_figure
 from mgeo_attitude.view.figures.single import drawings
-from mgeo_attitude.view.figures.solutions import Solutions
+from mgeo_attitude.view.figures.style import Solutions
 from mgeo_attitude.view.plans import Plans, spread
 
 __all__ = ["drawings", "figures"]

@@ -14,7 +14,7 @@ from mgeo.figures.style import COLORS, GRAY, HOVER, SYMBOLS, finished, literal, 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.view.describe import front_summary, maneuver_texts
-from mgeo_attitude.view.figures.solutions import Solutions
+from mgeo_attitude.view.figures.style import Solutions
 from mgeo_attitude.view.plans import MOST_SAMPLES
 
 #: Ticks of the upper axis, at most.

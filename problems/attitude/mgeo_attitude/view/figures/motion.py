@@ -20,7 +20,7 @@ from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.view.figures.style import title
 
 if TYPE_CHECKING:
-    from mgeo_attitude.view.protocol import ManeuverProblem
+    from mgeo_attitude.view.plans import ManeuverProblem
 
 
 SHADOW = "Earth's shadow"

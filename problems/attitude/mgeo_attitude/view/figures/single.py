@@ -12,16 +12,15 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import Flown
 from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.view.figures.convergence import sample_steps
+from mgeo_attitude.view.figures.against_time import sample_steps
+from mgeo_attitude.view.figures.curves import OUTLINE, circle, corners, graticule, projected
 from mgeo_attitude.view.figures.motion import directions, motion
-from mgeo_attitude.view.figures.polyline import corners
-from mgeo_attitude.view.figures.sphere import OUTLINE, circle, graticule, projected
 from mgeo_attitude.view.figures.style import line, title
 from mgeo_attitude.view.plans import Plans
 
 if TYPE_CHECKING:
     from mgeo_attitude.scenario import Scenario
-    from mgeo_attitude.view.protocol import ManeuverProblem
+    from mgeo_attitude.view.plans import ManeuverProblem
 
 Intervals = list[tuple[float, float]]
 

@@ -1,10 +1,18 @@
-"""What the figures of plans share, besides what all figures do."""
+"""What the figures of plans share: the solutions that they show, and how lines are drawn."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from mgeo.algorithms.dominance import front_rows
 from mgeo.figures.style import COLORS
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.criteria.objectives import attitude_sigma_deg
+from mgeo_attitude.view.plans import Plans
 
 # Gaps are short, so that a steep line is not taken for a gap in the data.
 _DASHES = ("solid", "9px,3px", "3px,3px", "12px,3px,3px,3px", "18px,3px", "6px,3px,3px,3px")
@@ -33,3 +41,62 @@ def title(text: str) -> dict[str, Any]:
         "pad": {"t": 9},
         "font": {"size": 15},
     }
+
+
+#: Up to this many solutions are all looked at closely.
+MOST_CHOSEN = 6
+
+
+@dataclass(frozen=True)
+class Solutions:
+    """n designs with finite objectives.
+
+    Attributes
+    ----------
+    numbers : array of int, shape (n,)
+        Their rows in the table they come from.
+    X, F : arrays, shapes (n, n_var) and (n, 2)
+    sigma_deg : array, shape (n,)
+        How well the attitude is known at t_end; see `attitude_sigma_deg`.
+    labels : tuple of str
+        ``solution 3``, or ``solution 3 (fastest)`` for one that has been chosen for a reason.
+    """
+
+    numbers: NDArray[np.int64]
+    X: Floats
+    F: Floats
+    sigma_deg: Floats
+    labels: tuple[str, ...]
+
+    @classmethod
+    def of(cls, plans: Plans) -> Solutions:
+        """Those of plans whose covariance did not break down; a ValueError if there are none."""
+        designs, result = plans.X, plans.exactly
+        F = np.column_stack([result.t_end, result.trace])
+        rows = np.flatnonzero(np.isfinite(F).all(axis=1))
+        if not rows.size:
+            raise ValueError(
+                f"X of shape {designs.shape}: expected at least one design with finite objectives"
+            )
+        sigma = attitude_sigma_deg(result.covariance[rows])
+        labels = tuple(f"solution {row}" for row in rows)
+        return cls(rows, designs[rows], F[rows], sigma, labels)
+
+    def chosen(self, bend: int | None = None) -> Solutions:
+        """Fastest, the knee and least trace of the front, or all if they are few; by t_end.
+
+        `bend` is the row of the knee, None if there is none.
+        """
+        front = front_rows(self.F)
+        fastest, best = int(front[0]), int(front[-1])
+        roles = {} if bend is None else {bend: "knee"}
+        roles[fastest] = "fastest"  # an end of the front is no knee
+        roles[best] = "least trace" if best != fastest else "fastest, least trace"
+        rows = range(len(self.F)) if len(self.F) <= MOST_CHOSEN else roles
+        order = sorted(rows, key=lambda row: tuple(self.F[row]))
+        labels = tuple(
+            self.labels[row] + (f" ({roles[row]})" if row in roles else "") for row in order
+        )
+        return Solutions(
+            self.numbers[order], self.X[order], self.F[order], self.sigma_deg[order], labels
+        )

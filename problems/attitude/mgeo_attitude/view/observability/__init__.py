@@ -1,11 +1,18 @@
 """What a plan teaches the filter, what it leaves unknown, and what simpler plans would do."""
 
-from mgeo_attitude.view.observability.baselines import baselines, compare, without_optimizer
-from mgeo_attitude.view.observability.budget import budget, reasons, sensor_use
-from mgeo_attitude.view.observability.contributions import contributions
-from mgeo_attitude.view.observability.covariance import correlations, least_observable, normalized
-from mgeo_attitude.view.observability.remedies import remedies
-from mgeo_attitude.view.observability.states import States
+from mgeo_attitude.view.observability.alternatives import (
+    baselines,
+    compare,
+    remedies,
+    without_optimizer,
+)
+from mgeo_attitude.view.observability.budget import budget, contributions, reasons, sensor_use
+from mgeo_attitude.view.observability.covariance import (
+    States,
+    correlations,
+    least_observable,
+    normalized,
+)
 
 __all__ = [
     "States",

@@ -1,4 +1,4 @@
-"""Why a plan leaves what it leaves: the error budget, and how long each sensor measured."""
+"""Why a plan leaves what it leaves: the error budget, what sensors saw and maneuvers bought."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from mgeo_attitude.bound import LimitCurves
 from mgeo_attitude.filter.error_budget import error_budget
 from mgeo_attitude.filter.history import FilterHistory, can_measure
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.maneuvers.motion import Phase
+from mgeo_attitude.maneuvers.motion import Phase, phases
 from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.view.observability.remedies import most
+from mgeo_attitude.view.observability.alternatives import most
+from mgeo_attitude.view.observability.covariance import States
 
 #: Share of an initial 1-sigma from which on nothing was learned.
 _NOTHING = 0.9
@@ -138,3 +139,33 @@ def _measured(model: FilterModel, index: int, attitude: Floats, rates: Floats) -
 
 def _worst(history: FilterHistory, block: int) -> int:
     return 3 * block + int(history.sigma[-1, 3 * block : 3 * block + 3].argmax())
+
+
+def contributions(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.DataFrame:
+    """One row for the start and one for the end of each phase of a plan.
+
+    Parameters
+    ----------
+    design : array_like, shape (4 m,)
+    history : FilterHistory
+        The filter's run of that design (`filter_history`).
+
+    Returns
+    -------
+    DataFrame
+        Index: ``start``, ``maneuver 1``, ..., ``rate held``. Columns: ``time [s]``; ``trace [-]``
+        then; ``contribution [%]``, the phase's part of the whole fall of the trace's logarithm
+        (phases multiply: the first halving counts as much as the last); and the 1-sigma of every
+        state in the unit its name carries.
+    """
+    flown = phases(design, history.t_end, model.step, model.slew_limits)
+    times = np.array([0.0, *(phase.end for phase in flown)])
+    steps = np.rint(times / model.step).astype(np.int64)
+    trace = history.trace[steps]
+    fall = np.append(0.0, -np.diff(np.log(trace)))
+    columns = {"time [s]": times, "trace [-]": trace, "contribution [%]": 100.0 * fall / fall.sum()}
+    states = States.of(model.suite)
+    sigma = (history.sigma[steps] * states.factors).T
+    for name, unit, values in zip(states.names, states.units, sigma, strict=True):
+        columns[f"{name} [{unit}]"] = values
+    return pd.DataFrame(columns, index=["start", *(phase.label for phase in flown)])

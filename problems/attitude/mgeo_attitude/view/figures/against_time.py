@@ -1,4 +1,4 @@
-"""How a filter run converges: its trace and the 1-sigma of every error against time."""
+"""Figures against time: body rates as flown, and how a filter run converges."""
 
 from __future__ import annotations
 
@@ -11,12 +11,81 @@ from plotly.subplots import make_subplots
 
 from mgeo.figures.style import finished, log_axis
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.maneuvers.schedule import flown
+from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.view.figures.solutions import Solutions
-from mgeo_attitude.view.figures.style import line, panels_height
+from mgeo_attitude.view.figures.style import Solutions, line, panels_height
 
 if TYPE_CHECKING:
-    from mgeo_attitude.view.protocol import ManeuverProblem
+    from mgeo_attitude.view.plans import ManeuverProblem
+
+#: Of the time in which the last rate is held: gray on light and on dark pages.
+_HELD = "rgba(128,128,128,0.15)"
+
+
+def maneuvers_figure(
+    problem: ManeuverProblem, solutions: Solutions, held: Floats | None = None
+) -> go.Figure:
+    """One row per solution, each with its own time axis: rates about body x, y and z.
+
+    The last rate is held from the end of the last maneuver, on gray, to t_end or until `held` [s],
+    shape (n,), for late flights; a slew back follows.
+    """
+    rows = len(solutions.F)
+    titles = [
+        f"{label}: t_end {t_end:.6g} s, trace {trace:.3g}"
+        for label, (t_end, trace) in zip(solutions.labels, solutions.F, strict=True)
+    ]
+    figure = make_subplots(rows, 1, vertical_spacing=0.36 / rows, subplot_titles=titles)
+    held = solutions.F[:, 0] if held is None else held
+    for row, (x, until) in enumerate(zip(solutions.X, held, strict=True), 1):
+        times, rates, over = timeline(problem, x, until)
+        for axis, name in enumerate("xyz"):
+            figure.add_scatter(
+                x=times,
+                y=rates[:, axis],
+                name=f"about {name}",
+                legendgroup=name,
+                showlegend=row == 1,
+                mode="lines",
+                line=line(axis, 2.5) | {"shape": "hv"},
+                hovertemplate=f"{name} %{{y:+.3f}} deg/s from %{{x:.6g}} s<extra></extra>",
+                row=row,
+                col=1,
+            )
+        figure.add_vrect(
+            x0=over, x1=until, fillcolor=_HELD, layer="below", line_width=0, row=row, col=1
+        )
+    finished(
+        figure,
+        "Body rates of the plans",
+        "on gray, after the last maneuver, its rate is held"
+        + (", then the slew back" if problem.scenario.maneuvers.slew_back else ""),
+    )
+    limit = 1.1 * problem.scenario.maneuvers.max_rate_deg_s
+    figure.update_yaxes(range=[-limit, limit], title_text="rate [deg/s]")
+    figure.update_xaxes(title_text="time [s]", tickformat="d", row=rows, col=1)
+    return figure.update_layout(height=panels_height(rows))
+
+
+def timeline(problem: ManeuverProblem, x: Floats, until: float) -> tuple[Floats, Floats, float]:
+    """A plan as it is flown until a time [s], and the slew back from then on.
+
+    Returns
+    -------
+    times : array, shape (k,)
+        Starts of the maneuvers flown, then the end of the plan [s].
+    rates : array, shape (k, 3)
+        Body rates from each of these times on; the last row repeats the one before [deg/s].
+    over : float
+        End of the last maneuver before `until`, or that if it comes first [s].
+    """
+    own, x = problem.begun(x)
+    model = own.model
+    flight = Trajectory(own.scenario, model, x, until).flown
+    rates = np.degrees(flight.rates)
+    over = flown(x, until, model.step, model.slew_limits).over
+    return flight.times, np.vstack([rates, rates[-1:]]), over
 
 
 #: Samples drawn of each curve, spread evenly, and as many again more densely at its start.
