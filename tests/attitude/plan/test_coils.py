@@ -1,10 +1,15 @@
 """Plans of a satellite that coils turn: what is commanded, what is exported, what is assumed."""
 
+import dataclasses
+
 import numpy as np
 import pytest
-from mgeo_attitude import Scenario
+from mgeo_attitude import Scenario, evaluate
+from mgeo_attitude.criteria.robustness import draw_flights
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan import ManeuverPlan, aem_text, commands, from_json, to_json
+from mgeo_attitude.scenario import FlightErrors
+from mgeo_attitude.view.describe import two_digits
 from scipy.spatial.transform import Rotation
 
 DESIGN = (0.1, -0.2, 1.5, 300.0, 0.0, 0.0, 0.0, 200.0, 1.0, 0.0, 0.2, 250.0)
@@ -52,6 +57,25 @@ def test_path_limits_are_of_the_motion(plan):
     angles = np.degrees(np.arccos((nadir * boresight).sum(axis=1)))
     assert row["value"] == pytest.approx(angles.min(), abs=2.0 * plan.scenario.step)
     assert row["value"] <= angles.min() + 1e-9
+
+
+def test_what_it_promises_is_what_flights_of_it_know(plan):
+    """Against one flight after another, each by itself: no flight is turned as the plan is."""
+    errors = dataclasses.replace(FlightErrors(), count=20, seed=FlightErrors().seed + 1)
+    problem, X = plan.problem, np.array([plan.design])
+    variances = [
+        np.diag(evaluate(each.model, each.flown(X), 1, covariance=True).covariance[0])
+        for each in draw_flights(problem.scenario, problem.model, errors)
+    ]
+    np.testing.assert_allclose(plan.sigma, np.sqrt(np.mean(variances, axis=0)), rtol=1e-12)
+    worst = np.degrees(plan.sigma[:3].max())
+    assert plan.attitude_sigma_deg == pytest.approx(worst)
+    assert f"attitude {two_digits(worst)} deg" in plan.answer
+    assert plan.answer == problem.view(X).answers()[0]
+    assert "(1-sigma of Monte Carlo samples, worst body axis)" in plan.answer
+    (row,) = problem.view(X).describe()["attitude 1-sigma [deg]"]
+    assert row == pytest.approx(worst)
+    assert plan.accuracy().loc[[f"attitude {axis}" for axis in "xyz"], "after"].max() == row
 
 
 def test_it_is_read_back_and_nothing_is_assumed_of_it(plan):

@@ -57,13 +57,13 @@ def test_a_plan_says_the_same(problem, X):
 
 def test_what_did_not_converge_or_broke_down_says_so():
     suite = SUITES["star tracker"]
-    covariance = np.diag(np.full(suite.n_states, 1e-6))
-    line = answer(suite, 600.0, covariance, converged=False)
+    sigma = np.full(suite.n_states, 1e-3)
+    line = answer(suite, 600.0, sigma, converged=False)
     assert line.startswith("not converged; after 10 min attitude 0.057 deg, gyro bias ")
     assert line.endswith("(1-sigma, worst body axis)")  # nobody asked for flights
-    few = answer(suite, 600.0, covariance, True, Times(kept=np.inf))
+    few = answer(suite, 600.0, sigma, True, Times(kept=np.inf))
     assert few.endswith("; fewer than 9 of 10 Monte Carlo samples converge")
-    lost = answer(suite, np.nan, np.full_like(covariance, np.nan), converged=False)
+    lost = answer(suite, np.nan, np.full_like(sigma, np.nan), converged=False)
     assert lost == "the filter's covariance lost positivity"
 
 
@@ -91,8 +91,8 @@ def test_what_is_promised_over_flights_comes_first(problem, X):
 
 def test_a_time_that_is_not_promised_or_not_kept_says_so():
     suite = SUITES["star tracker"]
-    covariance = np.diag(np.full(suite.n_states, 1e-6))
-    line = answer(suite, 600.0, covariance, False, Times(np.inf, np.inf))
+    sigma = np.full(suite.n_states, 1e-3)
+    line = answer(suite, 600.0, sigma, False, Times(np.inf, np.inf))
     expected = (
         "no robust time; fewer than 9 of 10 Monte Carlo samples converge; "
         "flown exactly not converged, after 10 min attitude 0.057 deg, "

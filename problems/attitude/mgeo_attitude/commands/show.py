@@ -43,7 +43,7 @@ def print_plan(picked: Picked, output: Output) -> None:
         *(_over_flights(plan) if len(kept) else ()),
         *promised(plan),
         *titled("Timeline", _timeline(plan).T, digits=6),
-        *titled("Predicted 1-sigma", plan.accuracy()),
+        *titled(f"Predicted 1-sigma{_of_flights(plan)}", plan.accuracy()),
         *_at_best(plan),
         plain("\nWhy it is no smaller", "bold"),
         *plan.reasons(),
@@ -59,6 +59,11 @@ def print_plan(picked: Picked, output: Output) -> None:
         *titled(f"Beside plans that need no optimizer, after {plan.t_end:.6g} s", _others(plan).T),
         note("1-sigma of the worst body axis; t_end: when each by itself converges"),
     )
+
+
+def _of_flights(plan: ManeuverPlan) -> str:
+    """What 1-sigmas are of, if not of the plan flown exactly; see `Plans.sigma`."""
+    return ", of Monte Carlo samples" if plan.scenario.turned_by_coils else ""
 
 
 def _slew_back(plan: ManeuverPlan) -> list[str]:

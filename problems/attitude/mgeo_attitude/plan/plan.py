@@ -13,9 +13,10 @@ from typing_extensions import deprecated
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound import NoLimit
-from mgeo_attitude.criteria.objectives import attitude_accuracy_deg, attitude_sigma_deg
+from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.environment.time_stamps import utc_texts
 from mgeo_attitude.fields import InvalidValue, Validated, expect, quantity
+from mgeo_attitude.fields.quantity import DEG
 from mgeo_attitude.filter.history import FilterHistory, filter_history
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.maneuvers.motion import Phase
@@ -141,9 +142,15 @@ class ManeuverPlan(Validated):
         return float(self.history.trace[-1])
 
     @property
+    def sigma(self) -> Floats:
+        """1-sigma of each state at `t_end`, shape (n_states,); see `Plans.sigma`."""
+        sigma: Floats = self.view.sigma[0]
+        return sigma
+
+    @property
     def attitude_sigma_deg(self) -> float:
-        """1-sigma about the worst body axis at `t_end` [deg]; see `accuracy.attitude_sigma_deg`."""
-        return float(attitude_sigma_deg(self.history.covariance))
+        """1-sigma about the worst body axis at `t_end` [deg]; see `sigma`."""
+        return float(DEG.factor * self.sigma[:3].max())
 
     @property
     @deprecated(
@@ -161,8 +168,8 @@ class ManeuverPlan(Validated):
         suite = self.problem.model.suite
         (end,) = self.view.ends
         beyond = overrun(float(end), self.scenario.duration)
-        known = history.covariance, history.converged
-        return answer(suite, self.t_end, *known, self.over_flights, beyond)
+        known = self.sigma, history.converged, self.over_flights, beyond
+        return answer(suite, self.t_end, *known, self.scenario.turned_by_coils)
 
     @property
     def over_flights(self) -> Times:
@@ -261,7 +268,7 @@ class ManeuverPlan(Validated):
     def accuracy(self) -> pd.DataFrame:
         """Predicted 1-sigma of every state at the start and at `t_end`, one row per state."""
         states = observability.States.of(self.problem.model.suite)
-        before, after = self.history.sigma[0], self.history.sigma[-1]
+        before, after = self.history.sigma[0], self.sigma
         return pd.DataFrame(
             {
                 "unit": states.units,

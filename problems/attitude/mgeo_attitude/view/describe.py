@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,28 +27,30 @@ if TYPE_CHECKING:
 def answers(plans: Plans) -> list[str]:
     """The `answer` of each plan."""
     model, duration = plans.problem.model, plans.problem.scenario.duration
-    t_ends, _, covariances = plans.exactly
-    found = zip(t_ends.tolist(), covariances, plans.times, plans.ends.tolist(), strict=True)
+    t_ends, coils = plans.exactly.t_end, plans.problem.scenario.turned_by_coils
+    found = zip(t_ends.tolist(), plans.sigma, plans.times, plans.ends.tolist(), strict=True)
     return [
         answer(
             model.suite,
             t_end,
-            covariance,
+            sigma,
             t_end < model.longest,
             over_flights,
             overrun(end, duration),
+            coils,
         )
-        for t_end, covariance, over_flights, end in found
+        for t_end, sigma, over_flights, end in found
     ]
 
 
 def answer(
     suite: Suite,
     t_end: float,
-    covariance: Floats,
+    sigma: Floats,
     converged: bool,
     over_flights: Times = UNKNOWN,
     beyond: str | None = None,
+    of_flights: bool = False,
 ) -> str:
     """Time to converge, and the 1-sigma of the worst body axis of the attitude and of each bias.
 
@@ -58,27 +60,30 @@ def answer(
     ----------
     t_end : float
         When the filter has converged or the run ended [s]; NaN if its covariance was lost.
-    covariance : array, shape (n_states, n_states)
-        Of the error state then.
+    sigma : array, shape (n_states,)
+        1-sigma of the error state then.
     over_flights : Times, optional
         Times to converge that are promised and kept over flights.
     beyond : str, optional
         That the plan ends after the scenario's duration, see `overrun`.
+    of_flights : bool
+        Whether the 1-sigmas are those of flights, see `Plans.sigma`.
     """
     if not math.isfinite(t_end):
         return "the filter's covariance lost positivity"
-    sigma = np.sqrt(np.diag(covariance)).reshape(-1, 3).max(axis=1)
-    parts = []
-    for block, name, worst in zip(block_units(suite), suite.blocks, sigma, strict=True):
+    parts, worsts = [], sigma.reshape(-1, 3).max(axis=1)
+    for block, name, worst in zip(block_units(suite), suite.blocks, worsts, strict=True):
         if name == "attitude" or name.endswith(".bias"):
             parts.append(f"{block.label} {two_digits(worst * block.factor)} {block.unit}")
-    known = f"{', '.join(parts)} (1-sigma, worst body axis)"
+    flights = " of Monte Carlo samples" if of_flights else ""
+    known = f"{', '.join(parts)} (1-sigma{flights}, worst body axis)"
     kept, promised = over_flights
     late = None if kept is None else within(kept)
     if promised is not None:
         own = f"robust time {span(promised)}" if promised < math.inf else "no robust time"
         after = f"{span(t_end)}, then" if converged else f"not converged, after {span(t_end)}"
-        return "; ".join(filter(None, [own, late, f"flown exactly {after} {known}", beyond]))
+        flown = after if of_flights else f"flown exactly {after}"
+        return "; ".join(filter(None, [own, late, f"{flown} {known}", beyond]))
     after = f"{span(t_end)}; then" if converged else f"not converged; after {span(t_end)}"
     return "; ".join(filter(None, [f"{after} {known}", late, beyond]))
 
@@ -120,8 +125,11 @@ def describe(plans: Plans) -> pd.DataFrame:
 
     What `glance` has, and of each objective what 9 of 10 flights keep, see `Plans.promises`; if the
     scenario has flights of its own, what is promised over these and what is kept comes first.
+    1-sigmas are those of `Plans.sigma`.
     """
     table, over_flights = glance(plans), plans.promises()
+    if plans.problem.scenario.turned_by_coils:  # which what is flown exactly says little of
+        table = table.assign(**_worst_axes(plans, plans.sigma))
     if not plans.problem.scenario.flight:  # what is promised is what is flown
         return table.join(over_flights.filter(regex="^kept (?!/)"))
     return over_flights.filter(regex="^(promised|kept) (?!/)").join(table)
@@ -148,7 +156,7 @@ def glance(plans: Plans) -> pd.DataFrame:
     t_end_name, trace_name = (OBJECTIVES[name].label for name in PAPER)
     maneuvers = designs[:, : VARIABLES_PER_MANEUVER * problem.scenario.maneuvers.count]
     durations = maneuvers[:, VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER]
-    columns: dict[str, object] = {
+    columns: dict[str, Any] = {
         t_end_name: result.t_end,
         "t_end [orbits]": result.t_end / problem.scenario.orbit.period,
         trace_name: result.trace,
@@ -165,15 +173,21 @@ def glance(plans: Plans) -> pd.DataFrame:
     for m in range(durations.shape[1]):
         name = f"maneuver {m + 1}: x / y / z [deg/s] for d [s]"
         columns[name] = [text[m] for text in texts]
-    blocks = block_units(problem.model.suite)
-    worst = sigma.reshape(len(designs), len(blocks), 3).max(axis=2)
-    for block, values in zip(blocks, worst.T, strict=True):
-        columns[f"{block.label} 1-sigma [{block.unit}]"] = values * block.factor
-    table = pd.DataFrame(columns)
+    table = pd.DataFrame(columns | _worst_axes(plans, sigma))
     if not problem.scenario.flight:
         return table
     exactly = {name: f"{name} flown exactly" for name in (t_end_name, trace_name, BESIDE)}
     return table.rename(columns=exactly)
+
+
+def _worst_axes(plans: Plans, sigma: Floats) -> dict[str, Any]:
+    """Of 1-sigmas, shape (n, n_states), each 3-vector's largest, a column each."""
+    blocks = block_units(plans.problem.model.suite)
+    worst = sigma.reshape(len(sigma), len(blocks), 3).max(axis=2)
+    return {
+        f"{block.label} 1-sigma [{block.unit}]": values * block.factor
+        for block, values in zip(blocks, worst.T, strict=True)
+    }
 
 
 def front_summary(scenario: Scenario, F: ArrayLike) -> dict[str, float]:

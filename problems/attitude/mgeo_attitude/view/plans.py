@@ -167,15 +167,30 @@ class Plans(View):
     @cached_property
     def kept(self) -> Floats:
         """Objectives that most of 200 other flights keep, shape (n, n_obj)."""
-        return self._kept()[:, :-1]
+        return self._kept()[:, : self.problem.n_obj]
 
     @property
     def kept_sigma_deg(self) -> Floats:
         """1-sigma of the attitude about the worst body axis that they keep [deg], shape (n,)."""
-        return self._kept()[:, -1]
+        return self._kept()[:, self.problem.n_obj]
+
+    @cached_property
+    def sigma(self) -> Floats:
+        """1-sigma of each state at `t_end`, as it is told, shape (n, n_states).
+
+        Flown exactly. Coils turn a satellite otherwise from every attitude, so that no flight is
+        the exact one: there it is the root mean square over the flights of `kept`.
+        """
+        if self.problem.scenario.turned_by_coils:
+            return self._kept()[:, self.problem.n_obj + 1 :]
+        sigma: Floats = np.sqrt(np.diagonal(self.exactly.covariance, axis1=1, axis2=2))
+        return sigma
 
     def _kept(self, flights: int = 200, share: float = 0.9, seed: int | None = None) -> Floats:
-        """Objectives and the 1-sigma of the attitude [deg] side by side."""
+        """Objectives and the 1-sigma of the attitude [deg] that a share of flights keeps.
+
+        Beside them the root mean square over the flights of the 1-sigma of each state.
+        """
         problem = self.problem
         errors = problem.scenario.flight or FlightErrors()
         errors = dataclasses.replace(
@@ -188,11 +203,14 @@ class Plans(View):
 
         def known(model: FilterModel, ran: Evaluation) -> Floats:
             objectives = problem.valued(model, ran)[:, : problem.n_obj]
-            return np.column_stack([objectives, attitude_sigma_deg(ran.covariance)])
+            variances = np.diagonal(ran.covariance, axis1=1, axis2=2)
+            return np.column_stack([objectives, attitude_sigma_deg(ran.covariance), variances])
 
         def run(X: Floats) -> Floats:
             samples = problem.flights_of(errors)
-            return kept_by(over_flights(samples, X, known, problem.threads, True), share)
+            found = over_flights(samples, X, known, problem.threads, True)
+            told, variances = np.split(found, [problem.n_obj + 1], axis=2)
+            return np.hstack([kept_by(told, share), np.sqrt(variances.mean(axis=0))])
 
         return self._cache(errors).complete(self.X, run)
 
@@ -222,7 +240,7 @@ class Plans(View):
         both = zip(
             self.problem.obj_names,
             self.promised.T,
-            self._kept(flights, share, seed).T[:-1],
+            self._kept(flights, share, seed).T[: self.problem.n_obj],
             strict=True,
         )
         for label, told, found in both:

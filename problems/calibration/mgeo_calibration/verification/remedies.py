@@ -65,8 +65,6 @@ def remedies(plan: ManeuverPlan, found: Verification) -> list[str]:
 
 def _remedies(plan: ManeuverPlan) -> Iterator[str]:
     scenario, outside = plan.scenario, validity(plan.scenario)
-    if scenario.turned_by_coils and not scenario.flight:
-        yield "a plan that other attitudes keep, too, as coils turn each otherwise: solve --robust"
     if outside:
         yield f"know more at the start: {'; '.join(outside)}"
     elif scenario.prior is None:

@@ -6,12 +6,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.view.observability import States
 from scipy.stats import chi2
 
 from mgeo.studies.statistics import holm
-from mgeo_calibration.estimation import simulate
+from mgeo_calibration.estimation import MonteCarlo, simulate
 from mgeo_calibration.verification.ends import ends
 
 #: Probability of calling a plan and its filter wrong that are right, in all tests together.
@@ -36,9 +39,10 @@ class Verification:
     ----------
     n_runs : int
     table : DataFrame
-        One row per state: ``unit``; ``predicted`` 1-sigma; ``rms`` error of the flights; its ratio
-        to that, and to what each flight's own filter claims (root mean square); ``within 3 sigma
-        [%]`` of the claim; and the two ratios' p-values, corrected.
+        One row per state: ``unit``; ``predicted`` 1-sigma, see `predictions`, and ``rms`` error,
+        root mean squares of the flights; the ratio of each error to its prediction, and to what
+        its own filter claims (root mean squares); ``within 3 sigma [%]`` of the claim; and the two
+        ratios' p-values, corrected.
     nees : float
         Mean normalized error squared per state, eᵀ P⁻¹ e / n_states; 1 for a consistent filter.
     nees_p : float
@@ -136,8 +140,11 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
     )
     found, at = flights.table(), flights.sample()
     states = States.of(plan.problem.model.suite)
-    predicted = found["ratio"].to_numpy()
-    claimed = np.sqrt(((flights.errors[:, at] / flights.sigma[:, at]) ** 2).mean(axis=0))
+    promised = predictions(plan, flights)
+    predicted, claimed = (
+        np.sqrt(((flights.errors[:, at] / sigma) ** 2).mean(axis=0))
+        for sigma in (promised, flights.sigma[:, at])
+    )
     nees, m = float(flights.nees[:, at].mean() / len(states.names)), len(states.names)
     p = holm(
         np.concatenate(
@@ -150,7 +157,7 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
     table = pd.DataFrame(
         {
             "unit": states.units,
-            "predicted": found["predicted"].to_numpy() * states.factors,
+            "predicted": np.sqrt((promised**2).mean(axis=0)) * states.factors,
             "rms": found["rms"].to_numpy() * states.factors,
             PREDICTED: predicted,
             CLAIMED: claimed,
@@ -162,3 +169,21 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
     )
     broken, where = flights.broken_limits(), ends(plan, n_runs, seed)
     return Verification(n_runs, table, nees, float(p[-1]), broken, where)
+
+
+def predictions(plan: ManeuverPlan, flights: MonteCarlo) -> Floats:
+    """1-sigma of each state at `t_end` that the linear covariance predicts, shape (n, n_states).
+
+    That of the plan flown exactly, for all flights; or for each flight that of the motion that
+    coils make of the attitude it begins at.
+    """
+    model, at = plan.problem.model, flights.sample()
+    if not plan.scenario.turned_by_coils:
+        return np.broadcast_to(flights.predicted[at], flights.errors[:, at].shape)
+    first, step = model.initial_attitude, round(plan.t_end / model.step)
+    found = []
+    for error in flights.errors[:, 0, :3]:
+        flown = model.turned(first.T @ matrix(error) @ first)
+        run = evaluate(flown, [plan.design], 1, covariance=True, until=step)
+        found.append(np.sqrt(np.diag(run.covariance[0])))
+    return np.array(found)
