@@ -317,7 +317,7 @@ def _run(
             densities,
             np.array(transition_pattern(suite)),
             model.step,
-            plan.free is not None and _alike(densities),
+            (model.by_polynomials or plan.free is not None) and _alike(densities),
         ),
         begins.table,
         constants_of(model, variants),

@@ -12,9 +12,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
 from mgeo_attitude._typing import Floats, Ints
 
+#: Deeper than every point of parting.
+_LEAF = np.iinfo(np.int64).max
 #: Beginnings shorter than this many steps are not worth a copy of the state.
 _WORTHWHILE = 16
 
@@ -70,7 +73,9 @@ def shared(rates: Floats, starts: Ints, over: Ints, n_steps: int, variants: Ints
     ends = np.column_stack([starts[:, 1:], over])
     plans = np.concatenate([rates, ends[:, :, None]], axis=2).reshape(len(rates), -1)
     keys = np.column_stack([variants, plans])
-    order = np.lexsort(keys.T[::-1])
+    # the bytes of a row's numbers, the most significant first, which numpy compares at once
+    rows = (keys + 0.0).astype(">f8").view(f"V{8 * keys.shape[1]}")
+    order = np.argsort(rows[:, 0], kind="stable")
     ordered = keys[order]
     differs = np.ones(len(order), dtype=bool)
     differs[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
@@ -101,41 +106,48 @@ def _common_steps(rates: Floats, ends: Ints) -> Ints:
 
 
 def _tree(unique: Ints, common: Ints, twin: Ints) -> Jobs:
-    """Jobs from sorted designs and the steps that neighbors have in common.
-
-    The nodes of the tree are the root (0), the designs and the points where designs part. Those
-    on the way from the root to the current design are on a stack.
-    """
-    leaf = np.iinfo(np.int64).max  # deeper than every point of parting
-    depth, parent, design = [0], [-1], [-1]
-    stack = [0]
-
-    def push(node_depth: int, node_design: int) -> None:
-        depth.append(node_depth)
-        parent.append(stack[-1])
-        design.append(node_design)
-        stack.append(len(depth) - 1)
-
-    for which, before in zip(unique.tolist(), [0, *common.tolist()], strict=True):
-        last = 0
-        while depth[stack[-1]] > before:
-            last = stack.pop()
-        if depth[stack[-1]] < before:
-            push(before, design[last])
-            parent[last] = stack[-1]
-        push(leaf, which)
+    """Jobs from sorted designs and the steps that neighbors have in common."""
+    depth, parent, design = _nodes(unique, common)
 
     # In the order of their first steps, which puts a job after the one it leaves.
-    begin = np.array(depth)[parent[1:]]
+    begin = depth[parent[1:]]
     order = np.argsort(begin, kind="stable")
     place = np.append(np.argsort(order), -1)  # the root, at -1, is no job
-    end = np.array(depth[1:])[order]
-    inner = end < leaf
+    end = depth[1:][order]
+    inner = end < _LEAF
     return Jobs(
-        design=np.array(design[1:])[order],
+        design=design[1:][order],
         begin=begin[order],
         end=np.where(inner, end, -1),
-        parent=place[np.array(parent[1:]) - 1][order],
+        parent=place[parent[1:] - 1][order],
         snapshot=np.where(inner, np.cumsum(inner) - 1, -1),
         twin=twin,
     )
+
+
+@njit(cache=True)
+def _nodes(unique: Ints, common: Ints) -> tuple[Ints, Ints, Ints]:
+    """Depths, parents and designs of the nodes of the tree.
+
+    They are the root (0), the designs and the points where designs part. Those on the way from the
+    root to the current design are on a stack.
+    """
+    most = 2 * len(unique) + 1
+    depth, parent = np.zeros(most, dtype=np.int64), np.full(most, -1)
+    design, stack = np.full(most, -1), np.zeros(most, dtype=np.int64)
+    n, top = 1, 0
+    for k in range(len(unique)):
+        before, last = common[k - 1] if k else 0, 0
+        while depth[stack[top]] > before:
+            last, top = stack[top], top - 1
+        if depth[stack[top]] < before:
+            depth[n], parent[n], design[n] = before, stack[top], design[last]
+            parent[last] = n
+            top += 1
+            stack[top] = n
+            n += 1
+        depth[n], parent[n], design[n] = _LEAF, stack[top], unique[k]
+        top += 1
+        stack[top] = n
+        n += 1
+    return depth[:n], parent[:n], design[:n]

@@ -113,6 +113,9 @@ class FilterModel:
         1-sigma that a plan must reach; infinite for a state without requirement.
     channels : mapping of str to array, shape (n_steps + 1,)
         Values of what biases follow.
+    by_polynomials : bool
+        Whether transitions are those of `polynomials` where they can be, which differ from others
+        by rounding and take a ninth of the time.
 
     Examples
     --------
@@ -144,6 +147,7 @@ class FilterModel:
     budget: MomentumBudget | None
     required_sigma: Floats
     channels: Mapping[str, Floats]
+    by_polynomials: bool = False
 
     @classmethod
     def from_scenario(

@@ -169,4 +169,5 @@ def thinned(model: FilterModel, every: int) -> FilterModel:
         # the sample at the start is not used, and the kernel that gates sensors stays the same
         available=np.vstack([~np.array(model.gated, dtype=bool), some]),
         window_steps=max(round(model.window_steps / every), 1),
+        by_polynomials=True,
     )
