@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.refine.at_time import at_time
 from mgeo_attitude.refine.descent import descend
-from mgeo_attitude.refine.judging import at_time
 from mgeo_attitude.refine.roughly import Roughly
 from mgeo_attitude.refine.splitting import split
 from mgeo_attitude.refine.starts import beam
@@ -56,8 +56,6 @@ def measured(preset, rule, mode, seed):
     """Seconds of the processors, hypervolume and ratios to the limit; and the front."""
     count, evaluations, starts, polish = MODES[mode]
     options = {"preset": preset, "maneuvers": {"count": count}, "convergence": {"rule": rule}}
-    if rule == "trace":
-        del options["convergence"]
     run = prepare(
         "attitude", options, evaluations=evaluations, seed=seed, starts=starts, polish=polish
     )
@@ -92,10 +90,9 @@ def best_known(preset, time, starts=300, count=10, seed=1):
     beams = [split(beam(at, n, time, 2, 400)[::10], count) for n in range(count // 2, count + 1)]
     plans = np.vstack([plans, *beams])
     for left, iterations in ((starts // 5, 15), (6, 30), (6, 150)):
-        found = [descend(at, plan, time, iterations) for plan in plans]
-        plans = at.best(np.array(found), steps, left)
+        plans = at.best(descend(at, plans, time, iterations), steps, left)
     step = round(time / exact.model.step)
-    value, _ = exact.values(np.array([descend(exact, plan, time, 30) for plan in plans]), step)
+    value, _ = exact.values(descend(exact, plans, time, 30), step)
     return np.exp(value.min()) / np.minimum.accumulate(problem.limit_curves.ending)[step]
 
 

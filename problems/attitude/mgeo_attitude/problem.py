@@ -295,8 +295,7 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         return known or any(each.needs_covariance for each in constraints(self.scenario))
 
     def _objectives(self) -> list[Objective]:
-        suite = self.scenario.suite
-        return [objective(name, suite) for name in self.objectives]
+        return [objective(name, self.scenario.suite) for name in self.objectives]
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any]) -> AttitudeManeuverProblem:
@@ -357,16 +356,14 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         errors = self.scenario.flight or _ROBUST
         fewer = tuple(count for count in _GROW if count < errors.count)
         flight = dataclasses.replace(errors, grow=errors.grow or fewer)
-        return AttitudeManeuverProblem(
-            dataclasses.replace(self.scenario, flight=flight), threads=self.threads
-        )
+        scenario = dataclasses.replace(self.scenario, flight=flight)
+        return AttitudeManeuverProblem(scenario, threads=self.threads)
 
     def recommended(self) -> dict[str, Any]:
         """How a run is best begun and ended; nothing of the paper's scenario, which is a study.
 
-        Nothing, too, with few maneuvers, where a search alone comes as near the limit, and of what
-        takes longer to polish than to search: over flights and with coils; with a budget of wheels
-        starts alone.
+        Nor with few maneuvers, where a search alone comes as near the limit, nor of what takes
+        longer to polish than to search: over flights and with coils; of wheels' budgets starts.
         """
         scenario, wheels = self.scenario, self.scenario.wheels
         least = _POLISHED_BY.get(scenario.convergence.rule, _POLISHED)
@@ -378,23 +375,13 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         return {"starts": _STARTS, "polish": True, "evaluations": _BEFORE_POLISH}
 
     def starts(self, n: int, random_state: np.random.Generator) -> Floats:
-        """Designs to begin a search with, shape (n, n_var); see `refine.starts`.
-
-        Where coils turn the satellite, they are those of rates that it has at once: what coils fly
-        teaches about as much, and takes far longer to tell.
-        """
+        """Designs to begin a search with, shape (n, n_var); see `refine.starts`."""
         from mgeo_attitude.refine import starts  # compiles
 
-        own = self
-        if self.scenario.turned_by_coils:
-            freely = dataclasses.replace(self.scenario, coils=None)
-            own = AttitudeManeuverProblem(freely, threads=self.threads)
-        return starts(own, n, random_state)
+        return starts(self, n, random_state)
 
     def refine(self, X: ArrayLike) -> Iterator[Floats]:
-        """Better ones in the place of designs, shape (n, n_var), bit by bit; see `refine.polish`.
-
-        Then plans for times between those of these designs.
+        """Better designs in their place, bit by bit, then others between; see `refine.polish`.
 
         Raises
         ------

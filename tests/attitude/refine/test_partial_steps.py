@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mgeo_attitude.maneuvers.schedule import decode, maneuver_steps
-from mgeo_attitude.refine.partial_steps import with_partial_steps
+from mgeo_attitude.refine.at_time import with_partial_steps
 
 
 def flown(designs, step, n_steps):

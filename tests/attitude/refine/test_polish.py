@@ -8,7 +8,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, limit, polish
 from mgeo_attitude.refine import polish_steps
 from mgeo_attitude.refine.at_time import AtTime, slowed
-from mgeo_attitude.refine.descent import Descent, descend
+from mgeo_attitude.refine.descent import Descent, descend, descend_from_best
 from mgeo_attitude.refine.starts import receding_horizon
 from mgeo_attitude.scenario import FlightErrors, PathLimit
 
@@ -63,11 +63,24 @@ def test_what_is_longer_than_a_maneuver_may_be_goes_to_the_others(problem):
 
 def test_a_descent_fills_the_time_and_learns_more(problem):
     at = AtTime(problem.scenario, problem.model)
-    begin = receding_horizon(at, 4, 400.0)
-    found = descend(at, begin, 400.0, 8)
-    assert found[3::4].sum() == pytest.approx(400.0)
-    (before,), (after,) = (at.values(each[None], 200)[0] for each in (begin, found))
-    assert after < before - 0.01
+    begins = np.array([receding_horizon(at, 4, 400.0), some(problem, 1)[0]])
+    found = descend(at, begins, 400.0, 8)
+    assert found[:, 3::4].sum(axis=1) == pytest.approx(400.0)
+    before, after = (at.values(each, 200)[0] for each in (begins, found))
+    assert (after < before - 0.01).all()
+    # of several side by side each is as if it were alone
+    alone = [descend(at, begin[None], 400.0, 8)[0] for begin in begins]
+    np.testing.assert_array_equal(found, alone)
+
+
+def test_of_several_descents_the_best_goes_on(problem):
+    at = AtTime(problem.scenario, problem.model)
+    begins = np.vstack([some(problem, 5), receding_horizon(at, 4, 400.0)])
+    found = descend_from_best(at, begins, 400.0, 12)
+    each = descend(at, begins, 400.0, 12)
+    assert (found == each).all(axis=1).any()
+    value, _ = at.values(np.vstack([found, each]), 200)
+    assert value[0] <= np.sort(value[1:])[1]
 
 
 def test_a_slower_plan_comes_through_the_same_attitudes():

@@ -7,8 +7,7 @@ import pytest
 from mgeo_attitude import Scenario, limit
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.refine.at_time import AtTime
-from mgeo_attitude.refine.held import rate_grid, until_converged
-from mgeo_attitude.refine.starts import beam, receding_horizon
+from mgeo_attitude.refine.starts import beam, rate_grid, receding_horizon, until_converged
 from mgeo_attitude.scenario import PathLimit
 
 from .conftest import short

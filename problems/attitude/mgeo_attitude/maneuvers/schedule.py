@@ -62,6 +62,11 @@ def decode(designs: ArrayLike) -> tuple[Floats, Floats]:
     return rates, durations
 
 
+def durations_of(designs: Floats) -> Floats:
+    """Durations [s], shape (..., m), of designs, shape (..., 4 m): a view of them."""
+    return designs[..., VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER]
+
+
 def holding(rate: Floats) -> Floats:
     """The design of a plan of nothing, shape (4,): the rate at the start [rad/s] is held.
 

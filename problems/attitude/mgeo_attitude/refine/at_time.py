@@ -1,9 +1,11 @@
-"""What plans are worth at a time, whatever the rule of convergence, and how that changes."""
+"""What plans are worth: at a time, whatever the rule of convergence, and by a problem."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -12,8 +14,29 @@ from mgeo_attitude.criteria.constraints import Constraint, constraints
 from mgeo_attitude.criteria.objectives import objective
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
+from mgeo_attitude.filter.start_times import StartTimes
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
 from mgeo_attitude.scenario import Scenario
+
+#: By how much of a step ends are early, so that rounding does not put them past a step.
+_EARLY = 1e-6
+#: Objectives and constraint violations, the latter 0 where all is kept, shapes (n, k) and (n,).
+Judge = Callable[[Floats], tuple[Floats, Floats]]
+
+
+class PlanProblem(Protocol):
+    """A problem whose designs are maneuvers of one scenario."""
+
+    scenario: Scenario
+    threads: int | None
+    objectives: tuple[str, ...]
+
+    def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any: ...
+    def begun(self, x: Any) -> tuple[PlanProblem, Floats]: ...
+    @property
+    def model(self) -> FilterModel: ...
+    @property
+    def start_times(self) -> StartTimes | None: ...
 
 
 @dataclass(frozen=True)
@@ -42,13 +65,19 @@ class AtTime:
         return [each for each in constraints(self.scenario) if each.needs_covariance]
 
     def values(
-        self, designs: Floats, steps: Ints | int, required: bool = False
+        self,
+        designs: Floats,
+        steps: Ints | int,
+        required: bool = False,
+        within_steps: bool = False,
     ) -> tuple[Floats, Floats]:
         """Value, shape (n,), and excess over each limit, shape (n, k), after so many steps.
 
         A design without a value has an infinite one. Limits are those on the way and, where they
-        are `required`, those of the end.
+        are `required`, those of the end. Maneuvers end `within_steps` where rates change at once.
         """
+        if within_steps and self.model.slew_limits is None:
+            designs = with_partial_steps(designs, self.model.step)
         found = objective(self.name, self.model.suite)
         asked = self.limits + (self.requirements if required else [])
         covariance = found.needs_covariance or any(each.needs_covariance for each in asked)
@@ -63,17 +92,17 @@ class AtTime:
         value, excess = (np.where(np.isfinite(each), each, np.inf) for each in (value, excess))
         return value, excess
 
-    def best(self, designs: Floats, steps: int, most: int) -> Floats:
+    def best(self, designs: Floats, steps: int, most: int, within_steps: bool = False) -> Floats:
         """So many of the designs, the best first: least values after those that keep limits most.
 
         Limits are those on the way.
         """
-        found: Floats = designs[self.order(designs, steps)[:most]]
+        found: Floats = designs[self.order(designs, steps, within_steps)[:most]]
         return found
 
-    def order(self, designs: Floats, steps: Ints | int) -> Ints:
+    def order(self, designs: Floats, steps: Ints | int, within_steps: bool = False) -> Ints:
         """Rows of designs, the best first, as `best`."""
-        value, excess = self.values(designs, steps)
+        value, excess = self.values(designs, steps, within_steps=within_steps)
         worst = np.maximum(excess, 0.0).max(axis=1, initial=0.0)
         return np.lexsort((value, worst))
 
@@ -93,13 +122,43 @@ class AtTime:
         return rows, result.t_end[rows]
 
 
+def parts(problem: PlanProblem, designs: Floats) -> tuple[Floats, Floats]:
+    """Maneuvers, shape (n, 4 m), and starts, shape (n, 1), or (n, 0) where they are not free."""
+    at = VARIABLES_PER_MANEUVER * problem.scenario.maneuvers.count
+    return designs[:, :at], designs[:, at:]
+
+
+def begins_with(maneuvers: Floats, start: Floats) -> Floats:
+    """Designs of maneuvers, shape (n, 4 m), that have a start, shape (1,) or (0,)."""
+    return np.hstack([maneuvers, np.tile(start, (len(maneuvers), 1))])
+
+
+def at_time(problem: PlanProblem, name: str = "trace", start: Floats | None = None) -> AtTime:
+    """What maneuvers of a problem are worth at any time from a start on, flown exactly."""
+    own = problem
+    if start is not None and start.size:
+        none = np.zeros(VARIABLES_PER_MANEUVER * problem.scenario.maneuvers.count)
+        own, _ = problem.begun(np.append(none, start))
+    return AtTime(own.scenario, own.model, name, problem.threads)
+
+
+def judged_by(problem: PlanProblem) -> Judge:
+    """Designs judged as the problem does."""
+
+    def judge(designs: Floats) -> tuple[Floats, Floats]:
+        F, G = problem.evaluate(designs, return_values_of=["F", "G"])
+        return F, np.maximum(G, 0.0).max(axis=1, initial=0.0)
+
+    return judge
+
+
 def ending_at(designs: Floats, times: Floats | float, longest: float) -> Floats:
     """Designs, shape (n, 4 m), whose maneuvers are over at times, the last ones cut or held.
 
     No maneuver is made longer than the `longest`: a plan that has no more time left ends earlier.
     """
     found = designs.copy()
-    durations = found[:, VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER]
+    durations = durations_of(found)
     until = np.broadcast_to(times, len(designs))[:, None]
     ends = np.minimum(np.cumsum(durations, axis=1), until)
     ends[:, -1:] = until
@@ -110,7 +169,7 @@ def ending_at(designs: Floats, times: Floats | float, longest: float) -> Floats:
 def stretched(designs: Floats, factors: Floats | float, longest: float) -> Floats:
     """Designs with all durations by factors, none of them longer than the `longest`."""
     found = designs.copy()
-    durations = found[:, VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER]
+    durations = durations_of(found)
     by = np.broadcast_to(factors, len(designs))[:, None]
     durations[:] = np.minimum(by * durations, longest)
     return found
@@ -126,3 +185,33 @@ def slowed(designs: Floats, factors: Floats | float, longest: float, greatest: f
     by = np.broadcast_to(factors, len(designs))[:, None, None]
     maneuvers[:, :, :3] = np.clip(maneuvers[:, :, :3] / by, -greatest, greatest)
     return found
+
+
+def with_partial_steps(designs: Floats, step: float) -> Floats:
+    """Designs, shape (n, 4 m), as ones that end on steps, shape (n, 4 (2 m - 1)).
+
+    Of a plan whose maneuvers end within steps values change smoothly with it.
+
+    In the step [s] in which one maneuver or more end the rate is the mean of theirs, as long as
+    each of them is flown in it.
+    """
+    maneuvers = designs.reshape(len(designs), -1, VARIABLES_PER_MANEUVER)
+    rates, ends = maneuvers[:, :, :3], np.cumsum(maneuvers[:, :, 3], axis=1) / step
+    if ends.shape[1] == 1:
+        return designs
+    starts = np.hstack([np.zeros((len(ends), 1)), ends[:, :-1]])
+    shared = np.floor(ends[:, :-1])  # the step in which each ends, shape (n, m - 1)
+    flown = np.minimum(shared[:, :, None] + 1.0, ends[:, None]) - np.maximum(
+        shared[:, :, None], starts[:, None]
+    )
+    flown = np.maximum(flown, 0.0)
+    flown[:, :, -1] += 1.0 - flown.sum(axis=2)  # the last rate is held
+    n, m = ends.shape
+    found = np.empty((n, 2 * m - 1, VARIABLES_PER_MANEUVER))
+    found[:, ::2, :3], found[:, 1::2, :3] = rates, flown @ rates
+    until = np.empty((n, 2 * m - 1))
+    until[:, :-1:2], until[:, 1::2] = shared, shared + 1.0
+    until[:, -1] = np.ceil(ends[:, -1] - _EARLY)
+    until = np.maximum.accumulate(until, axis=1)
+    found[:, :, 3] = step * np.diff(np.maximum(until - _EARLY, 0.0), axis=1, prepend=0.0)
+    return found.reshape(n, -1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import dataclass, field
 
@@ -10,15 +11,16 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.refine.at_time import AtTime
-from mgeo_attitude.refine.partial_steps import with_partial_steps
-from mgeo_attitude.refine.quasi_newton import minimized
+from mgeo_attitude.refine.quasi_newton import minimizing
 
 #: Change of a rate, of the greatest, by which slopes are taken; of a duration, of a step.
 _SMALL, _PART = 1e-5, 1e-2
 #: By how much of their bounds limits are kept, so that rounding does not break them.
 _MARGIN = 1e-6
 #: A change of the logarithm of the value that is not worth another iteration.
-_ENOUGH = 1e-5
+_ENOUGH = 1e-4
+#: After how many points half of several descents are left, and how many times as many later again.
+_HALVED, _LONGER = 4, 2.5
 #: A share of the time that is none.
 _NOTHING = 1e-12
 #: What stands for an infinite value.
@@ -79,46 +81,85 @@ class Descent:
         """Value and margins, shape (1 + k,), and their slopes, shape (1 + k, 4 m)."""
         key = z.tobytes()
         if key not in self._known:
-            self._known = {key: self._taken(z)}
+            found, slopes = self.taken(z[None])
+            self._known = {key: (found[0], slopes[0])}
         return self._known[key]
 
-    def _taken(self, z: Floats) -> tuple[Floats, Floats]:
-        """All of them by one batch of the kernel."""
-        model = self.at.model
+    def taken(self, variables: Floats) -> tuple[Floats, Floats]:
+        """The same of rows of variables by one batch of the kernel, which costs less than each."""
+        model, (n, size) = self.at.model, variables.shape
         smooth = model.slew_limits is None  # or else ramps begin on steps
-        steps = np.full(len(z), _SMALL)
-        steps[3 * self.count :] = (_PART if smooth else 1.0) * model.step / self.time
-        steps = np.where(z + steps > self.bounds[:, 1], -steps, steps)
-        designs = self.designs(np.vstack([z, z + np.diag(steps)]))
-        if smooth:
-            designs = with_partial_steps(designs, model.step)
-        value, excess = self.at.values(designs, self.steps, required=True)
+        steps = np.full((n, size), _SMALL)
+        steps[:, 3 * self.count :] = (_PART if smooth else 1.0) * model.step / self.time
+        steps = np.where(variables + steps > self.bounds[:, 1], -steps, steps)
+        tried = np.repeat(variables[:, None], 1 + size, axis=1)
+        tried[:, 1:] += steps[:, :, None] * np.eye(size)
+        designs = self.designs(tried.reshape(-1, size))
+        value, excess = self.at.values(designs, self.steps, required=True, within_steps=True)
         found = np.column_stack([np.minimum(value, _WORST), -_MARGIN - np.minimum(excess, _WORST)])
-        return found[0], (found[1:] - found[0]).T / steps
+        found = found.reshape(n, 1 + size, -1)
+        differences = found[:, 1:] - found[:, :1]
+        return found[:, 0], np.moveaxis(differences / steps[:, :, None], 1, 2)
 
 
-def descend(at: AtTime, design: Floats, time: float, iterations: int) -> Floats:
-    """A design that is worth more at a time [s], within all limits, as far as can be found.
+def descend(at: AtTime, designs: Floats, time: float, iterations: int) -> Floats:
+    """Designs that are worth more at a time [s], within all limits, as far as can be found.
 
-    Slopes are differences, one batch of the kernel for each point. With limits steps are those of
-    SLSQP (D. Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28, 1988),
-    or else of `quasi_newton`.
+    Each by itself, side by side. Slopes are differences. With limits steps are those of SLSQP
+    (D. Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28, 1988), or
+    else of `quasi_newton`.
 
     Parameters
     ----------
-    design : array, shape (4 m,)
+    designs : array, shape (n, 4 m)
         Whose maneuvers are over by then.
     """
-    problem = Descent(at, time, design.size // VARIABLES_PER_MANEUVER)
-    z = problem.variables(design)
-    if len(problem.known(z)[0]) > 1:
-        z = _within_limits(problem, z, iterations)
+    problem = Descent(at, time, designs.shape[1] // VARIABLES_PER_MANEUVER)
+    begins = np.array([problem.variables(design) for design in designs])
+    if at.limits or at.requirements:
+        ends = np.array([_within_limits(problem, z, iterations) for z in begins])
     else:
-        z = minimized(problem.value, z, problem.bounds, iterations, _ENOUGH)
-    if not np.isfinite(z).all():
-        return design
-    best: Floats = problem.designs(z)[0]
+        ends = _side_by_side(problem, begins, iterations)
+    sound = np.isfinite(ends).all(axis=1)
+    return np.where(
+        sound[:, None], problem.designs(np.where(sound[:, None], ends, begins)), designs
+    )
+
+
+def descend_from_best(at: AtTime, designs: Floats, time: float, iterations: int) -> Floats:
+    """The best that `descend` finds from several designs, shape (4 m,), without limits.
+
+    After a few points the better half of them goes on, and again until one is left.
+    """
+    problem = Descent(at, time, designs.shape[1] // VARIABLES_PER_MANEUVER)
+    begins = np.array([problem.variables(design) for design in designs])
+    ends = _side_by_side(problem, begins, iterations, _HALVED)
+    best: Floats = problem.designs(ends)[0]
     return best
+
+
+def _side_by_side(
+    problem: Descent, begins: Floats, iterations: int, halved: int | None = None
+) -> Floats:
+    """Where each ends, or where the one does that is left if they are halved after some points."""
+    ends, least = begins.copy(), np.full(len(begins), np.inf)
+    ways = [minimizing(z, problem.bounds, iterations, _ENOUGH) for z in begins]
+    asked, left, points = {row: next(way) for row, way in enumerate(ways)}, [*range(len(ways))], 0
+    while asked:
+        values, slopes = problem.taken(np.array(list(asked.values())))
+        for row, value, slope in zip(list(asked), values[:, 0], slopes[:, 0], strict=True):
+            least[row] = min(least[row], value)
+            try:
+                asked[row] = ways[row].send((float(value), slope))
+            except StopIteration as end:
+                ends[row] = end.value
+                del asked[row]
+        points += 1
+        if points == halved and len(left) > 1:
+            left = sorted(left, key=lambda row: least[row])[: len(left) // 2]
+            asked = {row: z for row, z in asked.items() if row in left}
+            halved = math.ceil(_LONGER * halved)
+    return ends if halved is None else ends[[min(left, key=lambda row: least[row])]]
 
 
 def _within_limits(problem: Descent, z: Floats, iterations: int) -> Floats:

@@ -6,7 +6,7 @@ import numpy as np
 
 from mgeo.algorithms.dominance import front_rows
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.refine.judging import Judge
+from mgeo_attitude.refine.at_time import Judge
 
 #: Share of the time of a row below which none takes its place, but for the last.
 _NEARLY = 0.98

@@ -2,34 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.objectives import smooth_objective
-from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
-from mgeo_attitude.refine.at_time import AtTime, ending_at, slowed, stretched
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
+from mgeo_attitude.refine.at_time import (
+    AtTime,
+    PlanProblem,
+    at_time,
+    begins_with,
+    ending_at,
+    judged_by,
+    parts,
+    slowed,
+    stretched,
+)
 from mgeo_attitude.refine.front import Front
-from mgeo_attitude.refine.held import until_converged
-from mgeo_attitude.refine.judging import PlanProblem, at_time, begins_with, judged_by, parts
 from mgeo_attitude.refine.roughly import Roughly
 from mgeo_attitude.refine.splitting import split, without_unneeded
-from mgeo_attitude.refine.starts import beam
+from mgeo_attitude.refine.starts import beam, until_converged
 
 #: Plans of a front that are polished, and iterations for each.
-MOST, ITERATIONS = 16, 24
+MOST, ITERATIONS = 16, 36
 #: How many times as many, with as much less of them, follow between those.
 _BETWEEN = 2
 #: How much longer than the first of a front's plans, over their number, all of it takes.
 _STEPS = 2.0
-#: From how many plans each of the former, and of the latter, is begun; steps after which a `beam`
-#: is no good begin, or none that is worth its time.
-_BEGUN, _LATEST = (8, 4), (5000, 1000)
-#: Stages of beams, as shares of the number of maneuvers; levels of rates, widths, and every which
-#: of the plans is a begin.
-_BEAMS = (1.0, 2, 100, 10), (0.8, 2, 60, 10), (0.6, 2, 60, 10), (1.0, 3, 60, 10)
+#: From how many plans each of the former, and of the latter, is begun; beams are for the former.
+_BEGUN = 8, 4
+#: Stages of a beam, as a share of the number of maneuvers; levels of rates, its width, and how much
+#: shorter stages become.
+Beam = tuple[float, int, int, float]
+_BEAMS: tuple[Beam, ...] = (
+    (1.0, 2, 100, 1.0),
+    (0.8, 2, 60, 1.0),
+    (0.6, 2, 60, 1.0),
+    (1.0, 3, 60, 0.8),
+)
+#: Every which of a beam's plans is a begin.
+_OF_BEAM = 10
 #: Of plans with rates held after them, those judged over flights, and those tried at other times.
 _FLOWN, _HELD = 4, 6
 #: How many of the polished plans are tried at another time, and how many of what comes of them.
@@ -49,11 +64,11 @@ def polish(
 
     Of a front, `most` plans at even ratios of their times are polished, in the order of these. Each
     begins from the best of itself, those before and beams (`starts.beam`); then twice as many
-    between them, with half of the iterations. By the rule "trace" of convergence what is polished
-    is what a plan knows a window before its end; then it holds a rate by which the rule finds it
-    converged. What is found is tried at the times of all others, too, and at last maneuvers that
-    are of no use are left out. A row for which nothing better was found, or that would break a
-    limit, stays as it is.
+    between them, without beams and with half of the iterations. By the rule "trace" of convergence
+    what is polished is what a plan knows a window before its end; then it holds a rate by which the
+    rule finds it converged. What is found is tried at the times of all others, too, and at last
+    maneuvers that are of no use are left out. A row for which nothing better was found, or that
+    would break a limit, stays as it is.
 
     Where plans are judged over flights, slopes are those of plans flown exactly; the flights tell
     whether what is found is better.
@@ -144,7 +159,7 @@ def _tables(
     done: set[int] = set()
     roughs: dict[bytes, Roughly] = {}  # of each start
     sizes = (most, iterations), (_BETWEEN * most, -(-iterations // _BETWEEN))
-    for (rows, each), tried, latest in zip(sizes, _BEGUN, _LATEST, strict=True):
+    for (rows, each), tried, beams in zip(sizes, _BEGUN, (_BEAMS, ()), strict=True):
         new: dict[bytes, list[Floats]] = {}
         for row in _spread(at, front, rows):
             ends = _learning(at, front.times[row])
@@ -154,7 +169,7 @@ def _tables(
             key = start.tobytes()
             if key not in roughs:
                 roughs[key] = Roughly(at_time(problem, name, start))
-            begins = _begins(roughs[key], plan, learned, ends, latest)
+            begins = _begins(roughs[key], plan, learned, ends, beams)
             learned.append(roughs[key].descended(begins, ends, each, tried))
             better = begins_with(_ended(roughs[key].exact, learned[-1]), start)
             front.take(better[:_FLOWN] if flown else better)
@@ -201,17 +216,17 @@ def _learning(at: AtTime, t_end: float) -> float | None:
 
 
 def _begins(
-    roughly: Roughly, design: Floats, learned: list[Floats], time: float, latest: int
+    roughly: Roughly, design: Floats, learned: list[Floats], time: float, beams: Iterable[Beam]
 ) -> Floats:
-    """Plans to begin the polish for a time [s] from, shape (k, 4 m); beams of few enough steps."""
+    """Plans to begin the polish for a time [s] from, shape (k, 4 m)."""
     at = roughly.exact
     count = design.size // VARIABLES_PER_MANEUVER - _holds(at)
     longest = at.scenario.maneuvers.max_duration
     found = [ending_at(design[None, : VARIABLES_PER_MANEUVER * count], time, longest)]
-    if time <= latest * at.model.step:
-        for share, levels, width, every in _BEAMS:
-            n = max(round(share * count), 1)
-            found.append(split(beam(roughly.at(time), n, time, levels, width)[::every], count))
+    for share, levels, width, shorter in beams:
+        n = max(round(share * count), 1)
+        plans = beam(roughly.at(time), n, time, levels, width, shorter)
+        found.append(split(plans[::_OF_BEAM], count))
     if learned:
         plans = np.array(learned)
         found.append(_ending_then(at, plans[_nearest(at, plans, time, _NEAREST)], time))
@@ -267,5 +282,5 @@ def _at_other_times(roughly: Roughly, plans: Floats, times: Floats) -> Floats:
 
 def _total(designs: Floats) -> Floats:
     """Of all maneuvers [s], shape (n,)."""
-    total: Floats = designs[:, VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER].sum(axis=1)
+    total: Floats = durations_of(designs).sum(axis=1)
     return total

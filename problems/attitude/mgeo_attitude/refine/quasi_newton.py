@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Generator
 
 import numpy as np
 
@@ -18,14 +18,13 @@ _FIRST = 0.05
 _ON = 1e-9
 
 
-def minimized(
-    known: Callable[[Floats], tuple[float, Floats]],
-    start: Floats,
-    bounds: Floats,
-    iterations: int,
-    enough: float,
-) -> Floats:
+def minimizing(
+    start: Floats, bounds: Floats, iterations: int, enough: float
+) -> Generator[Floats, tuple[float, Floats], Floats]:
     """Where a function is less than at the start, within bounds, shape (k,).
+
+    It asks for the points that it yields, and is sent value and slopes, shape (k,), of each: so
+    several can go on side by side.
 
     BFGS with the slopes of variables on a bound that they would leave taken as zero (D. P.
     Bertsekas, Projected Newton methods for optimization problems with simple constraints, SIAM J.
@@ -34,8 +33,6 @@ def minimized(
 
     Parameters
     ----------
-    known : function
-        Value and slopes, shape (k,).
     bounds : array, shape (k, 2)
         Least and greatest.
     iterations : int
@@ -45,7 +42,7 @@ def minimized(
     """
     low, high = bounds.T
     z = np.clip(start, low, high)
-    value, slope = known(z)
+    value, slope = yield z
     inverse = np.empty((0, 0))
     for _ in range(iterations):
         held = (z - low <= _ON * (high - low)) & (slope > 0.0)
@@ -62,7 +59,7 @@ def minimized(
         for _ in range(_TRIES):
             tried = np.clip(z + share * step, low, high)
             promised = float(slope @ (tried - z))
-            found, other = known(tried)
+            found, other = yield tried
             if found <= value + _ARMIJO * promised:
                 break
             # where a parabola through both values has its least

@@ -10,7 +10,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.variants import thinned
 from mgeo_attitude.refine.at_time import AtTime
-from mgeo_attitude.refine.descent import descend
+from mgeo_attitude.refine.descent import descend, descend_from_best
 
 #: How many samples are taken as one, at most so that there are as many of them and that a step
 #: turns by no more than so many degrees.
@@ -55,7 +55,7 @@ class Roughly:
             rows = np.flatnonzero([each is at for each in samplings])
             if len(rows):
                 steps = np.array([self.steps(time) for time in times[rows]])
-                order = rows[at.order(designs[rows], steps)]
+                order = rows[at.order(designs[rows], steps, within_steps=True)]
                 for time in np.unique(times[rows]):
                     found.append(order[times[order] == time][:most])
         return np.concatenate(found)
@@ -67,12 +67,14 @@ class Roughly:
         the better half of them, until it is one.
         """
         at, steps = self.at(time), self.steps(time)
-        tried, share = at.best(begins, steps, most), _SHARE
+        tried, share = at.best(begins, steps, most, within_steps=True), _SHARE
+        if not (self.exact.limits or self.exact.requirements):
+            return descend_from_best(at, tried, time, iterations)
         while len(tried) > 1:
             each = max(round(share * iterations), 1)
-            tried = np.array([descend(at, design, time, each) for design in tried])
-            tried, share = at.best(tried, steps, len(tried) // 2), min(2.0 * share, 1.0)
-        found = descend(at, tried[0], time, iterations)
-        if self.exact.limits or self.exact.requirements:
-            found = descend(self.exact, found, time, _EXACT)
-        return found
+            tried = descend(at, tried, time, each)
+            tried = at.best(tried, steps, len(tried) // 2, within_steps=True)
+            share = min(2.0 * share, 1.0)
+        found = descend(at, tried, time, iterations)
+        best: Floats = descend(self.exact, found, time, _EXACT)[0]
+        return best

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
-from mgeo_attitude.refine.judging import PlanProblem, judged_by, parts
+from mgeo_attitude.refine.at_time import PlanProblem, judged_by, parts
 
 
 def split(designs: ArrayLike, count: int) -> Floats:

@@ -2,16 +2,42 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
-from mgeo_attitude.refine.at_time import AtTime
-from mgeo_attitude.refine.held import rate_grid, until_converged
-from mgeo_attitude.refine.judging import PlanProblem, at_time
+from mgeo_attitude.maneuvers.drives import SlewLimits
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
+from mgeo_attitude.refine.at_time import AtTime, PlanProblem, at_time
 
+#: Rates about each axis, from the greatest backward to the greatest forward.
+_LEVELS = 7
 #: Stages shorter than this many steps are not worth a maneuver.
 _SHORTEST = 5
+
+
+def rate_grid(greatest: float, n_levels: int = _LEVELS) -> Floats:
+    """Rates [deg/s] on a grid about the three axes, shape (n_levels³, 3)."""
+    levels = np.linspace(-greatest, greatest, n_levels)
+    return np.stack(np.meshgrid(levels, levels, levels), axis=-1).reshape(-1, 3)
+
+
+def until_converged(at: AtTime, design: Floats) -> Floats:
+    """A design, shape (4 m,), with rates held after it, shape (k, 4 (m + 1)), from k = 1.
+
+    Of the rates of `rate_grid` those by which it converges and knows more than by any by which it
+    does so sooner; first those by which it takes about the window of the rule, as what they teach
+    then is as little as the rule allows.
+    """
+    last = rate_grid(at.scenario.maneuvers.max_rate_deg_s)
+    before = np.broadcast_to(design, (len(last), len(design)))
+    held = np.hstack([before, last, np.zeros((len(last), 1))])
+    rows, t_end = at.soonest(held)
+    over = durations_of(design).sum()
+    late = np.abs(t_end - over - at.model.step * at.model.window_steps)
+    found: Floats = held[rows[np.argsort(late, kind="stable")]]
+    return found
 
 
 def receding_horizon(at: AtTime, count: int, time: float) -> Floats:
@@ -24,20 +50,30 @@ def receding_horizon(at: AtTime, count: int, time: float) -> Floats:
     return plan
 
 
-def beam(at: AtTime, count: int, time: float, n_levels: int = 7, width: int = 1) -> Floats:
+def beam(
+    at: AtTime,
+    count: int,
+    time: float,
+    n_levels: int = _LEVELS,
+    width: int = 1,
+    shorter: float = 1.0,
+) -> Floats:
     """As many such plans as the `width`, the best first, shape (width, 4 count).
 
     From stage to stage those are kept that leave the least values then: a beam search, by which a
-    rate may be chosen that teaches more later than others do at once.
+    rate may be chosen that teaches more later than others do at once. Each stage is `shorter` than
+    the one before by this factor: what is known at the end depends on the last ones most.
     """
     limits, step = at.scenario.maneuvers, at.model.step
     rates = rate_grid(limits.max_rate_deg_s, n_levels)
-    n_steps = max(int(min(time / count, limits.max_duration) / step), 1)
-    own = np.column_stack([rates, np.full(len(rates), n_steps * step)])
+    lengths = shorter ** np.arange(count)
+    durations = np.minimum(time * lengths / lengths.sum(), limits.max_duration)
+    n_steps = np.maximum((durations / step).astype(int), 1)
     plans = np.empty((1, 0))
-    for stage in range(1, count + 1):
+    for own_steps, until in zip(n_steps, np.cumsum(n_steps), strict=True):
+        own = np.column_stack([rates, np.full(len(rates), own_steps * step)])
         tried = np.hstack([np.repeat(plans, len(own), axis=0), np.tile(own, (len(plans), 1))])
-        plans = at.best(tried, min(stage * n_steps, at.model.n_steps), width)
+        plans = at.best(tried, min(int(until), at.model.n_steps), width)
     return plans
 
 
@@ -47,6 +83,9 @@ def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> F
     Times are spread evenly in their logarithm, each drawn within its share. By the rule "trace" of
     convergence a plan learns until a window before its time, and then holds a rate at which it
     learns little more; by any other it learns to its end. A free start is drawn, too.
+
+    Where coils turn the satellite, they are those of rates that it has at once: what coils fly
+    teaches about as much, and takes far longer to tell.
 
     Parameters
     ----------
@@ -63,7 +102,7 @@ def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> F
     """
     if n < 0:
         raise ValueError(f"n = {n}: expected a number of designs >= 0")
-    at = at_time(problem)
+    at = _freely(at_time(problem))
     scenario, model = at.scenario, at.model
     count, window = scenario.maneuvers.count, model.window_steps * model.step
     holds = model.rule == "trace" and count > 1
@@ -80,9 +119,19 @@ def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> F
         begins = random_state.choice(problem.start_times.times, (n, 1))
     found = np.empty((n, VARIABLES_PER_MANEUVER * count))
     for row, time in enumerate(times):
-        at = at_time(problem, start=begins[row])
+        at = _freely(at_time(problem, start=begins[row]))
         plan = receding_horizon(at, learning, float(time))
         if holds:
             plan = until_converged(at, plan)[0]
         found[row] = plan
     return np.hstack([found, begins])
+
+
+def _freely(at: AtTime) -> AtTime:
+    """The same, but where coils turn the satellite it has rates at once."""
+    if not at.scenario.turned_by_coils:
+        return at
+    scenario = dataclasses.replace(at.scenario, coils=None)
+    slew_limits = SlewLimits.of(scenario, at.model.initial_rate)
+    model = dataclasses.replace(at.model, slew_limits=slew_limits)
+    return dataclasses.replace(at, scenario=scenario, model=model)

@@ -14,7 +14,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound import NoLimit
 from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.environment.time_stamps import utc_texts
-from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.sensors.suite import Suite, block_units
@@ -155,7 +155,7 @@ def glance(plans: Plans) -> pd.DataFrame:
     sigma = np.sqrt(np.where(np.isnan(result.t_end)[:, None], np.nan, variances))
     t_end_name, trace_name = (OBJECTIVES[name].label for name in PAPER)
     maneuvers = designs[:, : VARIABLES_PER_MANEUVER * problem.scenario.maneuvers.count]
-    durations = maneuvers[:, VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER]
+    durations = durations_of(maneuvers)
     columns: dict[str, Any] = {
         t_end_name: result.t_end,
         "t_end [orbits]": result.t_end / problem.scenario.orbit.period,
