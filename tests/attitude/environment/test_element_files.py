@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.environment.element_file import read_omm
+from mgeo_attitude.environment.element_file import is_element_file, read_omm
 from mgeo_attitude.environment.element_set import SGP4Error, gcrs_of
 from mgeo_attitude.environment.time_frames import instants
 from mgeo_attitude.fields import InvalidValue
@@ -263,6 +263,8 @@ def test_messages_that_are_refused(tmp_path: Path, changes: dict[str, str], expe
         ("OBJECT_NAME,MEAN_MOTION\nA,1", "A: EPOCH: missing"),
         (f"{VANGUARD_1}\n{ISS_2}", "expected the satellite number of line 1, '00005'"),
         (f"1 x\n{VANGUARD_2}", "'1 x': expected an epoch in columns 19-32"),
+        ("[" * 100_000 + "MEAN_MOTION", "not a message: its brackets are nested too deeply"),
+        (f"MEAN_MOTION\n{'9' * 200_000}", "not CSV: field larger than field limit"),
     ],
 )
 def test_texts_that_are_refused(tmp_path: Path, text: str, expected: str) -> None:
@@ -272,6 +274,19 @@ def test_texts_that_are_refused(tmp_path: Path, text: str, expected: str) -> Non
         of(path)
     assert str(caught.value).startswith(f"file = '{path}': ")
     assert expected in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["\n" * 300_000, "1 " + " " * 300_000, "1 x" + "\n" * 300_000])
+def test_long_blanks_are_no_elements(text: str) -> None:
+    """Patterns took squared time of them: minutes."""
+    assert not is_element_file(text + "x")
+
+
+def test_brackets_that_are_no_unit_stay() -> None:
+    """So did that of units."""
+    told = {"MEAN_MOTION": "15.1 [rev/day] ", "BSTAR": "[" * 300_000, "OBJECT_NAME": "A [b] [c]"}
+    (found,) = read_omm("".join(f"{key} = {value}\n" for key, value in told.items()))
+    assert found == {"MEAN_MOTION": "15.1", "BSTAR": "[" * 300_000, "OBJECT_NAME": "A [b]"}
 
 
 def test_a_satellite_that_decays_within_the_run() -> None:

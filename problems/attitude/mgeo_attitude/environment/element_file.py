@@ -61,10 +61,10 @@ def read_omm(text: str) -> list[Fields]:
         found = list(_xml(text))
     elif start in "[{":
         found = list(_json(text))
-    elif re.search(r"^\s*(CCSDS_OMM_VERS|MEAN_MOTION)\s*=", text, re.MULTILINE):
+    elif re.search(r"^[^\S\n]*(CCSDS_OMM_VERS|MEAN_MOTION)\s*=", text, re.MULTILINE):
         found = list(_kvn(text))
     else:
-        found = [dict(row) for row in csv.DictReader(text.strip().splitlines())]
+        found = list(_csv(text))
     return [
         {str(k): "" if v is None else str(v).strip() for k, v in fields.items()} for fields in found
     ]
@@ -106,15 +106,32 @@ def _number(key: str, text: str) -> float:
 
 def _kvn(text: str) -> Iterator[Fields]:
     """Messages one after another, each from its version on; units in brackets are dropped."""
-    for message in re.split(r"^(?=\s*CCSDS_OMM_VERS)", text, flags=re.MULTILINE):
+    for message in re.split(r"^(?=[^\S\n]*CCSDS_OMM_VERS)", text, flags=re.MULTILINE):
         pairs = (line.partition("=") for line in message.splitlines() if "=" in line)
-        fields = {key.strip(): re.sub(r"\[[^]]*\]\s*$", "", value) for key, _, value in pairs}
+        fields = {key.strip(): _without_unit(value) for key, _, value in pairs}
         if fields:
             yield fields
 
 
+def _without_unit(value: str) -> str:
+    # a pattern would look for the end from every bracket
+    found = value.rstrip()
+    start = found.find("[", found.rfind("]", 0, -1) + 1)
+    return found[:start] if found.endswith("]") and start >= 0 else found
+
+
+def _csv(text: str) -> Iterator[Fields]:
+    try:
+        yield from csv.DictReader(text.strip().splitlines())
+    except csv.Error as error:
+        raise ValueError(f"not CSV: {error}") from None
+
+
 def _json(text: str) -> Iterator[Fields]:
-    found = json.loads(text)
+    try:
+        found = json.loads(text)
+    except RecursionError:
+        raise ValueError("not a message: its brackets are nested too deeply") from None
     for fields in found if isinstance(found, list) else [found]:
         if not isinstance(fields, dict):
             raise ValueError(f"{fields!r:.60}: expected a message, or a list of them, in JSON")
@@ -160,9 +177,10 @@ def is_element_file(text: str) -> bool:
 
     A comment of an ephemeris may speak of them, too.
     """
-    if re.search(r"^\s*CCSDS_OEM_VERS\b", text, re.MULTILINE):
+    if re.search(r"^[^\S\n]*CCSDS_OEM_VERS\b", text, re.MULTILINE):
         return False
-    return is_omm(text) or bool(re.search(r"^1 .+\s*\n2 ", text, re.MULTILINE))
+    lines = itertools.pairwise(filter(str.strip, text.splitlines()))
+    return is_omm(text) or any(a.startswith("1 ") and b.startswith("2 ") for a, b in lines)
 
 
 def element_set(text: str, wanted: str, epoch: datetime, origin: Origin) -> TLEOrbit | MeanElements:
