@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import textwrap
+import warnings
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -37,7 +38,17 @@ app.add_typer(new.app, name="new")
 
 
 def main() -> None:
-    """Entry point of the command ``mgeo``."""
+    """Entry point of the command ``mgeo``; what will go of a file's keys is told, each once."""
+    shown, told = warnings.showwarning, set[str]()
+
+    def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+        if not issubclass(category, FutureWarning):
+            shown(message, category, *where, **more)
+        elif str(message) not in told:
+            told.add(str(message))
+            typer.echo(f"Note: {message}", err=True)
+
+    warnings.showwarning = show
     app()
 
 

@@ -12,6 +12,7 @@ from pymoo.core.problem import Problem
 from mgeo._typing import FloatArray
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.dominance import nondominated
+from mgeo.algorithms.staged import MGEOStaged
 from mgeo.algorithms.starting import SuggestedSampling
 from mgeo.algorithms.variables import KINDS, Variables, designs_of
 from mgeo.evaluation.individuals import as_numbers
@@ -62,6 +63,7 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
     _check_copies(problem, X, values)
     _check_presentation(problem, X, values["F"])
     _check_search(problem, X, seed)
+    _check_stages(problem, X, values)
     _check_options(problem, X, values)
 
 
@@ -210,6 +212,20 @@ def _check_search(problem: Problem, X: FloatArray, seed: int) -> None:
         for rows in (X[:0], X[:2]):
             with no_error("refine(X)"):
                 next(protocol.refinement(problem, rows), None)
+
+
+def _check_stages(problem: Problem, X: FloatArray, values: Mapping[str, FloatArray]) -> None:
+    """How stages of a search judge the points, in those that `MGEOStaged` has by default."""
+    if not hasattr(problem, "at_stage"):
+        return
+    for stage in range(len(MGEOStaged().stages)):
+        with no_error(f"at_stage({stage})"):
+            judge = problem.at_stage(stage)
+        require(isinstance(judge, Problem), f"at_stage({stage}) is no pymoo Problem: {judge!r}")
+        for key, found in evaluated(judge, X).items():
+            shape, expected = found.shape, values[key].shape
+            require(shape == expected, f"{key} of at_stage({stage}) of shape {shape}: {expected}")
+    _require_values(problem, X, values, "evaluated after at_stage(k)")
 
 
 def _asked(problem: Problem, method: str, **given: FloatArray) -> Any:

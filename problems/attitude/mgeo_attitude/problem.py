@@ -46,6 +46,8 @@ _STARTS, _BEFORE_POLISH = 12, 6_000
 #: see docs/how-good.md.
 _POLISHED, _POLISHED_BY = 6, {"end": 3}
 _GROW = 0, 16, 64  # of them in the stages of a search before the last
+#: What a plan's file calls itself.
+PLAN_FORMAT = "mgeo-attitude-plan"
 #: Problems of one start that stay in memory.
 _MOST_BEGUN = 64
 
@@ -305,7 +307,7 @@ class AttitudeManeuverProblem(ShownByView, Problem):
     @classmethod
     def solution_of(cls, document: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any] | None:
         """Options and design of a plan's file, as JSON values; None of any other document."""
-        if document.get("format") != "mgeo-attitude-plan":
+        if document.get("format") != PLAN_FORMAT:
             return None
         return document.get("scenario", {}), document.get("design")
 

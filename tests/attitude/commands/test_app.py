@@ -5,6 +5,7 @@ import re
 import shlex
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ import typer
 from mgeo_attitude.commands import app as planning
 from mgeo_calibration.commands import app as calibration
 
+from mgeo.cli import main
 from mgeo.plugins.discovery import COMMANDS, installed_plugins
 from tests.mgeo.cli.test_completion import offered
 
@@ -110,3 +112,18 @@ def test_plans_and_files_as_json(run, folder, front, tmp_path):
     assert len(found["least_observable"]) == 5
     file = tmp_path / "plan.json"
     assert json.loads(run("export", folder, file, "--json").stdout) == {"files": [str(file)]}
+
+
+def test_keys_of_older_files_are_told_once(tmp_path, monkeypatch, capsys):
+    file = tmp_path / "older.toml"
+    sensors = 2 * '[[sensors]]\nkind = "sun-sensor"\nname = "{}"\nfield_of_view_deg = 60.0\n'
+    file.write_text('preset = "paper"\n' + sensors.format("a", "b"))
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
+    monkeypatch.setattr(sys, "argv", ["mgeo", "solve", "attitude", "--scenario", str(file)])
+    monkeypatch.setattr(sys, "argv", [*sys.argv, "--evaluations", "12", "--dry-run", "--json"])
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        with pytest.raises(SystemExit):
+            main()
+    note = "Note: field_of_view_deg of sensors is half of it, and now half_angle_deg; gone in"
+    assert capsys.readouterr().err.count(note) == 1

@@ -148,7 +148,7 @@ OFF = {"kind": "magnetometer", "name": "b", "field_error_nt": 0.0, "orbit_error_
 
 
 def test_a_file_with_one_magnetometer_is_the_same_satellite():
-    with pytest.warns(DeprecationWarning, match=r"field_error_nt.*now in \[world\]"):
+    with pytest.warns(FutureWarning, match=r"field_error_nt.*now in \[world\]"):
         scenario = older(MAG | {"considered": ["orbit_error", "bias"]})
     assert scenario.world == World(
         field_error_nt=150.0,
@@ -161,16 +161,16 @@ def test_a_file_with_one_magnetometer_is_the_same_satellite():
 
 
 def test_what_several_sensors_had_alike_is_one_error_and_else_refused():
-    with pytest.warns(DeprecationWarning, match=r"now in \[world\]"):
+    with pytest.warns(FutureWarning, match=r"now in \[world\]"):
         assert older(MAG, MAG | {"name": "b"}).world.field_error_nt == 150.0
     expected = r"sensors\[1\].field_error_nt: is the world's, the same for all sensors: give field"
     with pytest.raises(InvalidValue, match=expected):
         older(MAG, OFF)
     sun = {"kind": "sun-sensor", "albedo": 0.05}
-    with pytest.warns(DeprecationWarning, match=r"now in \[world\]"):
+    with pytest.warns(FutureWarning, match=r"now in \[world\]"):
         seen = older(sun, sun | {"name": "b", "albedo": 0.0})
     assert [each.sees_albedo for each in seen.sensors] == [True, False]
-    with pytest.warns(DeprecationWarning, match=r"now in \[world\]"):
+    with pytest.warns(FutureWarning, match=r"now in \[world\]"):
         full = older(MAG | {"field_error_nt": 50.0}, preset="cubesat_6u_full")
     assert (full.world.field_error_nt, full.world.albedo) == (50.0, 0.05)
 
@@ -182,6 +182,6 @@ def test_no_sensor_is_called_the_world():
 
 def test_a_field_of_view_of_older_files_is_read_as_what_it_was():
     sun = {"kind": "sun-sensor", "field_of_view_deg": 60.0}
-    with pytest.warns(DeprecationWarning, match="field_of_view_deg of sensors is half of it, and"):
+    with pytest.warns(FutureWarning, match="field_of_view_deg of sensors is half of it, and"):
         assert older(sun).sensors == (SunSensor(half_angle_deg=60.0),)
     assert older(sun | {"field_of_view_deg": 180.0}).sensors == (SunSensor(),)

@@ -69,8 +69,17 @@ class FromOptions(Good):
         return cls(**{"shift": 2.0, **options})
 
 
+class Staged(Good):
+    """Judged by another problem before its last stage."""
+
+    judge = Good
+
+    def at_stage(self, k):
+        return self if k else self.judge()
+
+
 @pytest.mark.parametrize(
-    "problem", [Good(), Good(1.0), FromOptions(), Bowls(), ZDT1(), DTLZ2(), BNH(), OSY()]
+    "problem", [Good(), Good(1.0), FromOptions(), Staged(), Bowls(), ZDT1(), DTLZ2(), BNH(), OSY()]
 )
 def test_good_problems_pass(problem):
     check_problem(problem)
@@ -167,6 +176,28 @@ class ForgetsItself(Good):
 class NeedsArguments(Good):
     def __init__(self, shift):
         super().__init__(shift)
+
+
+class OneObjective(Problem):
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=1, xl=-1.0, xu=1.0)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        out["F"] = X[:, :1]
+
+
+class JudgesOtherwise(Staged):
+    judge = OneObjective
+
+
+class JudgesByNothing(Staged):
+    judge = dict
+
+
+class ForgetsItsStages(Staged):
+    def at_stage(self, k):
+        self.shift += 1.0
+        return self
 
 
 class IndicatorSwaps(Good):
@@ -302,6 +333,9 @@ BROKEN = [
     (Transposed(), "F, row 0 evaluated alone: got"),
     (LooksAside(), "F, row 0 evaluated alone: got"),
     (NoPickle(), "pickle the problem"),
+    (JudgesOtherwise(), r"F of at_stage\(0\) of shape \(10, 1\): \(10, 2\)"),
+    (JudgesByNothing(), r"at_stage\(0\) is no pymoo Problem: {}"),
+    (ForgetsItsStages(), r"evaluated after at_stage\(k\)"),
     (NumberedNotNamed(), "fingerprint: PluginError: fingerprint of NumberedNotNamed = 3"),
     (ForgetsItself(), "F, evaluated by a pickled copy"),
     (NeedsArguments(1.0), r"NeedsArguments\(\) must be constructible without arguments"),

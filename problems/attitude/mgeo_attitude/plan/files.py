@@ -20,6 +20,7 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.simulators import script_text, stk_text, waypoints_text
 from mgeo_attitude.plan.spice import ck_bytes, sclk_text
 from mgeo_attitude.plan.uplink import to_uplink_csv
+from mgeo_attitude.problem import PLAN_FORMAT
 
 #: What a name may end in, and which of the keywords of `write_plan` such a file takes.
 SUFFIXES: Mapping[str, tuple[str, ...]] = {
@@ -217,7 +218,7 @@ def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
 
 
 _FORM = Form(
-    "mgeo-attitude-plan",
+    PLAN_FORMAT,
     3,
     keys=lambda plan: {"scenario": plan.scenario.to_dict(), "design": list(plan.design)},
     made=lambda table, scenario: ManeuverPlan(scenario, tuple(entry(table, "design", list))),

@@ -105,7 +105,7 @@ def updated(table: Mapping[str, Any]) -> dict[str, Any]:
         moved = ", ".join(key for key in world if key in _KEYS)
         warnings.warn(
             f"{moved} of sensors: of the world, which all share, and now in [world]; gone in 0.4",
-            DeprecationWarning,
+            FutureWarning,
             stacklevel=3,
         )
     if "orbit_error_m" in world:
@@ -123,7 +123,7 @@ def _renamed(sensor: Any) -> Any:
         if sensor[key] != 180.0:  # which sees everywhere: nobody takes it for a full angle
             warnings.warn(
                 f"{key} of sensors is half of it, and now {_NOW[key]}; gone in 0.4",
-                DeprecationWarning,
+                FutureWarning,
                 stacklevel=4,
             )
     return {_NOW.get(key, key): value for key, value in sensor.items()}

@@ -113,6 +113,11 @@ class World(Validated):
         }
         return {state: process for state, process in found.items() if np.any(process.sigma)}
 
+    @property
+    def has_orbit_error(self) -> bool:
+        """Whether the orbit is another than is believed, and with it where the Sun shines."""
+        return any(self.orbit_error_m)
+
     def around(self, environment: Environment) -> Environment:
         """An environment as sensors know it: where the Sun is sure to shine, and light beside it.
 
@@ -120,7 +125,7 @@ class World(Validated):
         and light from the Earth is its mean.
         """
         changes: dict[str, Any] = {}
-        if any(self.orbit_error_m) and environment.shadow:
+        if self.has_orbit_error and environment.shadow:
             changes["sunlit"] = environment.sunlit & self._surely_lit(environment)
         if self.earth_albedo:
             light = earthlight(environment.position, environment.sun)

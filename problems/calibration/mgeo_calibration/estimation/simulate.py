@@ -275,7 +275,7 @@ def record(
         broken=np.zeros((n_runs, 2, len(watched.path_limits))),
     )
     readings = [flight.readings for flight in flights]
-    if "orbit_error" in suite.world.states():  # which moves eclipses
+    if suite.world.has_orbit_error:  # which moves eclipses
         readings = [each.where(model.available) for each in readings]
     estimates = ErrorStateFilter(suite, estimator).run(
         Estimate.at_start(model, n_runs),

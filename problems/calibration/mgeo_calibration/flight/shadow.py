@@ -20,7 +20,7 @@ def in_true_shadow(model: FilterModel, environment: Environment, varying: Floats
         See `Flight.gyro`.
     """
     suite = model.suite
-    if "orbit_error" not in suite.world.states() or not environment.shadow:
+    if not suite.world.has_orbit_error or not environment.shadow:
         return model
     first = 3 * suite.blocks.index("world.orbit_error") - 3
     there = availability(suite, suite.world.displaced(environment, varying[:, first : first + 3]))
