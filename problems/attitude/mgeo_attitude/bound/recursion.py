@@ -8,6 +8,14 @@ from numba import njit
 from mgeo_attitude._typing import Floats
 
 
+@njit(error_model="numpy")
+def _assign(P: Floats, out: Floats) -> None:
+    """out ← P; `out[:] = P` would take numba three seconds more, for what it says of shapes."""
+    for i in range(len(P)):
+        for j in range(len(P)):
+            out[i, j] = P[i, j]
+
+
 @njit(
     "void(float64[:,::1], float64[::1], float64[::1], float64[:,:,:], float64[:,:,::1])",
     cache=True,
@@ -18,7 +26,7 @@ def covariances(start: Floats, decay: Floats, noise: Floats, told: Floats, out: 
     """See `gyro.recursion`, whose result is written to `out`."""
     k = len(start)
     P, A = start.copy(), np.empty((k, 2 * k))
-    out[0] = P
+    _assign(P, out[0])
     for step in range(1, len(told)):
         some = False
         for i in range(k):
@@ -52,4 +60,4 @@ def covariances(start: Floats, decay: Floats, noise: Floats, told: Floats, out: 
             for i in range(k):
                 for j in range(k):
                     P[i, j] = 0.5 * (A[i, k + j] + A[j, k + i])
-        out[step] = P
+        _assign(P, out[step])

@@ -31,7 +31,7 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.filter.discretization import turn
-from mgeo_attitude.maneuvers.rigid_body import limited
+from mgeo_attitude.maneuvers.rigid_body import assign, assign_matrix, cross, limited, product
 from mgeo_attitude.maneuvers.schedule import Schedule
 from mgeo_attitude.scenario.actuators import pseudo_inverse
 
@@ -170,8 +170,8 @@ def wheel_loads(
 def gravity_gradient(inertia: Floats, position: Floats, out: Floats) -> None:
     """out ← 3 μ / r⁵ r × J r [N m], for the position from the Earth's center in body axes [m]."""
     square = position[0] ** 2 + position[1] ** 2 + position[2] ** 2
-    _product(inertia, position, out)
-    _cross(position, out, out)
+    product(inertia, position, out)
+    cross(position, out, out)
     for i in range(3):
         out[i] *= 3.0 * EARTH_MU / (square * square * math.sqrt(square))
 
@@ -194,32 +194,33 @@ def _greatest(plan, end_steps, step, start, wheels, outside, coils, found):  # t
     own, extra, room = np.zeros(3), np.zeros(3), np.zeros((4, 3))
     held, given, unloaded = np.zeros(3), np.zeros(3), np.zeros(3)
     for i in range(len(end_steps)):
-        C[:] = initial_attitude
-        rate[:], added[:] = initial_rate, 0.0
-        held[:], unloaded[:] = 0.0, 0.0
+        assign_matrix(initial_attitude, C)
+        assign(initial_rate, rate)
+        for a in range(3):
+            added[a] = held[a] = unloaded[a] = 0.0
         m, n_stretches = -1, starts.shape[1]
         for k in range(end_steps[i] + 1):
-            _product(C, position[k], vector)
+            product(C, position[k], vector)
             gravity_gradient(inertia, vector, torque)
-            _product(C, field[k], vector)
-            _cross(dipole, vector, magnetic)
+            product(C, field[k], vector)
+            cross(dipole, vector, magnetic)
             for a in range(3):
                 torque[a] = gradient * torque[a] + magnetic[a]
-            _product(C.T, torque, now)
+            product(C.T, torque, now)
             if k > 0:
                 for a in range(3):
                     added[a] += 0.5 * step * (last[a] + now[a])
-            last[:] = now
-            _product(C, momentum, own)
-            _product(C, added, extra)
+            assign(now, last)
+            product(C, momentum, own)
+            product(C, added, extra)
             if unloads:  # the dipole of the step that ends gives half of its torque here
                 _give(held, vector, C, 0.5 * step, magnetic, unloaded)
-                _product(C, unloaded, given)
+                product(C, unloaded, given)
                 for a in range(3):
                     own[a] += extra[a] + given[a]
                     given[a] = torque[a] + magnetic[a]
             if k > 0:
-                rate[:] = end_rates[i, m]
+                assign(end_rates[i, m], rate)
             if k > first:  # at the end of a step
                 _load(rate, acceleration, own, extra, torque, given, wheels, margin, room, found[i])
             if unloads:  # and that of the next one the first half
@@ -235,21 +236,21 @@ def _greatest(plan, end_steps, step, start, wheels, outside, coils, found):  # t
             while m + 1 < n_stretches and starts[i, m + 1] <= k:
                 m += 1
             if m > before:  # and at the beginning of one of another rate
-                turned[:] = turn(rates[i, m], step)
+                assign_matrix(turn(rates[i, m], step), turned)
                 if not _accelerate(rate, rates[i, m], end_rates[i, m], step, acceleration):
-                    rate[:] = rates[i, m]
+                    assign(rates[i, m], rate)
             if k == first or (m > before and k > first):
                 _load(rate, acceleration, own, extra, torque, given, wheels, margin, room, found[i])
-            old[:] = C
+            assign_matrix(C, old)
             for a in range(3):
-                _product(turned, old[:, a], vector)
-                C[:, a] = vector
+                product(turned, old[:, a], vector)
+                assign(vector, C[:, a])
 
 
 @njit(cache=True, error_model="numpy")
 def _give(dipole, b, C, time, torque, unloaded):  # type: ignore[no-untyped-def]
     """torque ← m × b, body axes; unloaded, GCRS, has what it gives in a time besides."""
-    _cross(dipole, b, torque)
+    cross(dipole, b, torque)
     for a in range(3):
         for c in range(3):
             unloaded[a] += time * C[c, a] * torque[c]
@@ -265,10 +266,10 @@ def _load(rate, acceleration, own, extra, torque, given, wheels, margin, room, f
     """
     inertia, allocation, circulating = wheels
     spin, needed, turning, turned = room[0], room[1], room[2], room[3]
-    _product(inertia, rate, spin)
-    _product(inertia, acceleration, needed)
-    _cross(rate, own, turning)
-    _cross(rate, extra, turned)
+    product(inertia, rate, spin)
+    product(inertia, acceleration, needed)
+    cross(rate, own, turning)
+    cross(rate, extra, turned)
     for row in range(len(allocation)):
         momentum, its_extra, effort, its_disturbance = circulating[row], 0.0, 0.0, 0.0
         for a in range(3):
@@ -288,7 +289,7 @@ def _accelerate(before, mean, end, step, out):  # type: ignore[no-untyped-def]
     The rate moves straight from `before` to `end` in a part p of the step: its mean is 1 - p / 2 of
     the way.
     """
-    out[:] = 0.0
+    out[0] = out[1] = out[2] = 0.0
     change, moved = 0.0, 0.0
     for a in range(3):
         change += (end[a] - before[a]) ** 2
@@ -298,15 +299,3 @@ def _accelerate(before, mean, end, step, out):  # type: ignore[no-untyped-def]
         for a in range(3):
             out[a] = (end[a] - before[a]) * change / (2.0 * (change - moved) * step)
     return ramp
-
-
-@njit(cache=True, error_model="numpy")
-def _product(A, x, out):  # type: ignore[no-untyped-def]
-    for i in range(3):
-        out[i] = A[i, 0] * x[0] + A[i, 1] * x[1] + A[i, 2] * x[2]
-
-
-@njit(cache=True, error_model="numpy")
-def _cross(a, b, out):  # type: ignore[no-untyped-def]
-    x, y, z = b[0], b[1], b[2]
-    out[0], out[1], out[2] = a[1] * z - a[2] * y, a[2] * x - a[0] * z, a[0] * y - a[1] * x

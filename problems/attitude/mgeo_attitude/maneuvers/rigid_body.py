@@ -33,7 +33,8 @@ def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-un
     middle, q = np.empty(3), np.empty(4)
     room = np.empty((4, _TERMS + 1, 4))
     for i in range(len(rates)):
-        C[:], rate[:] = initial_attitude, initial_rate
+        assign_matrix(initial_attitude, C)
+        assign(initial_rate, rate)
         m, off = -1, True
         for k in range(until[i]):
             before = m
@@ -45,26 +46,27 @@ def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-un
             free[i, k] = off
             for a in range(3):
                 middle[a] = 0.5 * (field[k, a] + field[k + 1, a])
-            _product(C, middle, b)
-            dipole[:] = 0.0
+            product(C, middle, b)
+            for a in range(3):
+                dipole[a] = 0.0
             if not off:
                 for a in range(3):
                     middle[a] = (rates[i, m, a] - rate[a]) / response
-                _product(inertia, middle, torque)
-                _product(inertia, rate, middle)
-                _cross(rate, middle, middle)
+                product(inertia, middle, torque)
+                product(inertia, rate, middle)
+                cross(rate, middle, middle)
                 for a in range(3):
                     torque[a] += middle[a]
                 limited(b, torque, largest, dipole)
             for a in range(3):
                 dipole[a] += residual[a]
             _move(rate, b, dipole, inertia, inverse, step, q, room)
-            end[i, k] = rate
+            assign(rate, end[i, k])
             _rotation_vector(q, middle)
             for a in range(3):
                 mean[i, k, a] = middle[a] / step
             _to_body(q, turned)
-            old[:] = C
+            assign_matrix(C, old)
             for r in range(3):
                 for c in range(3):
                     C[r, c] = (
@@ -77,7 +79,7 @@ def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-un
 @njit(error_model="numpy")
 def limited(b, torque, largest, dipole):  # type: ignore[no-untyped-def]
     """dipole ← b × τ / |b|², smaller where a coil cannot."""
-    _cross(b, torque, dipole)
+    cross(b, torque, dipole)
     square = b[0] * b[0] + b[1] * b[1] + b[2] * b[2]
     most = 1.0
     for a in range(3):
@@ -99,21 +101,21 @@ def _move(rate, b, dipole, inertia, inverse, step, q, room):  # type: ignore[no-
     fastest = math.sqrt(speed) + push * step
     parts = max(1, math.ceil(fastest * step / _ANGLE))
     h = step / parts
-    q[0] = 1.0
-    q[1:] = 0.0
+    q[0], q[1], q[2], q[3] = 1.0, 0.0, 0.0, 0.0
     made, spin = np.empty(3), np.empty(3)
     for _ in range(parts):
         for a in range(3):
             w[0, a], f[0, a] = rate[a], b[a]
-        s[0] = q
+        assign(q, s[0])
         scale = max(fastest, 1e-300)
         size = 1.0
         for n in range(_TERMS):
-            _product(inertia, w[n], momentum[n])
-            _cross(dipole, f[n], made)
+            product(inertia, w[n], momentum[n])
+            cross(dipole, f[n], made)
             for a in range(3):
                 f[n + 1, a] = 0.0
-            s[n + 1] = 0.0
+            for a in range(4):
+                s[n + 1, a] = 0.0
             for j in range(n + 1):
                 x, y = w[j], momentum[n - j]
                 made[0] -= x[1] * y[2] - x[2] * y[1]
@@ -128,7 +130,7 @@ def _move(rate, b, dipole, inertia, inverse, step, q, room):  # type: ignore[no-
                 y[1] += p[0] * x[0] + p[2] * x[2] - p[3] * x[1]
                 y[2] += p[0] * x[1] + p[3] * x[0] - p[1] * x[2]
                 y[3] += p[0] * x[2] + p[1] * x[1] - p[2] * x[0]
-            _product(inverse, made, spin)
+            product(inverse, made, spin)
             size *= h
             most, turn = 0.0, 0.0
             for a in range(3):
@@ -174,12 +176,25 @@ def _distance(a, b):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def _product(A, x, out):  # type: ignore[no-untyped-def]
+def product(A, x, out):  # type: ignore[no-untyped-def]
     for i in range(3):
         out[i] = A[i, 0] * x[0] + A[i, 1] * x[1] + A[i, 2] * x[2]
 
 
 @njit(error_model="numpy")
-def _cross(a, b, out):  # type: ignore[no-untyped-def]
+def cross(a, b, out):  # type: ignore[no-untyped-def]
     x, y, z = b[0], b[1], b[2]
     out[0], out[1], out[2] = a[1] * z - a[2] * y, a[2] * x - a[0] * z, a[0] * y - a[1] * x
+
+
+@njit(error_model="numpy")
+def assign(x, out):  # type: ignore[no-untyped-def]
+    """out ← x; numba takes seconds for `out[:] = x`, whose shapes might differ."""
+    for i in range(len(out)):
+        out[i] = x[i]
+
+
+@njit(error_model="numpy")
+def assign_matrix(A, out):  # type: ignore[no-untyped-def]
+    for i in range(len(out)):
+        assign(A[i], out[i])
