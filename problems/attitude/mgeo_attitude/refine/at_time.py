@@ -106,20 +106,15 @@ class AtTime:
         worst = np.maximum(excess, 0.0).max(axis=1, initial=0.0)
         return np.lexsort((value, worst))
 
-    def soonest(self, designs: Floats) -> tuple[Ints, Floats]:
-        """Rows of the designs that converge the soonest, and when [s]: by the scenario's rule.
+    def converging(self, designs: Floats) -> tuple[Floats, Floats]:
+        """Times [s] and traces of designs by the scenario's rule, shape (n, 2), and violations.
 
-        Of those that break limits on the way least, each that knows more than all that converge
-        sooner; at least one.
+        The latter of limits on the way alone.
         """
         result = evaluate(self.model, designs, self.threads)
         excesses = [each.excesses(result) for each in self.limits]
         worst = np.concatenate([*excesses, np.zeros((1, len(designs)))]).max(axis=0)
-        order = np.lexsort((result.trace, result.t_end, worst))
-        least = np.minimum.accumulate(np.nan_to_num(result.trace[order], nan=np.inf))
-        rows: Ints = order[np.diff(least, prepend=np.inf) < 0.0]
-        rows = rows if len(rows) else order[:1]
-        return rows, result.t_end[rows]
+        return np.column_stack([result.t_end, result.trace]), worst
 
 
 def parts(problem: PlanProblem, designs: Floats) -> tuple[Floats, Floats]:

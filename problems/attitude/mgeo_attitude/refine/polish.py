@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +13,7 @@ from mgeo_attitude.criteria.objectives import smooth_objective
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
 from mgeo_attitude.refine.at_time import (
     AtTime,
+    Judge,
     PlanProblem,
     at_time,
     begins_with,
@@ -43,8 +45,8 @@ _BEAMS: tuple[Beam, ...] = (
     (0.6, 2, 60, 1.0),
     (1.0, 3, 60, 0.8),
 )
-#: Every which of a beam's plans is a begin.
-_OF_BEAM = 10
+#: Every which of a beam's plans is a begin; samples that tell which are the best, at least.
+_OF_BEAM, _SAMPLES = 10, 50
 #: Of plans with rates held after them, those judged over flights, and those tried at other times.
 _FLOWN, _HELD = 4, 6
 #: How many of the polished plans are tried at another time, and how many of what comes of them.
@@ -171,7 +173,8 @@ def _tables(
                 roughs[key] = Roughly(at_time(problem, name, start))
             begins = _begins(roughs[key], plan, learned, ends, beams)
             learned.append(roughs[key].descended(begins, ends, each, tried))
-            better = begins_with(_ended(roughs[key].exact, learned[-1]), start)
+            of_start = None if flown else partial(_judged_with, in_order, start)
+            better = begins_with(_ended(roughs[key].exact, learned[-1], of_start), start)
             front.take(better[:_FLOWN] if flown else better)
             new.setdefault(key, []).extend(better[:_HELD])
             done.add(int(row))
@@ -183,7 +186,8 @@ def _tables(
     front.settle()
     yield front.plans
     if learned and not flown:
-        yield without_unneeded(problem, front.plans)
+        few = None if problem.start_times else Roughly(at)
+        yield without_unneeded(problem, front.plans, few)
 
 
 def _spread(at: AtTime, front: Front, most: int) -> Ints:
@@ -225,7 +229,7 @@ def _begins(
     found = [ending_at(design[None, : VARIABLES_PER_MANEUVER * count], time, longest)]
     for share, levels, width, shorter in beams:
         n = max(round(share * count), 1)
-        plans = beam(roughly.at(time), n, time, levels, width, shorter)
+        plans = beam(roughly.at(time, _SAMPLES), n, time, levels, width, shorter)
         found.append(split(plans[::_OF_BEAM], count))
     if learned:
         plans = np.array(learned)
@@ -254,9 +258,13 @@ def _nearest(at: AtTime, plans: Floats, time: float, most: int) -> Ints:
     return rows
 
 
-def _ended(at: AtTime, learned: Floats) -> Floats:
+def _ended(at: AtTime, learned: Floats, judge: Judge | None) -> Floats:
     """What is learned, with rates held until the filter has converged."""
-    return until_converged(at, learned) if _holds(at) else learned[None]
+    return until_converged(at, learned, judge) if _holds(at) else learned[None]
+
+
+def _judged_with(judge: Judge, start: Floats, maneuvers: Floats) -> tuple[Floats, Floats]:
+    return judge(begins_with(maneuvers, start))
 
 
 def _at_other_times(roughly: Roughly, plans: Floats, times: Floats) -> Floats:

@@ -28,10 +28,10 @@ class Roughly:
     exact: AtTime
     _known: dict[int, AtTime] = field(default_factory=dict)
 
-    def at(self, time: float) -> AtTime:
-        """That for a time [s]."""
+    def at(self, time: float, fewest: int = _SAMPLES) -> AtTime:
+        """That for a time [s], of at least so many samples."""
         model, rate = self.exact.model, self.exact.scenario.maneuvers.max_rate_deg_s
-        most = min(time / model.step / _SAMPLES, _TURN_DEG / (rate * model.step))
+        most = min(time / model.step / fewest, _TURN_DEG / (rate * model.step))
         every = next((each for each in _EVERY if each <= most), 1)
         if every not in self._known:
             self._known[every] = dataclasses.replace(
@@ -44,21 +44,28 @@ class Roughly:
         model = self.at(time).model
         return min(max(round(time / model.step), 1), model.n_steps)
 
+    def of_each(self, designs: Floats, times: Floats) -> tuple[Floats, Floats]:
+        """Values of designs, each at its own time [s], shape (n,), and greatest excesses then."""
+        value, worst = np.empty(len(designs)), np.empty(len(designs))
+        distinct, which = np.unique(times, return_inverse=True)
+        samplings = [self.at(time) for time in distinct]
+        steps = np.array([self.steps(time) for time in distinct], dtype=np.int64)[which]
+        for at in self._known.values():
+            rows = np.flatnonzero(np.array([each is at for each in samplings], dtype=bool)[which])
+            if len(rows):
+                value[rows], excess = at.values(designs[rows], steps[rows], within_steps=True)
+                worst[rows] = np.maximum(excess, 0.0).max(axis=1, initial=0.0)
+        return value, worst
+
     def best_of_each(self, designs: Floats, times: Floats, most: int) -> Ints:
         """Rows of designs, for each of their times [s], shape (n,), the few that teach most.
 
         As `AtTime.best`, each at its own time.
         """
-        samplings = [self.at(time) for time in times]
-        found = []
-        for at in self._known.values():
-            rows = np.flatnonzero([each is at for each in samplings])
-            if len(rows):
-                steps = np.array([self.steps(time) for time in times[rows]])
-                order = rows[at.order(designs[rows], steps, within_steps=True)]
-                for time in np.unique(times[rows]):
-                    found.append(order[times[order] == time][:most])
-        return np.concatenate(found)
+        order = np.lexsort((*self.of_each(designs, times), times))
+        places = np.arange(len(order)) - np.searchsorted(times[order], times[order])
+        found: Ints = order[places < most]
+        return found
 
     def descended(self, begins: Floats, time: float, iterations: int, most: int) -> Floats:
         """The best that is found from some designs, shape (k, 4 m), in so many iterations.

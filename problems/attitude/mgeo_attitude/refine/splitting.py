@@ -10,6 +10,10 @@ from numpy.typing import ArrayLike
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
 from mgeo_attitude.refine.at_time import PlanProblem, judged_by, parts
+from mgeo_attitude.refine.roughly import Roughly
+
+#: By how much the logarithm of a value differs at most because few samples tell it.
+_HARDLY = 0.02
 
 
 def split(designs: ArrayLike, count: int) -> Floats:
@@ -53,7 +57,9 @@ def split(designs: ArrayLike, count: int) -> Floats:
     return maneuvers.reshape(len(table), -1)
 
 
-def without_unneeded(problem: PlanProblem, designs: ArrayLike) -> Floats:
+def without_unneeded(
+    problem: PlanProblem, designs: ArrayLike, roughly: Roughly | None = None
+) -> Floats:
     """Plans with fewer commands and values that are as good, in place of those with more.
 
     A maneuver is left out where a neighbor takes its time and no objective is worse for it. Its
@@ -64,6 +70,8 @@ def without_unneeded(problem: PlanProblem, designs: ArrayLike) -> Floats:
     problem : AttitudeManeuverProblem
         By whose objectives and limits.
     designs : array_like, shape (n, n_var)
+    roughly : Roughly, optional
+        Few samples, by which plans that are far worse need not be judged by all.
 
     Returns
     -------
@@ -89,17 +97,23 @@ def without_unneeded(problem: PlanProblem, designs: ArrayLike) -> Floats:
     while len(rows):
         maneuvers, begins = parts(problem, found[rows])
         left_out, which = _each_left_out(maneuvers, longest)
+        if roughly is not None and len(which):
+            times = F[rows, problem.objectives.index("t_end")]
+            known, _ = roughly.of_each(maneuvers, times)
+            tried, _ = roughly.of_each(left_out, times[which])
+            hardly = tried <= known[which] + _HARDLY
+            left_out, which = left_out[hardly], which[hardly]
         if not len(which):
             break
         left_out = np.hstack([left_out, begins[which]])
-        tried, kept = judge(left_out)
+        found_F, kept = judge(left_out)
         of = rows[which]
-        good = (tried <= F[of]).all(axis=1) & (kept <= violation[of])
+        good = (found_F <= F[of]).all(axis=1) & (kept <= violation[of])
         # of several the one that is best in the last objective
-        order = np.lexsort((*tried[good].T, of[good]))
+        order = np.lexsort((*found_F[good].T, of[good]))
         first, at = np.unique(of[good][order], return_index=True)
         chosen = np.flatnonzero(good)[order][at]
-        found[first], F[first], violation[first] = left_out[chosen], tried[chosen], kept[chosen]
+        found[first], F[first], violation[first] = left_out[chosen], found_F[chosen], kept[chosen]
         rows = first
     return found
 

@@ -6,10 +6,10 @@ import dataclasses
 
 import numpy as np
 
-from mgeo_attitude._typing import Floats
+from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.maneuvers.drives import SlewLimits
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
-from mgeo_attitude.refine.at_time import AtTime, PlanProblem, at_time
+from mgeo_attitude.refine.at_time import AtTime, Judge, PlanProblem, at_time
 
 #: Rates about each axis, from the greatest backward to the greatest forward.
 _LEVELS = 7
@@ -23,19 +23,19 @@ def rate_grid(greatest: float, n_levels: int = _LEVELS) -> Floats:
     return np.stack(np.meshgrid(levels, levels, levels), axis=-1).reshape(-1, 3)
 
 
-def until_converged(at: AtTime, design: Floats) -> Floats:
+def until_converged(at: AtTime, design: Floats, judge: Judge | None = None) -> Floats:
     """A design, shape (4 m,), with rates held after it, shape (k, 4 (m + 1)), from k = 1.
 
     Of the rates of `rate_grid` those by which it converges and knows more than by any by which it
-    does so sooner; first those by which it takes about the window of the rule, as what they teach
-    then is as little as the rule allows.
+    does so sooner, as it is judged, or else by the trace; first those by which it takes about the
+    window of the rule, as what they teach then is as little as the rule allows.
     """
     last = rate_grid(at.scenario.maneuvers.max_rate_deg_s)
     before = np.broadcast_to(design, (len(last), len(design)))
     held = np.hstack([before, last, np.zeros((len(last), 1))])
-    rows, t_end = at.soonest(held)
-    over = durations_of(design).sum()
-    late = np.abs(t_end - over - at.model.step * at.model.window_steps)
+    F, violation = (judge or at.converging)(held)
+    rows = _soonest(F, violation)
+    late = np.abs(F[rows, 0] - durations_of(design).sum() - at.model.step * at.model.window_steps)
     found: Floats = held[rows[np.argsort(late, kind="stable")]]
     return found
 
@@ -135,3 +135,14 @@ def _freely(at: AtTime) -> AtTime:
     slew_limits = SlewLimits.of(scenario, at.model.initial_rate)
     model = dataclasses.replace(at.model, slew_limits=slew_limits)
     return dataclasses.replace(at, scenario=scenario, model=model)
+
+
+def _soonest(F: Floats, violation: Floats) -> Ints:
+    """Rows that break limits least, each that knows more than all that converge sooner; or one.
+
+    F are times and what is known then, shape (n, 2).
+    """
+    order = np.lexsort((F[:, 1], F[:, 0], violation))
+    least = np.minimum.accumulate(np.nan_to_num(F[order, 1], nan=np.inf))
+    rows: Ints = order[np.diff(least, prepend=np.inf) < 0.0]
+    return rows if len(rows) else order[:1]
