@@ -6,6 +6,7 @@ and place.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -16,16 +17,21 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.constants import DAY
 from mgeo_attitude.environment.time_frames import instants, to_gcrs
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Magnetometer, SunSensor
+from mgeo_attitude.sensors import Magnetometer, Sensor, SunSensor
+from mgeo_attitude.sensors.base import sigma_of
+from mgeo_attitude.sensors.world import FIELD_UNIT_NT
 
 from mgeo_calibration.telemetry import Telemetry
 
 #: Samples that are looked at, at most.
 _SAMPLES = 200
 _FEWEST = 12
-#: A cause leaves this share of the misfit, this one of that of lengths, and no more than that.
-_BETTER, _NOT_WORSE, _WELL = 0.25, 0.5, 0.08
-_FINE = 0.01  # of lengths: where no other time or place would be better, if angles are well, too
+#: A cause leaves this share of the misfit, and what fits is off by no more 1-sigmas than that.
+_BETTER, _WELL = 0.25, 3.0
+#: What a model of the Earth's field leaves of it, beside what currents above add.
+_FIELD_MODEL = 0.003
+_LINEARIZED = 4  # times, for the magnetometer's bias
+_NORMAL = 0.6745  # median magnitude of a normal number
 _OTHER_UNIT = 50.0  # as many times as strong
 #: Units that times may be in [s].
 _UNITS = {"milliseconds": 1e-3, "microseconds": 1e-6, "minutes": 60.0, "hours": 3600.0, "days": DAY}
@@ -59,33 +65,48 @@ class Seen:
     sun : array, shape (m, 3)
         Of unit length, or NaN.
     position : array, shape (m, 3), optional
+    noise, bias : float
+        What is believed of the magnetometer, per axis [nT].
+    share : float
+        By how much of its length a reading is off beside.
+    angle : float
+        By how much what is believed of both moves the angle between them [rad].
     """
 
     times: Floats
     field: Floats
     sun: Floats
     position: Floats | None
+    noise: float
+    bias: float
+    share: float
+    angle: float
 
     def misfit(self, around: Environment) -> tuple[float, float]:
-        """Medians of what is left of lengths, and of angles, without the magnetometer's bias.
+        """Medians of what is left of lengths, and of angles, over the 1-sigmas that are believed.
 
-        |y|² - |B|² is 2 b·y - |b|² of a bias b (R. Alonso, M. D. Shuster, TWOSTEP, Journal of the
-        Astronautical Sciences 50 (2002) 433-451).
+        The magnetometer's bias b is that with which |y - b|² is nearest to |B|² (R. Alonso, M. D.
+        Shuster, TWOSTEP, Journal of the Astronautical Sciences 50 (2002) 433-451), and believed no
+        more than it is: any smooth course of |B| fits one that is large enough.
         """
-        B = around.field
-        design = np.column_stack([self.field, np.ones(len(B))])
-        more = (self.field**2).sum(axis=1) - (B**2).sum(axis=1)
-        found = np.linalg.lstsq(design / np.abs(design).max(axis=0), more, rcond=None)[0]
-        found /= np.abs(design).max(axis=0)
-        size = float(np.median(np.linalg.norm(B, axis=1)))
-        lengths = float(np.median(np.abs(more - design @ found))) / (2.0 * size**2)
-        unbiased = self.field - 0.5 * found[:3]
-        cosine = (self.sun * unbiased).sum(axis=1) / np.linalg.norm(unbiased, axis=1)
-        should = (around.sun * B).sum(axis=1) / np.linalg.norm(B, axis=1)
+        size = np.linalg.norm(around.field, axis=1)
+        weight = 0.5 / (size * np.hypot(self.noise, self.share * size))
+        bias = np.zeros(3)
+        for _ in range(_LINEARIZED):
+            unbiased = self.field - bias
+            more = weight * ((unbiased**2).sum(axis=1) - size**2)
+            slopes = np.vstack([2.0 * weight[:, None] * unbiased, np.eye(3) / self.bias])
+            bias += np.linalg.lstsq(slopes, np.append(more, -bias / self.bias), rcond=None)[0]
+        unbiased = self.field - bias
+        length = np.linalg.norm(unbiased, axis=1)
+        lengths = float(np.median(weight * np.abs(length**2 - size**2))) / _NORMAL
+        cosine = (self.sun * unbiased).sum(axis=1) / length
+        should = (around.sun * around.field).sum(axis=1) / size
         both = np.isfinite(cosine)
         if both.sum() < _FEWEST:
             return lengths, 0.0
-        return lengths, float(np.median(np.abs(cosine - should)[both]))
+        off = float(np.median(np.abs(cosine - should)[both])) / _NORMAL
+        return lengths, off / float(np.hypot(self.angle, self.noise / np.median(size)))
 
 
 def clock_causes(scenario: Scenario, telemetry: Telemetry) -> Iterator[str]:
@@ -99,38 +120,44 @@ def clock_causes(scenario: Scenario, telemetry: Telemetry) -> Iterator[str]:
     seen = _seen(scenario, telemetry)
     if seen is None or _of_another_unit(scenario, seen):
         return
-    lengths, angles = _misfit(scenario, seen, seen.times)
-    if lengths < _FINE and angles < _WELL:
+    now = _misfit(scenario, seen, seen.times)
+    if max(now) < _WELL:
         return
-    found = {}
-    for words, times, behind in _candidates(scenario, seen):
-        left = _misfit(scenario, seen, times, behind)
-        if left[0] < _NOT_WORSE * lengths and sum(left) < _BETTER * (lengths + angles):
-            found[words] = sum(left)
-    best = min(found, key=lambda words: found[words], default="")
-    if best and found[best] < _WELL:
+    found = dict(_candidates(scenario, seen))
+    best = min(found, key=lambda words: sum(found[words]))
+    if max(found[best]) < _WELL and sum(found[best]) < _BETTER * sum(now):
         yield best
 
 
-def _candidates(scenario: Scenario, seen: Seen) -> Iterator[tuple[str, Floats, float]]:
-    """Words, the times they mean, and by how much the satellite is behind its orbit [s]."""
+def _candidates(scenario: Scenario, seen: Seen) -> Iterator[tuple[str, tuple[float, float]]]:
+    """Words, and what is left if they are so."""
     t = seen.times
     for unit, factor in _UNITS.items():
-        yield f"times are in {unit}, not seconds", factor * t, 0.0
+        yield f"times are in {unit}, not seconds", _misfit(scenario, seen, factor * t)
     for half_hours in range(-28, 29):
         if half_hours:
             hours, side = abs(half_hours) / 2.0, "ahead of" if half_hours > 0 else "behind"
             words = f"times are {hours:g} h {side} UTC: local time?"
-            yield words, t - half_hours * _HALF_HOUR, 0.0
+            yield words, _misfit(scenario, seen, t - half_hours * _HALF_HOUR)
     if seen.position is None:
-        for behind in np.arange(-2760.0, 2761.0, 120.0):
-            if behind:
-                side = "behind" if behind > 0.0 else "ahead of"
-                words = (
-                    f"the satellite is about {abs(behind):.0f} s {side} its orbit along the track: "
-                    "are elements and epoch of the same time?"
-                )
-                yield words, t, float(behind)
+        behind = _behind(scenario, seen)
+        words = (
+            f"the satellite is about {abs(behind):.0f} s {'behind' if behind > 0.0 else 'ahead of'}"
+            " its orbit along the track: are elements and epoch of the same time?"
+        )
+        yield words, _misfit(scenario, seen, t, behind)
+
+
+def _behind(scenario: Scenario, seen: Seen) -> float:
+    """By how much the satellite is behind its orbit if that is all that is wrong [s]."""
+
+    def off(behind: float) -> float:
+        return sum(_misfit(scenario, seen, seen.times, behind))
+
+    best: float = min(np.arange(-2760.0, 2761.0, 120.0).tolist(), key=off)
+    for step in (60.0, 30.0, 15.0):
+        best = min((best - step, best, best + step), key=off)
+    return best
 
 
 def _misfit(
@@ -159,12 +186,12 @@ def _of_another_unit(scenario: Scenario, seen: Seen) -> bool:
 def _seen(scenario: Scenario, telemetry: Telemetry) -> Seen | None:
     """Samples of the first magnetometer, with those of the first Sun sensor."""
     there = [sensor for sensor in scenario.sensors if sensor.name in telemetry.sensors]
-    mags = [sensor.name for sensor in there if isinstance(sensor, Magnetometer)]
-    suns = [sensor.name for sensor in there if isinstance(sensor, SunSensor)]
+    mags = [sensor for sensor in there if isinstance(sensor, Magnetometer)]
+    suns = [sensor for sensor in there if isinstance(sensor, SunSensor)]
     if not mags:
         return None
-    field = telemetry.sensors[mags[0]]
-    sun = telemetry.sensors[suns[0]] if suns else np.full_like(field, np.nan)
+    field = telemetry.sensors[mags[0].name]
+    sun = telemetry.sensors[suns[0].name] if suns else np.full_like(field, np.nan)
     seen = np.isfinite(field[:, 0])
     if (seen & np.isfinite(sun[:, 0])).sum() > _SAMPLES // 2:
         seen &= np.isfinite(sun[:, 0])
@@ -174,7 +201,26 @@ def _seen(scenario: Scenario, telemetry: Telemetry) -> Seen | None:
     k = k[np.unique(np.linspace(0, len(k) - 1, _SAMPLES).astype(int))]
     with np.errstate(invalid="ignore"):
         direction = sun[k] / np.linalg.norm(sun[k], axis=1)[:, None]
-    return Seen(telemetry.times[k], field[k], direction, telemetry.positions(telemetry.times[k]))
+    believed = _believed(mags[0])
+    across = [believed.get("misalignment", 0.0), believed.get("nonorthogonality", 0.0)]
+    for sensor in suns[:1]:
+        of = _believed(sensor)
+        across += [max(sensor.noise()), of.get("misalignment", 0.0), of.get("bias", 0.0)]
+    return Seen(
+        telemetry.times[k],
+        field[k],
+        direction,
+        telemetry.positions(telemetry.times[k]),
+        noise=float(np.hypot(FIELD_UNIT_NT * max(mags[0].noise()), scenario.world.field_error_nt)),
+        bias=FIELD_UNIT_NT * believed["bias"],
+        share=math.hypot(_FIELD_MODEL, believed.get("scale_factor", 0.0)),
+        angle=math.hypot(*across),
+    )
+
+
+def _believed(sensor: Sensor) -> dict[str, float]:
+    """Initial 1-sigmas of its states, of the axis of which least is known."""
+    return {name: float(np.max(sigma_of(value))) for name, value in sensor.states().items()}
 
 
 def _calendar(scenario: Scenario, times: Floats) -> str | None:
