@@ -86,10 +86,11 @@ def held(axes: str, scenario: Scenario, times: Floats) -> Floats:
 
 
 def spikes(rates: Floats, least: Floats) -> Floats:
-    """By how much samples stand apart from both their neighbors, zero of all others, shape (m, 3).
+    """By how much samples stand apart from both neighbors, zero of all others, shape (m, 3).
 
-    A rate that jumps stays there; one that is back after a sample is a fault, or a turn within one
-    sample that its neighbors do not show. What is wrong about one axis is doubtful about all.
+    A rate that jumps stays there; one that is back after a sample, or two, is a fault, or a turn
+    within these that their neighbors do not show. What is wrong about one axis is doubtful about
+    all.
 
     Parameters
     ----------
@@ -100,11 +101,16 @@ def spikes(rates: Floats, least: Floats) -> Floats:
     found = np.zeros(rates.shape)
     if len(rates) < _NEAR:
         return found
-    off = rates[1:-1] - 0.5 * (rates[2:] + rates[:-2])
-    least = np.sqrt(1.5) * least
-    apart = (np.abs(off) > _FAR * least) & (np.abs(off) > np.abs(rates[2:] - rates[:-2]))
-    if not apart.any():  # as mostly: what is usual is not asked for
-        return found
-    apart &= np.abs(off) > _FAR * _NORMAL * median_filter(np.abs(off), (_NEAR, 1))
-    found[1:-1] = np.where(apart.any(axis=1, keepdims=True), off, 0.0)
+    for many in (1, 2):
+        last, after = rates[: -many - 1], rates[many + 1 :]
+        inner = [rates[1 + k : len(last) + 1 + k] for k in range(many)]
+        off = np.stack(inner) - 0.5 * (last + after)
+        size = np.abs(off).min(axis=0)
+        apart = (size > _FAR * np.sqrt(1.5) * least) & (size > np.abs(after - last))
+        if not apart.any():  # as mostly: what is usual is not asked for
+            continue
+        apart &= size > _FAR * _NORMAL * median_filter(size, (_NEAR, 1))
+        (first,) = np.nonzero(apart.any(axis=1))
+        for k in range(many):
+            found[first + 1 + k] = off[k, first]
     return found
