@@ -124,7 +124,7 @@ def _left_out(made: Calibration) -> bool:
 
 def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: Fit) -> Calibration:
     """What a fit says, and the tests of it."""
-    data = found.batch
+    data, n = found.batch, len(found.batch.times)
     last = found.solution.estimate
     past = filtered(found.solution)
     states, covariance = at_the_end(belief, found)
@@ -141,7 +141,7 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
         scenario=scenario,
         time=float(data.times[-1]),
         quaternion=quaternions(last.attitude[-1:].swapaxes(1, 2))[0],
-        rate_deg_s=np.degrees(turns(data, last.states)[0][-1]),
+        rate_deg_s=np.degrees(turns(data.part(n - 2, n), last.states[-2:])[0][-1]),
         states=states,
         covariance=covariance,
         tests=tests,

@@ -99,10 +99,8 @@ def _seen(batch: Batch, index: int, windows: Ints) -> Seen:
 
 def _believed(batch: Batch, index: int) -> float:
     """Mean square of what noise, bias and misalignment, as believed, change a unit vector by."""
-    places, sigma = (
-        batch.suite.places(batch.suite.sensors[index]),
-        Belief.initial(batch.suite).sigma,
-    )
+    places = batch.suite.places(batch.suite.sensors[index])
+    sigma = Belief.initial(batch.suite).sigma
     bias, turned = (
         float((sigma[k : k + 3] ** 2).mean()) if (k := places.get(state)) else 0.0
         for state in ("bias", "misalignment")

@@ -8,16 +8,14 @@ triangle of c at once. A coefficient that nothing has yet been added by has no c
 import math
 
 import numpy as np
-from numba import njit
 
 from mgeo_calibration.estimation.kernels.algebra import (
     TOGETHER,
     helper,
+    loop,
     reflect,
     square_up,
 )
-
-loop = njit(cache=True, error_model="numpy", nogil=True)
 
 
 @loop

@@ -7,11 +7,8 @@ measurements, International Journal of Control 18 (1973) 65-75).
 import math
 
 import numpy as np
-from numba import njit
 
-from mgeo_calibration.estimation.kernels.algebra import helper, tile
-
-loop = njit(cache=True, error_model="numpy", nogil=True)
+from mgeo_calibration.estimation.kernels.algebra import helper, loop, tile
 
 
 @loop

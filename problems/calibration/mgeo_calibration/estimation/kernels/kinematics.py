@@ -2,9 +2,8 @@
 
 import numpy as np
 from mgeo_attitude.filter.polynomials import discretize_alike
-from numba import njit
 
-loop = njit(cache=True, error_model="numpy", nogil=True)
+from mgeo_calibration.estimation.kernels.algebra import loop
 
 
 @loop

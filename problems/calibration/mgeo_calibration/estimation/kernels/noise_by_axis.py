@@ -5,10 +5,11 @@ That is no polynomial in the rate, as `kinematics.discretized` has it.
 
 import numpy as np
 from mgeo_attitude.filter.discretization import discretize
-from numba import njit
+
+from mgeo_calibration.estimation.kernels.algebra import loop
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@loop
 def process_noise(decay, density, rates, durations, Q):
     """Q of attitude and bias of n steps, equation (7).
 

@@ -3,11 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
-from mgeo_calibration.estimation.kernels.algebra import cholesky, helper, square
-
-loop = njit(cache=True, error_model="numpy", nogil=True)
+from mgeo_calibration.estimation.kernels.algebra import cholesky, helper, loop, square
 
 
 @loop

@@ -14,17 +14,15 @@ owner would have to be counted.
 import math
 
 import numpy as np
-from numba import njit
 
 from mgeo_calibration.estimation.kernels.algebra import (
     TOGETHER,
     cholesky,
     helper,
+    loop,
     reflect,
     square,
 )
-
-loop = njit(cache=True, error_model="numpy", nogil=True)
 
 #: From where on the variance of a predicted reading is so much above its noise that subtracting
 #: what is learned would leave few digits; then Joseph's sum of squares is taken.
