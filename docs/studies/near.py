@@ -1,8 +1,9 @@
 """How near fronts come to the limit: of three maneuvers by search alone, of more with a polish.
 
 ``python docs/studies/near.py PRESET RULE MODE SEED`` adds a row to data/near.csv, ``python
-docs/studies/near.py`` prints medians. ``python docs/studies/near.py PRESET TIME`` prints how near
-the best of many plans of ten maneuvers comes at a time [s], each polished for it alone.
+docs/studies/near.py`` prints medians. ``python docs/studies/near.py PRESET TIME COUNT RATE`` prints
+how near the best of many plans of so many maneuvers up to a rate [deg/s] comes at a time [s], each
+polished for it alone; of ten at the preset's rate, if not told.
 """
 
 import sys
@@ -76,9 +77,10 @@ def thinned(F):
     return F[rows]
 
 
-def best_known(preset, time, starts=300, count=10, seed=1):
+def best_known(preset, time, count=10, rate=None, starts=300, seed=1):
     """What the best of many plans of a time [s] knows, of the limit."""
-    options = {"preset": preset, "maneuvers": {"count": count}, "convergence": {"rule": "end"}}
+    maneuvers = {"count": count} | ({} if rate is None else {"max_rate_deg_s": rate})
+    options = {"preset": preset, "maneuvers": maneuvers, "convergence": {"rule": "end"}}
     problem = AttitudeManeuverProblem(Scenario.from_dict(options))
     exact, rng = at_time(problem), np.random.default_rng(seed)
     roughly, greatest = Roughly(exact), exact.scenario.maneuvers.max_rate_deg_s
@@ -111,8 +113,9 @@ def main(*given):
     if not given:
         print(table(pd.read_csv(DATA)).to_string())
         return
-    if len(given) == 2:
-        print(best_known(given[0], float(given[1])))
+    if given[1] not in ("end", "trace"):
+        preset, time, *more = given
+        print(best_known(preset, float(time), *map(int, more[:1]), *map(float, more[1:])))
         return
     preset, rule, mode, seed = given
     row = {"preset": preset, "rule": rule, "mode": mode, "seed": int(seed)}

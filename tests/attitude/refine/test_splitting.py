@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from mgeo_attitude import split, without_unneeded
 from mgeo_attitude.refine import n_commands
+from mgeo_attitude.refine.at_time import at_time
+from mgeo_attitude.refine.roughly import Roughly
 
 from .conftest import short
 
@@ -64,6 +66,15 @@ def test_what_was_split_is_joined_again(problem):
     assert (n_commands(found) <= 2).all()
     assert (found[:, 3::4] == 0.0).sum() >= 2 * len(X)
     assert ((found >= problem.xl) & (found <= problem.xu)).all()
+
+
+def test_few_samples_tell_which_plans_need_not_be_judged(problem):
+    X = split(plans(12, 2), 4)
+    X[:6, :3] += 0.3  # of half of them the first maneuver is needed
+    few = Roughly(at_time(problem))
+    found = without_unneeded(problem, X, few)
+    assert (found != X).any()
+    np.testing.assert_array_equal(found, without_unneeded(problem, X))
 
 
 def test_no_maneuver_gets_longer_than_the_longest():

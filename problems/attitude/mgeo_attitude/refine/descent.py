@@ -18,7 +18,7 @@ _SMALL, _PART = 1e-5, 1e-2
 #: By how much of their bounds limits are kept, so that rounding does not break them.
 _MARGIN = 1e-6
 #: A change of the logarithm of the value that is not worth another iteration.
-_ENOUGH = 1e-4
+_ENOUGH = 3e-5
 #: After how many points half of several descents are left, and how many times as many later again.
 _HALVED, _LONGER = 4, 2.5
 #: A share of the time that is none.

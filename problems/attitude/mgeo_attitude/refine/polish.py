@@ -29,7 +29,7 @@ from mgeo_attitude.refine.splitting import split, without_unneeded
 from mgeo_attitude.refine.starts import beam, until_converged
 
 #: Plans of a front that are polished, and iterations for each.
-MOST, ITERATIONS = 16, 36
+MOST, ITERATIONS = 16, 48
 #: How many times as many, with as much less of them, follow between those.
 _BETWEEN = 2
 #: How much longer than the first of a front's plans, over their number, all of it takes.
@@ -43,10 +43,11 @@ _BEAMS: tuple[Beam, ...] = (
     (1.0, 2, 100, 1.0),
     (0.8, 2, 60, 1.0),
     (0.6, 2, 60, 1.0),
+    (1.0, 3, 60, 1.0),
     (1.0, 3, 60, 0.8),
 )
-#: Every which of a beam's plans is a begin; samples that tell which are the best, at least.
-_OF_BEAM, _SAMPLES = 10, 50
+#: Every which of a beam's plans is a begin.
+_OF_BEAM = 10
 #: Of plans with rates held after them, those judged over flights, and those tried at other times.
 _FLOWN, _HELD = 4, 6
 #: How many of the polished plans are tried at another time, and how many of what comes of them.
@@ -229,7 +230,7 @@ def _begins(
     found = [ending_at(design[None, : VARIABLES_PER_MANEUVER * count], time, longest)]
     for share, levels, width, shorter in beams:
         n = max(round(share * count), 1)
-        plans = beam(roughly.at(time, _SAMPLES), n, time, levels, width, shorter)
+        plans = beam(roughly.at(time), n, time, levels, width, shorter)
         found.append(split(plans[::_OF_BEAM], count))
     if learned:
         plans = np.array(learned)

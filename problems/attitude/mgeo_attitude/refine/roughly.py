@@ -28,10 +28,10 @@ class Roughly:
     exact: AtTime
     _known: dict[int, AtTime] = field(default_factory=dict)
 
-    def at(self, time: float, fewest: int = _SAMPLES) -> AtTime:
-        """That for a time [s], of at least so many samples."""
+    def at(self, time: float) -> AtTime:
+        """That for a time [s]."""
         model, rate = self.exact.model, self.exact.scenario.maneuvers.max_rate_deg_s
-        most = min(time / model.step / fewest, _TURN_DEG / (rate * model.step))
+        most = min(time / model.step / _SAMPLES, _TURN_DEG / (rate * model.step))
         every = next((each for each in _EVERY if each <= most), 1)
         if every not in self._known:
             self._known[every] = dataclasses.replace(
