@@ -74,7 +74,7 @@ def shared(rates: Floats, starts: Ints, over: Ints, n_steps: int, variants: Ints
     plans = np.concatenate([rates, ends[:, :, None]], axis=2).reshape(len(rates), -1)
     keys = np.column_stack([variants, plans])
     # the bytes of a row's numbers, the most significant first, which numpy compares at once
-    rows = (keys + 0.0).astype(">f8").view(f"V{8 * keys.shape[1]}")
+    rows = (keys + 0.0).astype(">f8", order="C").view(f"V{8 * keys.shape[1]}")
     order = np.argsort(rows[:, 0], kind="stable")
     ordered = keys[order]
     differs = np.ones(len(order), dtype=bool)
