@@ -112,6 +112,22 @@ def mean_values(name: str, budgets: Sequence[int]) -> Markdown:
     return table(texts.T.rename_axis("algorithm"))
 
 
+def polished() -> Markdown:
+    """What a polish adds to each part of the front, and what it takes: docs/studies/polished.py."""
+    rows = pd.read_csv(HERE / "data" / "polished.csv").fillna(0)
+    rows["front"] = rows["algorithm"] + rows["stage"].map({"search": "", "polish": ", polished"})
+    columns = {
+        "hypervolume_1": ("hypervolume, to 1200", "{:.4f}"),
+        "hypervolume_2": ("from 1200 to 6000", "{:.4f}"),
+        "hypervolume_3": ("from 6000", "{:.4f}"),
+        "whole": ("plans judged", "{:,.0f}"),
+        "at_one_time": ("at one time", "{:,.0f}"),
+        "cpu_s": ("CPU [s]", "{:.1f}"),
+    }
+    means = rows.groupby("front", sort=False)[list(columns)].mean()
+    return table(pd.DataFrame({title: means[c].map(f.format) for c, (title, f) in columns.items()}))
+
+
 def table(values: pd.DataFrame) -> Markdown:
     """A table as the page's own, with no break within mean ± standard deviation."""
     return Markdown(markdown(values).replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}"))

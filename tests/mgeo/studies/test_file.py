@@ -207,9 +207,8 @@ def test_the_published_studies_can_be_built(name):
     counts = {"table3": (1, 6), "tuning": (1, 36), "comparison": (2, 13), "benchmarks": (21, 13)}
     counts |= {"bbob-biobj": (825, 11), "bbob-biobj-rivals": (825, 6), "shifted": (42, 7)}
     counts |= {"budgets": (2, 6), "robust": (2, 4), "local-fronts": (5, 3)}
-    counts |= {"coco": (110, 1), "held-out": (2, 2), "long-budgets": (9, 6), "ablation": (84, 24)}
-    counts |= {"constraints": (3, 5), "longer-budgets": (5, 3), "objectives": (3, 6)}
-    counts |= {"learning": (9, 2)}
+    counts |= {"coco": (110, 1), "held-out": (2, 2), "long-runs": (30, 4), "ablation": (84, 24)}
+    counts |= {"constraints": (3, 5), "learning": (20, 2), "objectives": (3, 6)}
     assert (len(study.problems), len(study.algorithms)) == counts[name]
     for configuration in study.problems[:: max(1, len(study.problems) // 3)]:
         problem = configuration.build()

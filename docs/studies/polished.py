@@ -1,0 +1,86 @@
+"""What a polish adds to each part of the front, the paper's satellite, held-out seeds.
+
+``python docs/studies/polished.py ALGORITHM SEED`` adds to data/polished.csv a search of 20,000
+evaluations, as in held-out.toml, and its polish; ``python docs/studies/polished.py`` prints means.
+What is measured and polished is what ``mgeo solve`` has: of NSGA-II its last population.
+"""
+
+import sys
+import time
+from collections import Counter
+from contextlib import ExitStack
+from pathlib import Path
+from unittest.mock import patch
+
+import pandas as pd
+from mgeo_attitude import AttitudeManeuverProblem
+from mgeo_attitude.refine.at_time import AtTime
+
+from mgeo.runs.prepare import prepare
+from mgeo.studies.file import read_study
+from mgeo.studies.indicators import parts_of
+from mgeo.studies.space import indicator_space
+
+HERE = Path(__file__).parent
+DATA = HERE / "data" / "polished.csv"
+PARAMETERS = {"mgeo-directed": {}, "nsga2": {"population": 100}}
+
+
+def measured(name, seed):
+    """A row of the search and one of its polish: hypervolume by parts, plans and CPU seconds.
+
+    Plans are those judged whole and those whose value at one time is asked, for slopes mostly and
+    by fewer samples.
+    """
+    study = read_study(HERE / "held-out.toml")
+    plans, rows, spent = Counter(), [], time.process_time()
+
+    def counted(kind, method):
+        def counting(self, designs, *args, **kwargs):
+            plans[kind] += len(designs)
+            return method(self, designs, *args, **kwargs)
+
+        return counting
+
+    def row(stage, F):
+        space = indicator_space(run.problem, [F], parts=study.problems[0].parts)
+        parts = {part.name: part.value(space(F), space) for part in parts_of(space, "")}
+        cpu = time.process_time() - spent
+        return {"algorithm": name, "seed": seed, "stage": stage, **parts, **plans, "cpu_s": cpu}
+
+    def look(state):
+        if state.refinement is None and state.evaluations >= study.evaluations:
+            rows[:] = [row("search", state.front()[1])]
+
+    run = prepare(
+        "attitude",
+        {"preset": "paper"},
+        algorithm=name,
+        parameters=PARAMETERS[name],
+        evaluations=study.evaluations,
+        seed=seed,
+        polish=True,
+    )
+    with ExitStack() as patched:
+        for kind, owner, method in (
+            ("whole", AttitudeManeuverProblem, "_evaluate"),
+            ("at_one_time", AtTime, "values"),
+        ):
+            count = counted(kind, getattr(owner, method))
+            patched.enter_context(patch.object(owner, method, count))
+        found = run.solve(look)
+    return [*rows, row("polish", found.F)]
+
+
+def main(*given):
+    if given:
+        known = pd.read_csv(DATA) if DATA.exists() else pd.DataFrame()
+        table = pd.concat([known, pd.DataFrame(measured(given[0], int(given[1])))])
+        table.to_csv(DATA, index=False, lineterminator="\n", float_format="%.6g")
+        return
+    rows = pd.read_csv(DATA).drop(columns="seed")
+    print(rows.groupby(["algorithm", "stage"]).mean().round(4).to_string())
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
