@@ -20,6 +20,7 @@ from mgeo_attitude import (
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.geometry.rotation import skew, tangents
+from mgeo_attitude.sensors.world import POSITION_UNIT
 from scipy.spatial.transform import Rotation
 
 V = Rotation.random(20, random_state=1).as_matrix()[:, 0]
@@ -85,6 +86,16 @@ def test_no_plan_is_below_the_limit():
     X[:, 3::4] = np.random.default_rng(3).uniform(0.0, 900.0, (20, 3))
     found = evaluate(FilterModel.from_scenario(of), X)
     assert (found.trace > np.interp(found.t_end, bound.times, bound.trace)).all()
+
+
+def test_nadir_is_another_where_the_satellite_is_not_as_believed():
+    """Against the position itself, moved by 100 m along each axis of GCRS."""
+    of = scenario(HorizonSensor(), Magnetometer())
+    environment, sensor = Environment.from_scenario(of), HorizonSensor()
+    for axis, column in zip(np.eye(3), sensor.by_position(environment).T, strict=True):
+        r = environment.position + 0.1 * POSITION_UNIT * axis
+        moved = -r / np.linalg.norm(r, axis=1)[:, None] - sensor.inertial_vector(environment)
+        np.testing.assert_allclose(0.1 * column.T, moved, rtol=0, atol=1e-9)
 
 
 def test_a_horizon_sensor_looks_at_the_earth_where_it_is_made_for():

@@ -15,6 +15,7 @@ from mgeo_attitude import (
     SunSensor,
     World,
     evaluate,
+    validity,
 )
 from mgeo_attitude.environment.sun_moon import lit_fraction, sun_position
 from mgeo_attitude.environment.time_frames import instants
@@ -85,6 +86,13 @@ def test_an_error_along_track_moves_the_field_as_it_is_farther_along():
         expected = (there - environment.field) / FIELD_UNIT_NT / (5000.0 / POSITION_UNIT)
         size = np.linalg.norm(expected, axis=1).max()
         np.testing.assert_allclose(column, expected, rtol=0, atol=0.3 * size)
+
+
+def test_an_orbit_error_for_which_the_gradient_is_too_rough_is_told():
+    near, far = (short(world=World(orbit_error_m=(m, 9.0, 9.0))) for m in (5000.0, 6000.0))
+    (line,) = validity(far)
+    assert line.startswith("world.orbit_error_m = 6000: ")
+    assert validity(near) == ()
 
 
 def test_near_an_eclipse_that_may_be_elsewhere_nothing_that_sees_the_sun_is_used():

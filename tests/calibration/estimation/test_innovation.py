@@ -50,7 +50,8 @@ def look(suite, sensor):
     change = CHANGE[: len(sensor.delay())]
     if sensor.unit_length:
         v = V / np.linalg.norm(V)
-        return v, np.vstack([*tangents(v), *change])
+        by_orbit = GRADIENT[: suite.n_gradient(sensor) - 2 - len(change)]
+        return v, np.vstack([*tangents(v), *by_orbit, *change])
     return V, np.vstack([GRADIENT[: suite.n_gradient(sensor) - len(change)], change])
 
 

@@ -32,10 +32,22 @@ class VectorSensor(Sensor):
 
     def measure(self, x: Any, v: Vec3) -> Any:
         turned = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta
-        return cross(v, turned) + x.bias + x.moved
+        y = cross(v, turned) + x.bias + x.moved
+        if hasattr(x, "orbit_error"):
+            for error, column in zip(x.orbit_error, x.gradient[-3:], strict=True):
+                y = y + Vec3(*(error * component for component in column))
+        return y
 
     def measured(self, x: Any, v: Any) -> Any:
         return (rotate(x.misalignment, v) if hasattr(x, "misalignment") else v) + x.bias
+
+
+def where_it_is(x: Any, v: Any) -> Any:
+    """The vector v with what the orbit's error makes of it, as `Sensor.measured` has both."""
+    if hasattr(x, "orbit_error"):
+        for axis, column in enumerate(x.gradient[-3:]):
+            v = v + x.orbit_error[..., [axis]] * column
+    return v
 
 
 @dataclass(frozen=True)
@@ -207,9 +219,6 @@ class Magnetometer(VectorSensor):
             y = y + shear_components(v, x.nonorthogonality)
         if hasattr(x, "field_error"):
             y = y + x.to_body(x.field_error)
-        if hasattr(x, "orbit_error"):
-            for error, column in zip(x.orbit_error, x.gradient[-3:], strict=True):
-                y = y + Vec3(*(error * component for component in column))
         return y
 
     def measured(self, x: Any, v: Any) -> Any:
@@ -223,10 +232,7 @@ class Magnetometer(VectorSensor):
         """
         if hasattr(x, "field_error"):
             v = v + x.to_body(x.field_error)
-        if hasattr(x, "orbit_error"):
-            for axis, column in enumerate(x.gradient[-3:]):
-                v = v + x.orbit_error[..., [axis]] * column
-        field = v
+        field = v = where_it_is(x, v)
         if self.initial_scale_factor:
             field = field + x.scale_factor * v
         if self.initial_nonorthogonality_deg:
