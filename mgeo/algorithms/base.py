@@ -16,8 +16,7 @@ from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.coding import BitCode, RealCode
 from mgeo.algorithms.constructors import call, keywords, named, values
-from mgeo.algorithms.display import ArchiveOutput
-from mgeo.algorithms.run_state import RunState
+from mgeo.algorithms.run_state import ArchiveOutput, RunState
 from mgeo.algorithms.starting import SuggestedSampling, given_starts
 from mgeo.algorithms.variables import Variables
 from mgeo.evaluation.evaluator import TolerantEvaluator

@@ -6,10 +6,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mgeo._typing import BoolArray, FloatArray, IntArray
-from mgeo.algorithms.bounds import BOUNDS
 from mgeo.algorithms.constructors import without_constants
 from mgeo.algorithms.moves import Moves, Pair
 from mgeo.algorithms.selection import pick, rank
+from mgeo.algorithms.steps import BOUNDS
 from mgeo.algorithms.weights import distance, random_weights
 from mgeo.validation.arguments import (
     validate_choice,
@@ -63,7 +63,7 @@ class MGEODirected(Moves):
         extremes only where the point that they are drawn to is within a step.
     max_candidates : largest number of candidates a walker; of more variables they are drawn.
     bounds : what becomes of a step that leaves them: "clip" to the bound, "reflect" from it, or
-        "resample", drawn anew until it stays inside (`mgeo.algorithms.bounds`).
+        "resample", drawn anew until it stays inside (`mgeo.algorithms.steps`).
     options : `sampling` and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and
         those of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
         given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...

@@ -11,11 +11,11 @@ from pymoo.core.problem import Problem
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.algorithms.bounds import BOUNDS
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.covariance import Normals
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.steps import (
+    BOUNDS,
     Attraction,
     joint_steps,
     momentum_steps,

@@ -9,10 +9,9 @@ from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray, IntArray
-from mgeo.algorithms.bounds import BOUNDS
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.constructors import takes_n_runs
-from mgeo.algorithms.steps import SCALES, perturb
+from mgeo.algorithms.steps import BOUNDS, SCALES, perturb
 from mgeo.algorithms.variables import Variables
 from mgeo.algorithms.walkers import IndependentWalkers
 from mgeo.validation.arguments import (
@@ -94,7 +93,7 @@ class MGEOReal(RealSteps):
         value (a variable at zero stays there), "range" the width of its bounds (for variables
         of different units).
     bounds : what becomes of a step that leaves them: "clip" to the bound, as published, "reflect"
-        from it, or "resample", drawn anew until it stays inside (`mgeo.algorithms.bounds`).
+        from it, or "resample", drawn anew until it stays inside (`mgeo.algorithms.steps`).
     options : `restart` and `patience` of `mgeo.algorithms.walkers.IndependentWalkers`, `sampling`
         and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and those of every
         pymoo algorithm: `termination` (5000 // n_walkers generations unless given), `seed`, ...

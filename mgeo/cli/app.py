@@ -1,20 +1,47 @@
-"""The command ``mgeo``, and which commands it has of its own."""
+"""The command ``mgeo``, which commands it has of its own, and what versions it finds installed."""
 
 from __future__ import annotations
 
 import os
+import re
 import textwrap
 import warnings
 from collections.abc import Iterator
+from importlib import metadata
 from typing import Annotated, Any
 
 import typer
 
 from mgeo.cli import new
-from mgeo.cli.commands import RootCommands
-from mgeo.cli.declarations import installed, pages, runs, studies
+from mgeo.cli.commands import RootCommands, epilog
+from mgeo.cli.declarations import pages, runs, studies
 from mgeo.cli.errors import ExitCode
-from mgeo.cli.examples import epilog
+from mgeo.plugins.discovery import ALGORITHMS, COMMANDS, PROBLEMS, entry_points
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
+
+
+def versions() -> dict[str, str]:
+    """Versions by name: of mgeo, of its plugins, of Python, and of what all of these require."""
+    import platform
+
+    plugins = {
+        entry.dist.name
+        for group in (PROBLEMS, ALGORITHMS, COMMANDS)
+        for entry in entry_points(group)
+        if entry.dist
+    }
+    own = ["mgeo", *sorted(plugins)]
+    needed = {name for package in own for name in _required(package)} - {*own}
+    found = {name: metadata.version(name) for name in own}
+    found["python"] = platform.python_version()
+    return found | {name: metadata.version(name) for name in sorted(needed)}
+
+
+def _required(package: str) -> list[str]:
+    """Names of what a package cannot do without: what an extra or a platform adds is left out."""
+    lines = [line for line in metadata.requires(package) or () if ";" not in line]
+    return [match[0].lower() for line in lines if (match := _NAME.match(line))]
 
 
 def _exit_codes() -> Iterator[str]:
@@ -54,8 +81,6 @@ def main() -> None:
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        from mgeo.cli.versions import versions
-
         for name, number in versions().items():
             typer.echo(f"{name} {number}")
         raise typer.Exit
@@ -85,8 +110,8 @@ for _command in (
     runs.resume,
     pages.report,
     pages.explore,
-    installed.problems,
-    installed.algorithms,
+    studies.problems,
+    studies.algorithms,
     studies.study,
     studies.schema,
 ):

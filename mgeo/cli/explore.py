@@ -5,9 +5,8 @@ from __future__ import annotations
 import webbrowser
 from pathlib import Path
 
-from mgeo.cli.errors import bad_input
+from mgeo.cli.errors import Terminated, bad_input
 from mgeo.cli.output import Output
-from mgeo.cli.signals import Terminated
 from mgeo.explore import Explorer, ExplorerServer
 
 

@@ -8,9 +8,8 @@ from typing import Annotated
 import typer
 
 from mgeo.cli import options
-from mgeo.cli.commands import Commands
+from mgeo.cli.commands import Commands, epilog
 from mgeo.cli.errors import bad_input
-from mgeo.cli.examples import epilog
 from mgeo.cli.output import Output
 
 app = typer.Typer(

@@ -13,7 +13,7 @@ from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.table import Table
 
-from mgeo.cli.signals import StopRequest
+from mgeo.cli.errors import StopRequest
 from mgeo.plugins.protocol import problem_size
 from mgeo.runs.algorithms import complete_parameters
 from mgeo.runs.solve import State

@@ -129,8 +129,8 @@ def write_study_figures(
         One that may be imported, ``module:Class``.
     """
     from mgeo.studies import read_comparisons
+    from mgeo.studies.report import study_figures
     from mgeo.studies.study import REPORT
-    from mgeo.studies.study_figures import study_figures
 
     figures = folder / FIGURES_FOLDER
     with bad_input((ValueError, TypeError, OSError, StaticExportError)):

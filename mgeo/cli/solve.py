@@ -8,19 +8,17 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
-from mgeo.cli.errors import ExitCode, Refused, bad_input
+from mgeo.cli.errors import ExitCode, Refused, bad_input, stop_requests
 from mgeo.cli.output import Output
 from mgeo.cli.progress import Progress, run_title, task
 from mgeo.cli.results import Findings, document, print_impossible, print_results
-from mgeo.cli.signals import stop_requests
 from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures import page
 from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, front_of, view_of
 from mgeo.runs.prepare import PreparedRun
 from mgeo.runs.resume import resume_run
-from mgeo.store.atomic import check_writable, write_file
-from mgeo.store.lock import lock
+from mgeo.store.atomic import check_writable, lock, write_file
 from mgeo.store.provenance import installed_versions
 from mgeo.store.run import Outcome, Run
 from mgeo.store.run_folder import FIGURE_FILE, check_folder, write_run

@@ -18,8 +18,7 @@ from mgeo.figures import MOST_TEXTS
 from mgeo.figures.front import logarithmic
 from mgeo.plugins.problems import load_problem
 from mgeo.plugins.protocol import column_names
-from mgeo.plugins.review import cells
-from mgeo.plugins.shown import ask
+from mgeo.plugins.shown import ask, cells
 from mgeo.plugins.view import View, is_own, view_of
 from mgeo.report.build import read_subject
 from mgeo.report.encode import Json, figure_json

@@ -3,28 +3,95 @@
 Any page that is open in a browser can send requests to 127.0.0.1. So the address has a random token
 in it, `Host` must be this server's own (or another name could lead here, DNS rebinding), an
 `Origin`, if there is one, too, and what is asked is JSON, which no form sends.
+
+Everything is computed in one thread, the most urgent first.
 """
 
 from __future__ import annotations
 
+import itertools
 import json
 import secrets
 import sys
+import threading
 from collections.abc import Callable
+from concurrent.futures import Future
 from functools import cached_property, partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any
+from queue import PriorityQueue
+from typing import Any, TypeVar
 
+from plotly.offline import get_plotlyjs
 from pydantic_core import to_jsonable_python
 
 from mgeo._foreign import one_line
 from mgeo.explore.explorer import Explorer
-from mgeo.explore.pages import SECURITY, assets
 from mgeo.explore.saving import Exists
-from mgeo.explore.worker import Worker
+from mgeo.figures.page import render
 from mgeo.store.reading import parse_json
 from mgeo.validation.tables import Table, checked
+
+#: Nothing from elsewhere; plotly's three-dimensional figures compile functions.
+_POLICY = (
+    "default-src 'none'; script-src 'self' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+    "connect-src 'self'; img-src 'self' data: blob:; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'"
+)
+SECURITY = {
+    "Content-Security-Policy": _POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+_SCRIPTS = ("figures/assets/theme", "report/assets/figures", "report/assets/motion")
+_OWN = ("parallel", "scatter", "solution", "explore")
+
+
+def assets(title: str) -> dict[str, tuple[str, bytes]]:
+    """Content type and content of each file, by its path below the token."""
+    names = [*_SCRIPTS, *(f"explore/assets/{name}" for name in _OWN)]
+    script = "\n".join(render(f"{name}.js") for name in names)
+    html = render("explore/assets/explore.html", title=title)
+    return {
+        "": ("text/html; charset=utf-8", html.encode()),
+        "explore.js": ("text/javascript; charset=utf-8", script.encode()),
+        "plotly.js": ("text/javascript; charset=utf-8", get_plotlyjs().encode()),
+    }
+
+
+T = TypeVar("T")
+
+
+class Worker:
+    """Calls functions one after the other, whichever threads ask for them.
+
+    So a problem need not be one for several threads. The thread ends with the process.
+    """
+
+    def __init__(self) -> None:
+        self._asked: PriorityQueue[tuple[int, int, Future[Any], Callable[[], Any]]]
+        self._asked = PriorityQueue()
+        self._numbers = itertools.count()
+        threading.Thread(target=self._work, daemon=True, name="explorer").start()
+
+    def ask(self, function: Callable[[], T], urgency: int = 0) -> T:
+        """What a function gives or raises; those of a lower number go first."""
+        future: Future[T] = Future()
+        self._asked.put((urgency, next(self._numbers), future, function))
+        return future.result()
+
+    def _work(self) -> None:
+        while True:
+            *_, future, function = self._asked.get()
+            try:
+                future.set_result(function())
+            except BaseException as error:  # whoever asked is told
+                future.set_exception(error)
+
 
 HOST = "127.0.0.1"
 _MOST_BYTES = 2**20  # of a request

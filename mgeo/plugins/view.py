@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
     from pymoo.core.problem import Problem
 
-    from mgeo.plugins.review import Review
+    from mgeo.plugins.shown import Review
 
 #: By how much equality constraints may be off, as in pymoo.
 TOLERANCE = 1e-4
@@ -173,7 +173,7 @@ class View:
 
         Here its description and its limits.
         """
-        from mgeo.plugins.review import Review, Section
+        from mgeo.plugins.shown import Review, Section
 
         described, (limits,) = ask(self, View.describe), ask(self, View.limits)
         facts = ask(self, View.facts)

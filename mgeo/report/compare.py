@@ -17,8 +17,7 @@ from mgeo.figures.front import axis
 from mgeo.figures.page import drawing, render
 from mgeo.figures.style import COLORS, SYMBOLS, finished, literal
 from mgeo.plugins.protocol import column_names
-from mgeo.plugins.review import Review, Section, cells, kinds_of
-from mgeo.plugins.shown import ask
+from mgeo.plugins.shown import Review, Section, ask, cells, kinds_of
 from mgeo.plugins.view import View, view_of
 from mgeo.report.build import read_subject
 from mgeo.runs.answer import default_solution

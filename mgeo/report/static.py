@@ -17,8 +17,7 @@ from mgeo.figures.motion import motion_of
 from mgeo.figures.style import CLICK, HOVER, for_paper
 from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, view_of
-from mgeo.report.build import read_subject
-from mgeo.report.history import recorded_history
+from mgeo.report.build import read_subject, recorded_history
 from mgeo.report.solutions import front_picture
 from mgeo.validation.arguments import did_you_mean
 

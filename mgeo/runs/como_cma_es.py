@@ -8,7 +8,7 @@ import numpy as np
 from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 
-from mgeo.runs.unit_box import UnitBox
+from mgeo.runs.pymoo_algorithms import UnitBox
 from mgeo.validation.arguments import validate_integer, validate_number
 
 _TOLERANCE = 1e-6  # of the bounds' width, where a kernel stops; theirs is 1e-4 of variables near 1

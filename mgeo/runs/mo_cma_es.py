@@ -9,7 +9,7 @@ from moocore import hv_contributions
 from pymoo.core.population import Population
 
 from mgeo._typing import FloatArray
-from mgeo.runs.unit_box import UnitBox
+from mgeo.runs.pymoo_algorithms import UnitBox
 from mgeo.validation.arguments import validate_integer, validate_number
 
 _PENALTY = 1e-6  # of the squared distance from the box, in its units (Igel, Hansen & Roth 2007)

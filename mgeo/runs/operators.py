@@ -44,7 +44,7 @@ from pymoo.operators.selection.tournament import TournamentSelection, compare
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.starting import SuggestedSampling
 from mgeo.algorithms.variables import KINDS, Variables, kind_of_type
-from mgeo.runs.unit_box import UnitBox
+from mgeo.runs.pymoo_algorithms import UnitBox
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm

@@ -13,11 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import ConfigDict
 
-from mgeo.store.atomic import to_json, write_files
-from mgeo.store.lock import LOCK_FILE
-from mgeo.store.reading import read_json
+from mgeo.store.atomic import LOCK_FILE, to_json, write_files
+from mgeo.store.reading import read_json, read_numbers, to_csv
 from mgeo.store.run import Nearest, Outcome, Run, RunConfiguration
-from mgeo.store.tables import read_numbers, to_csv
 from mgeo.validation.tables import Table, checked, entry, errors_of
 
 if TYPE_CHECKING:
@@ -29,7 +27,7 @@ RUN_FILE, FRONT_FILE, FIGURE_FILE = "run.json", "front.csv", "front.html"
 CHECKPOINT_FILE, RECORD_FOLDER = "run.checkpoint", "evaluations"
 #: What comes nearest to the constraints, of a run that found nothing that keeps them.
 NEAREST_FILE = "nearest.csv"
-#: In which a problem's own tools prove a solution of the front, see `mgeo.report.verification`.
+#: In which a problem's own tools prove a solution of the front, see `mgeo.report.build`.
 VERIFICATION_FILES = "verification*.json"
 #: Keys by which such a file says what it is about.
 ABOUT = ("problem", "options", "design")
@@ -183,7 +181,7 @@ def run_document(run: Run) -> dict[str, Any]:
 
 
 def check_verification(found: Any) -> None:
-    """Refuse what is not the content of a verification, see `mgeo.report.verification`.
+    """Refuse what is not the content of a verification, see `mgeo.report.build`.
 
     Raises
     ------

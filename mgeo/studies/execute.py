@@ -171,7 +171,7 @@ def _coco_folder(
 ) -> CocoFolder | None:
     if folder is None:
         return None
-    from mgeo.benchmarks.coco_data import run_folder  # needs the extra
+    from mgeo.benchmarks.coco import run_folder  # needs the extra
 
     below = Path(folder).absolute() / folder_name(algorithm)
     return CocoFolder(run_folder(below, problem, seed), algorithm)

@@ -26,7 +26,7 @@ from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import succeeded
 from mgeo.runs.solve import IDLE_STEPS, set_up
 from mgeo.store.study_run import StudyRun
-from mgeo.studies.versions import made_with
+from mgeo.studies.fingerprint.modules import made_with
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -98,7 +98,7 @@ def record(task: Task) -> StudyRun:
         evaluator = algorithm.evaluator
         watches: list[Callable[[Population, Any], object]] = [log]
         if task.coco is not None:
-            from mgeo.benchmarks.coco_data import coco_data
+            from mgeo.benchmarks.coco import coco_data
 
             logged = coco_data(task.problem, task.coco.path, task.coco.algorithm, task.n_eval)
             watches.append(during.enter_context(logged))

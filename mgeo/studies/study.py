@@ -16,12 +16,13 @@ from plotly.offline import get_plotlyjs
 
 from mgeo.figures.page import LIBRARY
 from mgeo.plugins.problems import is_own_class
-from mgeo.runs.estimate import estimate
+from mgeo.runs.prepare import estimate
 from mgeo.store.atomic import check_writable, to_json, write_files
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import published_table
 from mgeo.studies.execute import compare, run_files
 from mgeo.studies.file import ProblemConfiguration, Study
+from mgeo.studies.fingerprint.modules import distinct
 from mgeo.studies.labels import folder_name
 from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
 from mgeo.studies.report import problem_page, study_page
@@ -30,7 +31,6 @@ from mgeo.studies.run import Task, told
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.stored import PROVENANCE, check, claim, stored_tables
 from mgeo.studies.tables import markdown, problems_table
-from mgeo.studies.versions import distinct
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -103,7 +103,7 @@ def run_study(
     check(folder, study)
     check_writable(folder)
     if coco_data is not None:
-        from mgeo.benchmarks.coco_data import run_folder
+        from mgeo.benchmarks.coco import run_folder
 
         for problem, _ in built:
             run_folder(Path(coco_data), problem, 0)
@@ -243,7 +243,7 @@ class StudyEstimate:
 def estimate_study(study: Study, folder: Path | str, *, n_jobs: int | None = None) -> StudyEstimate:
     """Look at a study that is to be run by `run_study`; nothing is written.
 
-    Each algorithm is tried on each problem, by `mgeo.runs.estimate`. A run is expected to keep one
+    Each algorithm is tried on each problem, by `mgeo.runs.prepare`. A run is expected to keep one
     process busy for as long as all processors together work for it here. What fails when it is
     tried, as its runs would, is told and left out. So is what the study names ``module:Class``: a
     look at a file has no module imported that it names.

@@ -1,4 +1,4 @@
-"""Algorithms are compared."""
+"""What there is to be solved, by what, and how algorithms compare."""
 
 from __future__ import annotations
 
@@ -10,6 +10,28 @@ import typer
 from mgeo.cli import completion, options
 from mgeo.cli.errors import bad_input, of_interrupt
 from mgeo.cli.output import Output
+
+
+def problems(json: options.Json = False, debug: options.Debug = False) -> None:
+    """List the installed problems."""
+    from mgeo.cli.installed import list_problems
+
+    list_problems(Output(json=json))
+
+
+def algorithms(
+    name: Annotated[
+        str | None,
+        typer.Argument(help="One of them, or MODULE:CLASS.", autocompletion=completion.algorithms),
+    ] = None,
+    json: options.Json = False,
+    debug: options.Debug = False,
+) -> None:
+    """List the algorithms, or the parameters of one."""
+    from mgeo.cli.installed import list_algorithms
+
+    with bad_input():
+        list_algorithms(name, Output(json=json))
 
 
 def study(

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import platform
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib import metadata
 from importlib.machinery import EXTENSION_SUFFIXES, ModuleSpec, PathFinder
+from importlib.metadata import version
 from importlib.util import find_spec, resolve_name
 from pathlib import Path
+from typing import Any
+
+from mgeo.benchmarks.collections import COCO
+from mgeo.plugins.discovery import plugin_versions
 
 _PLATFORM = ("numpy", "scipy")  # they keep what they compute; their versions are kept with runs
 _SITES = ("site-packages", "dist-packages")
@@ -188,3 +194,27 @@ def _imports(path: Path, package: str) -> tuple[str, ...]:
         for name in imported(n.module or "", [a.name for a in n.names], n.level, package)
     ]
     return (*plain, *members)
+
+
+_ALWAYS = ("mgeo", "pymoo", "numpy", "scipy", "moocore")
+
+
+def made_with(*parts: Any) -> dict[str, str]:
+    """Versions here: of Python, the packages always used, and those that a problem is from."""
+    found = {"python": platform.python_version()}
+    found |= {name: version(name) for name in _ALWAYS}
+    modules = {cls.__module__ for part in parts for cls in type(part).__mro__}
+    for module in sorted(modules):
+        found |= distributions(module)
+    if "mgeo.benchmarks.coco" in modules:
+        found[COCO] = version(COCO)
+    return found | plugin_versions(modules)
+
+
+def distinct(versions: Iterable[Mapping[str, str]]) -> dict[str, str | list[str]]:
+    """Of several runs: a package's version, or a list of them where the runs differ."""
+    seen: dict[str, set[str]] = {}
+    for run in versions:
+        for name, value in run.items():
+            seen.setdefault(name, set()).add(value)
+    return {name: sorted(v) if len(v) > 1 else v.pop() for name, v in seen.items()}

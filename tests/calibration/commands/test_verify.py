@@ -15,8 +15,7 @@ from mgeo_calibration.commands.verify import verification_document
 from mgeo_calibration.verification.ends import told
 from mgeo_calibration.verification.verification import verify
 
-from mgeo.report.build import report_html
-from mgeo.report.verification import verifications
+from mgeo.report.build import report_html, verifications
 from mgeo.store.run_folder import read_run
 
 

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from mgeo.algorithms.bounds import clip
-from mgeo.algorithms.steps import SCALES
+from mgeo.algorithms.steps import SCALES, clip
 from mgeo.algorithms.steps import perturb as perturb_within
 
 

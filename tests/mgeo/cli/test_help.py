@@ -10,8 +10,8 @@ import pytest
 import typer
 
 from mgeo.cli.app import app
+from mgeo.cli.commands import EXAMPLES
 from mgeo.cli.errors import ExitCode
-from mgeo.cli.examples import EXAMPLES
 
 GROUP = typer.main.get_command(app)
 

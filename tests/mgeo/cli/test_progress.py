@@ -7,8 +7,8 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.problems.multi import ZDT1
 from rich.console import Console
 
+from mgeo.cli.errors import StopRequest
 from mgeo.cli.progress import Progress, clock
-from mgeo.cli.signals import StopRequest
 from mgeo.runs.solve import solve
 from mgeo.store.run import Hypervolume
 

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 from mgeo.plugins.problems import load_problem
-from mgeo.plugins.review import Review, Section
+from mgeo.plugins.shown import Review, Section
 from mgeo.report import compare, compare_html, report_html
 from mgeo.store.run_folder import read_run
 from mgeo.store.solution_file import solution_document

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 from mgeo.report import report_html
-from mgeo.report.history import hypervolume_history
+from mgeo.report.build import hypervolume_history
 from mgeo.report.solutions import planned_rows
 from mgeo.runs.answer import RepresentativeSolution, answer
 from mgeo.store.run_folder import read_run

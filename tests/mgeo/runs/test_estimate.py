@@ -8,8 +8,8 @@ import pytest
 from pymoo.core.problem import Problem
 
 from mgeo import MGEODirected, MGEOStaged
-from mgeo.runs import estimate as module
-from mgeo.runs.estimate import estimate
+from mgeo.runs import prepare as module
+from mgeo.runs.prepare import estimate
 
 
 class Dearer(Problem):

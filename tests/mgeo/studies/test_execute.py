@@ -27,11 +27,11 @@ import mgeo
 from mgeo import MGEOReal, compare
 from mgeo.studies.conclusions import conclusions
 from mgeo.studies.dispatch import run_all
+from mgeo.studies.fingerprint.modules import distinct
 from mgeo.studies.results import FailedRunsWarning
 from mgeo.studies.run import Failure, Task, record
 from mgeo.studies.run import run as made
 from mgeo.studies.space import NothingToCompareError
-from mgeo.studies.versions import distinct
 
 from ..naive import nondominated_rows
 from .problems import DyingNSGA2, Element, FailingNSGA2, GlobalRandomSearch, Half, StuckSearch
@@ -198,7 +198,7 @@ def test_runs_without_code_in_their_names_are_told_and_left(tmp_path):
 
 def test_runs_say_what_they_were_made_with(tmp_path, monkeypatch):
     first = compare(PROBLEM, [NSGA2(pop_size=12)], 20, seeds=1, folder=tmp_path)
-    monkeypatch.setattr("mgeo.studies.versions.version", lambda name: "99.0")
+    monkeypatch.setattr("mgeo.studies.fingerprint.modules.version", lambda name: "99.0")
     second = compare(PROBLEM, [NSGA2(pop_size=12)], 20, seeds=2, folder=tmp_path)
     here = first.records["NSGA2", 1].versions
     assert {"python", "mgeo", "numpy", "scipy", "pymoo"} <= here.keys()

@@ -10,9 +10,9 @@ from typing import Annotated
 import typer
 from mgeo_attitude.commands.options import USERS, Overwrite, Pick, Solution, Source, Time
 
+from mgeo.cli.commands import epilog
 from mgeo.cli.completion import among, toml_files
 from mgeo.cli.errors import ExitCode, bad_input
-from mgeo.cli.examples import epilog
 from mgeo.cli.options import Debug, Json, Quiet
 from mgeo.cli.output import Output, json_text
 

@@ -8,9 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
+from mgeo.cli.commands import epilog
 from mgeo.cli.completion import toml_files
 from mgeo.cli.errors import bad_input
-from mgeo.cli.examples import epilog
 from mgeo.cli.options import Debug, Json
 from mgeo.cli.output import Output
 
