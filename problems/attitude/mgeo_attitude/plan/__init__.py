@@ -1,10 +1,10 @@
 """A plan as an artefact: picked from a front, looked at, written, read back and flown."""
 
 from mgeo_attitude.plan.aem import aem_text
+from mgeo_attitude.plan.attitudes import script_text, stk_text, waypoints_text
 from mgeo_attitude.plan.files import from_json, read_json, to_csv, to_json, write_plan
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import Front, read_front
-from mgeo_attitude.plan.simulators import script_text, stk_text, waypoints_text
 from mgeo_attitude.plan.spice import ck_bytes, sclk_text
 from mgeo_attitude.plan.uplink import commands, to_uplink_csv
 

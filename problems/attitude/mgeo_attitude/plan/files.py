@@ -15,9 +15,9 @@ from mgeo.store.atomic import write_file
 from mgeo.validation.arguments import refuse_unknown
 from mgeo.validation.tables import entry
 from mgeo_attitude.plan.aem import aem_text
+from mgeo_attitude.plan.attitudes import script_text, stk_text, waypoints_text
 from mgeo_attitude.plan.documents import Form, read_document, written
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.plan.simulators import script_text, stk_text, waypoints_text
 from mgeo_attitude.plan.spice import ck_bytes, sclk_text
 from mgeo_attitude.plan.uplink import to_uplink_csv
 from mgeo_attitude.problem import PLAN_FORMAT
