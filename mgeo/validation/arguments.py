@@ -86,19 +86,6 @@ def validate_pair(name: str, value: Any, check: Callable[..., T], **limits: floa
     return validate_list(name, value, check, **limits)
 
 
-def validate_ascending(name: str, value: Any, **limits: float) -> list[float]:
-    """Two numbers within limits, the smaller one first.
-
-    Raises
-    ------
-    TypeError, ValueError : as of `validate_pair`; ValueError also for the larger one first.
-    """
-    pair = validate_pair(name, value, validate_number, **limits)
-    if pair[0] > pair[1]:
-        raise ValueError(f"{name} = {value!r}: expected the smaller one first")
-    return pair
-
-
 def validate_choice(name: str, value: Any, choices: Collection[str]) -> str:
     """One of `choices`.
 
