@@ -1,11 +1,11 @@
 """One HTML file from a run folder; it loads nothing, and runs nothing that the folder brings.
 
-Results of Monte Carlo that a problem's own tools leave there are shown. Each is a file
-``verification*.json``: an object with the strings ``title`` and ``conclusion``, and a table as
-``columns``, a list of strings, and ``rows``, lists of as many numbers or strings. It says what it
-is about by the ``problem``'s name, its ``options`` and the ``design``, a list of
-numbers as in a row of ``front.csv``. One that is about no solution of the folder's front, as a
-front before it may have left, proves nothing here, and is not shown.
+Of a recorded run it has the hypervolume against evaluations. Results of Monte Carlo that a
+problem's own tools leave there are files ``verification*.json``: each an object with the strings
+``title`` and ``conclusion``, and a table as ``columns``, a list of strings, and ``rows``, lists of
+as many numbers or strings. It says what it is about by the ``problem``'s name, its ``options`` and
+the ``design``, a list of numbers as in a row of ``front.csv``. One that is about no solution of the
+folder's front, as a front before it may have left, proves nothing here, and is not shown.
 """
 
 from __future__ import annotations
