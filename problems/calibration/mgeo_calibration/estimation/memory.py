@@ -30,10 +30,13 @@ _ROW = 700
 
 
 def needed(suite: Suite, rows: int) -> float:
-    """Memory that so many samples take [bytes]; the most that was measured is less."""
+    """Memory that so many samples take [bytes]; the most that was measured is less.
+
+    Where not all spans are kept, those of a stretch that a fit begins with may be.
+    """
     row = _ROW + 8 * (_TRAJECTORIES * (9 + suite.n_states) + 3 * _READINGS * len(suite.sensors))
     held = row_bytes(suite, Partition.of(suite)) * rows
-    return FIXED + row * rows + (held if held <= KEPT else 0.0)
+    return FIXED + row * rows + min(held, KEPT)
 
 
 def row_bytes(suite: Suite, parts: Partition) -> int:
