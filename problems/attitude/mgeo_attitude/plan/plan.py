@@ -163,7 +163,7 @@ class ManeuverPlan(Validated):
 
     @property
     def answer(self) -> str:
-        """What the plan is worth, in one line; see `answers.answer`."""
+        """What the plan is worth, in one line; see `describe.answer`."""
         history = self.history
         suite = self.problem.model.suite
         (end,) = self.view.ends
