@@ -16,11 +16,10 @@ from mgeo_attitude.scenario import Scenario
 from mgeo_calibration import diagnosis
 from mgeo_calibration.calibration import model_tests as models
 from mgeo_calibration.calibration.calibration import Calibration
-from mgeo_calibration.calibration.channels import channels_of
 from mgeo_calibration.calibration.corrections import unit_of_innovations
 from mgeo_calibration.calibration.history import History
 from mgeo_calibration.calibration.prior_tests import number_of_tests, prior_tests
-from mgeo_calibration.calibration.questions import questions
+from mgeo_calibration.calibration.questions import channels_of, questions
 from mgeo_calibration.calibration.refused import CannotCalibrate, of_a_wide_fit
 from mgeo_calibration.calibration.sensor_tests import (
     MOST_REJECTED,

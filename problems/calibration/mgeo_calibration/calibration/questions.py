@@ -13,9 +13,12 @@ from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor
 
 from mgeo_calibration.calibration.corrections import unit_of_innovations
 from mgeo_calibration.estimation import departures as made
+from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.quiet import quiet_rates
+from mgeo_calibration.estimation.residuals import Innovations
 from mgeo_calibration.estimation.score import Combined, Departure, Score
 from mgeo_calibration.estimation.smoother import Solution
+from mgeo_calibration.telemetry import Telemetry
 from mgeo_calibration.telemetry.columns import channel_of
 
 #: What the key is of something that no state has.
@@ -32,6 +35,7 @@ _FAR = 4.0
 #: What says that a bias follows a channel; a misalignment follows none.
 _INFLUENCES = "influences"
 _TAKEN_OUT = "no state has it, take it out of what is read"
+_MOST = 4  # other columns: each has a question for gyro and every sensor
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,25 @@ class Question:
     says: Callable[[Score], str]
     key: str
     possible: Callable[[Score], bool] = lambda score: True
+
+
+def channels_of(
+    telemetry: Telemetry, data: Batch, innovations: Sequence[Innovations]
+) -> tuple[dict[str, Floats], int]:
+    """The `_MOST` other columns that innovations follow most, at the samples; how many others."""
+    found = {}
+    for name, values in telemetry.others.items():
+        channel = np.interp(data.times, telemetry.times, values)
+        if np.ptp(channel) > 0.0:
+            scaled = (channel - channel.mean()) / channel.std()
+            told = sum(
+                float(np.square(scaled[each.samples] @ each.whitened).sum())
+                / max(len(each.samples), 1)
+                for each in innovations
+            )
+            found[name] = told, channel
+    most = sorted(found, key=lambda name: -found[name][0])[:_MOST]
+    return {name: found[name][1] for name in most}, len(found) - len(most)
 
 
 def questions(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Question]:

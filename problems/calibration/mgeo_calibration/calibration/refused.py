@@ -8,9 +8,8 @@ from dataclasses import replace
 import pandas as pd
 from mgeo_attitude._typing import Floats
 
-from mgeo_calibration.calibration.channels import channels_of
 from mgeo_calibration.calibration.model_tests import ModelTest, model_table, model_tests
-from mgeo_calibration.calibration.questions import questions
+from mgeo_calibration.calibration.questions import channels_of, questions
 from mgeo_calibration.calibration.sensor_tests import MOST_REJECTED
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief

@@ -177,8 +177,7 @@ def _kinematic(
     densities, kernel = (density[0], density[3]), load("kinematics")
     kernel.discretized(suite.gyro.bias_decay, densities, unit, turning, durations, F, Q)
     if is_uneven(density):
-        noise = load("noise_by_axis").process_noise
-        noise(suite.gyro.bias_decay, density[:6], turning, durations, Q)
+        kernel.process_noise(suite.gyro.bias_decay, density[:6], turning, durations, Q)
     if suite.following:
         constant = np.zeros((2, n, 6, 6))
         kernel.discretized(0.0, densities, unit[:, :, :0], turning, durations, *constant)
