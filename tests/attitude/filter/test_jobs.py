@@ -84,6 +84,14 @@ def test_equal_designs_are_run_once():
     assert len(check(X, n_steps=400).design) == 1
 
 
+def test_designs_may_lie_column_by_column():
+    X = np.random.default_rng(3).uniform(0.0, 30.0, (5, 4))
+    X[1] = X[0]
+    by_columns = check(np.asfortranarray(X), 40)
+    for one, other in zip(check(X, 40), by_columns, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 def test_separate_jobs():
     jobs = separate(np.array([0, 2, 1]))
     assert jobs.design.tolist() == jobs.twin.tolist() == [0, 1, 2]

@@ -133,9 +133,9 @@ def test_plans_for_other_times_are_added(problem):
 
 def test_how_long_it_will_be_is_told(problem):
     steps = polish_steps(problem, some(problem), **FEW)
-    assert length_hint(steps) == 6
+    assert length_hint(steps) == 4
     next(steps)
-    assert length_hint(steps) == 5
+    assert length_hint(steps) == 3
 
 
 @pytest.mark.cases(0)

@@ -33,7 +33,7 @@ MOST, ITERATIONS = 16, 48
 #: How many times as many, with as much less of them, follow between those.
 _BETWEEN = 2
 #: How much longer than the first of a front's plans, over their number, all of it takes.
-_STEPS = 2.0
+_STEPS = 1.4
 #: From how many plans each of the former, and of the latter, is begun; beams are for the former.
 _BEGUN = 8, 4
 #: Stages of a beam, as a share of the number of maneuvers; levels of rates, its width, and how much
