@@ -18,7 +18,7 @@ from unittest.mock import patch
 
 import mgeo
 from mgeo.runs.resume import resume_run
-from mgeo.store.atomic import lock
+from mgeo.store.lock import lock
 from mgeo.store.run_folder import read_run
 
 from .harness import Attempt, Box, kind

@@ -10,7 +10,7 @@ from mgeo.cli.options import parse_numbers
 from mgeo.runs.algorithms import DEFAULT, ROBUST
 from mgeo.runs.answer import default_solution
 from mgeo.runs.prepare import PreparedRun, prepare
-from mgeo.store.atomic import lock
+from mgeo.store.lock import lock
 from mgeo.store.run_folder import read_run
 
 SHORT = ["--evaluations", "400", "--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]
