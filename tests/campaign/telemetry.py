@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gzip
 import json
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,6 +15,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_calibration import Calibration, Telemetry, TelemetryMapping, calibrate, fly
 from mgeo_calibration.calibration import read_json, to_json
 from mgeo_calibration.telemetry import read_telemetry
+from mgeo_calibration.telemetry.files import table_of
 
 from mgeo.runs.prepare import read_scenario
 
@@ -57,16 +60,40 @@ def written(frame: pd.DataFrame) -> bytes:
     return text.encode()
 
 
+def _with_units(text: str) -> str:
+    names, rows = text.split("\n", 1)
+    units = ["s" if name == "time" else "-" for name in names.split(",")]
+    return f"{names}\n{','.join(units)}\n{rows}"
+
+
+#: As ground systems write a table of CSV.
+_WRITTEN: dict[str, Callable[[str], bytes]] = {
+    "as it is": str.encode,
+    "decimal commas": lambda text: text.replace(",", ";").replace(".", ",").encode(),
+    "tabs": lambda text: text.replace(",", "\t").encode(),
+    "blanks": lambda text: text.replace(",", ", ").replace("\n", " \r\n").encode(),
+    "separators at the ends": lambda text: text.replace("\n", ",\n").encode(),
+    "UTF-16": lambda text: text.encode("utf-16"),
+    "gzip": lambda text: gzip.compress(text.encode(), mtime=0),
+    "a row of units": lambda text: _with_units(text).encode(),
+    "comments": lambda text: f"# pass 7\n\n{text}# end\n".encode(),
+}
+
+
 @kind(weight=6)
 def telemetry_read(box: Box) -> Attempt:
-    """Other cells, rows, columns or bytes."""
-    content = written(flight().frame())
-    spoil = spoiled_table if box.chance(0.7) else spoiled_bytes
-    Path("t.csv").write_bytes(spoil(box, content))
+    """Other cells, rows, columns or bytes, of files as ground systems write them."""
+    content, how = written(flight().frame()), box.pick(list(_WRITTEN))
+    box.note(how)
+    plain = spoiled_table(box, content).decode() if box.chance(0.7) else None
+    made = _WRITTEN[how](content.decode() if plain is None else plain)
+    Path("t.csv").write_bytes(spoiled_bytes(box, made) if plain is None else made)
 
     def sound(found: Telemetry) -> None:
-        again = read_telemetry(found.frame(), scenario())
-        pd.testing.assert_frame_equal(again.frame(), found.frame(), check_exact=True)
+        others = [found.frame()] if plain is None else [found.frame(), table_of(plain)]
+        for other in others:
+            again = read_telemetry(other, scenario())
+            pd.testing.assert_frame_equal(again.frame(), found.frame(), check_exact=True)
 
     return Attempt(lambda: read_telemetry(Path("t.csv"), scenario()), ("t.csv",), sound=sound)
 
