@@ -276,9 +276,8 @@ class AttitudeManeuverProblem(ShownByView, Problem):
     def _run(self, X: Floats) -> Floats:
         if self.flights is None or not self._count:
             return self.valued(self.model, self.run(X, covariance=self._needs_covariance))
-        return judged(
-            self.flown(self.flights.first(self._count), X), self.n_obj, self.flights.errors
-        )
+        flown = self.flown(self.flights.first(self._count), X)
+        return judged(flown, self.n_obj, self.flights.errors)
 
     def flown(self, flights: Iterable[FlightSample], X: Floats) -> Floats:
         """The same of designs in each of f flights, shape (f, n, k)."""
@@ -364,8 +363,8 @@ class AttitudeManeuverProblem(ShownByView, Problem):
     def recommended(self) -> dict[str, Any]:
         """How a run is best begun and ended; nothing of the paper's scenario, which is a study.
 
-        Nor with few maneuvers, where a search alone comes as near the limit, nor of what takes
-        longer to polish than to search: over flights and with coils; of wheels' budgets starts.
+        Nothing with few maneuvers, where a search alone comes as near the limit, nor where a polish
+        takes far longer than a search: over flights and with coils. With budgets of wheels, starts.
         """
         scenario, wheels = self.scenario, self.scenario.wheels
         least = _POLISHED_BY.get(scenario.convergence.rule, _POLISHED)
