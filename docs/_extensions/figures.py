@@ -10,7 +10,8 @@ import plotly.graph_objects as go
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, limit
 from mgeo_attitude.environment.arc import interpolate, nearest
 from mgeo_attitude.filter.history import can_measure
-from mgeo_attitude.filter.wheel_load import MomentumBudget, wheel_loads
+from mgeo_attitude.filter.momentum import MomentumBudget
+from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_calibration import calibrate, fly
 from plotly.subplots import make_subplots

@@ -8,7 +8,8 @@ from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evalua
 from mgeo_attitude.criteria.constraints import constraints
 from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter.wheel_load import MomentumBudget, gravity_gradient, wheel_loads
+from mgeo_attitude.filter.momentum import MomentumBudget
+from mgeo_attitude.filter.wheel_load import gravity_gradient, wheel_loads
 from mgeo_attitude.maneuvers.motion import attitudes
 from mgeo_attitude.maneuvers.schedule import schedule
 from mgeo_attitude.scenario import Coils, Convergence, InitialConditions, ManeuverLimits, Wheels

@@ -24,7 +24,7 @@ from mgeo_attitude.filter.layout import (
     viewed_directions,
     watched_directions,
 )
-from mgeo_attitude.filter.wheel_load import MomentumBudget
+from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
 from mgeo_attitude.maneuvers.schedule import Schedule, Turning, schedule
 from mgeo_attitude.scenario.channels import channel_values

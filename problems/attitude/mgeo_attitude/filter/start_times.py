@@ -17,7 +17,7 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.directions import Place
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.wheel_load import MomentumBudget
+from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
 
 if TYPE_CHECKING:

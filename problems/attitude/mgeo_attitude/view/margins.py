@@ -18,8 +18,8 @@ from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.directions import Place
 from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.path_limits import excess_along
-from mgeo_attitude.filter.wheel_load import MomentumBudget
 from mgeo_attitude.view.plans import Plans
 
 if TYPE_CHECKING:
