@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
-from mgeo_attitude.environment.field import geomagnetic_field
+from mgeo_attitude.environment.field import dipole_gradient, field_gradient, geomagnetic_field
 from mgeo_attitude.environment.orbit import AnyOrbit
 from mgeo_attitude.environment.sun_moon import lit_fraction, sun_direction, sun_position
 from mgeo_attitude.environment.time_frames import gcrs_to_itrs, instants, rotate
@@ -61,6 +61,8 @@ class Environment:
         What light from the Earth adds to the Sun's unit vector; see `World.around`.
     shadow : bool
         Whether the Earth throws one; without it the Sun shines always.
+    epoch : datetime, optional
+        What `times` count from if the field is IGRF's; None for a field of one's own.
 
     Raises
     ------
@@ -88,6 +90,7 @@ class Environment:
     origin: Course | None = None
     earthlight: Floats | None = None
     shadow: bool = True
+    epoch: datetime | None = None
 
     def __post_init__(self) -> None:
         n = np.size(self.times)
@@ -167,7 +170,21 @@ class Environment:
             field=field,
             sunlit=lit_fraction(position, sun) >= 0.5,
             origin=origin,
+            epoch=scenario.epoch,
         )
+
+    def field_gradient(self) -> Floats:
+        """Derivative of the field by the position [nT/m], GCRS, shape (n, 3, 3): `field_gradient`.
+
+        Of a field of one's own it is that of the dipole which has its value; `dipole_gradient`.
+        """
+        if self.epoch is None:
+            return dipole_gradient(self.position, self.field)
+        to_itrs = gcrs_to_itrs(instants(self.epoch, self.times))
+        date = _middle(self.epoch, self.times)
+        found = field_gradient(rotate(to_itrs, self.position), date)
+        turned: Floats = np.swapaxes(to_itrs, 1, 2) @ found @ to_itrs
+        return turned
 
     @property
     def field_tesla(self) -> Floats:
@@ -203,6 +220,11 @@ def _bytes(table: Floats) -> bytes:
     return np.asarray(table, dtype=np.float64).tobytes()
 
 
+def _middle(epoch: datetime, times: Floats) -> datetime:
+    """The date of the field's model for all of them."""
+    return epoch + timedelta(seconds=0.5 * float(times[0] + times[-1]))
+
+
 # A problem, its plans and their flights ask for the same run, each for itself.
 @lru_cache(maxsize=16)
 def _sun_and_field(
@@ -215,7 +237,7 @@ def _sun_and_field(
     after, where = np.frombuffer(times), np.frombuffer(position).reshape(-1, 3)
     at = instants(epoch, after)
     to_itrs = gcrs_to_itrs(at)
-    middle = epoch + timedelta(seconds=0.5 * float(after[0] + after[-1]))
+    middle = _middle(epoch, after)
     if not needs_field:
         middle = min(max(middle, FIELD_MODEL_START), FIELD_MODEL_END)
     field = geomagnetic_field(rotate(to_itrs, where), middle)

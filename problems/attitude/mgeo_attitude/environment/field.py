@@ -1,15 +1,13 @@
-"""Geomagnetic field: IGRF-14 (IAGA), evaluated by ppigrf, and near enough how it changes.
-
-What errors of the position do to it is told by a dipole's gradient.
-"""
+"""Geomagnetic field: IGRF-14 (IAGA), evaluated by ppigrf, and how it changes with the place."""
 
 from __future__ import annotations
 
+import math
 from datetime import datetime
 
 import numpy as np
 
-from mgeo_attitude._typing import Floats
+from mgeo_attitude._typing import Complexes, Floats
 from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
 from mgeo_attitude.environment.time_frames import as_utc
 
@@ -20,6 +18,10 @@ _NEAREST_TO_POLE = np.radians(1e-7)
 # ppigrf takes 13 kB a point, so that not all points of long telemetry are evaluated at once.
 _AT_ONCE = 20000
 
+#: Degree and order of IGRF, and its reference radius [m].
+FIELD_DEGREE = 13
+FIELD_RADIUS = 6371200.0
+
 
 def geomagnetic_field(position: Floats, date: datetime) -> Floats:
     """Field [nT] at positions [m], both ITRS and of shape (n, 3), on one date for all of them.
@@ -27,14 +29,44 @@ def geomagnetic_field(position: Floats, date: datetime) -> Floats:
     The field drifts by some 0.3 nT a day, so the middle of a run stands for all of it. A date
     without UTC offset, or outside the model's years, is a ValueError.
     """
+    utc = _covered(date)
+    pieces = range(0, max(len(position), 1), _AT_ONCE)
+    return np.concatenate([_field(position[k : k + _AT_ONCE], utc) for k in pieces])
+
+
+def field_gradient(position: Floats, date: datetime) -> Floats:
+    """Derivative of the field by the position [nT/m], ITRS: row of the field, column of the place.
+
+    Shape (n, 3, 3); else as `geomagnetic_field`.
+    """
+    coefficients = gauss_coefficients(_covered(date))
+    pieces = range(0, max(len(position), 1), _AT_ONCE)
+    return np.concatenate([_gradient(position[k : k + _AT_ONCE], coefficients) for k in pieces])
+
+
+def gauss_coefficients(date: datetime) -> Complexes:
+    """Schmidt quasi-normalized g + ih of IGRF-14 [nT] on a date, by degree and order."""
+    import ppigrf
+
+    g, h = ppigrf.ppigrf.read_shc()
+    at = np.datetime64(as_utc(date).replace(tzinfo=None))
+    days = (g.index.to_numpy().astype("datetime64[us]") - at) / np.timedelta64(1, "D")
+    found = np.zeros((FIELD_DEGREE + 1, FIELD_DEGREE + 1), dtype=np.complex128)
+    for n, m in g.columns:
+        for table, unit in ((g, 1.0), (h, 1j)):
+            found[n, m] += unit * np.interp(0.0, days, table[n, m].to_numpy(dtype=float))
+    return found
+
+
+def _covered(date: datetime) -> datetime:
+    """The date in UTC, if it is in the years of the model."""
     utc = as_utc(date)
     if not FIELD_MODEL_START <= utc <= FIELD_MODEL_END:
         raise ValueError(
             f"date = {date.isoformat()}: expected a date in the years of IGRF-14, from "
             f"{FIELD_MODEL_START:%Y-%m-%d} to {FIELD_MODEL_END:%Y-%m-%d} UTC"
         )
-    pieces = range(0, max(len(position), 1), _AT_ONCE)
-    return np.concatenate([_field(position[k : k + _AT_ONCE], utc) for k in pieces])
+    return utc
 
 
 def _field(position: Floats, utc: datetime) -> Floats:
@@ -61,12 +93,51 @@ def _field(position: Floats, utc: datetime) -> Floats:
     )
 
 
+def _gradient(position: Floats, coefficients: Complexes) -> Floats:
+    """Second derivatives of the potential a Σ (a/r)ⁿ⁺¹ (g cos mλ + h sin mλ) P_n^m, negative.
+
+    Of solid harmonics I_n^m = (n - m)! P_n^m(cos θ) exp(imλ) / rⁿ⁺¹ derivatives are such again:
+    ∂z I_n^m = -I_{n+1}^m and (∂x + i∂y) I_n^m = -I_{n+1}^{m+1}, with I_n^-m = (-1)^m conj(I_n^m).
+    """
+    N = FIELD_DEGREE
+    x, y, z = position.T / FIELD_RADIUS
+    r2 = x * x + y * y + z * z
+    # by degree and order, from -(N + 2) to N + 2, of which the middle is 0
+    solid = np.zeros((N + 3, 2 * N + 5, len(position)), dtype=np.complex128)
+    own = solid[:, N + 2 :]
+    own[0, 0] = 1.0 / np.sqrt(r2)
+    for m in range(N + 3):
+        if m:
+            own[m, m] = (2 * m - 1) * (x + 1j * y) / r2 * own[m - 1, m - 1]
+        for n in range(m, N + 2):
+            own[n + 1, m] = (2 * n + 1) * z * own[n, m] / r2
+            if n > m:
+                own[n + 1, m] -= (n * n - m * m) * own[n - 1, m] / r2
+        solid[:, N + 2 - m] = (-1) ** m * own[:, m].conj()
+    weights = np.zeros((N + 1, 2 * N + 1), dtype=np.complex128)
+    for n in range(1, N + 1):
+        for m in range(n + 1):
+            c = coefficients[n, m] / math.sqrt(math.factorial(n - m) * math.factorial(n + m))
+            weights[n, N + m] += c.conjugate() / math.sqrt(2.0 if m else 4.0)
+            weights[n, N - m] += (-1) ** m * c / math.sqrt(2.0 if m else 4.0)
+    # ∂z², (∂x + i∂y) ∂z and (∂x + i∂y)²; ∂x² + ∂y² is -∂z²
+    zz, tilted, square = (
+        np.einsum("nm,nmk->k", weights, solid[2:, 2 + up : 2 * N + 3 + up], optimize=True)
+        for up in range(3)
+    )
+    xx, xy = 0.5 * (square.real - zz.real), 0.5 * square.imag
+    xz, yz = tilted.real, tilted.imag
+    rows = [[xx, xy, xz], [xy, -zz.real - xx, yz], [xz, yz, zz.real]]
+    return np.moveaxis(np.array(rows), 2, 0) / -FIELD_RADIUS
+
+
 def dipole_gradient(position: Floats, field: Floats) -> Floats:
     """Derivative of the field by the position of the one dipole at the origin that has this field.
 
     A dipole m has B = (3 (m·n) n - m) / r³ with n = position / r, so that its moment follows from
     the field at one place. Its gradient is symmetric and of trace zero, as in every field without
-    currents. That of IGRF at 750 km differs from it by 12 % (root mean square).
+    currents. It stands for a field of which only values are known; that of IGRF at 750 km
+    differs from it by 12 % (root mean square).
 
     Parameters
     ----------

@@ -118,6 +118,7 @@ class StartTimes:
             field=found.field[part],
             sunlit=found.sunlit[part],
             origin=begins,
+            epoch=begins.epoch if found.epoch else None,
         )
 
     def evaluate(

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.environment.field import dipole_gradient
 from mgeo_attitude.fields import InvalidValue, positive, quantity
 from mgeo_attitude.fields.quantity import ARCMIN, DEG, PPM, SECOND, Unit
 from mgeo_attitude.geometry.rotation import rotate, shear
@@ -247,6 +246,4 @@ class Magnetometer(VectorSensor):
         return environment.field / FIELD_UNIT_NT
 
     def by_position(self, environment: Environment) -> Floats:
-        """Of the dipole that has the field's value there."""
-        scale = POSITION_UNIT / FIELD_UNIT_NT
-        return scale * dipole_gradient(environment.position, environment.field)
+        return POSITION_UNIT / FIELD_UNIT_NT * environment.field_gradient()

@@ -11,17 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from Basilisk.architecture import messaging, sysModel
 from Basilisk.simulation import eclipse, gravityEffector, magneticFieldWMM, spacecraft
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.constants import EARTH_MU
+from mgeo_attitude.environment.field import FIELD_RADIUS, gauss_coefficients
 from mgeo_attitude.environment.sun_moon import sun_position
-from mgeo_attitude.environment.time_frames import as_utc, gcrs_to_itrs, instants
-
-#: Reference radius of IGRF [m].
-FIELD_RADIUS = 6371200.0
+from mgeo_attitude.environment.time_frames import gcrs_to_itrs, instants
 
 #: Basilisk's field model ends here; IGRF has a degree more, some 1 nT in a low orbit.
 FIELD_DEGREE = 12
@@ -32,21 +29,13 @@ BASILISK_AU = 149597870.693e3
 
 def field_coefficients(date: datetime) -> str:
     """IGRF-14 on a date as a coefficient file of the World Magnetic Model, without drift."""
-    import ppigrf
-
-    g, h = ppigrf.ppigrf.read_shc()
-    at = np.datetime64(as_utc(date).replace(tzinfo=None))
-
-    def now(table: pd.DataFrame, n: int, m: int) -> float:
-        times = table.index.to_numpy().astype("datetime64[us]")
-        days = (times - at) / np.timedelta64(1, "D")
-        return float(np.interp(0.0, days, table[n, m].to_numpy(dtype=float)))
-
+    found = gauss_coefficients(date)
     year = date.year + (date.timetuple().tm_yday - 1) / 365.25
     lines = [f"    {year:.1f}            IGRF-14        {date:%m/%d/%Y}"]
     for n in range(1, FIELD_DEGREE + 1):
         for m in range(n + 1):
-            lines.append(f"{n:3d}{m:3d}{now(g, n, m):11.4f}{now(h, n, m):11.4f}{0:11.4f}{0:11.4f}")
+            g, h = found[n, m].real, found[n, m].imag
+            lines.append(f"{n:3d}{m:3d}{g:11.4f}{h:11.4f}{0:11.4f}{0:11.4f}")
     return "\n".join([*lines, "9" * 48, "9" * 48, ""])
 
 
