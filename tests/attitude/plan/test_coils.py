@@ -8,8 +8,9 @@ from mgeo_attitude import Scenario, evaluate
 from mgeo_attitude.criteria.robustness import draw_flights
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan import ManeuverPlan, aem_text, commands, from_json, to_json
+from mgeo_attitude.plan.figures import plan_figures
 from mgeo_attitude.scenario import FlightErrors
-from mgeo_attitude.view.describe import two_digits
+from mgeo_attitude.view.describe import exactly, two_digits
 from scipy.spatial.transform import Rotation
 
 DESIGN = (0.1, -0.2, 1.5, 300.0, 0.0, 0.0, 0.0, 200.0, 1.0, 0.0, 0.2, 250.0)
@@ -57,6 +58,14 @@ def test_path_limits_are_of_the_motion(plan):
     angles = np.degrees(np.arccos((nadir * boresight).sum(axis=1)))
     assert row["value"] == pytest.approx(angles.min(), abs=2.0 * plan.scenario.step)
     assert row["value"] <= angles.min() + 1e-9
+
+
+def test_figures_say_that_they_are_of_the_plan_flown_exactly(plan):
+    for scenario, said in ((plan.scenario, True), (Scenario.cubesat_6u(), False)):
+        assert (exactly(scenario) == ", flown exactly") is said
+    assert "flown exactly" in plan_figures(plan)["contributions"].layout.title.text
+    (drawn,) = plan.problem.view(np.array([plan.design])).drawings()
+    assert drawn["attitude"]["layout"]["title"]["text"] == "attitude, 1-sigma, flown exactly"
 
 
 def test_what_it_promises_is_what_flights_of_it_know(plan):

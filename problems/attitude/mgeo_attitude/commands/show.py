@@ -44,6 +44,7 @@ def print_plan(picked: Picked, output: Output) -> None:
         *promised(plan),
         *titled("Timeline", _timeline(plan).T, digits=6),
         *titled(f"Predicted 1-sigma{_of_flights(plan)}", plan.accuracy()),
+        *([note("all below: flown exactly")] if plan.scenario.turned_by_coils else []),
         *_at_best(plan),
         plain("\nWhy it is no smaller", "bold"),
         *plan.reasons(),

@@ -8,6 +8,7 @@ import plotly.graph_objects as go
 from mgeo.figures.style import COLORS, finished, log_axis, symbol
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.figures.against_time import maneuvers_figure
 from mgeo_attitude.view.figures.style import Solutions, line
 
@@ -49,7 +50,7 @@ def _contributions(plan: ManeuverPlan) -> go.Figure:
             hovertemplate=f"{block.label} %{{customdata:.4g}} {block.unit} (%{{y:.3g}})",
         )
     title = "1-sigma at the end of each phase, over the initial one"
-    finished(figure, title, "worst body axis of each error")
+    finished(figure, title, "worst body axis of each error" + exactly(plan.scenario))
     figure.update_layout(hovermode="x unified", height=460)
     return figure.update_yaxes(
         log_axis(worst / worst[0]), title_text="1-sigma / initial 1-sigma [-]"

@@ -88,6 +88,11 @@ def answer(
     return "; ".join(filter(None, [f"{after} {known}", late, beyond]))
 
 
+def exactly(scenario: Scenario) -> str:
+    """What the title of a figure or table of the plan's own run ends with, if flights tell more."""
+    return ", flown exactly" if scenario.flight or scenario.turned_by_coils else ""
+
+
 def overrun(end: float, duration: float) -> str | None:
     """That a plan's slew back ends at `end`, after the scenario's duration [s]; None if not."""
     if not duration < end < math.inf:

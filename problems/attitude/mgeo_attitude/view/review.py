@@ -16,6 +16,7 @@ from mgeo_attitude.maneuvers.motion import Phase
 from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view import at_best, observability, satellite
+from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.observability.alternatives import AS_IT_IS
 from mgeo_attitude.view.plans import MOST_SAMPLES, Plans
 
@@ -64,7 +65,8 @@ def review(plans: Plans) -> Review:
             "Why it is no smaller",
             tuple(why),
             known,
-            "error budget: 1-sigma of the worst body axis by its sources, whose squares add up",
+            "error budget: 1-sigma of the worst body axis by its sources, whose squares add up"
+            + exactly(scenario),
         ),
         Section(
             "What would help",

@@ -8,6 +8,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.history import filter_history
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.observability import States
 
 from mgeo_calibration.calibration.corrections import telemetry_units
@@ -17,7 +18,8 @@ def promised(suite: Suite, time: float, covariance: Floats, plan: ManeuverPlan) 
     """Per state ``unit``, ``predicted`` and ``achieved`` 1-sigma, and their ratio.
 
     The plan's linear covariance is that at the calibration's last sample, or at the end of the
-    plan's scenario if that is earlier: ``attrs["time_s"]``. Units are those of telemetry.
+    plan's scenario if that is earlier: ``attrs["time_s"]``. ``attrs["flown"]`` says of what motion,
+    if that may be asked. Units are those of telemetry.
 
     Parameters
     ----------
@@ -51,5 +53,5 @@ def promised(suite: Suite, time: float, covariance: Floats, plan: ManeuverPlan) 
         },
         index=pd.Index(States.of(model.suite).names, name="state"),
     )
-    found.attrs["time_s"] = float(history.times[k])
+    found.attrs |= {"time_s": float(history.times[k]), "flown": exactly(plan.scenario)}
     return found

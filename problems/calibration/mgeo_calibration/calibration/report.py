@@ -31,6 +31,7 @@ def report_html(calibration: Calibration, promised: pd.DataFrame | None = None) 
     ]
     if promised is not None:
         title = f"What the plan predicted for {promised.attrs['time_s']:.6g} s"
+        title += promised.attrs["flown"]
         parts += [f"<h2>{title}</h2>", _table(promised.reset_index())]
     figures = calibration.figures()
     parts += [figures.pop("constants"), "<h2>Innovations</h2>"]

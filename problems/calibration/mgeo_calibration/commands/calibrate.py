@@ -132,6 +132,7 @@ def print_calibration(
     )
     if promised is not None and picked is not None:
         time = f"{promised.attrs['time_s']:.6g} s"
+        time += promised.attrs["flown"]
         title = f"1-sigma that the plan predicted for {time}, and achieved: {picked.name}"
         output.print(*titled(title, promised), *picked.doubts())
     for told in calibration.notes:

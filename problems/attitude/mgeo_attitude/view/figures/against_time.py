@@ -14,6 +14,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.maneuvers.schedule import flown
 from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.figures.style import Solutions, line, panels_height
 
 if TYPE_CHECKING:
@@ -108,7 +109,8 @@ def convergence_figure(problem: ManeuverProblem, solutions: Solutions) -> go.Fig
     finished(
         figure,
         "Convergence of the filter",
-        "predicted 1-sigma of the worst body axis of each error, until t_end",
+        "predicted 1-sigma of the worst body axis of each error, until t_end"
+        + exactly(problem.scenario),
     )
     lines = curves(problem, solutions)
     for panel in range(len(panels)):

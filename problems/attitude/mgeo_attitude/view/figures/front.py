@@ -13,7 +13,7 @@ from mgeo.algorithms.dominance import front_rows
 from mgeo.figures.style import COLORS, GRAY, HOVER, SYMBOLS, finished, literal, log_axis
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.view.describe import front_summary, maneuver_texts
+from mgeo_attitude.view.describe import exactly, front_summary, maneuver_texts
 from mgeo_attitude.view.figures.style import Solutions
 from mgeo_attitude.view.plans import MOST_SAMPLES
 
@@ -158,9 +158,10 @@ def of_the_paper(scenario: Scenario) -> bool:
 
 def _scales(scenario: Scenario, values: Floats, *, papers: bool) -> list[_Scale]:
     """The one that comes first, and the other."""
-    exactly = ", flown exactly" if scenario.flight else ""
     required = scenario.required_sigma.get("attitude_deg", math.inf)
-    label = f"attitude 1-sigma, worst axis{exactly} [deg]"  # no longer than the plot on paper
+    label = (  # no longer than the plot on paper
+        f"attitude 1-sigma, worst axis{exactly(scenario)} [deg]"
+    )
     attitude = _Scale("attitude", label, 2, required)
     trace = _Scale("trace", "trace of the covariance at t_end [-]", 1)
     return [trace, attitude] if papers else [attitude, trace]

@@ -12,6 +12,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import Flown
 from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.figures.against_time import sample_steps
 from mgeo_attitude.view.figures.curves import OUTLINE, circle, corners, graticule, projected
 from mgeo_attitude.view.figures.motion import directions, motion
@@ -122,7 +123,8 @@ def _errors(problem: ManeuverProblem, t_end: float, variances: Floats) -> dict[s
         figures[block.label] = {
             "data": [_line(times, own[:, axis], axis) for axis in range(3)],
             "layout": _layout(
-                f"{block.label}, 1-sigma", {"title": {"text": unit}, **log_axis(own)}
+                f"{block.label}, 1-sigma{exactly(problem.scenario)}",
+                {"title": {"text": unit}, **log_axis(own)},
             ),
         }
     return figures
