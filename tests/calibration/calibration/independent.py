@@ -40,18 +40,22 @@ def coning(deg_s, frequency, about=(0.3, -0.2, 0.5)) -> Rate:
 
 
 def tumble(inertia, start_deg_s, duration) -> Rate:
-    """Euler's equations without torque."""
+    """Euler's equations without torque, solved when they are first asked."""
     J = np.asarray(inertia)
-    found = solve_ivp(
-        lambda _, w: np.cross(J * w, w) / J,
-        (-1.0, duration + 1.0),
-        np.radians(start_deg_s),
-        method="DOP853",
-        rtol=1e-12,
-        atol=1e-12,
-        dense_output=True,
-    )
-    return lambda t: found.sol(np.ravel(t)).T.reshape(*np.shape(t), 3)
+
+    @cache
+    def solution():
+        return solve_ivp(
+            lambda _, w: np.cross(J * w, w) / J,
+            (-1.0, duration + 1.0),
+            np.radians(start_deg_s),
+            method="DOP853",
+            rtol=1e-12,
+            atol=1e-12,
+            dense_output=True,
+        ).sol
+
+    return lambda t: solution()(np.ravel(t)).T.reshape(*np.shape(t), 3)
 
 
 def turned(rate: Rate, times) -> tuple[np.ndarray, Rotation]:
