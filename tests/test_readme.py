@@ -24,6 +24,7 @@ def test_there_are_exactly_two_commands_of_one_line_each():
     assert "/bin/pytest" in commands[1]
 
 
+@pytest.mark.slow
 def test_the_python_code_runs(monkeypatch, capsys):
     (code,) = blocks("python")
     assert len(code.splitlines()) <= 10

@@ -13,6 +13,7 @@ CANDIDATES = 48
 
 
 @pytest.mark.slow
+@pytest.mark.campaign  # one kill of each kind of run is among the others
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the runs are forked")
 def test_a_run_killed_at_random_moments_ends_as_if_it_had_not_been(tmp_path):
     done = subprocess.run(

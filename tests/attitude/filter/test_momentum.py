@@ -215,6 +215,7 @@ def test_compiled_loads_are_those_of_slow_sums(maneuvers, initial, wheels):
         np.testing.assert_array_equal(again, result.wheel_load)
 
 
+@pytest.mark.slow
 def test_minimax_holds_what_linear_programs_do():
     given = scenario(
         allocation="minimax",

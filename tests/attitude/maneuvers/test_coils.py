@@ -142,6 +142,7 @@ def test_the_filter_runs_along_the_motion_as_filterpy_does(model):
     assert found.difference < 1e-9
 
 
+@pytest.mark.slow
 def test_results_do_not_depend_on_the_batch(model):
     designs = np.array([DESIGN, DESIGN, DESIGN])
     designs[1, 9], designs[2, 0] = 0.5, 0.3

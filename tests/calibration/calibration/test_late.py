@@ -59,8 +59,8 @@ def test_without_the_state_a_delay_is_taken_for_a_misalignment():
     assert np.abs(off(calibration, "sun.misalignment", telemetry.truth.states[-1, 6:9])).max() > 5.0
 
 
-@pytest.mark.cases(0, 2)
-@pytest.mark.parametrize("delay", [0.0, 0.25, 0.5, 1.0])
+@pytest.mark.cases(0, 1)
+@pytest.mark.parametrize("delay", [0.25, 0.0, 0.5, 1.0])
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_delays_are_found_within_three_sigma(name, delay):
     """In three flights each; both sensors, the Sun's half as late."""
@@ -99,7 +99,7 @@ def test_the_delay_of_a_tracker_that_is_better_than_the_gyro_is_right(late):
     assert np.abs(beside_a_noisy_gyro(late, 1.0, 1)).max() < 3.0
 
 
-@pytest.mark.cases(0, 2)
+@pytest.mark.cases(0, 1)
 @pytest.mark.parametrize("late", [0.1, 0.9, 0.0, 0.5])
 def test_delays_of_trackers_are_as_uncertain_as_said(late):
     """In 20 flights; the three numbers of a delay hardly differ."""

@@ -38,8 +38,9 @@ SMALL = {
     "mgeo-staged": {"n_walkers": 4},
 }
 DIRECTED = ("nsga3", "u-nsga3", "moead", "ctaea", "rvea")
-# pymoo compiles it anew in every process
-EACH = [pytest.param(n, marks=pytest.mark.slow) if n == "age-moea2" else n for n in ALGORITHMS]
+# pymoo compiles it anew in every process, which takes longer than all others
+COMPILED = (pytest.mark.slow, pytest.mark.campaign)
+EACH = [pytest.param(n, marks=COMPILED) if n == "age-moea2" else n for n in ALGORITHMS]
 AREA = HV(ref_point=np.array([1.1, 6.0]))
 
 
@@ -155,7 +156,7 @@ def interpreted(monkeypatch):
         "nsga2",
         "nsga3",
         "spea2",
-        "age-moea2",
+        pytest.param("age-moea2", marks=COMPILED),
         "random",
     ],
 )
