@@ -21,8 +21,8 @@ import numpy as np
 from mgeo_attitude import Scenario
 from mgeo_attitude.sensors.base import with_noise
 from mgeo_calibration import Telemetry, calibrate
+from mgeo_calibration.calibration.agreement import SIGNIFICANCE
 from mgeo_calibration.calibration.from_telemetry import at_the_end
-from mgeo_calibration.calibration.sensor_tests import SIGNIFICANCE
 from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import fit

@@ -6,8 +6,8 @@ from mgeo_attitude import FilterModel, Scenario
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_calibration import Estimator, calibrate
 from mgeo_calibration.estimation import smoother
-from mgeo_calibration.estimation.estimate import Estimate
 from mgeo_calibration.estimation.filter import ErrorStateFilter
+from mgeo_calibration.estimation.innovation import Estimate
 from mgeo_calibration.flight import draw, fly_run
 from mgeo_calibration.flight.own import sent_down
 

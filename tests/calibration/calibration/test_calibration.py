@@ -10,13 +10,13 @@ from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_calibration import calibrate
 from mgeo_calibration.calibration import from_json, read_json, to_json
-from mgeo_calibration.calibration.report import report_html
-from mgeo_calibration.calibration.sensor_tests import (
+from mgeo_calibration.calibration.agreement import (
     SIGNIFICANCE,
     correlation_bound,
     greatest_correlation,
     nis_bounds,
 )
+from mgeo_calibration.calibration.report import report_html
 from mgeo_calibration.estimation.residuals import Innovations
 from plotly.offline import get_plotlyjs
 from scipy.spatial.transform import Rotation

@@ -5,10 +5,9 @@ import pandas as pd
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration.estimation.counting import angle_variance
 from mgeo_calibration.telemetry import TelemetryMapping, read_telemetry
 from mgeo_calibration.telemetry.mapping import GyroChannels
-from mgeo_calibration.telemetry.resolution import resolution
+from mgeo_calibration.telemetry.quantization import angle_variance, resolution
 
 from .flights import PLAN, normalized, short
 from .independent import Craft, coning, counted, fly, steady

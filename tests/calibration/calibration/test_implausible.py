@@ -8,7 +8,7 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
 from mgeo_calibration.estimation.batch import batch
-from mgeo_calibration.estimation.implausible import implausible
+from mgeo_calibration.estimation.mistakes import implausible
 from mgeo_calibration.telemetry.gyro_samples import spikes
 
 from .flights import PLAN, normalized, short

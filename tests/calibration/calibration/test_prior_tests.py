@@ -8,7 +8,7 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
 from mgeo_calibration.calibration import from_json, to_json
-from mgeo_calibration.calibration.prior_tests import ALL
+from mgeo_calibration.calibration.agreement import ALL
 from mgeo_calibration.calibration.report import report_html
 from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.estimation.belief import Belief

@@ -14,8 +14,8 @@ from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_calibration.estimation.batch import Batch, batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.kinematics import discretized, steps
+from mgeo_calibration.estimation.linearization import sighting
 from mgeo_calibration.estimation.residuals import filtered, innovations, residuals
-from mgeo_calibration.estimation.sightings import sighting
 from mgeo_calibration.estimation.smoother import (
     Spread,
     covariances,

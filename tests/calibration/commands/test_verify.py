@@ -12,8 +12,8 @@ from mgeo_attitude.plan import ManeuverPlan, read_json, write_plan
 from mgeo_attitude.scenario import PathLimit
 from mgeo_attitude.scenario.validity import OutsideValidity
 from mgeo_calibration.commands.verify import verification_document
-from mgeo_calibration.verification.ends import told
-from mgeo_calibration.verification.verification import verify
+from mgeo_calibration.flight.as_flown import told
+from mgeo_calibration.verification import verify
 
 from mgeo.report.build import report_html, verifications
 from mgeo.store.run_folder import read_run
@@ -124,7 +124,7 @@ def flown(front):
 def test_conclusions(run, folder, flown, monkeypatch, p, nees_p, code, conclusion):
     table = flown.table.assign(**{"p, predicted": p, "p, claimed": p})
     made = dataclasses.replace(flown, table=table, nees=2.0, nees_p=nees_p)
-    monkeypatch.setattr("mgeo_calibration.verification.verification.verify", lambda *_: made)
+    monkeypatch.setattr("mgeo_calibration.verification.verify", lambda *_: made)
     text = run("verify", folder, "--pick", "fastest", code=code).stdout
     assert re.match(conclusion, text.splitlines()[1])
     assert ("what to try" in text) == (code == 3)
@@ -138,7 +138,7 @@ def test_a_run_keeps_how_its_plans_flew_whatever_way_they_were_named(
 ):
     table = flown.table.assign(**{"p, predicted": 1.0, "p, claimed": 1.0})
     made = dataclasses.replace(flown, table=table, nees_p=1.0)
-    monkeypatch.setattr("mgeo_calibration.verification.verification.verify", lambda *_: made)
+    monkeypatch.setattr("mgeo_calibration.verification.verify", lambda *_: made)
     own = shutil.copytree(folder, tmp_path / "run")
     row = front.row("fastest")
     run("verify", own, "--pick", "fastest", "--seed", "3", "--json")
@@ -198,7 +198,7 @@ def test_a_plan_that_breaks_a_limit_does_not_hold_whatever_it_achieves(run, viol
     table = made.table.assign(**{"p, predicted": 1.0, "p, claimed": 1.0})
     made = dataclasses.replace(made, table=table, nees_p=1.0)
     assert made.achieved
-    monkeypatch.setattr("mgeo_calibration.verification.verification.verify", lambda *_: made)
+    monkeypatch.setattr("mgeo_calibration.verification.verify", lambda *_: made)
     (broken,) = plan.violations()
     lines = run("verify", violating, code=3).stdout.splitlines()
     assert lines[1] == f"breaks a limit: {broken}"

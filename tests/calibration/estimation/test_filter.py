@@ -10,8 +10,8 @@ from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence
 from mgeo_attitude.sensors.readings import Readings
 from mgeo_calibration import Estimator
-from mgeo_calibration.estimation.estimate import Estimate
 from mgeo_calibration.estimation.filter import ErrorStateFilter, whiten
+from mgeo_calibration.estimation.innovation import Estimate
 from mgeo_calibration.flight import draw
 
 from ..flight import runs

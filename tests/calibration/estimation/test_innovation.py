@@ -8,8 +8,7 @@ from mgeo_attitude import Gyro, StarTracker, Suite, SunSensor
 from mgeo_attitude.geometry.rotation import dot, matrix, rotate, tangents
 from mgeo_attitude.sensors.direction_sensors import carried
 from mgeo_attitude.sensors.readings import as_array, as_reported, taken
-from mgeo_calibration.estimation.estimate import Estimate
-from mgeo_calibration.estimation.innovation import innovation, jacobian, second_moments
+from mgeo_calibration.estimation.innovation import Estimate, innovation, jacobian, second_moments
 from scipy.spatial.transform import Rotation
 
 from ...attitude.filter.suites import SUITES, every_suite

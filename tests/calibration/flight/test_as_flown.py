@@ -9,9 +9,20 @@ from mgeo_attitude import Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_calibration import fly
 from mgeo_calibration.flight import draw
-from mgeo_calibration.flight.as_flown import END, GREATEST, MOMENTUM, as_flown, by_gyro, values
+from mgeo_calibration.flight.as_flown import (
+    BROKEN,
+    END,
+    GREATEST,
+    HALF,
+    MOMENTUM,
+    MOST_OF,
+    as_flown,
+    by_gyro,
+    ends,
+    told,
+    values,
+)
 from mgeo_calibration.telemetry import Telemetry
-from mgeo_calibration.verification.ends import BROKEN, HALF, MOST_OF, ends, told
 from scipy.spatial.transform import Rotation
 
 DESIGN = (0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0)

@@ -11,8 +11,8 @@ from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Magnetometer
 from mgeo_attitude.sensors.suite import Suite
 
+from mgeo_calibration.calibration.agreement import correlation_bound, nis_bounds
 from mgeo_calibration.calibration.corrections import telemetry_units
-from mgeo_calibration.calibration.sensor_tests import correlation_bound, nis_bounds
 from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.field_strength import BLOCKS, by_strength

@@ -16,11 +16,10 @@ from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.after import SUPPORTED
 from mgeo_attitude.sensors.suite import Suite
 
+from mgeo_calibration.calibration.agreement import PriorTest, SensorTest, contradictions
 from mgeo_calibration.calibration.corrections import in_units, telemetry_units, uplink
-from mgeo_calibration.calibration.history import History
 from mgeo_calibration.calibration.model_tests import ModelTest, model_table, scatter_of
-from mgeo_calibration.calibration.prior_tests import PriorTest, contradictions
-from mgeo_calibration.calibration.sensor_tests import SensorTest
+from mgeo_calibration.estimation.residuals import History
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -255,14 +254,44 @@ class Calibration:
     def compare(self, plan: ManeuverPlan) -> pd.DataFrame:
         """1-sigmas that a plan promises for the last sample beside those achieved, per state.
 
+        Columns: ``unit``, that of telemetry, ``predicted``, ``achieved``, and their ratio. The
+        plan's linear covariance is that at the last sample, or at the end of the plan's scenario
+        if that is earlier: ``attrs["time_s"]``. ``attrs["flown"]`` says of what motion, if that
+        may be asked.
+
         Raises
         ------
         ValueError
             For a plan of a satellite with other states.
         """
-        from mgeo_calibration.calibration.promised import promised
+        from mgeo_attitude.filter.history import filter_history
+        from mgeo_attitude.view.describe import exactly
+        from mgeo_attitude.view.observability import States
 
-        return promised(self.suite, self.time, self.covariance, plan)
+        model, suite = plan.problem.model, self.suite
+        if model.suite.blocks != suite.blocks:
+            raise ValueError(
+                f"the plan is for a satellite with the states {list(model.suite.blocks)}: expected "
+                f"the calibration's {list(suite.blocks)}"
+            )
+        history = filter_history(model.endless, plan.trajectory.commanded)
+        k = int(np.argmin(np.abs(history.times - self.time)))
+        units = {"attitude": suite.units["attitude"], **self._units()}
+        each = [units[block] for block in suite.blocks for _ in "xyz"]
+        factors = np.array([unit.factor for unit in each])
+        predicted = history.sigma[k] * factors
+        achieved = np.sqrt(np.diag(self.covariance)) * factors
+        found = pd.DataFrame(
+            {
+                "unit": [unit.text for unit in each],
+                "predicted": predicted,
+                "achieved": achieved,
+                "achieved / predicted [-]": achieved / predicted,
+            },
+            index=pd.Index(States.of(model.suite).names, name="state"),
+        )
+        found.attrs |= {"time_s": float(history.times[k]), "flown": exactly(plan.scenario)}
+        return found
 
     def figures(self) -> dict[str, go.Figure]:
         """Figures ``constants`` and, of one with history, ``innovations`` and ``attitude``."""

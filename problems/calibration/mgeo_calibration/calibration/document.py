@@ -21,10 +21,9 @@ from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.prior import prior_of
 
 from mgeo.validation.tables import entry
+from mgeo_calibration.calibration.agreement import PriorTest, SensorTest
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.model_tests import ModelTest
-from mgeo_calibration.calibration.prior_tests import PriorTest
-from mgeo_calibration.calibration.sensor_tests import SensorTest
 
 T = TypeVar("T", SensorTest, PriorTest, ModelTest)
 

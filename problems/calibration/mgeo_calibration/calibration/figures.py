@@ -11,7 +11,7 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.view.figures.style import line
 
 from mgeo.figures.style import COLORS, GRAY, finished, log_axis, symbol
-from mgeo_calibration.calibration.history import History
+from mgeo_calibration.estimation.residuals import History
 
 #: Points of a line that are drawn, about: more cannot be distinguished.
 POINTS = 1500

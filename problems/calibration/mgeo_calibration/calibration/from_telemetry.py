@@ -15,33 +15,33 @@ from mgeo_attitude.scenario import Scenario
 
 from mgeo_calibration import diagnosis
 from mgeo_calibration.calibration import model_tests as models
-from mgeo_calibration.calibration.calibration import Calibration
-from mgeo_calibration.calibration.corrections import unit_of_innovations
-from mgeo_calibration.calibration.history import History
-from mgeo_calibration.calibration.prior_tests import number_of_tests, prior_tests
-from mgeo_calibration.calibration.questions import channels_of, questions
-from mgeo_calibration.calibration.refused import CannotCalibrate, of_a_wide_fit
-from mgeo_calibration.calibration.sensor_tests import (
+from mgeo_calibration.calibration.agreement import (
     MOST_REJECTED,
     SIGNIFICANCE,
     SensorTest,
     correlation_bound,
     greatest_correlation,
     nis_bounds,
+    number_of_tests,
+    prior_tests,
 )
+from mgeo_calibration.calibration.calibration import Calibration
+from mgeo_calibration.calibration.corrections import unit_of_innovations
+from mgeo_calibration.calibration.questions import channels_of, questions
+from mgeo_calibration.calibration.refused import CannotCalibrate, of_a_wide_fit
 from mgeo_calibration.estimation import memory
 from mgeo_calibration.estimation.batch import Batch, batch, gyro_noise, gyro_spikes, usual_step
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.considered import as_believed
-from mgeo_calibration.estimation.counting import LEAST, matters
 from mgeo_calibration.estimation.fit import Fit, fit
 from mgeo_calibration.estimation.kinematics import turns
-from mgeo_calibration.estimation.residuals import Filtered, filtered
-from mgeo_calibration.estimation.sightings import misfits
+from mgeo_calibration.estimation.linearization import misfits
+from mgeo_calibration.estimation.residuals import Filtered, History, filtered
 from mgeo_calibration.estimation.smoother import last_covariance
 from mgeo_calibration.estimation.step_noise import for_delays, with_step_noise, without_step_noise
 from mgeo_calibration.estimation.trajectory import Trajectory
 from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
+from mgeo_calibration.telemetry.quantization import LEAST, matters
 
 #: Probability that a reading without fault is taken for an outlier.
 GATE = 1e-5

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
 
+from mgeo_calibration.calibration.agreement import LAGS, SIGNIFICANCE, SensorTest
 from mgeo_calibration.calibration.questions import Question, sized
-from mgeo_calibration.calibration.sensor_tests import LAGS, SIGNIFICANCE, SensorTest
 from mgeo_calibration.estimation.departures import LATE
 from mgeo_calibration.estimation.score import Score, Scores, scores
 from mgeo_calibration.estimation.smoother import Solution, last_covariance

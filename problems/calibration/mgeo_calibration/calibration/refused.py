@@ -8,9 +8,9 @@ from dataclasses import replace
 import pandas as pd
 from mgeo_attitude._typing import Floats
 
+from mgeo_calibration.calibration.agreement import MOST_REJECTED
 from mgeo_calibration.calibration.model_tests import ModelTest, model_table, model_tests
 from mgeo_calibration.calibration.questions import channels_of, questions
-from mgeo_calibration.calibration.sensor_tests import MOST_REJECTED
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import fit

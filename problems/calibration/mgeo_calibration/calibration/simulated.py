@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 from mgeo_calibration.calibration.from_telemetry import GATE, at_the_end
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.estimate import Estimate
 from mgeo_calibration.estimation.fit import check, settle
+from mgeo_calibration.estimation.innovation import Estimate
 from mgeo_calibration.estimation.monte_carlo import MonteCarlo, Record
 from mgeo_calibration.estimation.residuals import innovations
 from mgeo_calibration.estimation.simulate import Planned, planned

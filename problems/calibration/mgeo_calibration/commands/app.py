@@ -68,12 +68,12 @@ def verify(
     from mgeo_attitude.scenario.validity import OutsideValidity
 
     from mgeo.store.atomic import write_file
+    from mgeo_calibration import verification
     from mgeo_calibration.commands.verify import (
         print_verification,
         result_file,
         verification_document,
     )
-    from mgeo_calibration.verification import verification
 
     output = Output(quiet, json)
     with bad_input(USERS):

@@ -15,9 +15,15 @@ from mgeo.cli.output import Output
 from mgeo.store.run_folder import RUN_FILE, read_run
 from mgeo.terminal import plain
 from mgeo_calibration.commands.fly import limited
-from mgeo_calibration.verification.ends import told
-from mgeo_calibration.verification.remedies import conclusion, findings, power, remedies
-from mgeo_calibration.verification.verification import LEVEL, Verification
+from mgeo_calibration.flight.as_flown import told
+from mgeo_calibration.verification import (
+    LEVEL,
+    Verification,
+    conclusion,
+    findings,
+    power,
+    remedies,
+)
 
 #: Columns of the table as they fit a terminal.
 _SHORT = {"rms / predicted [-]": "/ predicted", "rms / claimed [-]": "/ claimed"}

@@ -14,12 +14,12 @@ from mgeo_attitude.sensors.readings import in_threes
 from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.belief import UNKNOWN
-from mgeo_calibration.estimation.counting import angle_variance
 from mgeo_calibration.estimation.faces import without_dark
 from mgeo_calibration.telemetry import Telemetry
 from mgeo_calibration.telemetry.checks import followed
 from mgeo_calibration.telemetry.gyro_samples import covered, spikes, turned
 from mgeo_calibration.telemetry.mapping import UNITS
+from mgeo_calibration.telemetry.quantization import angle_variance
 
 #: Without a sample for longer than this many times the usual time, nothing is known of the rate.
 SILENT = 10.0

@@ -11,9 +11,8 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.rotation import matrix, shear, skew
 from mgeo_attitude.sensors import Sensor
 
-from mgeo_calibration.estimation.linearization import Equations
+from mgeo_calibration.estimation.linearization import Equations, misfit
 from mgeo_calibration.estimation.score import Combined, Departure
-from mgeo_calibration.estimation.sightings import misfit
 from mgeo_calibration.estimation.smoother import Solution
 
 #: Parts of the time, in one of which an offset may rise: of these all that is slow is made.

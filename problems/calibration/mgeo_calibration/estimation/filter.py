@@ -21,8 +21,14 @@ from mgeo_attitude.sensors.influences import influenced
 from mgeo_attitude.sensors.readings import Readings, as_reported
 from mgeo_attitude.sensors.suite import Suite
 
-from mgeo_calibration.estimation.estimate import Estimate, reset
-from mgeo_calibration.estimation.innovation import STILL, innovation, jacobian, second_moments
+from mgeo_calibration.estimation.innovation import (
+    STILL,
+    Estimate,
+    innovation,
+    jacobian,
+    reset,
+    second_moments,
+)
 
 NONE = np.zeros(0)
 

@@ -13,8 +13,7 @@ from scipy.stats import chi2
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.field_strength import start_states
-from mgeo_calibration.estimation.implausible import check_normalized, implausible
-from mgeo_calibration.estimation.orders import check_orders
+from mgeo_calibration.estimation.mistakes import check_normalized, check_orders, implausible
 from mgeo_calibration.estimation.residuals import Residuals, residuals
 from mgeo_calibration.estimation.smoother import LAST, Solution, solve
 from mgeo_calibration.estimation.start import (

@@ -1,15 +1,178 @@
-"""Equations of some samples at once, linear in the errors of a trajectory."""
+"""Equations of some samples at once, and readings, linear in the errors of a trajectory."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mgeo_attitude._typing import Floats
+import numpy as np
+from mgeo_attitude._typing import Bools, Floats, Ints
+from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.sensors.readings import as_reported
 
 from mgeo_calibration.estimation.batch import Batch
+from mgeo_calibration.estimation.innovation import STILL, Estimate, innovation, jacobian
 from mgeo_calibration.estimation.kinematics import Steps, steps, turns
-from mgeo_calibration.estimation.sightings import Sightings, sightings
-from mgeo_calibration.estimation.trajectory import Partition, Trajectory
+from mgeo_calibration.estimation.taylor import Linear, Taylor, Value
+from mgeo_calibration.estimation.trajectory import Partition, Trajectory, spans
+
+
+@dataclass(frozen=True, eq=False)
+class Sighting:
+    """z - H e ~ N(0, diag(noise)²) for m readings of a sensor.
+
+    Attributes
+    ----------
+    samples : array of int, shape (m,)
+    z : array, shape (m, k)
+        k numbers of each, up to three.
+    states : array of int, shape (p,)
+        Those that H, shape (m, k, p), is of.
+    noise : array, shape (k,)
+    """
+
+    samples: Ints
+    z: Floats
+    states: Ints
+    H: Floats
+    noise: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Sightings:
+    """The readings of all s sensors.
+
+    One of fewer numbers than three has others that are zero, whatever the errors.
+
+    Attributes
+    ----------
+    there : array of bool, shape (s, N)
+    z : array, shape (s, N, 3)
+    H : array, shape (s, N, 3, p)
+        By driven errors first, then by those of constants.
+    noise : array, shape (s, 3)
+    numbers : array of int, shape (s,)
+        How many numbers each has.
+    counts : array of int, shape (s, 2)
+        How many columns of H are of driven errors, and of constants.
+    columns : array of int, shape (s, p)
+        Their places among the driven and the constant ones.
+    """
+
+    there: Bools
+    z: Floats
+    H: Floats
+    noise: Floats
+    numbers: Ints
+    counts: Ints
+    columns: Ints
+
+    @property
+    def arrays(self) -> tuple[Floats, Floats, Floats, Ints, Ints]:
+        """All but `there` and `numbers`, in this order."""
+        return self.z, self.H, self.noise, self.counts, self.columns
+
+    @property
+    def leading(self) -> int:
+        """How many leading driven states the readings depend on; the attitude's at least."""
+        each = zip(self.columns, self.counts, strict=True)
+        return max(3, *(int(row[:n].max(initial=-1)) + 1 for row, (n, _) in each))
+
+
+def sightings(
+    batch: Batch, at: Trajectory, parts: Partition, rates: Floats | None = None
+) -> Sightings:
+    """The readings of all sensors; `rates` saves finding those of `turns`."""
+    rates = turns(batch, at.states)[0] if rates is None else rates
+    each = [sighting(batch, index, at, rates) for index in range(len(batch.suite.sensors))]
+    s, N, p = len(each), len(batch.times), max(len(one.states) for one in each)
+    found = Sightings(
+        there=np.zeros((s, N), dtype=bool),
+        z=np.zeros((s, N, 3)),
+        H=np.zeros((s, N, 3, p)),
+        noise=batch.noise,
+        numbers=np.array([len(one.noise) for one in each]),
+        counts=np.zeros((s, 2), dtype=np.int64),
+        columns=np.zeros((s, p), dtype=np.int64),
+    )
+    for index, one in enumerate(each):
+        chosen = [np.flatnonzero(np.isin(one.states, of)) for of in (parts.driven, parts.constant)]
+        order, n = np.concatenate(chosen), len(one.states)
+        found.there[index, one.samples] = True
+        found.z[index, one.samples, : len(one.noise)] = one.z
+        found.H[index, one.samples, : len(one.noise), :n] = one.H[:, :, order]
+        found.counts[index] = [len(some) for some in chosen]
+        found.columns[index, :n] = np.concatenate(
+            [
+                np.searchsorted(of, one.states[some])
+                for of, some in zip((parts.driven, parts.constant), chosen, strict=True)
+            ]
+        )
+    return found
+
+
+def sighting(batch: Batch, index: int, at: Trajectory, rates: Floats | None = None) -> Sighting:
+    """The readings of a sensor of the suite, by its number; `rates` saves finding those of `turns`.
+
+    A sensor that is late has seen the body turn at the rate of the step to the sample.
+    """
+    samples, r = _innovation(batch, index, at, rates, Linear)
+    m = len(batch.suite.sensors[index].noise())
+    noise = batch.noise[index, :m]
+    if not len(samples):
+        return Sighting(samples, np.zeros((0, m)), samples, np.zeros((0, m, 0)), noise)
+    found, H = jacobian(r)
+    H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
+    return Sighting(samples, r.value.T, found, H, noise)
+
+
+def misfit(batch: Batch, index: int, at: Trajectory) -> tuple[Ints, Floats]:
+    """Samples and z of `sighting`."""
+    samples, r = _innovation(batch, index, at, None, Value)
+    return samples, r.value.T
+
+
+def _innovation(
+    batch: Batch, index: int, at: Trajectory, rates: Floats | None, kind: type[Taylor]
+) -> tuple[Ints, Taylor]:
+    """Of the readings of a sensor, at samples, shape (m,)."""
+    suite = batch.suite
+    samples = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]))
+    if not len(samples):
+        return samples, Taylor.of(np.zeros((0, len(suite.sensors[index].noise()))))
+    rate = STILL  # which only a sensor that is late asks for
+    if "delay" in suite.places(suite.sensors[index]):
+        rates = turns(batch, at.states)[0] if rates is None else rates
+        rate = rates[np.maximum(samples - 1, 0)]
+    places = np.arange(3)[:, None] + np.array(suite.rotations)
+    states = at.states[samples].T
+    rotations = np.empty((3, 3, len(suite.rotations), len(samples)))
+    rotations[:, :, 1:] = matrix(states[places[:, 1:], :1])  # which are the same in all samples
+    rotations[:, :, 0] = np.moveaxis(at.attitude[samples], 0, -1)
+    estimate = Estimate(places, rotations, states, np.zeros(0))
+    y = as_reported(batch.sensors[index][samples])
+    vectors = batch.vectors[samples]
+    gradient = [vectors[:, k] for k in range(vectors.shape[1])[suite.gradient_rows(index)]]
+    return samples, innovation(
+        suite,
+        index,
+        y,
+        vectors[:, index],
+        estimate,
+        gradient=gradient,
+        kind=kind,
+        rate=rate,
+        influences=batch.follows(suite.sensors[index], samples),
+    )
+
+
+def misfits(batch: Batch, index: int, at: Trajectory) -> Floats:
+    """z of a sensor at all samples, shape (N, k), NaN where it has not reported; see `Sighting`."""
+    found = np.full((len(batch.times), len(batch.suite.sensors[index].noise())), np.nan)
+    for low, high, first in spans(len(found)):
+        samples, z = misfit(batch.part(low, high), index, at.part(low, high))
+        new = samples >= first
+        found[low + samples[new]] = z[new]
+    return found
 
 
 @dataclass(frozen=True, eq=False)

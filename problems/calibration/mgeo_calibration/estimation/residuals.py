@@ -129,3 +129,27 @@ def _innovations(solution: Solution, errors: Floats, until: Floats) -> tuple[Inn
             zip(map(np.flatnonzero, solution.used), numbers, strict=True)
         )
     )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class History:
+    """Attitude at N samples, and innovations.
+
+    Attributes
+    ----------
+    times : array, shape (N,)
+        [s]
+    smoothed, filtered : arrays, shape (N, 3, 3)
+        GCRS to body: by all readings, and by those until the sample.
+    smoothed_sigma, filtered_sigma : arrays, shape (N, 3)
+        1-sigma about the body axes [rad].
+    innovations : tuple of Innovations
+        One a sensor.
+    """
+
+    times: Floats
+    smoothed: Floats
+    smoothed_sigma: Floats
+    filtered: Floats
+    filtered_sigma: Floats
+    innovations: tuple[Innovations, ...]

@@ -25,8 +25,8 @@ from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.validity import OutsideValidity, validity
 from numpy.typing import ArrayLike
 
-from mgeo_calibration.estimation.estimate import Estimate
 from mgeo_calibration.estimation.filter import ErrorStateFilter, Estimator
+from mgeo_calibration.estimation.innovation import Estimate
 from mgeo_calibration.estimation.monte_carlo import MonteCarlo, Record
 from mgeo_calibration.flight import Flight, draw, fly_run, other_truth, surroundings
 from mgeo_calibration.flight.flight import moved

@@ -20,7 +20,7 @@ from mgeo_attitude.sensors.suite import Suite
 from scipy.linalg import block_diag
 from scipy.signal import lfilter
 
-from mgeo_calibration.flight.shadow import in_true_shadow
+from mgeo_calibration.flight.truth import in_true_shadow
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,13 @@
-"""A truth other than the estimator believes in."""
+"""What is true and not believed: another scenario, and a shadow that is elsewhere."""
 
 from __future__ import annotations
 
+import dataclasses
+
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.fields import declared, require_same
-from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.model import FilterModel, availability, sampled
 from mgeo_attitude.scenario import InitialConditions, Scenario
 from mgeo_attitude.sensors.readings import n_vectors
 
@@ -41,3 +44,23 @@ def surroundings(truth: Scenario, scenario: Scenario, environment: Environment) 
     if (truth.epoch, truth.orbit) != (scenario.epoch, scenario.orbit):
         environment = Environment.from_scenario(truth)
     return environment if truth.eclipse else environment.without_shadow()
+
+
+def in_true_shadow(model: FilterModel, environment: Environment, varying: Floats) -> FilterModel:
+    """A model whose sensors see the Sun where it truly shines, whoever believes what.
+
+    Parameters
+    ----------
+    environment : Environment
+        Of the orbit that is believed; without its shadow, nothing changes.
+    varying : array, shape (n + 1, n_dynamic - 3)
+        See `Flight.gyro`.
+    """
+    suite = model.suite
+    if not suite.world.has_orbit_error or not environment.shadow:
+        return model
+    first = 3 * suite.blocks.index("world.orbit_error") - 3
+    there = availability(suite, suite.world.displaced(environment, varying[:, first : first + 3]))
+    for column, sensor in zip(there.T, suite.sensors, strict=True):
+        column &= sampled(sensor, model.step, len(there))
+    return dataclasses.replace(model, available=there)

@@ -26,7 +26,7 @@ from mgeo_calibration.telemetry.columns import (
 from mgeo_calibration.telemetry.files import read_table
 from mgeo_calibration.telemetry.gyro_samples import held, means
 from mgeo_calibration.telemetry.mapping import Channels, TelemetryMapping
-from mgeo_calibration.telemetry.resolution import resolution
+from mgeo_calibration.telemetry.quantization import resolution
 from mgeo_calibration.telemetry.telemetry import Telemetry, channels
 
 _UNIT_LENGTH = 0.01  # a quaternion may be off by this

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from mgeo.store.atomic import write_file
-from mgeo_calibration.telemetry.resolution import resolution
+from mgeo_calibration.telemetry.quantization import resolution
 
 #: Positions are known between samples that are so far apart [s].
 LONGEST_STEP = 300.0

@@ -33,7 +33,7 @@ from mgeo_calibration.flight.basilisk.coils import Coiled
 from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 from mgeo_calibration.flight.flight import columns, draw, fly_run, of_world
 from mgeo_calibration.flight.own import commanded, going_on, sent_down
-from mgeo_calibration.flight.shadow import in_true_shadow
+from mgeo_calibration.flight.truth import in_true_shadow
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
 #: Sensors that Basilisk has, each with the states that it has there.

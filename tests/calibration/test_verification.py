@@ -7,13 +7,19 @@ import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
+from mgeo_calibration import verification
 from mgeo_calibration.estimation import simulate
-from mgeo_calibration.verification import verification
-from mgeo_calibration.verification.remedies import conclusion, findings, remedies
-from mgeo_calibration.verification.verification import Verification, predictions, verify
+from mgeo_calibration.verification import (
+    Verification,
+    conclusion,
+    findings,
+    predictions,
+    remedies,
+    verify,
+)
 from scipy.stats import chi2
 
-from ...three import three
+from ..three import three
 
 
 def judged(predicted=1.0, claimed=1.0, p=(1.0, 1.0), nees_p=1.0, n=200):

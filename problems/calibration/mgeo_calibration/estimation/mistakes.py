@@ -1,17 +1,24 @@
-"""Quaternions in another order or direction than is expected, found by what else was seen."""
+"""Readings that are none, or not what the scenario says: lengths, units, orders of quaternions."""
 
 from __future__ import annotations
 
 import dataclasses
 
 import numpy as np
-from mgeo_attitude._typing import Floats
+from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.sensors import SunSensor, TwoAxisSunSensor
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.start import accumulated, checked, directions, wahba
 
+#: Times the scatter of its sensor by which a vector is too long or too short.
+_FAR = 20.0
+#: Lengths that scatter by less than this share of the noise are those of normalized vectors.
+_NORMALIZED = 0.05
+_FEWEST = 10  # vectors that can tell
+_NORMAL = 1.4826  # 1-sigma of normal numbers over their median absolute deviation
 #: What four numbers may be by mistake: in words, which of them are (x, y, z, scalar), and whether
 #: the rotation is the inverse.
 ORDERS = (
@@ -20,6 +27,51 @@ ORDERS = (
     ("scalar first, from the body to GCRF", (1, 2, 3, 0), True),
 )
 _BETTER = 0.1  # an order is called wrong if another leaves this share of the disagreement
+
+
+def implausible(batch: Batch) -> Bools:
+    """Vectors whose lengths stand apart from all others of their sensor, shape (s, N).
+
+    Lengths need no attitude. A bias changes them less than they scatter, or all of them alike.
+    """
+    found = np.zeros((len(batch.sensors), len(batch.times)), dtype=bool)
+    for index, rows in enumerate(batch.sensors):
+        seen = np.isfinite(rows[:, 0, 0])
+        if rows.shape[1:] != (1, 3) or not seen.any():
+            continue
+        off = _length(rows[seen, 0]) - _length(batch.vectors[seen, index])
+        off -= np.median(off)
+        scatter = max(_NORMAL * float(np.median(np.abs(off))), float(batch.noise[index].max()))
+        found[index, seen] = np.abs(off) > _FAR * scatter
+    return found
+
+
+def check_normalized(batch: Batch) -> None:
+    """Refuse vectors to the Sun that are directions where three noisy numbers are expected.
+
+    Raises
+    ------
+    ValueError
+        Naming the kind of sensor that they are of.
+    """
+    for sensor, rows in zip(batch.suite.sensors, batch.sensors, strict=True):
+        seen = np.isfinite(rows[:, 0, 0])
+        if not isinstance(sensor, SunSensor) or sensor.unit_length or seen.sum() < _FEWEST:
+            continue
+        length, noise = _length(rows[seen, 0]), min(sensor.noise())
+        scatter = float(np.median(np.abs(length - np.median(length))))
+        if scatter < _NORMALIZED * noise:
+            raise ValueError(
+                f"{sensor.name}: the lengths of its vectors scatter by {scatter:.2g}, where noise "
+                f"of {noise:.2g} along each axis is expected: these are directions, of two numbers "
+                f'each. Expected kind = "{TwoAxisSunSensor.kind}", not "{sensor.kind}"'
+            )
+
+
+def _length(vectors: Floats) -> Floats:
+    with np.errstate(over="ignore"):
+        length: Floats = np.linalg.norm(vectors, axis=1)
+    return length
 
 
 def check_orders(batch: Batch, where: slice, belief: Belief) -> None:
