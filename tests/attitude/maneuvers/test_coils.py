@@ -155,7 +155,8 @@ def test_results_do_not_depend_on_the_batch(model):
 def test_designs_that_converge_late_are_those_of_coils_flown_to_the_end_at_once():
     """With a history all are, in jobs of their own."""
     scenario = dataclasses.replace(three("cubesat_1u"), duration=5000.0)
-    model = FilterModel.from_scenario(scenario)
+    convergence = dataclasses.replace(scenario.convergence, relative_decrease=0.001)
+    model = FilterModel.from_scenario(dataclasses.replace(scenario, convergence=convergence))
     designs = np.array([np.tile([0.3, -1.2, 0.8, each], 3) for each in (10.0, 50.0, 500.0)])
     designs[:, 8:11] *= -1.0
     found, whole = evaluate(model, designs, covariance=True), evaluate(model, designs, history=True)
