@@ -148,6 +148,7 @@ class EvaluationLog:
         self.seen = 0
         self.failed = 0
         self._archive = ParetoArchive(n_obj)
+        self._rows = 0
         self._numbers: list[Any] = []
         self._F: list[Any] = [np.empty((0, n_obj))]
         self._X: list[Any] = []
@@ -168,8 +169,8 @@ class EvaluationLog:
         kept[kept] = not_weakly_dominated(F[kept], self._archive.F)
         if not kept.any():
             return
-        first = sum(map(len, self._numbers))
-        rows = np.arange(first, first + np.count_nonzero(kept))
+        rows = np.arange(self._rows, self._rows + np.count_nonzero(kept))
+        self._rows += len(rows)
         self._archive.add(F[kept], rows.astype(object))
         self._numbers.append(numbers[kept])
         self._F.append(F[kept])
