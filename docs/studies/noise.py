@@ -20,10 +20,10 @@ from mgeo.studies.run import Task, record
 
 EVALUATIONS = 3_000
 LEVELS = (0.0, 0.05)  # standard deviation, of the front's extent
-PROBLEMS = {  # and the extent of their front
-    "shifted:wfg9": ({"n_var": 10, "n_obj": 2}, (2.0, 4.0)),
-}
-RIVALS = ("nsga2", "nsga3")
+PROBLEMS = tuple(f"shifted:wfg{i}" for i in range(1, 10))
+EXTENT = (2.0, 4.0)  # of their fronts
+RIVALS = ("nsga2", "nsga3", "moead", "spea2", "cmopso")
+ALGORITHMS = {"MGEO directed (ours)": "mgeo-directed"} | {name: name for name in RIVALS}
 
 
 class Noisy(Problem):
@@ -49,23 +49,22 @@ class Noisy(Problem):
 
 def quality(name, algorithm, level, seed):
     """Hypervolume of the exact values of a noisy front, in units of the front's extent."""
-    options, extent = PROBLEMS[name]
-    inner = load_problem(name, options)
+    inner = load_problem(name, {"n_var": 10, "n_obj": 2})
     parameters = {} if algorithm == "mgeo-directed" else {"population": 100}
-    problem = Noisy(inner, level * np.array(extent))
+    problem = Noisy(inner, level * np.array(EXTENT))
     found = record(
         Task(problem, build_algorithm(algorithm, parameters, problem), EVALUATIONS, seed)
     )
-    return hypervolume(inner.evaluate(found.X) / extent, ref=np.full(2, 1.1))
+    return hypervolume(inner.evaluate(found.X) / EXTENT, ref=np.full(2, 1.1))
 
 
 def main():
-    seeds = range(1, 1 + (int(sys.argv[1]) if len(sys.argv) > 1 else 5))
+    seeds = range(1, 1 + (int(sys.argv[1]) if len(sys.argv) > 1 else 2))
     rows = [
-        (name, level, algorithm, seed, quality(name, algorithm, level, seed))
+        (name, level, label, seed, quality(name, algorithm, level, seed))
         for name in PROBLEMS
         for level in LEVELS
-        for algorithm in ("mgeo-directed", *RIVALS)
+        for label, algorithm in ALGORITHMS.items()
         for seed in seeds
     ]
     table = pd.DataFrame(rows, columns=["problem", "noise", "algorithm", "seed", "hypervolume"])

@@ -12,7 +12,7 @@ from mgeo.studies import Comparison, Study, read_comparison, read_study
 from mgeo.studies.conclusions import against, control_table
 from mgeo.studies.indicators import parts_of
 from mgeo.studies.labels import folder_name
-from mgeo.studies.pooled import friedman_over_problems, problem_values
+from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
 from mgeo.studies.report import average_ranks
 from mgeo.studies.space import indicator_space
 from mgeo.studies.statistics import LEVEL
@@ -80,6 +80,40 @@ def ranks_and_shares(
     averages = averages.set_axis(shown["after"].unique(), axis=1).rename_axis("average rank")
     shares = shown.pivot(index="algorithm", columns="after", values="share")
     return averages, shares.loc[averages.index]
+
+
+def after(name: str, evaluations: int, variables: int = 0) -> pd.DataFrame:
+    """Rows of a study's pooled ranks: of all problems, or of those of one size."""
+    ranks = pooled(name)[0]
+    return ranks[(ranks["evaluations"] == evaluations) & (ranks["variables"] == variables)]
+
+
+def under_noise() -> dict[float, pd.DataFrame]:
+    """Ranks over functions by the noise on their values: docs/studies/noise.py."""
+    rows = pd.read_csv(HERE / "data" / "noise.csv")
+    ranks = {}
+    for noise, now in rows.groupby("noise"):
+        values = now.pivot_table("hypervolume", "problem", "algorithm").reset_index()
+        # of one size and budget, and no function twice
+        values = values.assign(function=values["problem"], variables=0, evaluations=0)
+        ranks[noise] = ranks_over_problems(values, "MGEO directed (ours)")
+    return ranks
+
+
+def ranked(columns: Mapping[str, pd.DataFrame]) -> Markdown:
+    """Average ranks over functions, 1 being the best; a star where a rival is not significantly
+    different from the control, in bold where it is ahead of it.
+
+    Parameters
+    ----------
+    columns : by title, rows of `ranks_over_problems` of one size and budget.
+    """
+    texts = {}
+    for title, rows in columns.items():
+        rivals = rows.set_index("algorithm").rename(columns={"behind": "A"})
+        ranks = rivals["average_rank"].map("{:.2f}".format)
+        texts[title] = _marked(ranks, rivals)
+    return table(pd.DataFrame(texts).rename_axis("average rank"))
 
 
 def functions_ahead(name: str, rivals: Sequence[str], budgets: Sequence[int]) -> Markdown:
