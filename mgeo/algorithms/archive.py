@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from pymoo.core.population import Population
 
 from mgeo._typing import BoolArray, FloatArray
-from mgeo.algorithms.dominance import nondominated, not_weakly_dominated, weakly_dominated_rows
+from mgeo.evaluation.dominance import nondominated, not_weakly_dominated, weakly_dominated_rows
 
 _NEIGHBORS = 8  # looked up at once, the point itself among them; at least 3
 

@@ -1,5 +1,5 @@
-"""Evaluations that may fail, and evaluations made again.
+"""Evaluations that may fail, and what is nondominated among them.
 
-`evaluator` counts and survives failures, `failures` finds the candidates that fail, `reevaluation`
-compares a problem with what a run has of it; the rest reads pymoo's individuals and designs.
+`evaluator` counts and survives failures, `failures` finds the candidates that fail, `dominance`
+says which vectors no other dominates, `individuals` reads pymoo's individuals and designs.
 """

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from plotly.offline import get_plotlyjs
 from pymoo.core.problem import Problem
 
-from mgeo.algorithms.dominance import nondominated
+from mgeo.evaluation.dominance import nondominated
 from mgeo.figures.page import render
 from mgeo.plugins import protocol
 from mgeo.plugins.problems import load_problem

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pymoo.indicators.hv import HV
 
-from mgeo.algorithms.dominance import nondominated
+from mgeo.evaluation.dominance import nondominated
 from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.plugins.protocol import indicator_space
 from mgeo.plugins.view import excess

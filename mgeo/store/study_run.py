@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mgeo._typing import FloatArray
-from mgeo.algorithms.dominance import nondominated
+from mgeo.evaluation.dominance import nondominated
 from mgeo.store.atomic import write_file
 from mgeo.store.reading import from_npz, parse_json, read_file
 from mgeo.validation.tables import entry

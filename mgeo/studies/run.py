@@ -20,8 +20,8 @@ from pymoo.core.problem import Problem
 
 from mgeo._foreign import foreign, one_line
 from mgeo.algorithms.archive import ParetoArchive
-from mgeo.algorithms.dominance import not_weakly_dominated
 from mgeo.algorithms.staged import MGEOStaged, is_rough
+from mgeo.evaluation.dominance import not_weakly_dominated
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import succeeded
 from mgeo.runs.solve import IDLE_STEPS, set_up

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from mgeo._typing import FloatArray
 from mgeo.algorithms.archive import truncate
-from mgeo.algorithms.dominance import nondominated
+from mgeo.evaluation.dominance import nondominated
 from mgeo.plugins import protocol
 from mgeo.runs.meters import scaled
 from mgeo.validation.arguments import validate_list, validate_number

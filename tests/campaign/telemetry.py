@@ -17,7 +17,7 @@ from mgeo_calibration.calibration import read_json, to_json
 from mgeo_calibration.telemetry import read_telemetry
 from mgeo_calibration.telemetry.files import table_of
 
-from mgeo.runs.prepare import read_scenario
+from mgeo.runs.scenario import read_scenario
 
 from .harness import Attempt, Box, kind
 from .mutations import spoiled_bytes, spoiled_table

@@ -13,7 +13,8 @@ from mgeo_attitude import Scenario
 from mgeo_attitude.plan import read_json
 
 from mgeo.plugins.problems import load_problem
-from mgeo.runs.prepare import prepare, read_scenario
+from mgeo.runs.prepare import prepare
+from mgeo.runs.scenario import read_scenario
 from mgeo.store.study_run import StudyRun
 from mgeo.studies import read_comparison, read_study
 

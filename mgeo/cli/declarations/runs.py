@@ -112,7 +112,8 @@ def solve(
     """
     from mgeo.algorithms.staged import has_stages
     from mgeo.runs.algorithms import ROBUST, default_algorithm
-    from mgeo.runs.prepare import prepare, read_scenario
+    from mgeo.runs.prepare import prepare
+    from mgeo.runs.scenario import read_scenario
     from mgeo.store.run_folder import check_folder
     from mgeo.store.run_persistence import RunPersistence
 

@@ -15,8 +15,8 @@ from pymoo.optimize import minimize
 
 from mgeo._typing import FloatArray
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.algorithms.dominance import nondominated
 from mgeo.algorithms.state import capture, restore
+from mgeo.evaluation.dominance import nondominated
 from mgeo.plugins.checks.failure import no_error, require, require_equal
 
 Constraint = Literal["none", "half", "impossible"]

@@ -11,10 +11,10 @@ from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
 from mgeo.algorithms.coding import RealCode
-from mgeo.algorithms.dominance import nondominated
 from mgeo.algorithms.staged import MGEOStaged
 from mgeo.algorithms.starting import SuggestedSampling
 from mgeo.algorithms.variables import KINDS, Variables, designs_of
+from mgeo.evaluation.dominance import nondominated
 from mgeo.evaluation.individuals import as_numbers
 from mgeo.figures.motion import check_motion
 from mgeo.plugins import protocol

@@ -17,7 +17,6 @@ from pymoo.core.problem import Problem
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.aliases import ShownByView
-from mgeo_attitude.bound import LimitCurves, limit, limit_of_starts
 from mgeo_attitude.criteria.constraints import check_start, constraints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import (
@@ -35,6 +34,7 @@ from mgeo_attitude.scenario import FlightErrors, Scenario
 from mgeo_attitude.scenario.channels import check_followed
 
 if TYPE_CHECKING:
+    from mgeo_attitude.bound import LimitCurves
     from mgeo_attitude.filter.evaluator import Evaluation
     from mgeo_attitude.view import ManeuverView
 
@@ -230,6 +230,8 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         NoLimit
             Where none can be proved.
         """
+        from mgeo_attitude.bound import limit, limit_of_starts
+
         if self.start_times is not None:
             return limit_of_starts(self.scenario, self.start_times)
         return limit(self.scenario, self.model)

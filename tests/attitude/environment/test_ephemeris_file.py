@@ -17,14 +17,13 @@ import numpy as np
 import pytest
 from brahe.ccsds import OEM
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.environment.element_set import gcrs_of
-from mgeo_attitude.environment.elements import TLEOrbit
+from mgeo_attitude.environment.element_set import TLEOrbit, gcrs_of
 from mgeo_attitude.environment.time_frames import instants, rotate
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile
 
 from mgeo.plugins.problems import load_problem
-from mgeo.runs.prepare import read_scenario
+from mgeo.runs.scenario import read_scenario
 
 from ..scenario.test_orbit import ISS_1, ISS_2
 

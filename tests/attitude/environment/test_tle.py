@@ -13,8 +13,7 @@ import erfa
 import numpy as np
 import pytest
 from mgeo_attitude.environment import SGP4Error
-from mgeo_attitude.environment.element_set import gcrs_of, teme_of
-from mgeo_attitude.environment.elements import TLEOrbit
+from mgeo_attitude.environment.element_set import TLEOrbit, gcrs_of, teme_of
 from mgeo_attitude.environment.time_frames import Instants, instants
 from sgp4.api import Satrec
 

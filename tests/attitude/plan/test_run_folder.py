@@ -9,7 +9,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import read_front
 
-from mgeo.algorithms.dominance import front_rows
+from mgeo.evaluation.dominance import front_rows
 from mgeo.runs.answer import representative_solutions
 from mgeo.store.run_folder import write_run
 

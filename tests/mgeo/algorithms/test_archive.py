@@ -13,7 +13,7 @@ from scipy.spatial.distance import cdist
 
 from mgeo import ParetoArchive
 from mgeo.algorithms.archive import truncate
-from mgeo.algorithms.dominance import (
+from mgeo.evaluation.dominance import (
     front_rows,
     nondominated,
     not_weakly_dominated,
@@ -111,8 +111,8 @@ def test_archive_of_many_batches_agrees_with_pymoo(n_obj, seed):
 @pytest.mark.parametrize("long", [0, 4096], ids=["sample first", "all at once"])
 @pytest.mark.parametrize("n_obj", [1, 2, 3, 4])
 def test_not_weakly_dominated_in_several_blocks_agrees_with_all_pairs(n_obj, long, monkeypatch):
-    monkeypatch.setattr("mgeo.algorithms.dominance._BLOCK", 64)
-    monkeypatch.setattr("mgeo.algorithms.dominance._LONG", long)
+    monkeypatch.setattr("mgeo.evaluation.dominance._BLOCK", 64)
+    monkeypatch.setattr("mgeo.evaluation.dominance._LONG", long)
     rng = np.random.default_rng(n_obj)
     front = rng.integers(0, 9, (50, n_obj)).astype(float)
     front = front[nondominated(front)]

@@ -8,7 +8,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
 
 from mgeo import MGEOReal
-from mgeo.algorithms.dominance import nondominated
+from mgeo.evaluation.dominance import nondominated
 from mgeo.plugins.view import TOLERANCE, view_of
 from mgeo.runs.limits import dead_end
 from mgeo.runs.meters import MOST

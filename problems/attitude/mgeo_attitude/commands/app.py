@@ -199,7 +199,7 @@ def check(
 
     If they differ, the exit code is 3.
     """
-    from mgeo.runs.prepare import read_scenario
+    from mgeo.runs.scenario import read_scenario
     from mgeo_attitude.commands import check as command
     from mgeo_attitude.plan.run_folder import PROBLEM
     from mgeo_attitude.scenario import Scenario

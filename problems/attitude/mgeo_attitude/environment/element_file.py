@@ -16,7 +16,7 @@ from datetime import datetime
 from typing import Any
 from xml.etree import ElementTree
 
-from mgeo_attitude.environment.elements import MeanElements, TLEOrbit, epoch_of
+from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit, epoch_of
 from mgeo_attitude.environment.ephemeris_formats import Origin
 from mgeo_attitude.environment.time_stamps import utc_of
 from mgeo_attitude.fields import InvalidValue

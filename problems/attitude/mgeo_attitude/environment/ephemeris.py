@@ -6,16 +6,18 @@ import itertools
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
-from typing import ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.arc import Arc
 from mgeo_attitude.environment.constants import EARTH_MU, EARTH_RADIUS
 from mgeo_attitude.environment.kepler import orbital_period
 from mgeo_attitude.environment.time_frames import elapsed, utc_text
 from mgeo_attitude.fields import Validated, expect, quantity
+
+if TYPE_CHECKING:
+    from mgeo_attitude.environment.arc import Arc
 
 #: Degree of the polynomials if nobody says one: through 8 positions, or 4 with velocities.
 DEFAULT_DEGREE = 7
@@ -124,6 +126,8 @@ class EphemerisOrbit(Validated):
     @cached_property
     def _arcs(self) -> list[Arc]:
         """Between two samples of the same time; of one sample alone there is none."""
+        from mgeo_attitude.environment.arc import Arc
+
         count = points(self.degree, bool(self.velocity))
         times, position = np.array(self.times), np.array(self.position)
         velocity = np.array(self.velocity) if self.velocity else None

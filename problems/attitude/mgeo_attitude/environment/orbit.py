@@ -14,11 +14,8 @@ from typing import ClassVar, Self
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
-from mgeo_attitude.environment.element_file import element_set, is_element_file
-from mgeo_attitude.environment.elements import MeanElements, TLEOrbit
+from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit
 from mgeo_attitude.environment.ephemeris import MOST_DEGREE, EphemerisOrbit
-from mgeo_attitude.environment.ephemeris_file import Run, ephemeris_of, one_object
-from mgeo_attitude.environment.ephemeris_formats import Origin, read_oem, read_position_table
 from mgeo_attitude.environment.kepler import (
     Elements,
     advanced,
@@ -166,9 +163,8 @@ class OrbitFile(Validated):
         path = Path(self.file)
         expect(path.is_file(), "file", self.file, "a file, and there is none")
         content = self._content(path)
-        origin = Origin(path.name, hashlib.sha256(content).hexdigest())
         try:
-            return self._read(content.decode("utf-8-sig"), epoch, duration, origin)
+            return self._read(content, epoch, duration)
         except _Option as error:
             raise InvalidValue(error.key, error.value, error.expected) from None
         except ValueError as error:
@@ -188,8 +184,18 @@ class OrbitFile(Validated):
         return content
 
     def _read(
-        self, text: str, epoch: datetime, duration: float, origin: Origin
+        self, content: bytes, epoch: datetime, duration: float
     ) -> EphemerisOrbit | TLEOrbit | MeanElements:
+        from mgeo_attitude.environment.element_file import element_set, is_element_file
+        from mgeo_attitude.environment.ephemeris_file import Run, ephemeris_of, one_object
+        from mgeo_attitude.environment.ephemeris_formats import (
+            Origin,
+            read_oem,
+            read_position_table,
+        )
+
+        text = content.decode("utf-8-sig")
+        origin = Origin(Path(self.file).name, hashlib.sha256(content).hexdigest())
         if is_element_file(text):
             self._expect_none("an ephemeris", "interpolation", "degree", "frame")
             return element_set(text, self.object, epoch, origin).for_run(epoch, duration)

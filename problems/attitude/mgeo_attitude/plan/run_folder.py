@@ -13,7 +13,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from mgeo.algorithms.dominance import front_rows
+from mgeo.evaluation.dominance import front_rows
 from mgeo.runs.answer import default_solution
 from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
 from mgeo.validation.tables import errors_of

@@ -3,7 +3,7 @@
 import warnings
 from typing import Any
 
-from mgeo_attitude.environment.elements import MeanElements, TLEOrbit
+from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit
 from mgeo_attitude.environment.ephemeris import EphemerisOrbit
 from mgeo_attitude.environment.orbit import Orbit, OrbitFile
 from mgeo_attitude.fields import KeyProblem

@@ -14,7 +14,7 @@ from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.scenario import Scenario
 
 from mgeo.cli.output import Output
-from mgeo.runs.prepare import read_scenario
+from mgeo.runs.scenario import read_scenario
 from mgeo.store.atomic import check_writable, write_files
 from mgeo.terminal import plain
 from mgeo_calibration.calibration import Calibration, to_json

@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 
-from mgeo.algorithms.dominance import front_rows
+from mgeo.evaluation.dominance import front_rows
 from mgeo.runs.answer import default_solution
 
 

@@ -15,7 +15,7 @@ from mgeo_attitude.view.figures.front import front_figure
 from mgeo_attitude.view.figures.style import Solutions
 from mgeo_attitude.view.plans import spread
 
-from mgeo.algorithms.dominance import front_rows
+from mgeo.evaluation.dominance import front_rows
 from mgeo.figures.style import literal
 from mgeo.plugins import view_of
 

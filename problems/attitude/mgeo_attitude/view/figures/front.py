@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import plotly.graph_objects as go
 
-from mgeo.algorithms.dominance import front_rows
+from mgeo.evaluation.dominance import front_rows
 from mgeo.figures.style import COLORS, GRAY, HOVER, SYMBOLS, finished, literal, log_axis
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.scenario import Scenario
