@@ -45,10 +45,11 @@ OF_ATTITUDE = {
 OF_CALIBRATION = {
     "telemetry": set(),
     "flight": {"telemetry"},
-    "estimation": {"flight", "telemetry"},
-    "verification": {"estimation", "flight"},
+    "estimation": {"telemetry"},
     "diagnosis": {"estimation", "telemetry"},
-    "calibration": {"diagnosis", "estimation", "flight", "telemetry"},
+    "calibration": {"diagnosis", "estimation", "telemetry"},
+    "simulation": {"calibration", "estimation", "flight", "telemetry"},
+    "verification": {"flight", "simulation"},
 }
 #: What stands beside the rooms, and any of them may import.
 SINGLE = {

@@ -27,7 +27,7 @@ from .cases import FORMER_CUBESAT, FORMER_PAPER
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "docs" / "consistency.jsonl"
-PLANS = json.loads((ROOT / "tests/calibration/estimation/plans.json").read_text(encoding="utf-8"))
+PLANS = json.loads((ROOT / "tests/calibration/simulation/plans.json").read_text(encoding="utf-8"))
 
 SEED = 20250
 PRESETS = {

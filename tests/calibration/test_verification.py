@@ -7,8 +7,7 @@ import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_calibration import verification
-from mgeo_calibration.estimation import simulate
+from mgeo_calibration import simulate, verification
 from mgeo_calibration.verification import (
     Verification,
     conclusion,

@@ -10,10 +10,15 @@ if TYPE_CHECKING:
         StrengthCalibration,
         calibrate,
         calibrate_alone,
+    )
+    from mgeo_calibration.flight import fly
+    from mgeo_calibration.simulation import (
+        Estimator,
+        MonteCarlo,
+        consistency,
+        simulate,
         simulate_calibrations,
     )
-    from mgeo_calibration.estimation import Estimator, MonteCarlo, consistency, simulate
-    from mgeo_calibration.flight import fly
     from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
     from mgeo_calibration.verification import Verification, verify
 
@@ -45,15 +50,15 @@ _HOMES = {
         "StrengthCalibration",
         "calibrate",
         "calibrate_alone",
-        "simulate_calibrations",
     ),
-    "mgeo_calibration.estimation": (
+    "mgeo_calibration.flight": ("fly",),
+    "mgeo_calibration.simulation": (
         "Estimator",
         "MonteCarlo",
         "consistency",
         "simulate",
+        "simulate_calibrations",
     ),
-    "mgeo_calibration.flight": ("fly",),
     "mgeo_calibration.telemetry": (
         "Telemetry",
         "TelemetryMapping",

@@ -18,8 +18,8 @@ from mgeo_attitude.view.observability import States
 from scipy.stats import chi2
 
 from mgeo.studies.statistics import holm
-from mgeo_calibration.estimation import MonteCarlo, simulate
 from mgeo_calibration.flight.as_flown import ends
+from mgeo_calibration.simulation import MonteCarlo, simulate
 
 #: Probability of calling a plan and its filter wrong that are right, in all tests together.
 LEVEL = 0.01
@@ -105,7 +105,7 @@ class Verification:
 def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification:
     """Fly a plan `n_runs` times, to its `t_end`, with other errors each time.
 
-    See `estimation.simulate`.
+    See `simulation.simulate`.
 
     Parameters
     ----------

@@ -3,8 +3,8 @@
 import numpy as np
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_calibration import Estimator
-from mgeo_calibration.estimation.simulate import record
 from mgeo_calibration.flight import Draws, fly_run
+from mgeo_calibration.simulation.flights import record
 
 
 def none(model, n_steps):

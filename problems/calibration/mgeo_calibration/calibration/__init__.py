@@ -6,7 +6,6 @@ from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.document import from_json, read_json, to_json
 from mgeo_calibration.calibration.from_telemetry import calibrate
 from mgeo_calibration.calibration.refused import CannotCalibrate
-from mgeo_calibration.calibration.simulated import simulate_calibrations
 from mgeo_calibration.estimation.residuals import History
 
 __all__ = [
@@ -19,6 +18,5 @@ __all__ = [
     "calibrate_alone",
     "from_json",
     "read_json",
-    "simulate_calibrations",
     "to_json",
 ]

@@ -1,14 +1,9 @@
-"""What is concluded from readings: the error-state filter, and whether its claims are true."""
+"""What is concluded from all readings at once: attitude at every sample, errors and covariance."""
 
-from mgeo_calibration.estimation.filter import Estimator
-from mgeo_calibration.estimation.monte_carlo import Consistency, Criterion, MonteCarlo, consistency
-from mgeo_calibration.estimation.simulate import simulate
+from mgeo_calibration.estimation.batch import Batch, batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.fit import Fit, fit
+from mgeo_calibration.estimation.smoother import Solution
+from mgeo_calibration.estimation.trajectory import Partition, Trajectory
 
-__all__ = [
-    "Consistency",
-    "Criterion",
-    "Estimator",
-    "MonteCarlo",
-    "consistency",
-    "simulate",
-]
+__all__ = ["Batch", "Belief", "Fit", "Partition", "Solution", "Trajectory", "batch", "fit"]

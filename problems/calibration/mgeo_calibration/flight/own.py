@@ -35,7 +35,7 @@ def fly(
     A scenario that asks for a slew back gets it, after the time at which the plan converges, or
     until which a plan is held for late flights.
 
-    What happens is what `estimation.simulate` flies: true errors are drawn from the scenario, the
+    What happens is what `simulation.simulate` flies: true errors are drawn from the scenario, the
     plan's rates are flown exactly, from an attitude that is not the planned one. As there, nothing
     is reported at the start. Coils make other rates of another attitude, and here they do.
 
@@ -46,7 +46,7 @@ def fly(
     seed : int or Generator, optional
         None takes fresh entropy.
     truth : Scenario, optional
-        What is true, if it is not the scenario; see `estimation.simulate`.
+        What is true, if it is not the scenario; see `simulation.simulate`.
     after : Truth, optional
         Of a flight before: attitude and errors are not drawn, but those of its last sample.
     environment : Environment, optional
@@ -60,7 +60,7 @@ def fly(
     Raises
     ------
     ValueError
-        For a design that is no plan, or as `estimation.simulate`.
+        For a design that is no plan, or as `simulation.simulate`.
 
     Examples
     --------

@@ -18,13 +18,13 @@ from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import check, settle
 from mgeo_calibration.estimation.innovation import Estimate
-from mgeo_calibration.estimation.monte_carlo import MonteCarlo, Record
 from mgeo_calibration.estimation.residuals import innovations
-from mgeo_calibration.estimation.simulate import Planned, planned
 from mgeo_calibration.estimation.trajectory import Trajectory
 from mgeo_calibration.flight import Flight
 from mgeo_calibration.flight.flight import unsteady
 from mgeo_calibration.flight.own import true_states
+from mgeo_calibration.simulation.flights import Planned, planned
+from mgeo_calibration.simulation.monte_carlo import MonteCarlo, Record
 from mgeo_calibration.telemetry.gyro_samples import turned
 
 #: From the truth a step this small, in 1-sigmas of the constants and in rad, is the last: what it

@@ -10,9 +10,9 @@ from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence
 from mgeo_attitude.sensors.readings import Readings
 from mgeo_calibration import Estimator
-from mgeo_calibration.estimation.filter import ErrorStateFilter, whiten
 from mgeo_calibration.estimation.innovation import Estimate
 from mgeo_calibration.flight import draw
+from mgeo_calibration.simulation.filter import ErrorStateFilter, whiten
 
 from ..flight import runs
 from . import naive

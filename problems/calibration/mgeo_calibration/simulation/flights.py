@@ -25,11 +25,11 @@ from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.validity import OutsideValidity, validity
 from numpy.typing import ArrayLike
 
-from mgeo_calibration.estimation.filter import ErrorStateFilter, Estimator
 from mgeo_calibration.estimation.innovation import Estimate
-from mgeo_calibration.estimation.monte_carlo import MonteCarlo, Record
 from mgeo_calibration.flight import Flight, draw, fly_run, other_truth, surroundings
 from mgeo_calibration.flight.flight import moved
+from mgeo_calibration.simulation.filter import ErrorStateFilter, Estimator
+from mgeo_calibration.simulation.monte_carlo import MonteCarlo, Record
 
 #: Runs that are computed side by side, one such part after the other. In threads they would mostly
 #: wait for the interpreter, which has some hundred short operations to begin in each step.
