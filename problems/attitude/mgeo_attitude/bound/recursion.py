@@ -8,14 +8,6 @@ from numba import njit
 from mgeo_attitude._typing import Floats
 
 
-@njit(error_model="numpy")
-def _assign(P: Floats, out: Floats) -> None:
-    """out ← P; `out[:] = P` would take numba three seconds more, for what it says of shapes."""
-    for i in range(len(P)):
-        for j in range(len(P)):
-            out[i, j] = P[i, j]
-
-
 @njit(
     "void(float64[:,::1], float64[::1], float64[::1], float64[:,:,:], float64[:,:,::1])",
     cache=True,
@@ -25,13 +17,16 @@ def _assign(P: Floats, out: Floats) -> None:
 def covariances(start: Floats, decay: Floats, noise: Floats, told: Floats, out: Floats) -> None:
     """See `gyro.recursion`, whose result is written to `out`."""
     k = len(start)
-    P, A = start.copy(), np.empty((k, 2 * k))
-    _assign(P, out[0])
+    A = np.empty((k, 2 * k))
+    for i in range(k):  # numba would take three seconds more for `out[0] = start`
+        for j in range(k):
+            out[0, i, j] = start[i, j]
     for step in range(1, len(told)):
+        before, P = out[step - 1], out[step]
         some = False
         for i in range(k):
             for j in range(k):
-                P[i, j] *= decay[i] * decay[j]
+                P[i, j] = before[i, j] * (decay[i] * decay[j])
                 some |= told[step, i, j] != 0.0
             P[i, i] += noise[i]
         if some:  # P ← (1 + P J)⁻¹ P, by Gauss and Jordan with partial pivoting
@@ -60,4 +55,3 @@ def covariances(start: Floats, decay: Floats, noise: Floats, told: Floats, out: 
             for i in range(k):
                 for j in range(k):
                     P[i, j] = 0.5 * (A[i, k + j] + A[j, k + i])
-        _assign(P, out[step])
