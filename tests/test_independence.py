@@ -93,3 +93,17 @@ def test_names_that_are_of_calibration_now_are_still_found_and_say_so():
     for name in mgeo_attitude._MOVED:
         with pytest.warns(DeprecationWarning, match=f"is mgeo_calibration.{name} now"):
             assert getattr(mgeo_attitude, name) is getattr(mgeo_calibration, name)
+
+
+def test_what_nobody_has_asked_for_is_not_loaded():
+    code = """
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+
+room, file = "mgeo_attitude.bound", "mgeo_attitude.environment.ephemeris_file"
+assert not {"pydantic", "mgeo.algorithms", room, file} & {*sys.modules}
+from mgeo_calibration import calibrate
+
+rooms = {f"mgeo_calibration.{room}" for room in ("flight", "simulation", "commands")}
+assert not {"mgeo.algorithms", file, *rooms} & {*sys.modules}
+"""
+    assert loaded(f"{code}AttitudeManeuverProblem, Scenario, calibrate", "typer") == "[]"

@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     from mgeo_attitude.filter.evaluator import Evaluation
     from mgeo_attitude.view import ManeuverView
 
-#: What a robust run is judged by, if its scenario does not say.
-_ROBUST = FlightErrors(count=512, quantile=0.95)
+#: Flights that a robust run is judged by, and the share that must keep it, if not told.
+_FLIGHTS, _QUANTILE = 512, 0.95
 #: Designs that a run begins with, and its evaluations before a polish, if not told otherwise.
 _STARTS, _BEFORE_POLISH = 12, 6_000
 #: Maneuvers from which on these and a polish are recommended, by the rule of convergence or else;
@@ -356,7 +356,7 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         search by stages, see `mgeo.MGEOStaged`, flies plans exactly at first, then in 16 and in
         64 of the flights.
         """
-        errors = self.scenario.flight or _ROBUST
+        errors = self.scenario.flight or FlightErrors(count=_FLIGHTS, quantile=_QUANTILE)
         fewer = tuple(count for count in _GROW if count < errors.count)
         flight = dataclasses.replace(errors, grow=errors.grow or fewer)
         scenario = dataclasses.replace(self.scenario, flight=flight)

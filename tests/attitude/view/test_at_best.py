@@ -123,7 +123,7 @@ def test_a_scenario_without_a_limit_says_why_and_goes_on(monkeypatch):
     def none(*_):
         raise NoLimit("odd: what a sample tells of odd.bias depends on the attitude")
 
-    monkeypatch.setattr("mgeo_attitude.problem.limit", none)
+    monkeypatch.setattr("mgeo_attitude.bound.limit", none)
     problem = AttitudeManeuverProblem(asking(sun__misalignment_deg=1e-6))
     assert view_of(problem).impossible() == []
     assert problem.view(DESIGN).remarks()[-2] == (
