@@ -8,8 +8,8 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan, from_json
 from mgeo_attitude.view.plans import Plans
 
+from mgeo import View
 from mgeo.explore import Explorer
-from mgeo.plugins.view import View
 from mgeo.report import compare_html
 from mgeo.store.atomic import to_json
 from mgeo.store.run_folder import write_run

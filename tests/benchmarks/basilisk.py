@@ -20,8 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mgeo_attitude import AttitudeManeuverProblem
-from mgeo_attitude.filter.reference import reference_run
+from mgeo_attitude import AttitudeManeuverProblem, reference_run
 from mgeo_attitude.geometry.rotation import matrix, vector
 from mgeo_calibration.calibration import Calibration, calibrate
 from mgeo_calibration.flight.basilisk import fly

@@ -15,8 +15,8 @@ from mgeo_attitude.scenario import Convergence
 from mgeo_suite import SensorSuiteProblem
 from mgeo_suite.catalog import NONE
 
-from mgeo.algorithms.coding import RealCode
-from mgeo.algorithms.variables import KINDS, Variables
+from mgeo.algorithms import RealCode, Variables
+from mgeo.algorithms.variables import KINDS
 
 from .measure import interleaved
 

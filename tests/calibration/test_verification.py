@@ -7,15 +7,8 @@ import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_calibration import simulate, verification
-from mgeo_calibration.verification import (
-    Verification,
-    conclusion,
-    findings,
-    predictions,
-    remedies,
-    verify,
-)
+from mgeo_calibration import Verification, simulate, verification, verify
+from mgeo_calibration.verification import conclusion, findings, predictions, remedies
 from scipy.stats import chi2
 
 from ..three import three

@@ -22,8 +22,7 @@ from pymoo.optimize import minimize
 from pymoo.parallelization import JoblibParallelization, StarmapParallelization
 from pymoo.util.ref_dirs import get_reference_directions
 
-from mgeo import MGEOReal
-from mgeo.evaluation.evaluator import EvaluationError, TolerantEvaluator
+from mgeo import EvaluationError, MGEOReal, TolerantEvaluator
 
 pytestmark = pytest.mark.filterwarnings("ignore:a candidate failed:RuntimeWarning")
 

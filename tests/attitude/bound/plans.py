@@ -10,7 +10,7 @@ import numpy as np
 from mgeo_attitude import FilterModel, Scenario, evaluate
 from mgeo_attitude.bound import LimitCurves
 from mgeo_attitude.criteria.objectives import OBJECTIVES
-from mgeo_attitude.scenario.prior import Prior
+from mgeo_attitude.scenario import Prior
 from mgeo_attitude.scenario.toml import PRESETS
 from numpy.typing import NDArray
 

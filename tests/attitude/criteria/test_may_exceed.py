@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, filter_history, reference_run
 from mgeo_attitude.environment.directions import Place
-from mgeo_attitude.filter.history import filter_history
 from mgeo_attitude.filter.path_limits import excess_along
-from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan import ManeuverPlan
 

@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Environment, Scenario
+from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario, reference_run
 from mgeo_attitude.criteria import robustness
 from mgeo_attitude.criteria.robustness import (
     FlightSamples,
@@ -18,8 +18,6 @@ from mgeo_attitude.criteria.robustness import (
 )
 from mgeo_attitude.environment.sun_moon import moon_position
 from mgeo_attitude.environment.time_frames import instants
-from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.maneuvers.schedule import schedule
 from mgeo_attitude.scenario import FlightErrors, InitialConditions, PathLimit, Prior, Wheels
 from mgeo_attitude.view.plans import Plans

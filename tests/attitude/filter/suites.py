@@ -16,7 +16,7 @@ from mgeo_attitude import (
     TwoAxisSunSensor,
     World,
 )
-from mgeo_attitude.scenario.channels import Channel
+from mgeo_attitude.scenario import Channel
 
 #: What the suite "influences" follows.
 CHANNELS = (

@@ -4,10 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import Scenario
+from mgeo_attitude import FilterModel, Scenario, filter_history
 from mgeo_attitude.filter.error_budget import error_budget
-from mgeo_attitude.filter.history import filter_history, measurements
-from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.history import measurements
 from mgeo_attitude.filter.reference import van_loan
 from mgeo_attitude.maneuvers.motion import attitudes
 

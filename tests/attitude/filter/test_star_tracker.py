@@ -4,11 +4,17 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Gyro, Scenario, StarTracker, Suite
+from mgeo_attitude import (
+    AttitudeManeuverProblem,
+    FilterModel,
+    Gyro,
+    Scenario,
+    StarTracker,
+    Suite,
+    reference_run,
+)
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.history import can_measure
-from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence
 from mgeo_calibration import consistency, simulate

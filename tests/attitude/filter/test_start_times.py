@@ -2,13 +2,10 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate
 from mgeo_attitude.bound import limit
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter.evaluator import evaluate
-from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.plan.files import from_json, to_json
+from mgeo_attitude.plan import ManeuverPlan, from_json, to_json
 
 #: An orbit and its eclipse lie between the first start and the last.
 FREE = {"latest_start": 5400.0, "start_interval": 600.0}

@@ -4,10 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
+from mgeo_attitude import FilterModel, agreement, evaluate
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter.evaluator import evaluate
-from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.reference import agreement
 from mgeo_attitude.maneuvers.motion import RAMP, Motion, phases
 from mgeo_attitude.scenario import Scenario
 from scipy.integrate import solve_ivp

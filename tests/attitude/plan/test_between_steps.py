@@ -7,7 +7,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.environment.directions import Place
 from mgeo_attitude.plan import ManeuverPlan, aem_text
-from mgeo_calibration.verification import verify
+from mgeo_calibration import verify
 from scipy.spatial.transform import Rotation
 
 TABLE = {

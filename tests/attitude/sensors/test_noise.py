@@ -11,9 +11,9 @@ from mgeo_attitude import (
     Magnetometer,
     Scenario,
     SunSensor,
+    agreement,
 )
 from mgeo_attitude.fields import InvalidType, InvalidValue
-from mgeo_attitude.filter.reference import agreement
 from mgeo_attitude.scenario import scenario_schema
 from mgeo_attitude.sensors.base import with_noise
 

@@ -15,7 +15,7 @@ from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.scenario import Wheels
 from mgeo_calibration import calibrate, fly, simulate
 from mgeo_calibration.calibration import from_json, to_json
-from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation import Belief
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 

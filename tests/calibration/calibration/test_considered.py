@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from mgeo_attitude import Gyro, Magnetometer, Suite, SunSensor
 from mgeo_attitude.filter.reference import schmidt
-from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation import Belief, Partition
 from mgeo_calibration.estimation.considered import as_believed
 from mgeo_calibration.estimation.smoother import (
     last_covariance,
     linear_solution,
 )
-from mgeo_calibration.estimation.trajectory import Partition
 
 from ...attitude.filter.suites import SUITES
 from .test_smoother import MEMS, dense, near, scenario

@@ -14,11 +14,8 @@ from mgeo_calibration import fly as fly_plan
 from mgeo_calibration.calibration import from_json, to_json
 from mgeo_calibration.calibration.questions import questions
 from mgeo_calibration.diagnosis import causes
-from mgeo_calibration.estimation import score, trajectory
-from mgeo_calibration.estimation.batch import batch
-from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation import Belief, batch, fit, score, trajectory
 from mgeo_calibration.estimation.departures import PARTS
-from mgeo_calibration.estimation.fit import fit
 from mgeo_calibration.telemetry.mapping import GyroChannels
 
 from .faults import FAULTS, GROSS, MOTION, SCENARIO, SCORED, Fault, says

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration.estimation.batch import _steps, batch
+from mgeo_calibration.estimation import batch
+from mgeo_calibration.estimation.batch import _steps
 from mgeo_calibration.estimation.start import first_attitude
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2

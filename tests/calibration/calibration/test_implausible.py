@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation import batch
 from mgeo_calibration.estimation.mistakes import implausible
 from mgeo_calibration.telemetry.gyro_samples import spikes
 

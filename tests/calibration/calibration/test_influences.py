@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from mgeo_attitude import FilterModel, Influence, Scenario
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.scenario.channels import Channel
+from mgeo_attitude.scenario import Channel
 from mgeo_calibration import (
     calibrate,
     fly,

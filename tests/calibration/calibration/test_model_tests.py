@@ -10,10 +10,8 @@ from mgeo_calibration import calibrate
 from mgeo_calibration import fly as fly_own
 from mgeo_calibration.calibration import from_json, to_json
 from mgeo_calibration.calibration.report import report_html
-from mgeo_calibration.estimation.batch import batch
-from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation import Belief, batch, fit
 from mgeo_calibration.estimation.departures import along, bias_decay, bias_drift, step, waves
-from mgeo_calibration.estimation.fit import fit
 from mgeo_calibration.estimation.score import Departure, log_tail, scores
 from scipy.stats import chi2
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import Telemetry, calibrate
-from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation import batch
 from mgeo_calibration.estimation.start import accumulated
 from mgeo_calibration.telemetry import TelemetryMapping
 from mgeo_calibration.telemetry.gyro_samples import means

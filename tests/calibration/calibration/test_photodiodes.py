@@ -8,7 +8,7 @@ import pytest
 from mgeo_attitude import FilterModel, Gyro, Magnetometer, Photodiode, Scenario, World
 from mgeo_calibration import calibrate, fly, read_telemetry
 from mgeo_calibration.diagnosis.causes import channel_causes
-from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation import batch
 from mgeo_calibration.estimation.faces import sun_directions, without_dark
 from mgeo_calibration.telemetry import TelemetryMapping
 from mgeo_calibration.telemetry.mapping import SensorChannels

@@ -10,11 +10,9 @@ from mgeo_calibration import calibrate
 from mgeo_calibration.calibration import from_json, to_json
 from mgeo_calibration.calibration.agreement import ALL
 from mgeo_calibration.calibration.report import report_html
-from mgeo_calibration.estimation.batch import batch
-from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation import Belief, Trajectory, batch
 from mgeo_calibration.estimation.fit import settle
 from mgeo_calibration.estimation.start import first_attitude
-from mgeo_calibration.estimation.trajectory import Trajectory
 from scipy.stats import chi2
 from typer.testing import CliRunner
 

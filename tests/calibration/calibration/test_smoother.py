@@ -6,13 +6,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
-from mgeo_attitude import FilterModel, Scenario, Suite, SunSensor, TwoAxisSunSensor
+from mgeo_attitude import FilterModel, Scenario, Suite, SunSensor, TwoAxisSunSensor, reference_run
 from mgeo_attitude.filter.discretization import discretize
-from mgeo_attitude.filter.reference import attitudes, reference_run, van_loan
+from mgeo_attitude.filter.reference import attitudes, van_loan
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_calibration.estimation.batch import Batch, batch
-from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation import Batch, Belief, Partition, Trajectory, batch
 from mgeo_calibration.estimation.kinematics import discretized, steps
 from mgeo_calibration.estimation.linearization import sighting
 from mgeo_calibration.estimation.residuals import filtered, innovations, residuals
@@ -24,7 +23,6 @@ from mgeo_calibration.estimation.smoother import (
     smoothed,
     solve,
 )
-from mgeo_calibration.estimation.trajectory import Partition, Trajectory
 from scipy.linalg import qr
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation

@@ -10,12 +10,10 @@ from mgeo_attitude import Scenario
 from mgeo_attitude.environment import environment, field
 from mgeo_calibration import calibrate
 from mgeo_calibration.calibration.questions import questions
-from mgeo_calibration.estimation import memory, smoother, trajectory
-from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation import Belief, Partition, memory, smoother, trajectory
 from mgeo_calibration.estimation.residuals import filtered, residuals
 from mgeo_calibration.estimation.score import scores
 from mgeo_calibration.estimation.smoother import covariances, last_covariance, linear_solution
-from mgeo_calibration.estimation.trajectory import Partition
 
 from .flights import flown, options, short, with_holes, with_outliers
 from .test_smoother import MEMS, near, scenario, spread

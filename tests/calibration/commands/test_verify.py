@@ -11,11 +11,12 @@ from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.plan import ManeuverPlan, read_json, write_plan
 from mgeo_attitude.scenario import PathLimit
 from mgeo_attitude.scenario.validity import OutsideValidity
+from mgeo_calibration import verify
 from mgeo_calibration.commands.verify import verification_document
 from mgeo_calibration.flight.as_flown import told
-from mgeo_calibration.verification import verify
 
-from mgeo.report.build import report_html, verifications
+from mgeo.report import report_html
+from mgeo.report.build import verifications
 from mgeo.store.run_folder import read_run
 
 

@@ -8,8 +8,7 @@ from mgeo_attitude import Scenario
 from mgeo_attitude.sensors import StarTracker
 from mgeo_calibration import fly
 from mgeo_calibration.calibration import calibrate
-from mgeo_calibration.estimation.batch import batch
-from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation import Belief, batch
 from mgeo_calibration.estimation.mistakes import ORDERS, check_orders
 from scipy.spatial.transform import Rotation
 

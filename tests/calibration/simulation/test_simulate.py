@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import (
     Environment,
+    FilterModel,
     Gyro,
     Scenario,
     Sensor,
@@ -19,7 +20,6 @@ from mgeo_attitude import (
     evaluate,
     validity,
 )
-from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import rotate
 from mgeo_attitude.geometry.vector import Vec3, cross
 from mgeo_attitude.maneuvers.motion import Motion

@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
-from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms import ExtremalOptimization
 from mgeo.testing import check_algorithm
 
 from .problems import Galski, Rosenbrock

@@ -8,8 +8,7 @@ from pymoo.operators.sampling.rnd import IntegerRandomSampling
 from pymoo.optimize import minimize
 
 from mgeo import MGEOCanonical, MGEOReal, MGEOVar
-from mgeo.algorithms.coding import BitCode
-from mgeo.algorithms.variables import Variables
+from mgeo.algorithms import BitCode, Variables
 
 from .. import naive
 

@@ -13,9 +13,8 @@ from pymoo.problems.multi import BNH, ZDT1
 from scipy.spatial.distance import cdist
 from scipy.stats import kstest
 
-from mgeo import MGEODirected
+from mgeo import MGEODirected, ParetoArchive
 from mgeo.algorithms import moves
-from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.steps import Attraction, joint_steps, momentum_steps
 from mgeo.algorithms.weights import (
     distance,

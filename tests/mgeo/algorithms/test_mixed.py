@@ -14,9 +14,10 @@ from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 
 from mgeo import MGEOCanonical, MGEODirected, MGEOVar
+from mgeo.algorithms import Variables
 from mgeo.algorithms.state import SavedState, capture, restore
 from mgeo.algorithms.steps import whole_steps
-from mgeo.algorithms.variables import KINDS, Variables
+from mgeo.algorithms.variables import KINDS
 from mgeo.testing import check_problem
 
 from .. import naive

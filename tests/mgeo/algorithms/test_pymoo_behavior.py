@@ -18,8 +18,7 @@ from pymoo.problems.multi import BNH, ZDT1
 from pymoo.problems.static import StaticProblem
 from pymoo.util.archive import MultiObjectiveArchive
 
-from mgeo import MGEOCanonical, MGEODirected, MGEOReal, ParetoArchive
-from mgeo.evaluation.evaluator import EvaluationError
+from mgeo import EvaluationError, MGEOCanonical, MGEODirected, MGEOReal, ParetoArchive
 
 from .problems import Fixed, Mixture, Rosenbrock
 

@@ -6,8 +6,9 @@ import pytest
 from pymoo.core.problem import Problem
 from pymoo.problems.multi import OSY
 
+from mgeo import View, view_of
 from mgeo.plugins.discovery import PluginError
-from mgeo.plugins.view import TOLERANCE, View, view_of
+from mgeo.plugins.view import TOLERANCE
 from mgeo.runs.limits import Margin
 from mgeo.runs.limits import limits as limits_of
 

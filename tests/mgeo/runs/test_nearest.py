@@ -7,9 +7,9 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
 
-from mgeo import MGEOReal
+from mgeo import MGEOReal, view_of
 from mgeo.evaluation.dominance import nondominated
-from mgeo.plugins.view import TOLERANCE, view_of
+from mgeo.plugins.view import TOLERANCE
 from mgeo.runs.limits import dead_end
 from mgeo.runs.meters import MOST
 from mgeo.runs.prepare import prepare

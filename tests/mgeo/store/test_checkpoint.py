@@ -16,8 +16,15 @@ from pymoo.problems.multi import BNH, ZDT1, ZDT2
 from pymoo.termination.default import DefaultMultiObjectiveTermination
 
 import mgeo.algorithms
-from mgeo import Checkpoint, MGEOReal, Recorder, TolerantEvaluator, read_record, resume
-from mgeo.evaluation.evaluator import EvaluationError
+from mgeo import (
+    Checkpoint,
+    EvaluationError,
+    MGEOReal,
+    Recorder,
+    TolerantEvaluator,
+    read_record,
+    resume,
+)
 from mgeo.store import checkpoint as checkpoint_module
 from mgeo.store.checkpoint import read_notes
 from mgeo.validation.tables import FileError

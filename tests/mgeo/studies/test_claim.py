@@ -6,10 +6,10 @@ import pytest
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
+from mgeo.studies import run_study
 from mgeo.studies.file import parse_study
 from mgeo.studies.run import Failure, record
 from mgeo.studies.stored import check, claim
-from mgeo.studies.study import run_study
 
 STUDY = """
 title = "one"

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mgeo.studies.comparison import Comparison
+from mgeo.studies import Comparison
 
 from .samples import VALUES
 from .samples import comparison as made_by_hand

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from pymoo.problems.many import DTLZ2
 
-from mgeo.studies.comparison import Comparison
+from mgeo.studies import Comparison
 from mgeo.studies.figures import (
     anytime_figure,
     attainment_figure,

@@ -2,7 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from mgeo.studies.file import ProblemConfiguration, parse_study, read_study
+from mgeo.studies import read_study
+from mgeo.studies.file import ProblemConfiguration, parse_study
 
 STUDIES = Path(__file__).parents[3] / "docs" / "studies"
 SMALL = """

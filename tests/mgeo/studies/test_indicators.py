@@ -9,8 +9,9 @@ from scipy.spatial.distance import cdist
 
 from mgeo import View
 from mgeo.store.study_run import StudyRun
+from mgeo.studies import NothingToCompareError
 from mgeo.studies.indicators import INDICATORS, applicable, parts_of, trace
-from mgeo.studies.space import REFERENCE_SIZE, NothingToCompareError, indicator_space
+from mgeo.studies.space import REFERENCE_SIZE, indicator_space
 
 HV, IGD, EPS = INDICATORS
 unit = st.floats(0, 1, width=32)

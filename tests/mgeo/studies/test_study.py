@@ -18,8 +18,15 @@ from typer.testing import CliRunner
 
 from mgeo import MGEOReal
 from mgeo.cli.app import app
-from mgeo.studies import FailedRunsWarning
-from mgeo.studies.comparison import Comparison
+from mgeo.studies import (
+    Comparison,
+    FailedRunsWarning,
+    NothingToCompareError,
+    read_comparison,
+    read_comparisons,
+    read_study,
+    run_study,
+)
 from mgeo.studies.conclusions import (
     against,
     comparison_with_published,
@@ -27,14 +34,11 @@ from mgeo.studies.conclusions import (
     control_table,
     parts_table,
 )
-from mgeo.studies.file import parse_study, read_study
+from mgeo.studies.file import parse_study
 from mgeo.studies.labels import folder_name
 from mgeo.studies.pooled import friedman_over_problems, ranks_over_problems
 from mgeo.studies.run import Failure, record
 from mgeo.studies.schema import PublishedTable
-from mgeo.studies.space import NothingToCompareError
-from mgeo.studies.stored import read_comparison, read_comparisons
-from mgeo.studies.study import run_study
 from mgeo.studies.tables import problems_table
 
 from .samples import VALUES, comparison

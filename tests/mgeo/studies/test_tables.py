@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from mgeo.studies.comparison import Comparison
+from mgeo.studies import Comparison
 from mgeo.studies.conclusions import published_table
 from mgeo.studies.report import study_figures
 from mgeo.studies.schema import PublishedTable

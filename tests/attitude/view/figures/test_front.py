@@ -6,10 +6,9 @@ from datetime import timedelta
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
 from mgeo_attitude.criteria.objectives import attitude_sigma_deg
 from mgeo_attitude.criteria.robustness import draw_flights
-from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.scenario import FlightErrors, PathLimit, Window
 from mgeo_attitude.view.figures.front import front_figure
 from mgeo_attitude.view.figures.style import Solutions

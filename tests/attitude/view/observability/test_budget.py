@@ -4,9 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import Scenario
-from mgeo_attitude.filter.history import filter_history
-from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude import FilterModel, Scenario, filter_history
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.sensors.suite import block_units
 

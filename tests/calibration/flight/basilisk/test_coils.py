@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
+from mgeo_attitude import FilterModel
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.maneuvers.schedule import holding
 from mgeo_attitude.scenario import Coils, InitialConditions, Scenario
