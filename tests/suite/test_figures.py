@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mgeo_attitude import evaluate
-from mgeo_suite.words import suite_text
+from mgeo_suite.designs import suite_text
 
 
 def test_a_suite_in_words(problem):

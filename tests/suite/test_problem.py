@@ -10,7 +10,7 @@ from mgeo_attitude import AttitudeManeuverProblem, FilterModel, evaluate, refere
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.fields import InvalidValue
 from mgeo_suite import Catalog, SensorSuiteProblem
-from mgeo_suite.heads import SunHead
+from mgeo_suite.catalog import SunHead
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected

@@ -8,9 +8,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
-from mgeo_attitude import Gyro, Magnetometer, StarTracker
+from mgeo_attitude import Gyro, Magnetometer, StarTracker, SunSensor
 from mgeo_attitude.fields import (
     InvalidType,
     InvalidValue,
@@ -23,12 +24,53 @@ from mgeo_attitude.fields import (
     to_table,
 )
 from mgeo_attitude.fields.quantity import declared
+from mgeo_attitude.geometry.vector import Vec3
 
 from mgeo.store.reading import read_text
 from mgeo.validation.tables import FileError
-from mgeo_suite.heads import FACES, SunHead
 
+#: Outward normals of the faces of a satellite, body axes.
+FACES: dict[str, tuple[float, float, float]] = {
+    "+x": (1.0, 0.0, 0.0),
+    "-x": (-1.0, 0.0, 0.0),
+    "+y": (0.0, 1.0, 0.0),
+    "-y": (0.0, -1.0, 0.0),
+    "+z": (0.0, 0.0, 1.0),
+    "-z": (0.0, 0.0, -1.0),
+}
 NONE = "none"  # the option of having no such sensor
+_NEEDED = ("gyros", "magnetometers")
+_OF_PLACE = ("name", "boresight")  # what the place decides where a sensor is put
+
+
+@dataclass(frozen=True)
+class SunHead(SunSensor):
+    """A Sun sensor on a face, whose bias states can be left out.
+
+    Within the cone that a head sees, a bias of the vector can hardly be told from a misalignment:
+    one of them is enough.
+    """
+
+    initial_bias: float = quantity(
+        0.0,
+        low=0.0,
+        doc="initial bias of the unit vector, 1-sigma per axis; 0 leaves the states out",
+        formerly="bias",
+    )
+
+    def states(self) -> dict[str, Any]:
+        found = super().states()
+        return {key: found[key] for key in found if key != "bias" or self.initial_bias}
+
+    def measure(self, x: Any, v: Vec3) -> Any:
+        return super().measure(self._complete(x, Vec3(0.0, 0.0, 0.0)), v)
+
+    def measured(self, x: Any, v: Any) -> Any:
+        return super().measured(self._complete(x, 0.0), v)
+
+    def _complete(self, x: Any, zero: Any) -> Any:
+        return x if self.initial_bias else SimpleNamespace(**{**vars(x), "bias": zero})
+
 
 #: Class of the instruments of each section.
 SECTIONS: Mapping[str, type[Any]] = {
@@ -37,8 +79,6 @@ SECTIONS: Mapping[str, type[Any]] = {
     "sun_sensors": SunHead,
     "star_trackers": StarTracker,
 }
-_NEEDED = ("gyros", "magnetometers")
-_OF_PLACE = ("name", "boresight")  # what the place decides where a sensor is put
 
 
 class CatalogError(ValueError):

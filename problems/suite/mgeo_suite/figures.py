@@ -14,8 +14,7 @@ from mgeo_attitude.view.figures.style import line, title
 
 from mgeo.figures.style import COLORS, SYMBOLS, finished, literal, log_axis
 from mgeo_suite.catalog import NONE
-from mgeo_suite.designs import Designs, SuiteProblem
-from mgeo_suite.words import suite_text
+from mgeo_suite.designs import Designs, SuiteProblem, suite_text
 
 _SAMPLES = 200  # of a curve against time
 _TOGETHER = 50  # histories held in memory at once

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +22,6 @@ from pymoo.core.variable import Choice, Real
 
 from mgeo_suite.catalog import Catalog
 from mgeo_suite.objectives import OBJECTIVES, SuiteObjective, check_objectives
-from mgeo_suite.presets import PRESETS, scenario_table
 from mgeo_suite.suites import SuiteModels
 
 if TYPE_CHECKING:
@@ -29,7 +29,18 @@ if TYPE_CHECKING:
 
     from mgeo_suite.view import SuiteView
 
+#: Objectives of each preset; all have the scenario of ``cubesat.toml``.
+PRESETS: Mapping[str, tuple[str, ...]] = {
+    "cubesat": ("price", "attitude"),
+    "cubesat_time": ("price", "attitude", "t_end"),
+}
 _OPTIONS = ("preset", "scenario", "catalog", "objectives")
+
+
+def scenario_table() -> dict[str, Any]:
+    """The scenario of the presets, as `Scenario.from_dict` takes it."""
+    text = Path(__file__).with_name("cubesat.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)
 
 
 class SensorSuiteProblem(ShownByView, Problem):
@@ -123,7 +134,7 @@ class SensorSuiteProblem(ShownByView, Problem):
 
     def evaluation(self, X: ArrayLike, history: bool = False) -> Evaluation:
         """Filter runs of designs; of states only those that all suites have in common."""
-        from mgeo_suite.evaluation import evaluated  # compiles
+        from mgeo_suite.suites import evaluated  # compiles
 
         return evaluated(self.suites, *self.split(X), self.threads, history)
 

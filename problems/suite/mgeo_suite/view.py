@@ -10,8 +10,7 @@ from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.view.describe import maneuver_texts, span, two_digits
 from numpy.typing import ArrayLike
 
-from mgeo_suite.designs import Designs
-from mgeo_suite.words import BUDGETED_DEG, suite_text
+from mgeo_suite.designs import BUDGETED_DEG, Designs, suite_text
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -71,8 +71,8 @@ def conclude(
 
     from mgeo.plugins.problems import load_problem
     from mgeo.store.run_folder import read_run
+    from mgeo_suite.designs import conclusions
     from mgeo_suite.problem import SensorSuiteProblem
-    from mgeo_suite.words import conclusions
 
     with bad_input():
         found = read_run(run)
