@@ -19,12 +19,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.aliases import ShownByView
 from mgeo_attitude.criteria.constraints import check_start, constraints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
-from mgeo_attitude.criteria.objectives import (
-    Objective,
-    can_be_polished,
-    indicators,
-    objective,
-)
+from mgeo_attitude.criteria.objectives import Objective, can_be_polished, indicators, objective
 from mgeo_attitude.criteria.robustness import FlightSample, FlightSamples, judged, over_flights
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel

@@ -9,7 +9,7 @@ from mgeo_attitude.environment.directions import Place
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.maneuvers.motion import phases
 from mgeo_attitude.maneuvers.schedule import schedule
-from mgeo_attitude.maneuvers.trajectory import slew_back
+from mgeo_attitude.trajectory import slew_back
 from scipy.spatial.transform import Rotation
 
 #: A quarter of a turn about z, then rest.
@@ -136,7 +136,7 @@ def test_no_sooner_slew_is_found_by_trying_all(limits, monkeypatch):
     scene = scenario(limits, {"pointing": "nadir"})
     x = designs(np.random.default_rng(8), 1)[0]
     _, back = back_of(scene, x, 1500.0)
-    from mgeo_attitude.maneuvers import trajectory as module
+    from mgeo_attitude.trajectory import trajectory as module
 
     model, tried = FilterModel.from_scenario(scene), {}
     original = module._Search.maneuvers

@@ -18,12 +18,11 @@ from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.show import plan_document, print_plan
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.wheel_load import wheel_loads
-from mgeo_attitude.maneuvers import trajectory
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.maneuvers.trajectory import slew_back
 from mgeo_attitude.plan import ManeuverPlan, aem_text, from_json, to_json
 from mgeo_attitude.plan.figures import plan_figures
 from mgeo_attitude.scenario import PathLimit, Wheels
+from mgeo_attitude.trajectory import slew_back, trajectory
 from mgeo_attitude.view.describe import span
 from mgeo_attitude.view.figures.against_time import timeline
 from mgeo_attitude.view.margins import END_ATTITUDE

@@ -25,7 +25,7 @@ from mgeo_attitude.filter.layout import (
     watched_directions,
 )
 from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
+from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.maneuvers.schedule import Schedule, Turning, schedule
 from mgeo_attitude.scenario.channels import channel_values
 from mgeo_attitude.scenario.settings import RequiredSigma, TraceWeights
@@ -199,8 +199,7 @@ class FilterModel:
             factor=scenario.convergence.factor,
             initial_attitude=attitude,
             initial_rate=rate,
-            slew_limits=CoilDrive.of(scenario, environment.field_tesla, attitude, rate)
-            or SlewLimits.of(scenario, rate),
+            slew_limits=scenario.turning(environment.field_tesla, attitude, rate),
             path_limits=scenario.path_limits,
             directions=directions(names, environment, epoch or scenario.epoch),
             radii=radii(names, environment),

@@ -18,7 +18,8 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.directions import Place
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
+from mgeo_attitude.maneuvers.drives import CoilDrive
+from mgeo_attitude.scenario.actuators import slew_limits
 
 if TYPE_CHECKING:
     from mgeo_attitude.filter.evaluator import Evaluation
@@ -182,7 +183,7 @@ class StartTimes:
                 initial_rate=rate,
             )
         elif limits is not None:
-            limits = SlewLimits.of(scenario, rate)
+            limits = slew_limits(scenario.maneuvers, scenario.wheels, rate)
         if budget is not None:
             made = MomentumBudget.of(scenario, self.environment, attitude, rate)
             assert made is not None  # as the whole has one

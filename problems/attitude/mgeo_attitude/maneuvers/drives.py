@@ -22,14 +22,10 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats, Ints
-
-if TYPE_CHECKING:
-    from mgeo_attitude.scenario import Scenario
 
 
 @dataclass(frozen=True)
@@ -55,24 +51,6 @@ class SlewLimits:
     inertia: Floats
     allocation: Floats = field(default_factory=lambda: np.eye(3))
     initial_rate: Floats = field(default_factory=lambda: np.zeros(3))
-
-    @classmethod
-    def of(cls, scenario: Scenario, initial_rate: Floats) -> SlewLimits | None:
-        """Those of the scenario's satellite; None where rates change at once."""
-        acceleration, wheels = scenario.maneuvers.max_acceleration_deg_s2, scenario.wheels
-        torque = None if wheels is None else wheels.max_torque
-        if acceleration is None and torque is None:
-            return None
-        greatest = np.inf if acceleration is None else float(np.radians(acceleration))
-        if wheels is None:
-            return cls(greatest, np.inf, np.eye(3), initial_rate=initial_rate)
-        return cls(
-            max_acceleration=greatest,
-            max_torque=np.inf if torque is None else wheels.ramp_share * torque,
-            inertia=wheels.matrix(),
-            allocation=wheels.shares(),
-            initial_rate=initial_rate,
-        )
 
     def ramp_time(self, change: Floats) -> Floats:
         """Least time [s] for changes of the rate, shape (..., 3) [rad/s], equation (12).
@@ -117,25 +95,6 @@ class CoilDrive:
     field: Floats
     initial_attitude: Floats
     initial_rate: Floats
-
-    @classmethod
-    def of(
-        cls, scenario: Scenario, field: Floats, attitude: Floats, rate: Floats
-    ) -> CoilDrive | None:
-        """That of a scenario along a field [T], GCRS; None where wheels turn it, or anything."""
-        coils = scenario.coils
-        if coils is None or not scenario.turned_by_coils:
-            return None
-        return cls(
-            inertia=coils.matrix(),
-            max_dipole=coils.duty * np.array(coils.max_dipole),
-            residual_dipole=np.array(coils.residual_dipole),
-            near=float(np.radians(coils.detumble_rate_deg_s)),
-            response=coils.response,
-            field=field,
-            initial_attitude=np.ascontiguousarray(attitude),
-            initial_rate=rate,
-        )
 
     def turned(self, turn: Floats) -> CoilDrive:
         """See `FilterModel.turned`."""

@@ -21,10 +21,10 @@ from mgeo_attitude.filter.history import FilterHistory, filter_history
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.maneuvers.motion import Phase
 from mgeo_attitude.maneuvers.schedule import holding
-from mgeo_attitude.maneuvers.trajectory import SlewBack, Trajectory
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.trajectory import SlewBack, Trajectory
 from mgeo_attitude.view import ManeuverView, at_best, observability
 from mgeo_attitude.view.describe import answer, overrun, span
 from mgeo_attitude.view.plans import Times

@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.maneuvers.drives import SlewLimits
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
 from mgeo_attitude.refine.at_time import AtTime, Judge, PlanProblem, at_time
+from mgeo_attitude.scenario.actuators import slew_limits
 
 #: Rates about each axis, from the greatest backward to the greatest forward.
 _LEVELS = 7
@@ -132,8 +132,8 @@ def _freely(at: AtTime) -> AtTime:
     if not at.scenario.turned_by_coils:
         return at
     scenario = dataclasses.replace(at.scenario, coils=None)
-    slew_limits = SlewLimits.of(scenario, at.model.initial_rate)
-    model = dataclasses.replace(at.model, slew_limits=slew_limits)
+    limits = slew_limits(scenario.maneuvers, scenario.wheels, at.model.initial_rate)
+    model = dataclasses.replace(at.model, slew_limits=limits)
     return dataclasses.replace(at, scenario=scenario, model=model)
 
 

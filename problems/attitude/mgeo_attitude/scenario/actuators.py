@@ -17,6 +17,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import InvalidValue, Validated, expect, positive, quantity
 from mgeo_attitude.geometry.vector import unit
+from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
 from mgeo_attitude.scenario.settings import ManeuverLimits
 
 #: Sine of the angle between two axes that span no plane.
@@ -259,6 +260,19 @@ class Coils(Validated):
         assert self.inertia is not None  # as `check_coils` says
         return inertia_matrix(self.inertia, self.products_of_inertia)
 
+    def drive(self, field: Floats, attitude: Floats, rate: Floats) -> CoilDrive:
+        """What the motion follows from along a field [T], GCRS, if nothing else turns it."""
+        return CoilDrive(
+            inertia=self.matrix(),
+            max_dipole=self.duty * np.array(self.max_dipole),
+            residual_dipole=np.array(self.residual_dipole),
+            near=float(np.radians(self.detumble_rate_deg_s)),
+            response=self.response,
+            field=field,
+            initial_attitude=np.ascontiguousarray(attitude),
+            initial_rate=rate,
+        )
+
 
 def check_coils(
     coils: Coils | None, wheels: Wheels | None, maneuvers: ManeuverLimits, step: float
@@ -303,3 +317,23 @@ def assumed(wheels: Wheels | None, coils: Coils | None) -> tuple[str, ...]:
             "coils.unloads = true would",
         )
     return ()
+
+
+def slew_limits(
+    limits: ManeuverLimits, wheels: Wheels | None, initial_rate: Floats
+) -> SlewLimits | None:
+    """What a satellite's rates change by, from that at the start; None where they do at once."""
+    acceleration = limits.max_acceleration_deg_s2
+    torque = None if wheels is None else wheels.max_torque
+    if acceleration is None and torque is None:
+        return None
+    greatest = np.inf if acceleration is None else float(np.radians(acceleration))
+    if wheels is None:
+        return SlewLimits(greatest, np.inf, np.eye(3), initial_rate=initial_rate)
+    return SlewLimits(
+        max_acceleration=greatest,
+        max_torque=np.inf if torque is None else wheels.ramp_share * torque,
+        inertia=wheels.matrix(),
+        allocation=wheels.shares(),
+        initial_rate=initial_rate,
+    )

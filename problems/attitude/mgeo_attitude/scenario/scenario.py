@@ -27,7 +27,8 @@ from mgeo_attitude.fields import (
     quantity,
     to_table,
 )
-from mgeo_attitude.scenario.actuators import Coils, Wheels, assumed
+from mgeo_attitude.maneuvers.schedule import Turning
+from mgeo_attitude.scenario.actuators import Coils, Wheels, assumed, slew_limits
 from mgeo_attitude.scenario.after import going_on
 from mgeo_attitude.scenario.channels import Channel
 from mgeo_attitude.scenario.initial import InitialConditions, Sight
@@ -192,6 +193,12 @@ class Scenario(Validated):
     def turned_by_coils(self) -> bool:
         """Whether it has coils and no wheels."""
         return self.coils is not None and self.wheels is None
+
+    def turning(self, field: Floats, attitude: Floats, rate: Floats) -> Turning:
+        """What turns it from an attitude and a rate, with coils along a field [T], GCRS."""
+        if self.coils is not None and self.wheels is None:
+            return self.coils.drive(field, attitude, rate)
+        return slew_limits(self.maneuvers, self.wheels, rate)
 
     @property
     def needs_field(self) -> bool:

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from mgeo_attitude.filter.model import FilterModel
-    from mgeo_attitude.maneuvers.trajectory import Trajectory
     from mgeo_attitude.scenario import Scenario
+    from mgeo_attitude.trajectory import Trajectory
 
 #: Unit, value, "at most" or "at least", limit and margin.
 Row = tuple[str, float, str, float, float]

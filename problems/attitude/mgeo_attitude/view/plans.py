@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from mgeo_attitude.filter.evaluator import Evaluation
-    from mgeo_attitude.maneuvers.trajectory import SlewBack, Trajectory
+    from mgeo_attitude.trajectory import SlewBack, Trajectory
 
 
 class ManeuverProblem(Protocol):
@@ -306,7 +306,7 @@ class Plans(View):
 
         Its slew back, which takes longest to find, is found once for all views that share a front.
         """
-        from mgeo_attitude.maneuvers.trajectory import Trajectory  # imports scipy
+        from mgeo_attitude.trajectory import Trajectory  # imports scipy
 
         own, maneuvers = self.problem.begun(self.X[row])
         times = float(self.exactly.t_end[row]), float(self.held_until[row])

@@ -13,8 +13,8 @@ from mgeo_attitude.environment.time_stamps import utc_texts
 from mgeo_attitude.fields import declared
 from mgeo_attitude.filter.history import filter_history
 from mgeo_attitude.maneuvers.motion import Phase
-from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.trajectory import Trajectory
 from mgeo_attitude.view import at_best, observability, satellite
 from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.observability.alternatives import AS_IT_IS

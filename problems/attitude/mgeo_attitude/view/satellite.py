@@ -113,7 +113,7 @@ def margins_at_rest(problem: ManeuverProblem) -> Iterator[str]:
 
     The attitude is then as badly known as at the start.
     """
-    from mgeo_attitude.maneuvers.trajectory import Trajectory  # imports scipy
+    from mgeo_attitude.trajectory import Trajectory  # imports scipy
     from mgeo_attitude.view.margins import limits_after  # compiles
 
     scenario, model = problem.scenario, problem.model

@@ -12,9 +12,9 @@ from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import vector
 from mgeo_attitude.maneuvers.schedule import holding
-from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.readings import to_channels
+from mgeo_attitude.trajectory import Trajectory
 
 from mgeo_calibration.flight.flight import Draws, Flight, draw, fly_run, moved, unsteady
 from mgeo_calibration.flight.truth import other_truth, surroundings

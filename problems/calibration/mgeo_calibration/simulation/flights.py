@@ -20,9 +20,9 @@ from mgeo_attitude.geometry.rotation import multiply
 from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.maneuvers.schedule import holding
-from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.validity import OutsideValidity, validity
+from mgeo_attitude.trajectory import Trajectory
 from numpy.typing import ArrayLike
 
 from mgeo_calibration.estimation.innovation import Estimate

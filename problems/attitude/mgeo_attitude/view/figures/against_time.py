@@ -12,8 +12,8 @@ from plotly.subplots import make_subplots
 from mgeo.figures.style import finished, log_axis
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.maneuvers.schedule import flown
-from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.trajectory import Trajectory
 from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.figures.style import Solutions, line, panels_height
 

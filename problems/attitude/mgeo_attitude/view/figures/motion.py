@@ -16,7 +16,7 @@ from mgeo.figures.style import COLORS, GRAY
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.maneuvers.schedule import Flown
-from mgeo_attitude.maneuvers.trajectory import Trajectory
+from mgeo_attitude.trajectory import Trajectory
 from mgeo_attitude.view.figures.style import title
 
 if TYPE_CHECKING:

@@ -20,7 +20,6 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.maneuvers.arrival import arrival, missing
 from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
 from mgeo_attitude.maneuvers.motion import Body, Motion, Phase, divided, phases
 from mgeo_attitude.maneuvers.schedule import (
@@ -33,6 +32,7 @@ from mgeo_attitude.maneuvers.schedule import (
     maneuver_steps,
     schedule,
 )
+from mgeo_attitude.trajectory.arrival import arrival, missing
 
 if TYPE_CHECKING:
     from mgeo_attitude.scenario import Scenario
