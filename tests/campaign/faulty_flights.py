@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude import Scenario
-from mgeo_attitude.environment.time_frames import gcrs_to_itrs, instants
+from mgeo_attitude.environment import gcrs_to_itrs, instants
 from mgeo_attitude.sensors import StarTracker
 from mgeo_calibration import Telemetry, calibrate
 from mgeo_calibration import fly as fly_plan

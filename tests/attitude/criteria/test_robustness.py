@@ -16,8 +16,8 @@ from mgeo_attitude.criteria.robustness import (
     kept_by,
     over_flights,
 )
+from mgeo_attitude.environment import instants
 from mgeo_attitude.environment.sun_moon import moon_position
-from mgeo_attitude.environment.time_frames import instants
 from mgeo_attitude.maneuvers.schedule import schedule
 from mgeo_attitude.scenario import FlightErrors, InitialConditions, PathLimit, Prior, Wheels
 from mgeo_attitude.view.plans import Plans

@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.environment import SGP4Error
+from mgeo_attitude.environment import SGP4Error, instants
 from mgeo_attitude.environment.element_file import is_element_file, read_omm
 from mgeo_attitude.environment.element_set import gcrs_of
-from mgeo_attitude.environment.time_frames import instants
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import MeanElements, OrbitFile, TLEOrbit
 from sgp4 import exporter, omm

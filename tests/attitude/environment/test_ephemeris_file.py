@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 from brahe.ccsds import OEM
 from mgeo_attitude import Environment, Scenario
+from mgeo_attitude.environment import instants, rotate
 from mgeo_attitude.environment.element_set import TLEOrbit, gcrs_of
-from mgeo_attitude.environment.time_frames import instants, rotate
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate
 from mgeo_attitude.criteria.constraints import constraints
-from mgeo_attitude.environment.constants import EARTH_MU
+from mgeo_attitude.environment import EARTH_MU
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.wheel_load import gravity_gradient, wheel_loads

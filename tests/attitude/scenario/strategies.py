@@ -8,7 +8,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 from mgeo_attitude import Suite
-from mgeo_attitude.environment.constants import EARTH_RADIUS
+from mgeo_attitude.environment import EARTH_RADIUS
 from mgeo_attitude.fields import Quantity, declared
 from mgeo_attitude.scenario import (
     Convergence,

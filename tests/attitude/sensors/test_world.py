@@ -17,8 +17,7 @@ from mgeo_attitude import (
     evaluate,
     validity,
 )
-from mgeo_attitude.environment.sun_moon import lit_fraction, sun_position
-from mgeo_attitude.environment.time_frames import instants
+from mgeo_attitude.environment import instants, lit_fraction, sun_position
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import Convergence
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, POSITION_UNIT

@@ -5,8 +5,7 @@ import pandas as pd
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration.telemetry import TelemetryMapping, read_telemetry
-from mgeo_calibration.telemetry.mapping import GyroChannels
+from mgeo_calibration.telemetry import GyroChannels, TelemetryMapping, read_telemetry
 from mgeo_calibration.telemetry.quantization import angle_variance, resolution
 
 from .flights import PLAN, normalized, short

@@ -8,8 +8,7 @@ from mgeo_attitude import HorizonSensor, Scenario, TwoAxisSunSensor
 from mgeo_attitude.fields import declared
 from mgeo_calibration import calibrate, consistency, read_telemetry, simulate
 from mgeo_calibration.estimation import batch
-from mgeo_calibration.telemetry import TelemetryMapping
-from mgeo_calibration.telemetry.mapping import SensorChannels
+from mgeo_calibration.telemetry import SensorChannels, TelemetryMapping
 from scipy.stats import chi2
 
 from .flights import PLAN, normalized, short

@@ -16,7 +16,7 @@ from mgeo_calibration.calibration.questions import questions
 from mgeo_calibration.diagnosis import causes
 from mgeo_calibration.estimation import Belief, batch, fit, score, trajectory
 from mgeo_calibration.estimation.departures import PARTS
-from mgeo_calibration.telemetry.mapping import GyroChannels
+from mgeo_calibration.telemetry import GyroChannels
 
 from .faults import FAULTS, GROSS, MOTION, SCENARIO, SCORED, Fault, says
 from .flights import PLAN, options, short

@@ -10,8 +10,7 @@ from mgeo_calibration import calibrate, fly, read_telemetry
 from mgeo_calibration.diagnosis.causes import channel_causes
 from mgeo_calibration.estimation import batch
 from mgeo_calibration.estimation.faces import sun_directions, without_dark
-from mgeo_calibration.telemetry import TelemetryMapping
-from mgeo_calibration.telemetry.mapping import SensorChannels
+from mgeo_calibration.telemetry import SensorChannels, TelemetryMapping
 from scipy.stats import chi2
 
 from .flights import PLAN, normalized, short

@@ -16,8 +16,7 @@ from mgeo_attitude import (
     SunSensor,
     World,
 )
-from mgeo_attitude.environment.sun_moon import lit_fraction, sun_position
-from mgeo_attitude.environment.time_frames import instants
+from mgeo_attitude.environment import instants, lit_fraction, sun_position
 from mgeo_attitude.scenario import Convergence, InitialConditions, ManeuverLimits
 from mgeo_calibration import calibrate
 from mgeo_calibration.flight import draw, fly

@@ -8,9 +8,14 @@ import numpy as np
 import ppigrf
 import pytest
 from mgeo_attitude import FilterModel, Magnetometer, Scenario, StarTracker, SunSensor
-from mgeo_attitude.environment import Environment
-from mgeo_attitude.environment.sun_moon import lit_fraction, sun_position
-from mgeo_attitude.environment.time_frames import gcrs_to_itrs, instants, rotate
+from mgeo_attitude.environment import (
+    Environment,
+    gcrs_to_itrs,
+    instants,
+    lit_fraction,
+    rotate,
+    sun_position,
+)
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import InitialConditions, ManeuverLimits, Orbit, TLEOrbit, Wheels
 from mgeo_calibration.flight import fly as fly_exactly
