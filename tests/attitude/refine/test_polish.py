@@ -76,11 +76,14 @@ def test_a_descent_fills_the_time_and_learns_more(problem):
 def test_of_several_descents_the_best_goes_on(problem):
     at = AtTime(problem.scenario, problem.model)
     begins = np.vstack([some(problem, 5), receding_horizon(at, 4, 400.0)])
-    found = descend_from_best(at, begins, 400.0, 12)
-    each = descend(at, begins, 400.0, 12)
-    assert (found == each).all(axis=1).any()
-    value, _ = at.values(np.vstack([found, each]), 200)
-    assert value[0] <= np.sort(value[1:])[1]
+    # for two times side by side as for each of them
+    times, which = np.array([400.0, 300.0]), np.repeat([0, 1], 6)
+    found = descend_from_best(at, np.vstack([begins, begins]), times, which, 12)
+    for time, one in zip(times, found, strict=True):
+        each = descend(at, begins, time, 12)
+        assert (one == each).all(axis=1).any()
+        value, _ = at.values(np.vstack([one, each]), int(time) // 2)
+        assert value[0] <= np.sort(value[1:])[1]
 
 
 def test_a_slower_plan_comes_through_the_same_attitudes():
@@ -105,7 +108,7 @@ def test_no_plan_gets_worse_and_some_get_better(problem):
 def test_each_step_is_as_good_as_the_one_before(problem):
     last = values(problem, X := some(problem))[0]
     tables = list(polish_steps(problem, X, **FEW))
-    assert len(tables) > 4  # three plans, other times, unneeded maneuvers
+    assert len(tables) > 3  # three plans, two between, other times, unneeded maneuvers
     for table in tables:
         F = values(problem, table)[0]
         assert (last >= F).all()
@@ -133,9 +136,9 @@ def test_plans_for_other_times_are_added(problem):
 
 def test_how_long_it_will_be_is_told(problem):
     steps = polish_steps(problem, some(problem), **FEW)
-    assert length_hint(steps) == 4
+    assert length_hint(steps) == 2
     next(steps)
-    assert length_hint(steps) == 3
+    assert length_hint(steps) == 1
 
 
 @pytest.mark.cases(0)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from mgeo_attitude._typing import Floats
+from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.refine.at_time import AtTime
 from mgeo_attitude.refine.quasi_newton import minimizing
@@ -29,42 +30,55 @@ _WORST = 1e3
 
 @dataclass
 class Descent:
-    """One plan's values and slopes at a time [s], as functions of variables between -1 and 1.
+    """Plans' values and slopes at times [s], as functions of variables between -1 and 1.
 
     Variables are the rates over the greatest, and the shares that durations have of the time; they
     need not sum up to one.
+
+    Attributes
+    ----------
+    times : float or array, shape (n,)
+        Of each plan.
     """
 
     at: AtTime
-    time: float
+    times: float | Floats
     count: int
     _known: dict[bytes, tuple[Floats, Floats]] = field(default_factory=dict)
 
     @property
-    def steps(self) -> int:
-        """Of the model, which may be a coarse one."""
-        return min(max(round(self.time / self.at.model.step), 1), self.at.model.n_steps)
+    def steps(self) -> Ints:
+        """Of the model, which may be a coarse one, shape () or (n,)."""
+        steps = np.rint(np.asarray(self.times) / self.at.model.step).astype(np.int64)
+        found: Ints = np.clip(steps, 1, self.at.model.n_steps)
+        return found
 
     @property
     def bounds(self) -> Floats:
         """Least and greatest, shape (4 m, 2)."""
         return np.array([(-1.0, 1.0)] * (3 * self.count) + [(0.0, 1.0)] * self.count)
 
-    def variables(self, design: Floats) -> Floats:
-        """Of a design, shape (4 m,)."""
-        maneuvers = design.reshape(-1, VARIABLES_PER_MANEUVER)
-        rates = maneuvers[:, :3] / self.at.scenario.maneuvers.max_rate_deg_s
-        found = np.concatenate([rates.ravel(), maneuvers[:, 3] / self.time])
+    def of(self, rows: Ints | list[int]) -> Descent:
+        """Some of the plans."""
+        return Descent(self.at, np.asarray(self.times)[rows], self.count)
+
+    def variables(self, designs: Floats) -> Floats:
+        """Of a design, shape (4 m,), or of one for each time, shape (n, 4 m)."""
+        maneuvers = designs.reshape(*designs.shape[:-1], -1, VARIABLES_PER_MANEUVER)
+        rates = maneuvers[..., :3] / self.at.scenario.maneuvers.max_rate_deg_s
+        shares = maneuvers[..., 3] / np.asarray(self.times)[..., None]
+        found = np.concatenate([rates.reshape(*shares.shape[:-1], -1), shares], axis=-1)
         within: Floats = np.clip(found, *self.bounds.T)
         return within
 
     def designs(self, variables: Floats) -> Floats:
-        """Of rows of variables, shape (n, 4 m), which fill the time where they can."""
+        """Of rows of variables, shape (n, 4 m) or (4 m,), which fill the times where they can."""
         z = np.clip(np.atleast_2d(variables), *self.bounds.T)
         limits, n = self.at.scenario.maneuvers, len(z)
         rates = limits.max_rate_deg_s * z[:, : 3 * self.count].reshape(n, -1, 3)
         shares = z[:, 3 * self.count :] + _NOTHING
-        durations = self.time * shares / shares.sum(axis=1, keepdims=True)
+        times = np.broadcast_to(self.times, n)[:, None]
+        durations = times * shares / shares.sum(axis=1, keepdims=True)
         # what would be longer than a maneuver may be goes to those with room, by their room
         room = np.maximum(limits.max_duration - durations, 0.0)
         over = np.maximum(durations - limits.max_duration, 0.0).sum(axis=1, keepdims=True)
@@ -89,13 +103,15 @@ class Descent:
         """The same of rows of variables by one batch of the kernel, which costs less than each."""
         model, (n, size) = self.at.model, variables.shape
         smooth = model.slew_limits is None  # or else ramps begin on steps
+        times = np.broadcast_to(self.times, n)
         steps = np.full((n, size), _SMALL)
-        steps[:, 3 * self.count :] = (_PART if smooth else 1.0) * model.step / self.time
+        steps[:, 3 * self.count :] = (_PART if smooth else 1.0) * model.step / times[:, None]
         steps = np.where(variables + steps > self.bounds[:, 1], -steps, steps)
         tried = np.repeat(variables[:, None], 1 + size, axis=1)
         tried[:, 1:] += steps[:, :, None] * np.eye(size)
-        designs = self.designs(tried.reshape(-1, size))
-        value, excess = self.at.values(designs, self.steps, required=True, within_steps=True)
+        each = Descent(self.at, np.repeat(times, 1 + size), self.count)
+        designs = each.designs(tried.reshape(-1, size))
+        value, excess = self.at.values(designs, each.steps, required=True, within_steps=True)
         found = np.column_stack([np.minimum(value, _WORST), -_MARGIN - np.minimum(excess, _WORST)])
         found = found.reshape(n, 1 + size, -1)
         differences = found[:, 1:] - found[:, :1]
@@ -114,10 +130,12 @@ def descend(at: AtTime, designs: Floats, time: float, iterations: int) -> Floats
     designs : array, shape (n, 4 m)
         Whose maneuvers are over by then.
     """
-    problem = Descent(at, time, designs.shape[1] // VARIABLES_PER_MANEUVER)
-    begins = np.array([problem.variables(design) for design in designs])
+    count = designs.shape[1] // VARIABLES_PER_MANEUVER
+    problem = Descent(at, np.full(len(designs), time), count)
+    begins = problem.variables(designs)
     if at.limits or at.requirements:
-        ends = np.array([_within_limits(problem, z, iterations) for z in begins])
+        one = Descent(at, time, count)
+        ends = np.array([_within_limits(one, z, iterations) for z in begins])
     else:
         ends = _side_by_side(problem, begins, iterations)
     sound = np.isfinite(ends).all(axis=1)
@@ -126,28 +144,44 @@ def descend(at: AtTime, designs: Floats, time: float, iterations: int) -> Floats
     )
 
 
-def descend_from_best(at: AtTime, designs: Floats, time: float, iterations: int) -> Floats:
-    """The best that `descend` finds from several designs, shape (4 m,), without limits.
+def descend_from_best(
+    at: AtTime, designs: Floats, times: Floats, which: Ints, iterations: int
+) -> Floats:
+    """The best that `descend` finds from several designs for each of some times, without limits.
 
-    After a few points the better half of them goes on, and again until one is left.
+    All side by side. After a few points the better half of each time's goes on, and again until
+    one is left.
+
+    Parameters
+    ----------
+    designs : array, shape (n, 4 m)
+    times : array, shape (k,)
+    which : array of int, shape (n,)
+        The time of each design, ascending, all of them.
+
+    Returns
+    -------
+    array, shape (k, 4 m)
     """
-    problem = Descent(at, time, designs.shape[1] // VARIABLES_PER_MANEUVER)
-    begins = np.array([problem.variables(design) for design in designs])
-    ends = _side_by_side(problem, begins, iterations, _HALVED)
-    best: Floats = problem.designs(ends)[0]
-    return best
+    problem = Descent(at, times[which], designs.shape[1] // VARIABLES_PER_MANEUVER)
+    groups = [np.flatnonzero(which == k).tolist() for k in range(len(times))]
+    ends = _side_by_side(problem, problem.variables(designs), iterations, groups)
+    found: Floats = problem.designs(ends)[[group[0] for group in groups]]
+    return found
 
 
 def _side_by_side(
-    problem: Descent, begins: Floats, iterations: int, halved: int | None = None
+    problem: Descent, begins: Floats, iterations: int, groups: Sequence[list[int]] = ()
 ) -> Floats:
-    """Where each ends, or where the one does that is left if they are halved after some points."""
+    """Where each ends; of groups one that is left, and comes first, as they are halved."""
     ends, least = begins.copy(), np.full(len(begins), np.inf)
     ways = [minimizing(z, problem.bounds, iterations, _ENOUGH) for z in begins]
-    asked, left, points = {row: next(way) for row, way in enumerate(ways)}, [*range(len(ways))], 0
+    asked = {row: next(way) for row, way in enumerate(ways)}
+    points, halved = 0, _HALVED
     while asked:
-        values, slopes = problem.taken(np.array(list(asked.values())))
-        for row, value, slope in zip(list(asked), values[:, 0], slopes[:, 0], strict=True):
+        rows = list(asked)
+        values, slopes = problem.of(rows).taken(np.array(list(asked.values())))
+        for row, value, slope in zip(rows, values[:, 0], slopes[:, 0], strict=True):
             least[row] = min(least[row], value)
             try:
                 asked[row] = ways[row].send((float(value), slope))
@@ -155,11 +189,16 @@ def _side_by_side(
                 ends[row] = end.value
                 del asked[row]
         points += 1
-        if points == halved and len(left) > 1:
-            left = sorted(left, key=lambda row: least[row])[: len(left) // 2]
-            asked = {row: z for row, z in asked.items() if row in left}
+        if points == halved:
+            for group in groups:
+                group.sort(key=lambda row: least[row])
+                for row in group[max(len(group) // 2, 1) :]:
+                    asked.pop(row, None)
+                del group[max(len(group) // 2, 1) :]
             halved = math.ceil(_LONGER * halved)
-    return ends if halved is None else ends[[min(left, key=lambda row: least[row])]]
+    for group in groups:
+        group.sort(key=lambda row: least[row])
+    return ends
 
 
 def _within_limits(problem: Descent, z: Floats, iterations: int) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from functools import partial
 
@@ -25,37 +26,34 @@ from mgeo_attitude.refine.at_time import (
 )
 from mgeo_attitude.refine.front import Front
 from mgeo_attitude.refine.roughly import Roughly
-from mgeo_attitude.refine.splitting import split, without_unneeded
+from mgeo_attitude.refine.splitting import without_unneeded
 from mgeo_attitude.refine.starts import beam, until_converged
 
 #: Plans of a front that are polished, and iterations for each.
 MOST, ITERATIONS = 16, 48
-#: How many times as many, with as much less of them, follow between those.
-_BETWEEN = 2
-#: How much longer than the first of a front's plans, over their number, all of it takes.
-_STEPS = 1.4
-#: From how many plans each of the former, and of the latter, is begun; beams are for the former.
-_BEGUN = 8, 4
-#: Stages of a beam, as a share of the number of maneuvers; levels of rates, its width, and how much
-#: shorter stages become.
-Beam = tuple[float, int, int, float]
-_BEAMS: tuple[Beam, ...] = (
-    (1.0, 2, 100, 1.0),
-    (0.8, 2, 60, 1.0),
-    (0.6, 2, 60, 1.0),
-    (1.0, 3, 60, 1.0),
-    (1.0, 3, 60, 0.8),
-)
-#: Every which of a beam's plans is a begin.
-_OF_BEAM = 10
+#: Of these so many are polished side by side, which takes less than one by one: a step.
+_TOGETHER = 4
+#: How much longer than the first step, over the number of plans, all of it takes.
+_STEPS = 0.5
+#: Levels of rates of a beam, its width, and how much shorter stages become: early plans want wide
+#: ones of greatest rates, late ones stages that become shorter.
+Beam = tuple[int, int, float]
+_BEAMS: tuple[Beam, ...] = ((2, 200, 1.0), (3, 15, 0.9), (3, 15, 0.8))
+#: How many of a beam's plans are begins.
+_OF_BEAM = 8
+#: Of the plans that are polished first, and of those between them: from how many each is begun, its
+#: share of the iterations, and beams.
+_ROUNDS: tuple[tuple[int, float, tuple[Beam, ...]], ...] = ((6, 0.7, _BEAMS), (4, 0.5, ()))
 #: Of plans with rates held after them, those judged over flights, and those tried at other times.
 _FLOWN, _HELD = 4, 6
 #: How many of the polished plans are tried at another time, and how many of what comes of them.
 _TRIED, _TAKEN = 5, 2
+#: By how much of a step a time is late that is on a step but for rounding.
+_EARLY = 1e-6
 #: Share of the longest run before which plans are not polished.
 _EARLIEST = 0.02
 #: Ratio of the times of plans between which others are added.
-_RATIO = 1.015
+_RATIO = 1.01
 #: Polished plans from which others begin.
 _NEAREST = 3
 
@@ -65,9 +63,10 @@ def polish(
 ) -> Floats:
     """Plans that end no later than those given and know more then, row by row.
 
-    Of a front, `most` plans at even ratios of their times are polished, in the order of these. Each
-    begins from the best of itself, those before and beams (`starts.beam`); then twice as many
-    between them, without beams and with half of the iterations. By the rule "trace" of convergence
+    Of a front, `most` plans at even ratios of their times are polished, in the order of these, a
+    few side by side. Each begins from the best of itself, those before and beams (`starts.beam`);
+    then those between them, without beams and with fewer iterations. By the rule "trace" of
+    convergence
     what is polished is what a plan knows a window before its end; then it holds a rate by which the
     rule finds it converged. What is found is tried at the times of all others, too, and at last
     maneuvers that are of no use are left out. A row for which nothing better was found, or that
@@ -159,31 +158,31 @@ def _tables(
     flown = problem.scenario.flight is not None
     front = Front(in_order, found, _RATIO if more else np.inf)
     learned: list[Floats] = []
+    new: dict[bytes, list[Floats]] = {}  # of each start
+    roughs: dict[bytes, Roughly] = {}
     done: set[int] = set()
-    roughs: dict[bytes, Roughly] = {}  # of each start
-    sizes = (most, iterations), (_BETWEEN * most, -(-iterations // _BETWEEN))
-    for (rows, each), tried, beams in zip(sizes, _BEGUN, (_BEAMS, ()), strict=True):
-        new: dict[bytes, list[Floats]] = {}
-        for row in _spread(at, front, rows):
-            ends = _learning(at, front.times[row])
-            if ends is None or row in done:
-                continue
-            (plan,), (start,) = parts(problem, front.X[[row]])
-            key = start.tobytes()
-            if key not in roughs:
-                roughs[key] = Roughly(at_time(problem, name, start))
-            begins = _begins(roughs[key], plan, learned, ends, beams)
-            learned.append(roughs[key].descended(begins, ends, each, tried))
+    for between, (tried, share, beams) in enumerate(_ROUNDS):
+        rows = [row for row in _spread(at, front, most, bool(between)) if row not in done]
+        done.update(rows)
+        for key, own in _alike(problem, name, front, rows, roughs):
+            plans, begun = parts(problem, front.X[own])
+            start, roughly = begun[0], roughs[key]
+            ends = np.array([_learning(at, front.times[row]) for row in own])
+            begins = [
+                _begins(roughly, plan, learned, until, beams)
+                for plan, until in zip(plans, ends, strict=True)
+            ]
+            better = roughly.descended(begins, ends, max(round(share * iterations), 1), tried)
+            learned += list(better)
             of_start = None if flown else partial(_judged_with, in_order, start)
-            better = begins_with(_ended(roughs[key].exact, learned[-1], of_start), start)
-            front.take(better[:_FLOWN] if flown else better)
-            new.setdefault(key, []).extend(better[:_HELD])
-            done.add(int(row))
+            held = [begins_with(_ended(roughly.exact, each, of_start), start) for each in better]
+            front.take(np.vstack([each[:_FLOWN] if flown else each for each in held]))
+            new.setdefault(key, []).extend(np.vstack([each[:_HELD] for each in held]))
             yield front.plans
-        for key, plans in new.items():
-            if not flown:
-                front.take(_at_other_times(roughs[key], np.array(plans), front.times))
-                yield front.plans
+    for key, ended in new.items():
+        if not flown:
+            front.take(_at_other_times(roughs[key], np.array(ended), front.times))
+            yield front.plans
     front.settle()
     yield front.plans
     if learned and not flown:
@@ -191,19 +190,41 @@ def _tables(
         yield without_unneeded(problem, front.plans, few)
 
 
-def _spread(at: AtTime, front: Front, most: int) -> Ints:
-    """Rows that learn until times at about even ratios, the earliest first, at most so many."""
+def _alike(
+    problem: PlanProblem, name: str, front: Front, rows: list[int], roughs: dict[bytes, Roughly]
+) -> list[tuple[bytes, list[int]]]:
+    """Rows, and their start, that are polished side by side: of one start and as few samples."""
+    groups: dict[tuple[bytes, int], list[int]] = {}
+    for row in rows:
+        (start,) = parts(problem, front.X[[row]])[1]
+        key = start.tobytes()
+        if key not in roughs:
+            roughs[key] = Roughly(at_time(problem, name, start))
+        few = roughs[key].every(_learning(roughs[key].exact, front.times[row]) or 0.0)
+        groups.setdefault((key, few), []).append(row)
+    return [
+        (key, own[first : first + _TOGETHER])
+        for (key, _), own in groups.items()
+        for first in range(0, len(own), _TOGETHER)
+    ]
+
+
+def _spread(at: AtTime, front: Front, most: int, between: bool) -> list[int]:
+    """Rows that learn until times at about even ratios, the earliest first.
+
+    At most so many; and as many, less one, `between` them.
+    """
     rows = front.rows
     times = front.times[rows]
     learning = np.array([_learning(at, time) or 0.0 for time in times])
     known = np.flatnonzero((learning > 0.0) & (times >= _EARLIEST * at.model.longest))
     if not len(known):
-        return rows[known]
+        return []
     known = known[np.argsort(times[known], kind="stable")]
     order, logs = rows[known], np.log(learning[known])
-    asked = np.linspace(logs[0], logs[-1], most)
+    asked = np.linspace(logs[0], logs[-1], 2 * most - 1)[int(between) :: 2]
     nearest = np.unique(np.abs(logs[:, None] - asked).argmin(axis=0))
-    found: Ints = order[nearest]
+    found: list[int] = order[nearest].tolist()
     return found
 
 
@@ -216,7 +237,8 @@ def _learning(at: AtTime, t_end: float) -> float | None:
     """Until when a plan that ends at a time [s] learns; None if there is nothing of it."""
     if not np.isfinite(t_end):
         return None
-    steps = round(t_end / at.model.step) - (at.model.window_steps if _holds(at) else 0)
+    steps = math.floor(t_end / at.model.step + _EARLY)
+    steps -= at.model.window_steps if _holds(at) else 0
     return steps * at.model.step if steps >= 2 else None
 
 
@@ -228,10 +250,9 @@ def _begins(
     count = design.size // VARIABLES_PER_MANEUVER - _holds(at)
     longest = at.scenario.maneuvers.max_duration
     found = [ending_at(design[None, : VARIABLES_PER_MANEUVER * count], time, longest)]
-    for share, levels, width, shorter in beams:
-        n = max(round(share * count), 1)
-        plans = beam(roughly.at(time), n, time, levels, width, shorter)
-        found.append(split(plans[::_OF_BEAM], count))
+    for levels, width, shorter in beams:
+        plans = beam(roughly.at(time), count, time, levels, width, shorter)
+        found.append(plans[:: -(-len(plans) // _OF_BEAM)])
     if learned:
         plans = np.array(learned)
         found.append(_ending_then(at, plans[_nearest(at, plans, time, _NEAREST)], time))

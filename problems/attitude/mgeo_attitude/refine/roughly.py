@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -30,14 +31,18 @@ class Roughly:
 
     def at(self, time: float) -> AtTime:
         """That for a time [s]."""
-        model, rate = self.exact.model, self.exact.scenario.maneuvers.max_rate_deg_s
-        most = min(time / model.step / _SAMPLES, _TURN_DEG / (rate * model.step))
-        every = next((each for each in _EVERY if each <= most), 1)
+        model, every = self.exact.model, self.every(time)
         if every not in self._known:
             self._known[every] = dataclasses.replace(
                 self.exact, model=thinned(model, every), threads=1
             )
         return self._known[every]
+
+    def every(self, time: float) -> int:
+        """Of how many samples one is taken for a time [s]."""
+        model, rate = self.exact.model, self.exact.scenario.maneuvers.max_rate_deg_s
+        most = min(time / model.step / _SAMPLES, _TURN_DEG / (rate * model.step))
+        return next((each for each in _EVERY if each <= most), 1)
 
     def steps(self, time: float) -> int:
         """Of the few samples until a time [s]."""
@@ -67,16 +72,33 @@ class Roughly:
         found: Ints = order[places < most]
         return found
 
-    def descended(self, begins: Floats, time: float, iterations: int, most: int) -> Floats:
-        """The best that is found from some designs, shape (k, 4 m), in so many iterations.
+    def descended(
+        self, begins: Sequence[Floats], times: Floats, iterations: int, most: int
+    ) -> Floats:
+        """The best found from some designs, shape (k, 4 m), for each of n times, shape (n, 4 m).
 
-        At `most` so many are tried, those that are best at the time [s]; and with more iterations
-        the better half of them, until it is one.
+        For each time [s] at `most` so many are tried, those that are best then; and with more
+        iterations the better half of them, until it is one.
         """
-        at, steps = self.at(time), self.steps(time)
-        tried, share = at.best(begins, steps, most, within_steps=True), _SHARE
-        if not (self.exact.limits or self.exact.requirements):
-            return descend_from_best(at, tried, time, iterations)
+        found = np.empty((len(times), begins[0].shape[1]))
+        samplings = [self.at(time) for time in times]
+        for at in self._known.values():
+            rows = [row for row, each in enumerate(samplings) if each is at]
+            tried = [
+                at.best(begins[row], self.steps(times[row]), most, within_steps=True)
+                for row in rows
+            ]
+            if self.exact.limits or self.exact.requirements:
+                for row, each in zip(rows, tried, strict=True):
+                    found[row] = self._within_limits(each, times[row], iterations)
+            elif rows:
+                which = np.repeat(np.arange(len(rows)), [len(each) for each in tried])
+                designs = np.vstack(tried)
+                found[rows] = descend_from_best(at, designs, times[rows], which, iterations)
+        return found
+
+    def _within_limits(self, tried: Floats, time: float, iterations: int) -> Floats:
+        at, steps, share = self.at(time), self.steps(time), _SHARE
         while len(tried) > 1:
             each = max(round(share * iterations), 1)
             tried = descend(at, tried, time, each)
