@@ -35,15 +35,18 @@ MOST, ITERATIONS = 16, 48
 _TOGETHER = 4
 #: How much longer than the first step, over the number of plans, all of it takes.
 _STEPS = 0.5
-#: Levels of rates of a beam, its width, and how much shorter stages become: early plans want wide
-#: ones of greatest rates, late ones stages that become shorter.
+#: Levels of rates of a beam, its width, and how much shorter stages become.
 Beam = tuple[int, int, float]
-_BEAMS: tuple[Beam, ...] = ((2, 200, 1.0), (3, 15, 0.9), (3, 15, 0.8))
+#: Those of plans of at most so many turns at the greatest rate, which want wide ones of that rate,
+#: and of longer ones, which want stages that become shorter.
+_TURNS = 4.0
+_EARLY_BEAMS: tuple[Beam, ...] = ((2, 200, 1.0), (3, 15, 0.9))
+_LATE_BEAMS: tuple[Beam, ...] = ((3, 15, 0.9), (3, 15, 0.8))
 #: How many of a beam's plans are begins.
 _OF_BEAM = 8
 #: Of the plans that are polished first, and of those between them: from how many each is begun, its
-#: share of the iterations, and beams.
-_ROUNDS: tuple[tuple[int, float, tuple[Beam, ...]], ...] = ((6, 0.7, _BEAMS), (4, 0.5, ()))
+#: share of the iterations, and whether from beams.
+_ROUNDS = (6, 0.7, True), (4, 0.5, False)
 #: Of plans with rates held after them, those judged over flights, and those tried at other times.
 _FLOWN, _HELD = 4, 6
 #: How many of the polished plans are tried at another time, and how many of what comes of them.
@@ -169,7 +172,7 @@ def _tables(
             start, roughly = begun[0], roughs[key]
             ends = np.array([_learning(at, front.times[row]) for row in own])
             begins = [
-                _begins(roughly, plan, learned, until, beams)
+                _begins(roughly, plan, learned, until, _beams(at, until) if beams else ())
                 for plan, until in zip(plans, ends, strict=True)
             ]
             better = roughly.descended(begins, ends, max(round(share * iterations), 1), tried)
@@ -240,6 +243,12 @@ def _learning(at: AtTime, t_end: float) -> float | None:
     steps = math.floor(t_end / at.model.step + _EARLY)
     steps -= at.model.window_steps if _holds(at) else 0
     return steps * at.model.step if steps >= 2 else None
+
+
+def _beams(at: AtTime, time: float) -> tuple[Beam, ...]:
+    """That plans for a time [s] begin from."""
+    turns = at.scenario.maneuvers.max_rate_deg_s * time / 360.0
+    return _EARLY_BEAMS if turns <= _TURNS else _LATE_BEAMS
 
 
 def _begins(
