@@ -178,7 +178,10 @@ def _tables(
             better = roughly.descended(begins, ends, max(round(share * iterations), 1), tried)
             learned += list(better)
             of_start = None if flown else partial(_judged_with, in_order, start)
-            held = [begins_with(_ended(roughly.exact, each, of_start), start) for each in better]
+            held = [
+                begins_with(_ended(roughly, each, until, of_start), start)
+                for each, until in zip(better, ends, strict=True)
+            ]
             front.take(np.vstack([each[:_FLOWN] if flown else each for each in held]))
             new.setdefault(key, []).extend(np.vstack([each[:_HELD] for each in held]))
             yield front.plans
@@ -289,9 +292,11 @@ def _nearest(at: AtTime, plans: Floats, time: float, most: int) -> Ints:
     return rows
 
 
-def _ended(at: AtTime, learned: Floats, judge: Judge | None) -> Floats:
-    """What is learned, with rates held until the filter has converged."""
-    return until_converged(at, learned, judge) if _holds(at) else learned[None]
+def _ended(roughly: Roughly, learned: Floats, time: float, judge: Judge | None) -> Floats:
+    """What is learned until a time [s], with rates held until the filter has converged."""
+    if not _holds(roughly.exact):
+        return learned[None]
+    return until_converged(roughly.exact, learned, judge, roughly.at(time))
 
 
 def _judged_with(judge: Judge, start: Floats, maneuvers: Floats) -> tuple[Floats, Floats]:

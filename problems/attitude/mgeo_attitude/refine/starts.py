@@ -13,6 +13,8 @@ from mgeo_attitude.scenario.actuators import slew_limits
 
 #: Rates about each axis, from the greatest backward to the greatest forward.
 _LEVELS = 7
+#: Share by which few samples are wrong of a trace.
+_HARDLY = 0.02
 #: Stages shorter than this many steps are not worth a maneuver.
 _SHORTEST = 5
 
@@ -23,16 +25,21 @@ def rate_grid(greatest: float, n_levels: int = _LEVELS) -> Floats:
     return np.stack(np.meshgrid(levels, levels, levels), axis=-1).reshape(-1, 3)
 
 
-def until_converged(at: AtTime, design: Floats, judge: Judge | None = None) -> Floats:
+def until_converged(
+    at: AtTime, design: Floats, judge: Judge | None = None, few: AtTime | None = None
+) -> Floats:
     """A design, shape (4 m,), with rates held after it, shape (k, 4 (m + 1)), from k = 1.
 
     Of the rates of `rate_grid` those by which it converges and knows more than by any by which it
     does so sooner, as it is judged, or else by the trace; first those by which it takes about the
-    window of the rule, as what they teach then is as little as the rule allows.
+    window of the rule, as what they teach then is as little as the rule allows. Those that a `few`
+    samples say to teach far less are not judged.
     """
     last = rate_grid(at.scenario.maneuvers.max_rate_deg_s)
     before = np.broadcast_to(design, (len(last), len(design)))
     held = np.hstack([before, last, np.zeros((len(last), 1))])
+    if few is not None:
+        held = held[_nearly_soonest(few.converging(held)[0])]
     F, violation = (judge or at.converging)(held)
     rows = _soonest(F, violation)
     late = np.abs(F[rows, 0] - durations_of(design).sum() - at.model.step * at.model.window_steps)
@@ -146,3 +153,11 @@ def _soonest(F: Floats, violation: Floats) -> Ints:
     least = np.minimum.accumulate(np.nan_to_num(F[order, 1], nan=np.inf))
     rows: Ints = order[np.diff(least, prepend=np.inf) < 0.0]
     return rows if len(rows) else order[:1]
+
+
+def _nearly_soonest(F: Floats) -> Ints:
+    """Rows that know nearly as much as all that converge sooner, F as in `_soonest`."""
+    order = np.lexsort((F[:, 1], F[:, 0]))
+    known = np.nan_to_num(F[order, 1], nan=np.inf)
+    rows: Ints = order[known <= (1.0 + _HARDLY) * np.minimum.accumulate(known)]
+    return np.sort(rows)
