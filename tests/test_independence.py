@@ -105,5 +105,8 @@ from mgeo_calibration import calibrate
 
 rooms = {f"mgeo_calibration.{room}" for room in ("flight", "simulation", "commands")}
 assert not {"mgeo.algorithms", file, *rooms} & {*sys.modules}
+import mgeo.cli.report
+
+assert not {"mgeo.algorithms", "mgeo.studies"} & {*sys.modules}
 """
-    assert loaded(f"{code}AttitudeManeuverProblem, Scenario, calibrate", "typer") == "[]"
+    assert loaded(f"{code}AttitudeManeuverProblem, Scenario, calibrate", "mgeo_suite") == "[]"

@@ -10,6 +10,7 @@ from mgeo.cli.output import Output
 from mgeo.report import StaticExportError, compare_html, report_html, static_figures
 from mgeo.report.static import drawn, shaped
 from mgeo.store.atomic import check_writable, write_file, write_files
+from mgeo.store.run_folder import STUDY_FILE
 
 REPORT_FILE = "report.html"
 FIGURES_FOLDER = "figures"
@@ -105,9 +106,7 @@ def _check_page(path: Path, out: Path | None) -> None:
 
 def is_study(folder: Path) -> bool:
     """Whether a folder is that of a study, which has a report already."""
-    from mgeo.studies.stored import OWNER
-
-    return (folder / OWNER).is_file()
+    return (folder / STUDY_FILE).is_file()
 
 
 def write_study_figures(

@@ -29,6 +29,8 @@ RUN_FILE, FRONT_FILE, FIGURE_FILE = "run.json", "front.csv", "front.html"
 CHECKPOINT_FILE, RECORD_FOLDER = "run.checkpoint", "evaluations"
 #: What comes nearest to the constraints, of a run that found nothing that keeps them.
 NEAREST_FILE = "nearest.csv"
+#: In a study's folder, which holds runs: its problems and algorithms, see `mgeo.studies.stored`.
+STUDY_FILE = "study.json"
 #: In which a problem's own tools prove a solution of the front, see `mgeo.report.build`.
 VERIFICATION_FILES = "verification*.json"
 #: Keys by which such a file says what it is about.

@@ -18,6 +18,7 @@ from mgeo.store.atomic import to_json, write_files
 from mgeo.store.lock import lock
 from mgeo.store.provenance import difference
 from mgeo.store.reading import read_json
+from mgeo.store.run_folder import STUDY_FILE
 from mgeo.store.study_run import StudyRun
 from mgeo.store.tables import read_texts, to_csv
 from mgeo.studies.comparison import Comparison
@@ -34,7 +35,6 @@ TABLE, FINAL, RUNS, FRONTS = "table.csv", "final.csv", "runs.csv", "fronts.csv"
 PROVENANCE = "provenance.json"
 _INTEGERS = ("seed", "failed_evaluations", "evaluations", "points")
 
-OWNER = "study.json"  # problems and algorithms of the study that a folder belongs to
 TEXT = "study.toml"
 
 
@@ -94,7 +94,7 @@ def read_comparison(folder: Path | str, *, named: Collection[str] = ()) -> Compa
     folder = Path(folder)
     path = folder / PROVENANCE
     if not path.is_file():
-        several = " of one problem: see read_comparisons" if (folder / OWNER).is_file() else ""
+        several = " of one problem: see read_comparisons" if (folder / STUDY_FILE).is_file() else ""
         raise FileNotFoundError(f"{folder} holds no comparison{several}: there is no {PROVENANCE}")
     data = read_json(path)
     with errors_of(path):
@@ -141,9 +141,9 @@ def read_comparisons(folder: Path | str, *, named: Collection[str] = ()) -> dict
     >>> comparisons["zdt1"].order()  # doctest: +SKIP
     """
     folder = Path(folder)
-    path = folder / OWNER
+    path = folder / STUDY_FILE
     if not path.is_file():
-        raise FileNotFoundError(f"{folder} holds no study: there is no {OWNER}")
+        raise FileNotFoundError(f"{folder} holds no study: there is no {STUDY_FILE}")
     data = read_json(path)
     with errors_of(path):
         labels = list(entry(data, "problems", dict))
@@ -268,7 +268,7 @@ def claim(folder: Path, study: Study) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     with lock(folder):
         check(folder, study)
-        write_files(folder, {TEXT: study.text.encode(), OWNER: content})
+        write_files(folder, {TEXT: study.text.encode(), STUDY_FILE: content})
 
 
 def check(folder: Path, study: Study) -> None:
@@ -280,7 +280,7 @@ def check(folder: Path, study: Study) -> None:
         See `claim`.
     """
     wanted = json.loads(_content(study))
-    path = folder / OWNER
+    path = folder / STUDY_FILE
     try:
         found = read_json(path)
     except FileNotFoundError:
@@ -290,7 +290,7 @@ def check(folder: Path, study: Study) -> None:
     if text := _difference(owner, wanted):
         raise ValueError(
             f"{folder} belongs to another study: {text}; expected the problems and algorithms "
-            f"in its {OWNER}, perhaps with more of them, or another folder"
+            f"in its {STUDY_FILE}, perhaps with more of them, or another folder"
         )
 
 
