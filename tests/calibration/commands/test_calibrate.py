@@ -154,7 +154,8 @@ inertia = [0.185, 0.144, 0.061]
     for plan, name in (("[]", "no maneuver"), (tmp_path / "nothing.json", "nothing.json")):
         arguments = ("--scenario", tmp_path / "s.toml", "--plan", plan)
         shown = run("calibrate", tmp_path / "t.csv", *arguments).stdout
-        printed = table(shown, f"1-sigma that the plan predicted for 600 s, and achieved: {name}")
+        title = f"1-sigma that the plan predicted for 600 s, flown exactly, and achieved: {name}"
+        printed = table(shown, title)
         assert printed["mag bias x"][1] == f"{expected.loc['mag bias x', 'predicted']:.4g}"
 
 
