@@ -24,6 +24,8 @@ COMPILED = (
     *(f"tests/{name}/" for name in ("attitude", "benchmarks", "calibration", "campaign", "suite")),
     *(f"tests/{name}.py" for name in ("docs/test_pages", "test_old_files", "test_readme")),
 )
+#: They compile, too, and take longest: the first of those that do.
+PAGES = ("tests/docs/test_reference", "tests/test_docs_", "tests/test_plans_doc")
 
 # a busy machine is no fault of a test
 settings.register_profile(
@@ -56,7 +58,9 @@ def _mark_cases(items):
 
 
 def _turn(nodeid):
-    return 0 if nodeid.startswith(COMPILES) else 1 + nodeid.startswith(COMPILED)
+    if nodeid.startswith(COMPILES):
+        return 0
+    return 2 if nodeid.startswith(PAGES) else 1 + 2 * nodeid.startswith(COMPILED)
 
 
 def _cover_each_test_once(items):
