@@ -69,11 +69,10 @@ def polish(
     Of a front, `most` plans at even ratios of their times are polished, in the order of these, a
     few side by side. Each begins from the best of itself, those before and beams (`starts.beam`);
     then those between them, without beams and with fewer iterations. By the rule "trace" of
-    convergence
-    what is polished is what a plan knows a window before its end; then it holds a rate by which the
-    rule finds it converged. What is found is tried at the times of all others, too, and at last
-    maneuvers that are of no use are left out. A row for which nothing better was found, or that
-    would break a limit, stays as it is.
+    convergence what is polished is what a plan knows a window before its end; then it holds a rate
+    by which the rule finds it converged. What is found is tried at the times of all others, too,
+    and at last maneuvers that are of no use are left out. A row for which nothing better was found,
+    or that would break a limit, stays as it is.
 
     Where plans are judged over flights, slopes are those of plans flown exactly; the flights tell
     whether what is found is better.
