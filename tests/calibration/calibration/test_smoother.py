@@ -422,7 +422,7 @@ def test_the_optimum_is_that_of_scipys_optimizer(sun):
     np.testing.assert_allclose(moved[3 * N :], 0.0, atol=1e-4)
 
 
-@pytest.mark.cases(2)
+@pytest.mark.cases(0)
 @pytest.mark.parametrize(
     "name",
     [
