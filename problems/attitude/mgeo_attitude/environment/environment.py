@@ -180,11 +180,7 @@ class Environment:
         """
         if self.epoch is None:
             return dipole_gradient(self.position, self.field)
-        to_itrs = gcrs_to_itrs(instants(self.epoch, self.times))
-        date = _middle(self.epoch, self.times)
-        found = field_gradient(rotate(to_itrs, self.position), date)
-        turned: Floats = np.swapaxes(to_itrs, 1, 2) @ found @ to_itrs
-        return turned
+        return _field_gradient(self.epoch, _bytes(self.times), _bytes(self.position))
 
     @property
     def field_tesla(self) -> Floats:
@@ -245,3 +241,15 @@ def _sun_and_field(
     for table in found:
         table.flags.writeable = False  # all who ask share it
     return found
+
+
+# Each magnetometer asks for it, too.
+@lru_cache(maxsize=16)
+def _field_gradient(epoch: datetime, times: bytes, position: bytes) -> Floats:
+    """`Environment.field_gradient` of IGRF."""
+    after, where = np.frombuffer(times), np.frombuffer(position).reshape(-1, 3)
+    to_itrs = gcrs_to_itrs(instants(epoch, after))
+    found = field_gradient(rotate(to_itrs, where), _middle(epoch, after))
+    turned: Floats = np.swapaxes(to_itrs, 1, 2) @ found @ to_itrs
+    turned.flags.writeable = False
+    return turned

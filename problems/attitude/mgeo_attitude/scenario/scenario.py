@@ -196,7 +196,7 @@ class Scenario(Validated):
 
     def turning(self, field: Floats, attitude: Floats, rate: Floats) -> Turning:
         """What turns it from an attitude and a rate, with coils along a field [T], GCRS."""
-        if self.coils is not None and self.wheels is None:
+        if self.coils is not None and self.turned_by_coils:
             return self.coils.drive(field, attitude, rate)
         return slew_limits(self.maneuvers, self.wheels, rate)
 
