@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mgeo_attitude._typing import Bools, Floats, Ints
+from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.bound import LimitCurves, NoLimit
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.settings import RequiredSigma
@@ -84,22 +84,29 @@ def impossible(problem: ManeuverProblem) -> list[str]:
     return lines
 
 
-def remarks(plans: Plans, these: str, rows: Ints) -> list[str]:
-    """How near plans come to the limit, flown exactly; `rows` are their numbers on the front."""
+def remarks(plans: Plans, some: Plans, these: str) -> list[str]:
+    """How near the plan of a front that is shown first comes to the limit, and `some` others.
+
+    All are flown exactly.
+    """
+    from mgeo.runs.answer import default_solution
+
+    problem = plans.problem
     try:
-        found = plans.problem.limit_curves
+        found = problem.limit_curves
     except NoLimit as reason:
         return [f"how good a plan can be at best is not known: {reason}"]
-    result = plans.exactly
-    least = found.at(result.t_end)
-    ratios = result.trace / least
-    if np.isnan(ratios).all():
+    ratios = some.exactly.trace / found.at(some.exactly.t_end)
+    rows = np.flatnonzero(np.isfinite(plans.promised).all(axis=1))
+    if not len(rows) or np.isnan(ratios).all():
         return []
-    best = int(np.nanargmin(ratios))
+    row = int(rows[default_solution(problem, plans.promised[rows]).row])
+    shown = plans.take([row]).exactly
+    (least,) = found.at(shown.t_end)
     return [
-        f"no maneuver can have a trace of less than {least[best]:.3g} after "
-        f"{span(result.t_end[best])}: solution {rows[best]} has {ratios[best]:.2f} times that "
-        f"limit, half of {these} have {np.nanmedian(ratios):.2f} times theirs or less"
+        f"no maneuver can have a trace of less than {least:.3g} after {span(shown.t_end[0])}: "
+        f"solution {row} has {shown.trace[0] / least:.2f} times that limit, half of {these} have "
+        f"{np.nanmedian(ratios):.2f} times theirs or less"
     ]
 
 

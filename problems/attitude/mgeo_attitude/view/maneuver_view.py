@@ -80,7 +80,7 @@ class ManeuverView(Plans):
             *margins.remarks(some, these),
             *_late_ends(some, these),
             *requirements.remarks(some, these),
-            *at_best.remarks(some, these, rows),
+            *at_best.remarks(self, some, these),
             *self.notes(),
         ]
 
