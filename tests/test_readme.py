@@ -32,7 +32,7 @@ def test_the_python_code_runs(monkeypatch, capsys):
     shown = []
     monkeypatch.setattr(go.Figure, "show", lambda figure: shown.append(figure))
     exec(code.replace("20_000", "1_080"), {})
-    assert "9 of 10 Monte Carlo samples converge within" in capsys.readouterr().out
+    assert "9 of 10 Monte Carlo samples keep attitude" in capsys.readouterr().out
     assert len(shown) == 1
 
 

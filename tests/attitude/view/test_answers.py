@@ -1,6 +1,5 @@
 """The line that a plan comes to, against the slow filter's run of it."""
 
-import dataclasses
 import re
 
 import numpy as np
@@ -17,7 +16,8 @@ DEG = 180.0 / np.pi
 
 @pytest.fixture(scope="module")
 def problem():
-    return AttitudeManeuverProblem(dataclasses.replace(Scenario.cubesat_6u(), step=4.0))
+    table = {"preset": "cubesat_6u", "step": 4.0, "convergence": {"rule": "trace"}}
+    return AttitudeManeuverProblem(Scenario.from_dict(table))
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +53,19 @@ def test_numbers_are_those_of_the_reference_filter(problem, X):
 def test_a_plan_says_the_same(problem, X):
     for x, line in zip(X, problem.view(X).answers(), strict=True):
         assert ManeuverPlan.from_design(problem, x).answer == line
+
+
+def test_where_the_end_is_the_plans_own_what_is_kept_is_how_well_the_attitude_is_known():
+    scenario = Scenario.from_dict(
+        {"preset": "cubesat_6u", "duration": 600.0, "maneuvers": {"count": 1}}
+    )
+    view = AttitudeManeuverProblem(scenario).view([[1.0, 0.2, -0.5, 60.0], [1.0, 0.2, -0.5, 599.0]])
+    assert view.exactly.t_end.tolist() == [60.0, 599.0]
+    for line, kept in zip(view.answers(), view.kept_sigma_deg, strict=True):
+        assert line.endswith(f"; 9 of 10 Monte Carlo samples keep attitude {two_digits(kept)} deg")
+        assert "converge" not in line
+    ratio = view.promises()["kept / promised trace [-]"]
+    assert f"trace [-] of these samples is {ratio.median():.3g} times" in view.remarks()[0]
 
 
 def test_what_did_not_converge_or_broke_down_says_so():

@@ -26,6 +26,8 @@ def print_plan(picked: Picked, output: Output) -> None:
     """Print everything that fits a terminal."""
     plan = picked.plan
     ended = "converged" if plan.history.converged else "not converged at the end of the run,"
+    if plan.problem.model.rule == "end":
+        ended = "ended"
     if plan.scenario.flight:
         ended = f"flown exactly, {ended}"
     orbits = plan.t_end / plan.scenario.orbit.period

@@ -26,7 +26,7 @@ from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.trajectory import SlewBack, Trajectory
 from mgeo_attitude.view import ManeuverView, at_best, observability
-from mgeo_attitude.view.describe import answer, overrun, span
+from mgeo_attitude.view.describe import span
 from mgeo_attitude.view.plans import Times
 
 #: Share of an initial 1-sigma from which on an error counts as not calibrated.
@@ -164,12 +164,8 @@ class ManeuverPlan(Validated):
     @property
     def answer(self) -> str:
         """What the plan is worth, in one line; see `describe.answer`."""
-        history = self.history
-        suite = self.problem.model.suite
-        (end,) = self.view.ends
-        beyond = overrun(float(end), self.scenario.duration)
-        known = self.sigma, history.converged, self.over_flights, beyond
-        return answer(suite, self.t_end, *known, self.scenario.turned_by_coils)
+        (answer,) = self.view.answers()
+        return answer
 
     @property
     def over_flights(self) -> Times:

@@ -28,18 +28,21 @@ def answers(plans: Plans) -> list[str]:
     """The `answer` of each plan."""
     model, duration = plans.problem.model, plans.problem.scenario.duration
     t_ends, coils = plans.exactly.t_end, plans.problem.scenario.turned_by_coils
-    found = zip(t_ends.tolist(), plans.sigma, plans.times, plans.ends.tolist(), strict=True)
+    by_design = model.rule == "end"
+    kept = plans.kept_sigma_deg.tolist() if by_design else [None] * len(t_ends)
+    found = zip(t_ends.tolist(), plans.sigma, plans.times, plans.ends.tolist(), kept, strict=True)
     return [
         answer(
             model.suite,
             t_end,
             sigma,
-            t_end < model.longest,
+            by_design or t_end < model.longest,
             over_flights,
             overrun(end, duration),
             coils,
+            sigma_deg,
         )
-        for t_end, sigma, over_flights, end in found
+        for t_end, sigma, over_flights, end, sigma_deg in found
     ]
 
 
@@ -51,6 +54,7 @@ def answer(
     over_flights: Times = UNKNOWN,
     beyond: str | None = None,
     of_flights: bool = False,
+    kept_sigma_deg: float | None = None,
 ) -> str:
     """Time to converge, and the 1-sigma of the worst body axis of the attitude and of each bias.
 
@@ -68,6 +72,9 @@ def answer(
         That the plan ends after the scenario's duration, see `overrun`.
     of_flights : bool
         Whether the 1-sigmas are those of flights, see `Plans.sigma`.
+    kept_sigma_deg : float, optional
+        1-sigma of the attitude that most flights keep [deg], told where a plan's end is its own and
+        not the filter's.
     """
     if not math.isfinite(t_end):
         return "the filter's covariance lost positivity"
@@ -79,6 +86,8 @@ def answer(
     known = f"{', '.join(parts)} (1-sigma{flights}, worst body axis)"
     kept, promised = over_flights
     late = None if kept is None else within(kept)
+    if kept_sigma_deg is not None and math.isfinite(kept_sigma_deg):
+        late = f"{MOST_SAMPLES} keep attitude {two_digits(kept_sigma_deg)} deg"
     if promised is not None:
         own = f"robust time {span(promised)}" if promised < math.inf else "no robust time"
         after = f"{span(t_end)}, then" if converged else f"not converged, after {span(t_end)}"

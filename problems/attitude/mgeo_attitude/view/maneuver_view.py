@@ -147,7 +147,8 @@ class ManeuverView(Plans):
 
 def _promises_kept(plans: Plans, these: str) -> list[str]:
     """How many plans keep their objectives in most samples."""
-    promised, label = plans.promised, plans.problem.obj_names[0]
+    promised, names = plans.promised, plans.problem.obj_names
+    label = names[-1 if plans.problem.model.rule == "end" else 0]  # a time by design is kept
     # false of NaN, too, where a covariance is lost
     in_time = plans.kept - promised <= TOLERANCE * np.abs(promised)
     endless = [found.kept == math.inf for found in plans.times]

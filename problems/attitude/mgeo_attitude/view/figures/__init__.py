@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 import plotly.graph_objects as go
@@ -42,7 +43,8 @@ def figures(plans: Plans) -> dict[str, go.Figure]:
         looked_at = plans.take(solutions.numbers[rows])
         known = np.full((len(own), 3), np.nan)
         known[rows] = np.column_stack([looked_at.kept, looked_at.kept_sigma_deg])
-        longest = problem.model.longest
+        by_design = problem.model.rule == "end"  # and not because too few converge
+        longest = math.inf if by_design else problem.model.longest
         known[known[:, 0] >= longest] = np.nan  # so many flights do not converge at all
         front["front"] = front_figure(
             problem.scenario,
