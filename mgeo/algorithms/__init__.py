@@ -1,8 +1,9 @@
 """Algorithms of the generalized extremal optimization family.
 
-`real` and `binary` are the published variants, of `walkers`; `directed` and `staged` are ours;
-`base` makes pymoo algorithms of them; `archive` keeps what is nondominated; `state` captures and
-restores runs. What is not called MGEO here is what a variant of one's own is made of.
+`real` and `binary` are the published variants, of `walkers`; `directed`, of the candidates that
+`moves` makes, and `staged` are ours; `base` makes pymoo algorithms of them; `archive` keeps what is
+nondominated; `state` captures and restores runs. What is not called MGEO here is what a variant of
+one's own is made of.
 """
 
 from mgeo.algorithms.base import ExtremalOptimization

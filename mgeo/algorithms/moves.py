@@ -1,9 +1,9 @@
 """How the walkers of `MGEODirected` make their candidates: momentum, differences, normal steps."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from pymoo.core.problem import Problem
@@ -14,18 +14,134 @@ from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.covariance import Normals
 from mgeo.algorithms.run_state import RunState
-from mgeo.algorithms.steps import (
-    BOUNDS,
-    Attraction,
-    joint_steps,
-    momentum_steps,
-    whole_steps,
-    within_a_step,
-)
+from mgeo.algorithms.steps import BOUNDS, whole_steps
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.algorithms.weights import nearest, nearest_drawn, weight_vectors
 
 Pair = tuple[float, float]
+Donors = Callable[[tuple[int, ...]], tuple[FloatArray, FloatArray]]
+
+
+class Attraction(NamedTuple):
+    """A pull towards the best that is known: differential evolution's current-to-best move.
+
+    As in Zhang & Sanderson, "JADE" (IEEE Trans. Evol. Comput. 13, 2009), equation 6, but a step
+    goes a fraction of the way that is uniform in [0, 1).
+
+    Attributes
+    ----------
+    share : of the steps that are differences, those that are pulled as well.
+    coupling : mean probability that such a step changes another variable.
+    x : (..., n_var) where steps begin.
+    target : (..., n_var) what they are pulled to.
+    """
+
+    share: float
+    coupling: float
+    x: FloatArray
+    target: FloatArray
+
+
+#: Of steps with momentum: the largest fraction of the step before, and the largest step of a
+#: variable as a fraction of the width of its bounds.
+_INERTIA, _FASTEST = 1.2, 0.2
+
+
+def momentum_steps(
+    x: FloatArray,
+    before: FloatArray,
+    targets: FloatArray,
+    extent: FloatArray,
+    rng: np.random.Generator,
+) -> FloatArray:
+    """Steps of all variables that go on as the step before, and towards a target: a swarm's move.
+
+    r1 before + r2 (target - x), with r1 and r2 uniform and of each variable its own (Zhang et al.,
+    "A competitive mechanism based multi-objective particle swarm optimizer with fast convergence",
+    Information Sciences 427, 2018, equation 3). What is remembered here is a step that was good.
+
+    Parameters
+    ----------
+    x : (..., n_var) where steps begin.
+    before : (..., n_var) the steps before; they broadcast.
+    targets : (..., n_var) what they are drawn to; they broadcast.
+    extent : (n_var,) width of the bounds.
+    rng : stream of random numbers.
+
+    Returns
+    -------
+    (..., n_var) steps.
+    """
+    way = targets - x
+    step = _INERTIA * rng.random(way.shape) * before + rng.random(way.shape) * way
+    return np.clip(step, -_FASTEST * extent, _FASTEST * extent)
+
+
+def within_a_step(x: FloatArray, targets: FloatArray, extent: FloatArray) -> BoolArray:
+    """Which targets, (..., n_var), one step with momentum can reach in every variable."""
+    return np.asarray((np.abs(targets - x) <= _FASTEST * extent).all(axis=-1))
+
+
+def joint_steps(
+    own: IntArray,
+    extent: FloatArray,
+    widths: Sequence[float],
+    coupling: Sequence[float],
+    difference: float | FloatArray,
+    donors: Donors | None,
+    rng: np.random.Generator,
+    attraction: Attraction | None = None,
+) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+    """Steps that change each its own variable, and others with some probability.
+
+    Parameters
+    ----------
+    own : (...) the variable of each step.
+    extent : (n_var,) width of the bounds.
+    widths : smallest and largest standard deviation of a normal step, as a fraction of `extent`;
+        that of each step is log-uniform between them.
+    coupling : mean probability that another variable changes: of normal steps, and of
+        differences. Each step has its own, u^(1/mean - 1) with u uniform in [0, 1): some steps
+        change hardly any other variable, some nearly all, whatever the problem may need.
+    difference : share, or shares that broadcast with `own`, of the steps that are a fraction,
+        uniform in [0, 1), of the difference between two points (differential evolution's move;
+        Storn & Price 1997).
+    donors : gives as many pairs of points, (..., n_var) each, as it is asked for; None for normal
+        steps only.
+    rng : stream of random numbers.
+    attraction : moves some of the steps that are differences also towards points, if given.
+
+    Returns
+    -------
+    (..., n_var) steps, zero where a variable stays; their standard deviations, zero where they are
+    such a fraction; and the points towards which it is, if there are any: the first ones of the
+    pairs, or those of the attraction.
+    """
+    shape = *own.shape, len(extent)
+    least, largest = np.log(widths)
+    width = np.exp(rng.uniform(least, largest, own.shape))[..., None]
+    spread = width * extent
+    step = spread * rng.standard_normal(shape)
+    mean = np.full(own.shape, coupling[0])
+    first = None
+    if donors is not None:
+        learns = rng.random(own.shape) < difference
+        first, second = donors(own.shape)
+        between = first - second
+        step = np.where(learns[..., None], rng.random(own.shape)[..., None] * between, step)
+        spread[learns] = 0.0
+        mean[learns] = coupling[1]
+        if attraction is not None:
+            pulled = learns & (rng.random(own.shape) < attraction.share)
+            part = rng.random(own.shape)[..., None] * (attraction.target - attraction.x)
+            step = np.where(pulled[..., None], step + part, step)
+            mean[pulled] = attraction.coupling
+            first = np.where(pulled[..., None], attraction.target, first)
+    with np.errstate(divide="ignore"):  # of a mean of zero, for which every probability is zero
+        chance = rng.random(own.shape) ** (1.0 / mean - 1.0)
+    changed = rng.random(shape) < chance[..., None]
+    np.put_along_axis(changed, own[..., None], True, axis=-1)
+    return np.where(changed, step, 0.0), spread, first
 
 
 @dataclass(kw_only=True, eq=False, slots=True)

@@ -15,7 +15,7 @@ from scipy.stats import kstest
 
 from mgeo import MGEODirected, ParetoArchive
 from mgeo.algorithms import moves
-from mgeo.algorithms.steps import Attraction, joint_steps, momentum_steps
+from mgeo.algorithms.moves import Attraction, joint_steps, momentum_steps
 from mgeo.algorithms.weights import (
     distance,
     nearest,
