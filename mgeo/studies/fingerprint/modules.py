@@ -20,7 +20,8 @@ from mgeo.plugins.discovery import plugin_versions
 
 _PLATFORM = ("numpy", "scipy")  # they keep what they compute; their versions are kept with runs
 _SITES = ("site-packages", "dist-packages")
-_CODE = (".py", *EXTENSION_SUFFIXES)
+_STUB = ".pyi"  # by which a package may load names when they are first asked for
+_CODE = (".py", _STUB, *EXTENSION_SUFFIXES)
 
 
 class UncertainError(ValueError):
@@ -61,8 +62,8 @@ def code_of(name: str) -> str:
     """What `installed` says, or a digest of all files that a module under development may run.
 
     These are every file of code in its folder if it belongs to a package, and the same for each
-    module that it imports, anywhere in its text, and that these import. The packages above it
-    count where they are imported by name. Of a script or a notebook nothing is said.
+    module that it imports, anywhere in its text or its stub's, and that these import. The packages
+    above it count where they are imported by name. Of a script or a notebook nothing is said.
 
     Raises
     ------
@@ -153,7 +154,10 @@ def _closure(module: str) -> tuple[str, set[Path]]:
         for path in folder if package else [own]:
             found.add(f"{package}/{path.name} {hashlib.sha256(_read(path)[0]).hexdigest()}")
             files.add(path)
-        new = set(_imports(own, package)) - seen
+        stub = own.with_suffix(_STUB)
+        new = {
+            each for path in (own, stub) if path in files for each in _imports(path, package)
+        } - seen
         seen |= new
         waiting += new
     return _digest(sorted(found)), files
@@ -180,7 +184,7 @@ def _stamp(path: Path) -> tuple[int, int]:
 @cache
 def _imports(path: Path, package: str) -> tuple[str, ...]:
     """Names of modules that a file may import."""
-    if path.suffix != ".py":
+    if path.suffix not in (".py", _STUB):
         return ()
     try:
         nodes = list(ast.walk(ast.parse(_read(path)[0])))

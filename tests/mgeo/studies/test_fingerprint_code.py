@@ -317,6 +317,21 @@ def test_a_package_under_development_counts_by_what_it_imports(module, path, cou
     assert fingerprint(module(PACKAGE, "plant.problem").Plant()) == one
 
 
+def test_a_package_that_loads_names_by_its_stub_counts_by_what_these_import(module):
+    lazy = """
+        def __getattr__(name):
+            from importlib import import_module
+            return getattr(import_module("plant.deep." + "inner"), name)
+        """
+    model = "def output(X):\n    from plant.deep import gain\n    return gain() * X\n"
+    files = {**PACKAGE, "plant/deep/__init__.py": lazy, "plant/model.py": model}
+    files["plant/deep/__init__.pyi"] = "from .inner import gain as gain"
+    one = fingerprint(module(files, "plant.problem").Plant())
+    for path in ("steel.py", "plant/deep/__init__.pyi"):
+        changed = {**files, path: files[path] + "\nchanged = 1\n"}
+        assert fingerprint(module(changed, "plant.problem").Plant()) != one
+
+
 def test_code_that_is_read_as_text_counts_with_its_folder(module):
     files = {**PACKAGE, "plant/kernel.py": "k = 1"}  # such as a template of generated code
     one = fingerprint(module(files, "plant.problem").Plant())
