@@ -11,6 +11,8 @@ from typer.testing import CliRunner
 from mgeo.cli.app import app
 from mgeo.cli.errors import ExitCode
 
+from .attitude.conftest import few_flights  # noqa: F401
+
 PAGE = (Path(__file__).parents[1] / "docs" / "command-line.md").read_text(encoding="utf-8")
 STUDY = """
 title = "Two algorithms"

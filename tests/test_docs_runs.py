@@ -11,6 +11,8 @@ from mgeo import read_record
 from mgeo.cli.app import app
 from mgeo.store.run_folder import read_run
 
+from .attitude.conftest import few_flights  # noqa: F401
+
 PAGE = (Path(__file__).parents[1] / "docs" / "runs.md").read_text(encoding="utf-8")
 
 

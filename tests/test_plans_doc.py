@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 
+from .attitude.conftest import few_flights  # noqa: F401
 from .benchmarks.baselines import ALIKE, DOCUMENT
 from .benchmarks.table import BEGIN, END
 

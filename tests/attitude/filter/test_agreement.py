@@ -13,7 +13,7 @@ from mgeo_attitude import FilterModel
 from .agreement import assert_agrees, designs
 from .suites import CHANNELS, SUITES
 
-COUNT = int(os.environ.get("MGEO_DESIGNS", "50"))
+COUNT = int(os.environ.get("MGEO_DESIGNS", "25"))
 
 
 @pytest.mark.slow

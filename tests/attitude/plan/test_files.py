@@ -40,7 +40,7 @@ def test_round_trip(plan, text, tmp_path):
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=12)
 @given(scenarios(), st.integers(1, 5), st.data())
 def test_any_scenario_and_design_round_trip(scenario, count, data):
     """Without what follows from them, which takes a second each."""

@@ -318,7 +318,7 @@ def many(preset, flights):
     return with_it, without, errors
 
 
-@pytest.mark.cases(1)
+@pytest.mark.cases(1, 2)
 @pytest.mark.parametrize(
     ("preset", "flights"),
     [
