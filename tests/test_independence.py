@@ -75,17 +75,6 @@ assert result.F.shape[1] == 2
     assert loaded(code, "typer", "plotly") == "[]"
 
 
-@pytest.mark.parametrize("package", ["mgeo", "mgeo_attitude", "mgeo_calibration"])
-def test_every_public_name_is_found_when_it_is_asked_for(package):
-    module = __import__(package)
-    for name in module.__all__:
-        assert getattr(module, name) is not None
-    homes = [name for names in module._HOMES.values() for name in names]
-    assert sorted({*homes, "__version__"}) == sorted({*module.__all__, "__version__"})
-    with pytest.raises(AttributeError, match=f"module '{package}' has no attribute 'nothing'"):
-        module.nothing  # noqa: B018
-
-
 def test_names_that_are_of_calibration_now_are_still_found_and_say_so():
     import mgeo_attitude
     import mgeo_calibration

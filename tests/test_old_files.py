@@ -12,8 +12,8 @@ from mgeo_calibration.calibration import read_json as read_calibration
 from typer.testing import CliRunner
 
 from mgeo import read_record
-from mgeo.cli.app import app
-from mgeo.store.run_folder import read_run
+from mgeo.cli import app
+from mgeo.store import read_run
 from mgeo.studies import read_comparison, read_study
 
 OLD = Path(__file__).parent / "old"

@@ -1,17 +1,20 @@
-"""Rooms, the folders of a package, import only those below them; no modules form a circle."""
+"""Rooms, the folders of a package, import only those below them, and tests what they export."""
 
+import subprocess
+import sys
 from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
 
-from tests.imports import graph, rooms
+from tests.imports import entered, exported, graph, imported, modules, rooms
 
 ROOT = Path(__file__).parents[1]
 MGEO = ROOT / "mgeo"
 ATTITUDE = ROOT / "problems" / "attitude" / "mgeo_attitude"
 CALIBRATION = ROOT / "problems" / "calibration" / "mgeo_calibration"
 SUITE = ROOT / "problems" / "suite" / "mgeo_suite"
+PACKAGES = [MGEO, ATTITUDE, CALIBRATION, SUITE]
 
 #: Rooms that each may import, also for type checks only and within functions.
 OF_MGEO = {
@@ -78,11 +81,46 @@ def test_a_room_imports_only_those_below(package, room, below):
     assert found - folders <= SINGLE
 
 
-@pytest.mark.parametrize(
-    "package", [MGEO, ATTITUDE, CALIBRATION, SUITE], ids=lambda path: path.name
-)
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
 def test_modules_form_no_circle(package):
     uses = graph(package)
     assert len(uses) > 8
     assert any(uses.values())
     TopologicalSorter(uses).prepare()  # or it raises a CycleError
+
+
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
+def test_tests_import_what_rooms_export(package):
+    """Their `__init__.pyi` shows in one place what others use of them."""
+    found = {
+        f"{path.relative_to(ROOT)}: {name}"
+        for path in (ROOT / "tests").rglob("*.py")
+        for name in entered(imported(path, relative=True), package)
+    }
+    assert found == set()
+
+
+def test_rooms_export_what_they_say():
+    """Whatever was imported before: a function is not hidden by a module of its name."""
+    homes = {name: home for package in PACKAGES for name, home in exported(package).items()}
+    assert len(homes) > 500
+    code = f"""
+from importlib import import_module
+from types import ModuleType
+
+for module in {[name for package in PACKAGES for name in modules(package)]}:
+    module.endswith("__main__") or import_module(module)
+for name, home in {homes}.items():
+    room, _, short = name.rpartition(".")
+    found = getattr(import_module(room), short)
+    assert short in import_module(room).__all__, name
+    if name == home:
+        assert found is import_module(home), name
+    else:
+        assert found is getattr(import_module(home.rpartition(".")[0]), short), name
+        assert not isinstance(found, ModuleType), name
+"""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr

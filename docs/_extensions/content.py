@@ -16,7 +16,7 @@ SOURCES = (
     "docs/studies",
     "docs/_extensions",
 )
-_KINDS = {".py", ".toml", ".csv", ".json", ".jsonl", ".html", ".js", ".css", ".npz"}
+_KINDS = {".py", ".pyi", ".toml", ".csv", ".json", ".jsonl", ".html", ".js", ".css", ".npz"}
 _PACKAGES = ("numpy", "pandas", "plotly", "pymoo", "moocore", "numba", "scipy", "myst-nb")
 
 

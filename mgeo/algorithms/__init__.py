@@ -6,27 +6,6 @@ nondominated; `state` captures and restores runs. What is not called MGEO here i
 one's own is made of.
 """
 
-from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.algorithms.binary import MGEOCanonical, MGEOVar
-from mgeo.algorithms.coding import BitCode, RealCode
-from mgeo.algorithms.directed import MGEODirected
-from mgeo.algorithms.real import MGEOReal, MGEOReal2
-from mgeo.algorithms.run_state import RunState
-from mgeo.algorithms.staged import MGEOStaged
-from mgeo.algorithms.variables import Variables
-from mgeo.algorithms.walkers import IndependentWalkers
+import lazy_loader
 
-__all__ = [
-    "BitCode",
-    "ExtremalOptimization",
-    "IndependentWalkers",
-    "MGEOCanonical",
-    "MGEODirected",
-    "MGEOReal",
-    "MGEOReal2",
-    "MGEOStaged",
-    "MGEOVar",
-    "RealCode",
-    "RunState",
-    "Variables",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,6 +1,5 @@
 """A run as a local page on which solutions are filtered, changed and saved."""
 
-from mgeo.explore.explorer import Explorer
-from mgeo.explore.server import ExplorerServer
+import lazy_loader
 
-__all__ = ["Explorer", "ExplorerServer"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,6 +1,5 @@
 """Pictures of results."""
 
-from mgeo.figures.front import MOST_OBJECTIVES, MOST_TEXTS, front_figure
-from mgeo.figures.page import page, report_page
+import lazy_loader
 
-__all__ = ["MOST_OBJECTIVES", "MOST_TEXTS", "front_figure", "page", "report_page"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

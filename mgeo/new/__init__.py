@@ -1,5 +1,5 @@
 """Packages to begin with: a problem of one's own, written from templates."""
 
-from mgeo.new.problem import problem_files, write_problem
+import lazy_loader
 
-__all__ = ["problem_files", "write_problem"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -63,7 +63,7 @@ def compare_html(one: Path | str, other: Path | str) -> str:
     names = distinct(Path(one), Path(other))
     both = zip((one, other), names, strict=True)
     subjects = [replace(read(Path(path)), name=name) for path, name in both]
-    front = _fronts(subjects)
+    front = fronts_figure(subjects)
     return render(
         "report/assets/compare.html",
         title=f"{names[0]} beside {names[1]}",
@@ -180,7 +180,7 @@ def _alike(one: Section | None, other: Section | None) -> bool:
     return said[0] == said[1] and tables[0] == tables[1]
 
 
-def _fronts(subjects: list[Subject]) -> go.Figure | None:
+def fronts_figure(subjects: list[Subject]) -> go.Figure | None:
     """Fronts, and what is compared, of two objectives of the same names, in one picture."""
     names = [column_names(subject.problem)[1] for subject in subjects]
     runs = any(subject.run for subject in subjects)

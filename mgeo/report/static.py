@@ -97,7 +97,7 @@ def drawn(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> dict[str,
     except ImportError as error:
         needed = "kaleido 1 or newer: pip install 'mgeo[png]'"
         raise StaticExportError(f"PNG and PDF need {needed}") from error
-    return asyncio.run(_drawn(figures, formats, Kaleido))
+    return asyncio.run(drawn_by(figures, formats, Kaleido))
 
 
 def _pictures(folder: Path, named: str | None) -> dict[str, go.Figure]:
@@ -146,7 +146,7 @@ def _is_news(record: logging.LogRecord) -> bool:
     return not record.getMessage().startswith("JSONError decoding message")
 
 
-async def _drawn(
+async def drawn_by(
     pictures: Mapping[str, go.Figure], formats: Sequence[str], renderer: Callable[..., Any]
 ) -> dict[str, bytes]:
     browser = None

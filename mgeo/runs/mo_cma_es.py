@@ -51,7 +51,7 @@ class MOCMAES(UnitBox):
         self.sigma = validate_number("sigma", sigma, above=0)
 
     def _initialize_infill(self) -> Population:
-        self._offspring = list(map(_Point, self.drawn(self.pop_size)))
+        self._offspring = list(map(Point, self.drawn(self.pop_size)))
         return self.scaled(self._offspring)
 
     def _initialize_advance(self, infills: Any = None, **options: Any) -> None:
@@ -60,7 +60,7 @@ class MOCMAES(UnitBox):
         self._told(infills)
         self._strategy = StrategyMultiObjective(
             self._offspring, self.sigma, mu=self.pop_size, lambda_=self.pop_size,
-            indicator=_least_contributor,
+            indicator=least_contributor,
         )  # fmt: skip
 
     def _infill(self) -> Population:
@@ -70,7 +70,7 @@ class MOCMAES(UnitBox):
         for i, parent in enumerate(strategy.parents):
             parent._ps = "p", i
             step = strategy.sigmas[i] * strategy.A[i] @ normal[i]
-            self._offspring.append(_Point(np.array(parent) + step))
+            self._offspring.append(Point(np.array(parent) + step))
             self._offspring[-1]._ps = "o", i
         return self.scaled(self._offspring)
 
@@ -84,11 +84,11 @@ class MOCMAES(UnitBox):
         outside = np.square(points - np.clip(points, 0.0, 1.0)).sum(axis=1)
         F = infills.get("F") + _PENALTY * outside[:, None]
         for point, f, individual in zip(self._offspring, F, infills, strict=True):
-            point.individual, point.fitness = individual, _fitness(f)
+            point.individual, point.fitness = individual, fitness_of(f)
         self.pop = infills
 
 
-class _Point(list[float]):
+class Point(list[float]):
     """What DEAP takes for an individual: a list with a fitness, and a mark of its parent."""
 
     fitness: Any
@@ -96,14 +96,14 @@ class _Point(list[float]):
     _ps: tuple[str, int]
 
 
-def _fitness(f: FloatArray) -> Any:
+def fitness_of(f: FloatArray) -> Any:
     from deap.base import Fitness
 
     kind = type("Minimized", (Fitness,), {"weights": (-1.0,) * len(f)})
     return kind(f.tolist())
 
 
-def _least_contributor(front: list[_Point], ref: FloatArray) -> int:
+def least_contributor(front: list[Point], ref: FloatArray) -> int:
     """As DEAP's own, which computes a hypervolume for each point."""
     F = -np.array([point.fitness.wvalues for point in front])
     return int(np.argmin(hv_contributions(F, ref=ref)))

@@ -239,7 +239,8 @@ def read_notes(path: Path | str) -> Mapping[str, Any]:
 def _of_mgeo(state: SavedState) -> ExtremalOptimization:
     """The algorithm of a run, if that is one of mgeo's own; nothing is imported for it."""
     name = entry(state.data, "class", str)
-    for cls in (getattr(algorithms, each) for each in algorithms.__all__):
+    found = [getattr(algorithms, each) for each in dir(algorithms)]
+    for cls in (each for each in found if isinstance(each, type)):
         if issubclass(cls, ExtremalOptimization) and full_name(cls) == name:
             algorithm: ExtremalOptimization = cls(**entry(state.data, "parameters", dict))
             return algorithm

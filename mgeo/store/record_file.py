@@ -78,7 +78,7 @@ def append(folder: Path, generations: Iterable[tuple[int, Rows]]) -> None:
         names = _names(database)
         for number, rows in generations:
             content = rows.dtype["X"].base.str, rows.tobytes()
-            row = number, *content, _crc32(names, number, *content)
+            row = number, *content, crc32_of(names, number, *content)
             database.execute("INSERT INTO generations VALUES (?, ?, ?, ?)", row)
 
 
@@ -203,11 +203,11 @@ def _read(folder: Path) -> tuple[Names, list[Rows]]:
             dtype, candidates = content
             left -= len(candidates)
             # damaged pages could also lead round in circles
-            if left < 0 or number != len(found) + 1 or check != _crc32(names, number, *content):
+            if left < 0 or number != len(found) + 1 or check != crc32_of(names, number, *content):
                 raise ValueError(f"damaged: generation {len(found) + 1} is not what was written")
             found.append(np.frombuffer(candidates, row_type(names, dtype)))
         return names, found
 
 
-def _crc32(names: Names, number: int, dtype: str, candidates: bytes) -> int:
+def crc32_of(names: Names, number: int, dtype: str, candidates: bytes) -> int:
     return zlib.crc32(candidates, zlib.crc32(f"{json.dumps(names)} {number} {dtype}".encode()))

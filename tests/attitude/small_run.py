@@ -1,8 +1,7 @@
 """A real run of mgeo, if a short one, for tests of what is made from run folders."""
 
-from mgeo.runs.prepare import prepare
-from mgeo.store.provenance import installed_versions
-from mgeo.store.run import Run
+from mgeo.runs import prepare
+from mgeo.store import Run, installed_versions
 
 
 def small_run(problem):

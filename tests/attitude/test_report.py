@@ -9,10 +9,8 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from plotly.offline import get_plotlyjs
 
-from mgeo.report import report_html
-from mgeo.report.encode import script_json
-from mgeo.report.solutions import plans_json
-from mgeo.store.run_folder import write_run
+from mgeo.report import plans_json, report_html, script_json
+from mgeo.store import write_run
 
 from ..devtools import opened
 from ..three import three

@@ -17,9 +17,8 @@ from mgeo_attitude import AttitudeManeuverProblem, evaluate
 from mgeo_attitude.plan import Front
 from mgeo_attitude.view.observability import baselines
 
-from mgeo.runs.algorithms import DEFAULT
-from mgeo.runs.prepare import prepare
-from mgeo.store.run import Outcome
+from mgeo.runs import DEFAULT, prepare
+from mgeo.store import Outcome
 
 from ..three import three
 from .table import with_tables

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem, reference_run
-from mgeo_attitude.geometry.rotation import matrix, vector
+from mgeo_attitude.geometry import matrix, rotation_vector
 from mgeo_calibration.calibration import Calibration, calibrate
 from mgeo_calibration.flight.basilisk import fly
 from mgeo_calibration.telemetry import Truth
@@ -57,8 +57,8 @@ def errors(found: Calibration, truth: Truth) -> np.ndarray:
     for first in suite.rotations[1:]:
         block = slice(first, first + 3)
         remains = matrix(found.states[block]).T @ matrix(truth.states[-1, block])
-        e[block] = vector(remains)
-    e[:3] = vector(found.history.smoothed[-1] @ truth.attitude[-1].T)
+        e[block] = rotation_vector(remains)
+    e[:3] = rotation_vector(found.history.smoothed[-1] @ truth.attitude[-1].T)
     return e
 
 

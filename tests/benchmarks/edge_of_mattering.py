@@ -19,12 +19,10 @@ from functools import cache, partial
 
 import numpy as np
 from mgeo_attitude import Scenario
-from mgeo_attitude.sensors.base import with_noise
+from mgeo_attitude.sensors import with_noise
 from mgeo_calibration import Telemetry, calibrate
-from mgeo_calibration.calibration.agreement import SIGNIFICANCE
-from mgeo_calibration.calibration.from_telemetry import at_the_end
-from mgeo_calibration.estimation import Belief, Trajectory, batch, fit
-from mgeo_calibration.estimation.smoother import solve
+from mgeo_calibration.calibration import SIGNIFICANCE, at_the_end
+from mgeo_calibration.estimation import Belief, Trajectory, batch, fit, solve
 from scipy.stats import norm
 
 from tests.calibration.calibration.faults import (

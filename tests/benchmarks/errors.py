@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from mgeo_attitude import FilterModel, Scenario, World, evaluate
-from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.sensors import block_units
 from mgeo_attitude.view.observability import baselines
 from numpy.typing import NDArray
 

@@ -27,9 +27,8 @@ from pymoo.problems.multi import ZDT1
 
 import mgeo
 from mgeo import Checkpoint, MGEOReal
-from mgeo.runs.solve import State, solve
-from mgeo.store.run import RunConfiguration
-from mgeo.store.run_persistence import RunPersistence
+from mgeo.runs import State, solve
+from mgeo.store import RunConfiguration, RunPersistence
 
 from .table import markdown, processor
 

@@ -15,8 +15,7 @@ from mgeo_attitude.scenario import Convergence
 from mgeo_suite import SensorSuiteProblem
 from mgeo_suite.catalog import NONE
 
-from mgeo.algorithms import RealCode, Variables
-from mgeo.algorithms.variables import KINDS
+from mgeo.algorithms import KINDS, RealCode, Variables
 
 from .measure import interleaved
 

@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario
-from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.maneuvers import Motion
 from mgeo_calibration import Estimator, calibrate
-from mgeo_calibration.estimation import smoother
-from mgeo_calibration.estimation.innovation import Estimate
-from mgeo_calibration.flight import draw, fly_run
-from mgeo_calibration.flight.own import sent_down
-from mgeo_calibration.simulation.filter import ErrorStateFilter
+from mgeo_calibration.estimation import Estimate
+from mgeo_calibration.flight import draw, fly_run, sent_down
+from mgeo_calibration.simulation import ErrorStateFilter
 
 from ..calibration.calibration.flights import PLAN, flown, short
 from .measure import interleaved
@@ -46,7 +44,7 @@ def test_spans_that_are_formed_again_cost_less_than_twice_those_that_are_kept(pr
     telemetry = flown(scenario, 1)
 
     def calibrated(kept):
-        monkeypatch.setattr(smoother, "KEPT", kept)
+        monkeypatch.setattr("mgeo_calibration.estimation.smoother.KEPT", kept)
         calibrate(scenario, telemetry)
 
     timings = interleaved(

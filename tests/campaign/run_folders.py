@@ -16,10 +16,8 @@ from mgeo_attitude.plan import read_front
 
 from mgeo import read_record
 from mgeo.report import report_html
-from mgeo.runs.resume import resume_run
-from mgeo.store import record_file
-from mgeo.store.run import RunConfiguration
-from mgeo.store.run_folder import read_run
+from mgeo.runs import resume_run
+from mgeo.store import RunConfiguration, read_run, record_file
 
 from .harness import Attempt, Box, kind
 from .mutations import spoiled_arrays, spoiled_bytes, spoiled_table, spoiled_tree
@@ -177,7 +175,7 @@ def spoil_record(box: Box, folder: Path) -> None:
         box.note(f"{place} of generation {number} is {cells[place]!r:.40}")
         with contextlib.suppress(TypeError):  # of what is no blob
             if box.chance(0.7):
-                cells[3] = record_file._crc32(names, *cells[:3])
+                cells[3] = record_file.crc32_of(names, *cells[:3])
         changes = "number = ?, dtype = ?, candidates = ?, crc32 = ?"
         with contextlib.suppress(sqlite3.Error):  # a number that is no integer
             database.execute(f"UPDATE generations SET {changes} WHERE number = {number}", cells)

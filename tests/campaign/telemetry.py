@@ -14,10 +14,9 @@ import pandas as pd
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_calibration import Calibration, Telemetry, TelemetryMapping, calibrate, fly
 from mgeo_calibration.calibration import read_json, to_json
-from mgeo_calibration.telemetry import read_telemetry
-from mgeo_calibration.telemetry.files import table_of
+from mgeo_calibration.telemetry import read_telemetry, table_of
 
-from mgeo.runs.scenario import read_scenario
+from mgeo.runs import read_scenario
 
 from .harness import Attempt, Box, kind
 from .mutations import spoiled_bytes, spoiled_table

@@ -4,8 +4,7 @@ import re
 
 import pytest
 
-from mgeo.validation.arguments import did_you_mean
-from mgeo.validation.tables import Table, checked, entry
+from mgeo.validation import Table, checked, did_you_mean, entry
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,10 @@ import json
 import pytest
 from mgeo_attitude.plan import read_json, write_plan
 from mgeo_calibration.calibration import read_json as read_calibration
-from mgeo_calibration.calibration.report import report_html
+from mgeo_calibration.calibration import report_html
 from typer.testing import CliRunner
 
-from mgeo.cli.app import app
+from mgeo.cli import app
 
 from ..test_old_files import OLD
 from .test_report import HOSTILE, Handlers

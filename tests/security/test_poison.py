@@ -13,9 +13,8 @@ import pytest
 from typer.testing import CliRunner
 
 from mgeo import read_record
-from mgeo.cli.app import app
-from mgeo.store import record_file
-from mgeo.store.study_run import StudyRun
+from mgeo.cli import app
+from mgeo.store import StudyRun, record_file
 
 
 class Poison:
@@ -57,7 +56,7 @@ def spoil(path, content):
     """Put it in place of the first generation, as if its variables were objects."""
     names, _ = record_file.read(path.parent)
     with closing(sqlite3.connect(path)) as database, database:
-        crc32 = record_file._crc32(names, 1, "|O", content)
+        crc32 = record_file.crc32_of(names, 1, "|O", content)
         database.execute(
             "UPDATE generations SET candidates = ?, dtype = '|O', crc32 = ? WHERE number = 1",
             [content, crc32],

@@ -5,8 +5,7 @@ import re
 
 import pytest
 
-from mgeo.store import atomic
-from mgeo.store.atomic import write_file
+from mgeo.store import write_file
 
 
 def write(path):
@@ -16,7 +15,7 @@ def write(path):
 def test_a_link_at_a_guessed_name_is_not_written_through(tmp_path, monkeypatch):
     precious = tmp_path / "precious"
     precious.write_text("old")
-    monkeypatch.setattr(atomic.secrets, "token_hex", lambda n: "0" * 2 * n)
+    monkeypatch.setattr("mgeo.store.atomic.secrets.token_hex", lambda n: "0" * 2 * n)
     write(tmp_path / "a")
     used = []
     monkeypatch.setattr(os, "replace", lambda source, target: used.append(source))

@@ -14,7 +14,7 @@ from mgeo_suite.objectives import OBJECTIVES
 from mgeo_suite.problem import PRESETS
 from typer.testing import CliRunner
 
-from mgeo.cli.app import app
+from mgeo.cli import app
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "suite.md").read_text(encoding="utf-8")

@@ -1,7 +1,5 @@
 """Checks that any plugin can run on itself: they need nothing but what `mgeo` needs."""
 
-from mgeo.plugins.checks.algorithm import check_algorithm
-from mgeo.plugins.checks.failure import CheckError
-from mgeo.plugins.checks.problem import check_problem
+import lazy_loader
 
-__all__ = ["CheckError", "check_algorithm", "check_problem"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

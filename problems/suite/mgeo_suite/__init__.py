@@ -1,10 +1,14 @@
 """Which attitude sensors to fly, chosen together with how to calibrate them, as a pymoo problem."""
 
-from importlib.metadata import version
+from importlib import import_module
+from typing import Any
 
-from mgeo_suite.catalog import Catalog
-from mgeo_suite.problem import SensorSuiteProblem
+import lazy_loader
 
-__version__ = version("mgeo-suite")
+_getattr, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
-__all__ = ["Catalog", "SensorSuiteProblem"]
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return import_module("importlib.metadata").version("mgeo-suite")
+    return _getattr(name)

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 from mgeo_attitude import FilterModel, Scenario, evaluate
 from mgeo_attitude.bound import LimitCurves
-from mgeo_attitude.criteria.objectives import OBJECTIVES
-from mgeo_attitude.scenario import Prior
-from mgeo_attitude.scenario.toml import PRESETS
+from mgeo_attitude.criteria import OBJECTIVES
+from mgeo_attitude.scenario import PRESETS, Prior
 from numpy.typing import NDArray
 
 SCENARIOS = Path(__file__).parents[3] / "docs" / "scenarios"

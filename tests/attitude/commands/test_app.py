@@ -8,13 +8,13 @@ import sys
 import warnings
 from pathlib import Path
 
+import mgeo_attitude.commands as planning
+import mgeo_calibration.commands as calibration
 import pytest
 import typer
-from mgeo_attitude.commands import app as planning
-from mgeo_calibration.commands import app as calibration
 
 from mgeo.cli import main
-from mgeo.plugins.discovery import COMMANDS, installed_plugins
+from mgeo.plugins import COMMANDS, installed_plugins
 from tests.mgeo.cli.test_completion import offered
 
 ROOT = Path(__file__).parents[3]

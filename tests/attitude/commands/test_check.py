@@ -2,8 +2,8 @@
 
 import json
 
-import mgeo_attitude.commands.check as check
 from mgeo_attitude import Scenario
+from mgeo_attitude.commands import compare_filters
 
 
 def scenario_file(tmp_path):
@@ -21,7 +21,7 @@ def test_the_filters_agree(run, tmp_path):
 
 
 def test_filters_that_differ_end_with_code_3(run, tmp_path, monkeypatch):
-    monkeypatch.setattr(check, "TOLERANCE", 0.0)
+    monkeypatch.setattr("mgeo_attitude.commands.check.TOLERANCE", 0.0)
     done = run("check", scenario_file(tmp_path), "--plans", 1, code=3)
     assert "1 random plans" in done.stdout
     assert "0 allowed" in done.stdout
@@ -31,5 +31,5 @@ def test_the_same_seed_checks_the_same_plans():
     scenario = Scenario.from_dict(
         {"preset": "paper", "duration": 600.0, "convergence": {"window": 60.0}}
     )
-    first, second = (check.compare_filters(scenario, 2, seed) for seed in (7, 7))
+    first, second = (compare_filters(scenario, 2, seed) for seed in (7, 7))
     assert first == second

@@ -7,9 +7,8 @@ from copy import deepcopy
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
-from mgeo_attitude.filter import evaluator
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
+from mgeo_attitude.criteria import EvaluationCache
 from mgeo_attitude.scenario import Convergence, Wheels
 
 
@@ -95,13 +94,12 @@ def test_threads_that_walk_through_one_problem_find_what_each_would_alone():
 
 def test_values_of_a_problem_with_limits_do_not_depend_on_what_was_run_before(monkeypatch):
     counts = []
-    evaluate = evaluator.evaluate
 
     def counted(model, X, *args, **kwargs):
         counts.append(len(X))
         return evaluate(model, X, *args, **kwargs)
 
-    monkeypatch.setattr(evaluator, "evaluate", counted)
+    monkeypatch.setattr("mgeo_attitude.filter.evaluator.evaluate", counted)
     wheels = Wheels(inertia=(0.02, 0.03, 0.04), max_momentum=5e-4)
     scenario = dataclasses.replace(Scenario.paper(), wheels=wheels)
     one, other = (AttitudeManeuverProblem(scenario) for _ in range(2))

@@ -7,11 +7,10 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, SunSensor, evaluate, reference_run
-from mgeo_attitude.criteria.objectives import OBJECTIVES
+from mgeo_attitude.criteria import OBJECTIVES
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.maneuvers.motion import phases
-from mgeo_attitude.scenario import Convergence, ManeuverLimits, PathLimit, Wheels
-from mgeo_attitude.scenario.settings import NAMES
+from mgeo_attitude.maneuvers import phases
+from mgeo_attitude.scenario import NAMES, Convergence, ManeuverLimits, PathLimit, Wheels
 
 from ..between import worst_excess
 

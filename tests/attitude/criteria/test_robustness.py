@@ -8,19 +8,11 @@ import re
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario, reference_run
-from mgeo_attitude.criteria import robustness
-from mgeo_attitude.criteria.robustness import (
-    FlightSamples,
-    draw_flights,
-    judged,
-    kept_by,
-    over_flights,
-)
-from mgeo_attitude.environment import instants
-from mgeo_attitude.environment.sun_moon import moon_position
-from mgeo_attitude.maneuvers.schedule import schedule
+from mgeo_attitude.criteria import FlightSamples, draw_flights, judged, kept_by, over_flights
+from mgeo_attitude.environment import instants, moon_position
+from mgeo_attitude.maneuvers import schedule
 from mgeo_attitude.scenario import FlightErrors, InitialConditions, PathLimit, Prior, Wheels
-from mgeo_attitude.view.plans import Plans
+from mgeo_attitude.view import Plans
 from pymoo.optimize import minimize
 from scipy.spatial.transform import Rotation
 
@@ -330,7 +322,7 @@ def test_a_robust_search_goes_on_as_it_would_have(tmp_path):
 
 
 def test_few_flights_stay_in_memory_and_all_are_the_same_again(monkeypatch):
-    monkeypatch.setattr(robustness, "KEPT", 3)
+    monkeypatch.setattr("mgeo_attitude.criteria.robustness.KEPT", 3)
     of, X = scenario(count=20, rate_error_deg_s=0.2), designs(2)
     model = FilterModel.from_scenario(of)
     flights = FlightSamples(of, model, of.flight)

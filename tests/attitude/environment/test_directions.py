@@ -7,10 +7,17 @@ import dataclasses
 import erfa
 import numpy as np
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.environment import ASTRONOMICAL_UNIT, EARTH_RADIUS, Instants, sun_position
-from mgeo_attitude.environment.constants import DAY
-from mgeo_attitude.environment.directions import DIRECTIONS, directions, radii
-from mgeo_attitude.environment.sun_moon import moon_position
+from mgeo_attitude.environment import (
+    ASTRONOMICAL_UNIT,
+    DAY,
+    DIRECTIONS,
+    EARTH_RADIUS,
+    Instants,
+    directions,
+    moon_position,
+    radii,
+    sun_position,
+)
 
 SHORT = dataclasses.replace(Scenario.cubesat_6u(), duration=3000.0, step=50.0)
 NAMES = tuple(DIRECTIONS)

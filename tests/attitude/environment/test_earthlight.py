@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.environment import EARTH_RADIUS
-from mgeo_attitude.environment.sun_moon import earthlight
+from mgeo_attitude.environment import EARTH_RADIUS, earthlight
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -17,13 +17,12 @@ import numpy as np
 import pytest
 from brahe.ccsds import OEM
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.environment import instants, rotate
-from mgeo_attitude.environment.element_set import TLEOrbit, gcrs_of
+from mgeo_attitude.environment import TLEOrbit, gcrs_of, instants, rotate
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile
 
-from mgeo.plugins.problems import load_problem
-from mgeo.runs.scenario import read_scenario
+from mgeo.plugins import load_problem
+from mgeo.runs import read_scenario
 
 from ..scenario.test_orbit import ISS_1, ISS_2
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mgeo_attitude.environment.field import geomagnetic_field
+from mgeo_attitude.environment import geomagnetic_field
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "igrf14_geocentric.txt"
 _DATE = datetime(2020, 6, 19, tzinfo=UTC)

@@ -7,9 +7,10 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from mgeo_attitude.environment import EARTH_MU, EARTH_RADIUS, kepler
-from mgeo_attitude.environment.constants import EARTH_J2
-from mgeo_attitude.environment.kepler import (
+from mgeo_attitude.environment import (
+    EARTH_J2,
+    EARTH_MU,
+    EARTH_RADIUS,
     Elements,
     eccentric_anomaly,
     j2_secular,
@@ -150,7 +151,7 @@ def test_kepler_equation_keeps_shape_and_revolution() -> None:
 def test_kepler_equation_does_not_return_before_it_converged(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(kepler, "_MAX_ITERATIONS", 2)
+    monkeypatch.setattr("mgeo_attitude.environment.kepler._MAX_ITERATIONS", 2)
     with pytest.raises(ArithmeticError, match=r"after 2 iterations, .*eccentricity = 0.9"):
         eccentric_anomaly([0.0, 1.0], 0.9)
 

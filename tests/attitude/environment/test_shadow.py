@@ -10,12 +10,13 @@ import pytest
 from mgeo_attitude.environment import (
     ASTRONOMICAL_UNIT,
     EARTH_RADIUS,
+    SUN_RADIUS,
+    Elements,
     instants,
     lit_fraction,
     sun_position,
+    two_body,
 )
-from mgeo_attitude.environment.constants import SUN_RADIUS
-from mgeo_attitude.environment.kepler import Elements, two_body
 
 _SUN = np.array([[ASTRONOMICAL_UNIT, 0.0, 0.0]])
 

@@ -6,8 +6,13 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from mgeo_attitude.environment import ASTRONOMICAL_UNIT, Instants, instants, sun_position
-from mgeo_attitude.environment.sun_moon import sun_direction
+from mgeo_attitude.environment import (
+    ASTRONOMICAL_UNIT,
+    Instants,
+    instants,
+    sun_direction,
+    sun_position,
+)
 
 
 def test_heliocentric_earth_of_sofa() -> None:

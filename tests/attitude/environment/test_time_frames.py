@@ -9,8 +9,7 @@ from datetime import UTC, datetime, timedelta, timezone
 import erfa
 import numpy as np
 import pytest
-from mgeo_attitude.environment import Instants, gcrs_to_itrs, instants, rotate
-from mgeo_attitude.environment.time_frames import as_utc, teme_to_gcrs
+from mgeo_attitude.environment import Instants, as_utc, gcrs_to_itrs, instants, rotate, teme_to_gcrs
 
 # Vallado, Fundamentals of Astrodynamics and Applications, example 3-15 and table 3-6 [m]. The TEME
 # vector is the one printed there and in AIAA 2006-6753 for the same satellite and instant.

@@ -7,8 +7,7 @@ from datetime import UTC, datetime, timedelta, timezone
 import erfa
 import numpy as np
 import pytest
-from mgeo_attitude.environment.time_frames import elapsed
-from mgeo_attitude.environment.time_stamps import seconds_after
+from mgeo_attitude.environment import elapsed, seconds_after
 
 EPOCH = datetime(2016, 12, 31, 23, 59, 50, 250000, tzinfo=UTC)
 

@@ -5,8 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, evaluate, reference_run
-from mgeo_attitude.filter.kernel import lanes, load_driver
-from mgeo_attitude.filter.reference import has_converged
+from mgeo_attitude.filter import has_converged, lanes, load_driver
 
 from ...three import three
 from .agreement import assert_agrees, designs

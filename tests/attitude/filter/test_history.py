@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, agreement, evaluate, filter_history
-from mgeo_attitude.filter import reference
 from mgeo_attitude.scenario import Convergence
 
 from .agreement import assert_same_history, designs, special_designs
@@ -47,7 +46,9 @@ def test_filters_of_other_models_do_not_agree(short, monkeypatch):
         angle_random_walk_deg_per_sqrt_h=9.0 * short.gyro.angle_random_walk_deg_per_sqrt_h,
     )
     other = FilterModel.from_scenario(dataclasses.replace(short, gyro=noisy))
-    monkeypatch.setattr(reference, "evaluate", lambda _, *a, **k: evaluate(other, *a, **k))
+    monkeypatch.setattr(
+        "mgeo_attitude.filter.reference.evaluate", lambda _, *a, **k: evaluate(other, *a, **k)
+    )
     found = agreement(model, X)
     assert not found.same_end
     assert found.difference > 0.01

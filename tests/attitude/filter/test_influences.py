@@ -21,7 +21,7 @@ from mgeo_attitude import (
     reference_run,
 )
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter.error_budget import error_budget
+from mgeo_attitude.filter import error_budget
 from mgeo_attitude.scenario import Channel
 from scipy.integrate import solve_ivp
 

@@ -18,7 +18,7 @@ from mgeo_attitude import (
     evaluate,
     limit,
 )
-from mgeo_attitude.bound.faces import together
+from mgeo_attitude.bound import together
 from mgeo_attitude.fields import InvalidType, InvalidValue
 from scipy.spatial.transform import Rotation
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.geometry.rotation import exponential, matrix, multiply, rotate, unrotate, vector
+from mgeo_attitude.geometry import exponential, matrix, multiply, rotate, rotation_vector, unrotate
 from scipy.spatial.transform import Rotation
 
 
@@ -21,7 +21,7 @@ def test_rotate_is_scipys(size):
     np.testing.assert_allclose(unrotate(g, turned), v, rtol=0, atol=1e-14)
     matrices = matrix(g.T)
     np.testing.assert_allclose(np.einsum("ijr,rj->ri", matrices, v), turned, rtol=0, atol=1e-14)
-    np.testing.assert_allclose(vector(matrices), g.T, rtol=1e-9)
+    np.testing.assert_allclose(rotation_vector(matrices), g.T, rtol=1e-9)
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-9, 0.1, 3.0, 100.0])

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.maneuvers.drives import SlewLimits
-from mgeo_attitude.maneuvers.motion import HELD, phases
+from mgeo_attitude.maneuvers import HELD, SlewLimits, phases
 
 
 def seen(design, t_end, step=1.0):

@@ -2,9 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter.reference import attitudes
-from mgeo_attitude.maneuvers.drives import SlewLimits
-from mgeo_attitude.maneuvers.schedule import flown, schedule
+from mgeo_attitude.maneuvers import SlewLimits, attitudes, flown, schedule
 from scipy.spatial.transform import Rotation
 
 STEP = 1.0

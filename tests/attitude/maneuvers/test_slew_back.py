@@ -5,11 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario
-from mgeo_attitude.environment.directions import Place
+from mgeo_attitude.environment import Place
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.maneuvers.motion import phases
-from mgeo_attitude.maneuvers.schedule import schedule
-from mgeo_attitude.trajectory import slew_back
+from mgeo_attitude.maneuvers import phases, schedule
+from mgeo_attitude.trajectory import Search, slew_back
 from scipy.spatial.transform import Rotation
 
 #: A quarter of a turn about z, then rest.
@@ -136,10 +135,8 @@ def test_no_sooner_slew_is_found_by_trying_all(limits, monkeypatch):
     scene = scenario(limits, {"pointing": "nadir"})
     x = designs(np.random.default_rng(8), 1)[0]
     _, back = back_of(scene, x, 1500.0)
-    from mgeo_attitude.trajectory import trajectory as module
-
     model, tried = FilterModel.from_scenario(scene), {}
-    original = module._Search.maneuvers
+    original = Search.maneuvers
 
     def remembered(self, n):
         if not tried:  # there is one search, and it asks for few of them
@@ -147,8 +144,8 @@ def test_no_sooner_slew_is_found_by_trying_all(limits, monkeypatch):
                 tried[steps] = original(self, steps)
         return original(self, n)
 
-    monkeypatch.setattr(module._Search, "maneuvers", remembered)
-    module.slew_back(scene, x, 1500.0, model.slew_limits, model.initial_attitude)
+    monkeypatch.setattr(Search, "maneuvers", remembered)
+    slew_back(scene, x, 1500.0, model.slew_limits, model.initial_attitude)
     assert [n for n, found in tried.items() if found is not None] == [back.end - back.start]
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.environment.time_stamps import utc_texts
+from mgeo_attitude.environment import utc_texts
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.plan import ManeuverPlan, aem_text, write_plan
 from mgeo_attitude.scenario import InitialConditions

@@ -18,13 +18,13 @@ from mgeo_attitude.plan import (
     ManeuverPlan,
     aem_text,
     ck_bytes,
+    gcrf_to_eme2000,
     sclk_text,
     script_text,
     stk_text,
     waypoints_text,
     write_plan,
 )
-from mgeo_attitude.plan.attitudes import gcrf_to_eme2000
 from scipy.spatial.transform import Rotation
 
 from .test_aem import ramped

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 from pathlib import Path
+from pkgutil import resolve_name
 
 import pandas as pd
 import pytest
@@ -11,7 +12,6 @@ from hypothesis import strategies as st
 from mgeo_attitude import AttitudeManeuverProblem
 from mgeo_attitude.plan import (
     ManeuverPlan,
-    files,
     from_json,
     read_json,
     to_csv,
@@ -52,12 +52,15 @@ def test_any_scenario_and_design_round_trip(scenario, count, data):
     bounds = zip(problem.xl, problem.xu, strict=True)
     design = data.draw(st.tuples(*(st.floats(low, high) for low, high in bounds)))
     plan = ManeuverPlan(problem.scenario, design)
-    brief = dataclasses.replace(files._FORM, consequences=lambda _: {k: [] for k in CONSEQUENCES})
+    brief = dataclasses.replace(
+        resolve_name(FORM), consequences=lambda _: {k: [] for k in CONSEQUENCES}
+    )
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(files, "_FORM", brief)
+        patch.setattr(FORM, brief)
         assert from_json(to_json(plan)) == plan
 
 
+FORM = "mgeo_attitude.plan.files._FORM"
 CONSEQUENCES = ("predicted", "constraints", "timeline", "accuracy")
 
 

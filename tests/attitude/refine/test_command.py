@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from mgeo.runs.prepare import prepare
-from mgeo.runs.resume import resume_run
-from mgeo.store.run_persistence import RunPersistence
+from mgeo.runs import prepare, resume_run
+from mgeo.store import RunPersistence
 
 from ...three import TRACE
 

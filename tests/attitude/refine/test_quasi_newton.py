@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.refine.quasi_newton import minimizing
+from mgeo_attitude.refine import minimizing
 from scipy.optimize import minimize, rosen, rosen_der
 
 

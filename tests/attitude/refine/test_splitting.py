@@ -5,9 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import split, without_unneeded
-from mgeo_attitude.refine import n_commands
-from mgeo_attitude.refine.at_time import at_time
-from mgeo_attitude.refine.roughly import Roughly
+from mgeo_attitude.refine import Roughly, at_time, n_commands
 
 from .conftest import short
 

@@ -11,13 +11,13 @@ from mgeo_attitude import Suite
 from mgeo_attitude.environment import EARTH_RADIUS
 from mgeo_attitude.fields import Quantity, declared
 from mgeo_attitude.scenario import (
+    NAMES,
     Convergence,
     InitialConditions,
     ManeuverLimits,
     Orbit,
     Scenario,
 )
-from mgeo_attitude.scenario.settings import NAMES
 from mgeo_attitude.sensors import SENSORS, Gyro
 
 

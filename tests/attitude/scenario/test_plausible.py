@@ -9,9 +9,7 @@ from datetime import timedelta
 import pytest
 from mgeo_attitude import Magnetometer, Scenario, SunSensor
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.scenario import Coils, Orbit, TLEOrbit, Wheels
-from mgeo_attitude.scenario.together import Implausible, implausible
-from mgeo_attitude.scenario.toml import PRESETS
+from mgeo_attitude.scenario import PRESETS, Coils, Implausible, Orbit, TLEOrbit, Wheels, implausible
 
 from .test_orbit import ISS_1, ISS_2
 

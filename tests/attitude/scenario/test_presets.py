@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Suite
 from mgeo_attitude.fields import to_table
-from mgeo_attitude.scenario import Convergence, Orbit, Scenario
-from mgeo_attitude.scenario.toml import PRESETS
+from mgeo_attitude.scenario import PRESETS, Convergence, Orbit, Scenario
 from mgeo_attitude.sensors import Magnetometer, SunSensor
 
 

@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from mgeo_attitude.fields import InvalidType, InvalidValue
-from mgeo_attitude.scenario import KeyProblem, Orbit, Scenario, TLEOrbit
-from mgeo_attitude.scenario.toml import PRESETS
+from mgeo_attitude.scenario import PRESETS, KeyProblem, Orbit, Scenario, TLEOrbit
 from mgeo_attitude.sensors import Gyro, Sensor, StarTracker, SunSensor
 
 from .strategies import scenarios

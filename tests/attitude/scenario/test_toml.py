@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from mgeo_attitude.fields import declared
 from mgeo_attitude.scenario import (
+    PRESETS,
     Convergence,
     EphemerisOrbit,
     InitialConditions,
@@ -21,7 +22,6 @@ from mgeo_attitude.scenario import (
     ScenarioFileError,
     TLEOrbit,
 )
-from mgeo_attitude.scenario.toml import PRESETS
 from mgeo_attitude.sensors import SENSORS, Gyro, World
 
 from .strategies import scenarios

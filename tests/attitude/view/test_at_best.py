@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, NoLimit, Scenario, evaluate
 from mgeo_attitude.scenario import FlightErrors
-from mgeo_attitude.view.at_best import holds_over_flights, under
-from mgeo_attitude.view.describe import BESIDE
-from mgeo_attitude.view.plans import Plans
+from mgeo_attitude.view import BESIDE, Plans, holds_over_flights, under
 
 from mgeo.plugins import view_of
-from mgeo.runs.answer import default_solution
+from mgeo.runs import default_solution
 
 DESIGN = np.array([[0.4, -0.2, 0.1, 700.0, 0.3, 0.5, -0.4, 500.0, -0.6, 0.1, 0.2, 300.0]])
 

@@ -6,12 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
-from mgeo_attitude.view.describe import (
-    BESIDE,
-    block_units,
-    front_summary,
-    maneuver_texts,
-)
+from mgeo_attitude.sensors import block_units
+from mgeo_attitude.view import BESIDE, front_summary, maneuver_texts
 
 from mgeo.plugins import view_of
 

@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario
-from mgeo_attitude.environment.orbit import Orbit
+from mgeo_attitude.environment import Orbit
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.geometry.rotation import matrix, vector
+from mgeo_attitude.geometry import matrix, rotation_vector
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.scenario import Wheels
 from mgeo_calibration import calibrate, fly, simulate
@@ -244,7 +244,7 @@ def test_a_belief_is_what_remains_of_the_truth(first):
     for first_state in range(3, n, 3):
         block = slice(first_state, first_state + 3)
         if first_state in belief.suite.rotations:
-            states[block] = vector(matrix(states[block]) @ matrix(e[block]))
+            states[block] = rotation_vector(matrix(states[block]) @ matrix(e[block]))
         else:
             states[block] += e[block]
     r, J = belief.residual(attitude, states)
@@ -259,7 +259,7 @@ def test_a_belief_is_what_remains_of_the_truth(first):
         if j < 3:
             turned = attitude @ matrix(d)
         elif block.start in belief.suite.rotations:
-            changed[block] = vector(matrix(states[block]) @ matrix(d))
+            changed[block] = rotation_vector(matrix(states[block]) @ matrix(d))
         else:
             changed[block] += d
         slope = (belief.residual(turned, changed)[0] - r) / step[j]

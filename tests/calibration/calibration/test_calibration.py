@@ -9,15 +9,17 @@ import pytest
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_calibration import calibrate
-from mgeo_calibration.calibration import from_json, read_json, to_json
-from mgeo_calibration.calibration.agreement import (
+from mgeo_calibration.calibration import (
     SIGNIFICANCE,
     correlation_bound,
+    from_json,
     greatest_correlation,
     nis_bounds,
+    read_json,
+    report_html,
+    to_json,
 )
-from mgeo_calibration.calibration.report import report_html
-from mgeo_calibration.estimation.residuals import Innovations
+from mgeo_calibration.estimation import Innovations
 from plotly.offline import get_plotlyjs
 from scipy.spatial.transform import Rotation
 

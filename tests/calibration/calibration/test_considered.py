@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from mgeo_attitude import Gyro, Magnetometer, Suite, SunSensor
-from mgeo_attitude.filter.reference import schmidt
-from mgeo_calibration.estimation import Belief, Partition
-from mgeo_calibration.estimation.considered import as_believed
-from mgeo_calibration.estimation.smoother import (
+from mgeo_attitude.filter import schmidt
+from mgeo_calibration.estimation import (
+    Belief,
+    Partition,
+    as_believed,
     last_covariance,
     linear_solution,
 )

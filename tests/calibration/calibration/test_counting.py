@@ -5,8 +5,13 @@ import pandas as pd
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration.telemetry import GyroChannels, TelemetryMapping, read_telemetry
-from mgeo_calibration.telemetry.quantization import angle_variance, resolution
+from mgeo_calibration.telemetry import (
+    GyroChannels,
+    TelemetryMapping,
+    angle_variance,
+    read_telemetry,
+    resolution,
+)
 
 from .flights import PLAN, normalized, short
 from .independent import Craft, coning, counted, fly, steady

@@ -11,11 +11,9 @@ import pytest
 from mgeo_attitude.sensors import StarTracker, TwoAxisSunSensor
 from mgeo_calibration import CannotCalibrate, TelemetryMapping, calibrate
 from mgeo_calibration import fly as fly_plan
-from mgeo_calibration.calibration import from_json, to_json
-from mgeo_calibration.calibration.questions import questions
+from mgeo_calibration.calibration import from_json, questions, to_json
 from mgeo_calibration.diagnosis import causes
-from mgeo_calibration.estimation import Belief, batch, fit, score, trajectory
-from mgeo_calibration.estimation.departures import PARTS
+from mgeo_calibration.estimation import PARTS, Belief, batch, fit, scores
 from mgeo_calibration.telemetry import GyroChannels
 
 from .faults import FAULTS, GROSS, MOTION, SCENARIO, SCORED, Fault, says
@@ -82,9 +80,9 @@ def test_all_is_asked_in_spans_as_at_once(monkeypatch):
     telemetry = fly(scenario, MOTION, 1, Craft(late={"sun": 0.3}), duration=600.0)
     solution = fit(batch(scenario, telemetry), Belief.of(scenario), 1e-5).solution
     asked = options(questions(solution, {}))
-    whole = score.scores(solution, asked)
-    monkeypatch.setattr(trajectory, "SPAN", 97)
-    parts = score.scores(solution, asked)
+    whole = scores(solution, asked)
+    monkeypatch.setattr("mgeo_calibration.estimation.trajectory.SPAN", 97)
+    parts = scores(solution, asked)
     # mean squares, since what hardly matters is what rounding leaves
     scale = np.sqrt(np.diag(whole.information)) + 1e-6
     np.testing.assert_allclose(

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration.estimation import batch
-from mgeo_calibration.estimation.batch import _steps
-from mgeo_calibration.estimation.start import first_attitude
+from mgeo_calibration.estimation import batch, first_attitude, rate_steps
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
@@ -29,7 +27,7 @@ def test_steps_where_rates_are_missing():
     at = np.array([0.0, 1.0, 2.0, 3.0, 6.0, 7.0])
     rates = np.column_stack([[0.0, 1.0, 1.0, 1.0, 3.0, 3.0]] * 3)
     times = np.array([0.0, 1.0, 2.0, 3.0, 3.25, 6.0, 7.0, 7.5])
-    gyro, change, variance, breaks = _steps(times, at, rates, 1.0)
+    gyro, change, variance, breaks = rate_steps(times, at, rates, 1.0)
     # from 3.25 to 6 s the sample of 6 s says 3 of the last second; before it half way, 2
     np.testing.assert_allclose(gyro[:, 0], [1, 1, 1, 2, (1.75 * 2 + 1 * 3) / 2.75, 3, 3])
     # a guess that is off by 1 for two seconds turns the attitude by 2: variance 4, in two parts
@@ -38,7 +36,7 @@ def test_steps_where_rates_are_missing():
     assert not change[[3, 4, 6]].any()  # of a guess, and beyond the last sample
     at[4:] += 20.0
     times[5:] += 20.0
-    assert np.flatnonzero(_steps(times, at, rates, 1.0)[3]).tolist() == [3, 4]
+    assert np.flatnonzero(rate_steps(times, at, rates, 1.0)[3]).tolist() == [3, 4]
 
 
 def test_a_first_attitude_whatever_it_is(scenario):

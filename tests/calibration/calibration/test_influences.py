@@ -14,8 +14,8 @@ from mgeo_calibration import (
     read_telemetry,
     simulate_calibrations,
 )
-from mgeo_calibration.calibration.added import calibrate_with
-from mgeo_calibration.estimation.kinematics import discretized
+from mgeo_calibration.calibration import calibrate_with
+from mgeo_calibration.estimation import discretized
 from scipy.linalg import expm
 from scipy.stats import chi2
 

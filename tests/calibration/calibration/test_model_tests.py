@@ -8,11 +8,20 @@ import pytest
 from mgeo_attitude import Scenario, World
 from mgeo_calibration import calibrate
 from mgeo_calibration import fly as fly_own
-from mgeo_calibration.calibration import from_json, to_json
-from mgeo_calibration.calibration.report import report_html
-from mgeo_calibration.estimation import Belief, batch, fit
-from mgeo_calibration.estimation.departures import along, bias_decay, bias_drift, step, waves
-from mgeo_calibration.estimation.score import Departure, log_tail, scores
+from mgeo_calibration.calibration import from_json, report_html, to_json
+from mgeo_calibration.estimation import (
+    Belief,
+    Departure,
+    along,
+    batch,
+    bias_decay,
+    bias_drift,
+    fit,
+    log_tail,
+    scores,
+    step,
+    waves,
+)
 from scipy.stats import chi2
 
 from .flights import PLAN, normalized, short

@@ -7,21 +7,27 @@ import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 from mgeo_attitude import FilterModel, Scenario, Suite, SunSensor, TwoAxisSunSensor, reference_run
-from mgeo_attitude.filter.discretization import discretize
-from mgeo_attitude.filter.reference import attitudes, van_loan
-from mgeo_attitude.geometry.rotation import matrix
-from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_calibration.estimation import Batch, Belief, Partition, Trajectory, batch
-from mgeo_calibration.estimation.kinematics import discretized, steps
-from mgeo_calibration.estimation.linearization import sighting
-from mgeo_calibration.estimation.residuals import filtered, innovations, residuals
-from mgeo_calibration.estimation.smoother import (
+from mgeo_attitude.filter import discretize, van_loan
+from mgeo_attitude.geometry import matrix
+from mgeo_attitude.maneuvers import Motion, attitudes
+from mgeo_calibration.estimation import (
+    Batch,
+    Belief,
+    Partition,
     Spread,
+    Trajectory,
+    batch,
     covariances,
+    discretized,
+    filtered,
+    innovations,
     last_covariance,
     linear_solution,
+    residuals,
+    sighting,
     smoothed,
     solve,
+    steps,
 )
 from scipy.linalg import qr
 from scipy.optimize import least_squares
@@ -361,7 +367,7 @@ def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
 
 
 def near_start(data, of):
-    from mgeo_calibration.estimation.start import first_attitude
+    from mgeo_calibration.estimation import first_attitude
 
     zero = np.zeros((len(data.times), data.suite.n_states))
     return Trajectory(first_attitude(data, zero)[0], zero)

@@ -3,17 +3,24 @@
 import dataclasses
 import gc
 import tracemalloc
+from pkgutil import resolve_name
 
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario
-from mgeo_attitude.environment import environment, field
 from mgeo_calibration import calibrate
-from mgeo_calibration.calibration.questions import questions
-from mgeo_calibration.estimation import Belief, Partition, memory, smoother, trajectory
-from mgeo_calibration.estimation.residuals import filtered, residuals
-from mgeo_calibration.estimation.score import scores
-from mgeo_calibration.estimation.smoother import covariances, last_covariance, linear_solution
+from mgeo_calibration.calibration import questions
+from mgeo_calibration.estimation import (
+    Belief,
+    Partition,
+    covariances,
+    filtered,
+    last_covariance,
+    linear_solution,
+    needed,
+    residuals,
+    scores,
+)
 
 from .flights import flown, options, short, with_holes, with_outliers
 from .test_smoother import MEMS, near, scenario, spread
@@ -24,9 +31,9 @@ def spans(monkeypatch):
     """Sets how many samples are formed at once; none of them is kept."""
 
     def of(length):
-        monkeypatch.setattr(trajectory, "SPAN", length)
-        for each in (smoother, memory):
-            monkeypatch.setattr(each, "KEPT", 0.0)
+        monkeypatch.setattr("mgeo_calibration.estimation.trajectory.SPAN", length)
+        for each in ("smoother", "memory"):
+            monkeypatch.setattr(f"mgeo_calibration.estimation.{each}.KEPT", 0.0)
 
     return of
 
@@ -120,9 +127,9 @@ def test_a_calibration_in_spans_is_that_of_all_at_once(spans):
 
 def test_what_is_told_of_a_million_samples_is_enough(monkeypatch):
     """3.1 GB were measured with stretches of 2.5 GB; what was told fell where not all are kept."""
-    monkeypatch.setattr(memory, "KEPT", 2.53e9)
+    monkeypatch.setattr("mgeo_calibration.estimation.memory.KEPT", 2.53e9)
     suite = Scenario.cubesat_6u().suite
-    told = [memory.needed(suite, rows) for rows in (10**4, 10**5, 5 * 10**5, 6 * 10**5, 10**6)]
+    told = [needed(suite, rows) for rows in (10**4, 10**5, 5 * 10**5, 6 * 10**5, 10**6)]
     assert told == sorted(told)
     assert 3.1e9 < told[-1] < 1.5 * 3.1e9
 
@@ -132,14 +139,14 @@ def test_what_is_told_of_a_million_samples_is_enough(monkeypatch):
 def test_a_sample_takes_less_than_four_kilobytes(preset, spans, monkeypatch):
     """Of all that NumPy allocates at once; it was 10 and 37."""
     spans(500)
-    monkeypatch.setattr(field, "_AT_ONCE", 500)
+    monkeypatch.setattr("mgeo_attitude.environment.field._AT_ONCE", 500)
     of = short(getattr(Scenario, preset)(), 6000.0)
     telemetry = flown(of, 1)
     calibrate(of, telemetry.until(300.0))  # what is compiled, or found once
     peaks = []
     for end in (2000.0, 6000.0):
         some = telemetry.until(end)
-        environment._sun_and_field.cache_clear()
+        resolve_name("mgeo_attitude.environment.environment._sun_and_field").cache_clear()
         gc.collect()
         tracemalloc.start()
         calibrate(of, some)
@@ -147,6 +154,6 @@ def test_a_sample_takes_less_than_four_kilobytes(preset, spans, monkeypatch):
         tracemalloc.stop()
     row = (peaks[1] - peaks[0]) / 4000.0
     print(f"{preset}: {row:.0f} bytes a sample")
-    told = memory.needed(of.suite, 1001) - memory.needed(of.suite, 1)
+    told = needed(of.suite, 1001) - needed(of.suite, 1)
     assert 0.4 * told < 1000.0 * row < told
     assert row < 4000.0

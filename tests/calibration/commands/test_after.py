@@ -10,7 +10,7 @@ from mgeo_attitude.plan import ManeuverPlan, read_front, write_plan
 from mgeo_calibration.calibration import read_json
 from typer.testing import CliRunner
 
-from mgeo.cli.app import app
+from mgeo.cli import app
 
 from ..calibration.flights import PLAN, short
 

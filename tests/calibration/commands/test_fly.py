@@ -12,8 +12,7 @@ from mgeo_attitude import Scenario
 from mgeo_attitude.plan import ManeuverPlan, read_json, write_plan
 from mgeo_attitude.scenario import Convergence
 from mgeo_calibration.calibration import calibrate
-from mgeo_calibration.flight import fly
-from mgeo_calibration.flight.as_flown import END, as_flown
+from mgeo_calibration.flight import END, as_flown, fly
 from mgeo_calibration.telemetry import read_telemetry
 
 BASILISK = pytest.mark.skipif(

@@ -7,17 +7,15 @@ import shutil
 
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.commands.files import Picked
+from mgeo_attitude.commands import Picked
 from mgeo_attitude.plan import ManeuverPlan, read_json, write_plan
-from mgeo_attitude.scenario import PathLimit
-from mgeo_attitude.scenario.validity import OutsideValidity
+from mgeo_attitude.scenario import OutsideValidity, PathLimit
 from mgeo_calibration import verify
-from mgeo_calibration.commands.verify import verification_document
-from mgeo_calibration.flight.as_flown import told
+from mgeo_calibration.commands import verification_document
+from mgeo_calibration.flight import told
 
-from mgeo.report import report_html
-from mgeo.report.build import verifications
-from mgeo.store.run_folder import read_run
+from mgeo.report import report_html, verifications
+from mgeo.store import read_run
 
 
 def test_a_plan_of_a_run(run, folder, front):

@@ -8,8 +8,7 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_calibration import fly
-from mgeo_calibration.flight import draw
-from mgeo_calibration.flight.as_flown import (
+from mgeo_calibration.flight import (
     BROKEN,
     END,
     GREATEST,
@@ -18,6 +17,7 @@ from mgeo_calibration.flight.as_flown import (
     MOST_OF,
     as_flown,
     by_gyro,
+    draw,
     ends,
     told,
     values,

@@ -19,8 +19,7 @@ from mgeo_attitude import (
 from mgeo_attitude.environment import instants, lit_fraction, sun_position
 from mgeo_attitude.scenario import Convergence, InitialConditions, ManeuverLimits
 from mgeo_calibration import calibrate
-from mgeo_calibration.flight import draw, fly
-from mgeo_calibration.flight.flight import at_rest
+from mgeo_calibration.flight import at_rest, draw, fly
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation

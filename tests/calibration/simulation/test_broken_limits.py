@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.maneuvers import Motion
 from mgeo_attitude.scenario import Convergence, PathLimit
 from mgeo_calibration import simulate
 

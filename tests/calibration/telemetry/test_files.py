@@ -11,9 +11,7 @@ from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.fields import InvalidValue
 from mgeo_calibration import TelemetryMapping, fly, read_telemetry
 from mgeo_calibration.estimation import batch
-from mgeo_calibration.telemetry import GyroChannels, SensorChannels
-from mgeo_calibration.telemetry.columns import has_columns
-from mgeo_calibration.telemetry.files import table_of
+from mgeo_calibration.telemetry import GyroChannels, SensorChannels, has_columns, table_of
 
 from ..calibration.flights import PLAN, short
 

@@ -10,10 +10,9 @@ import pandas as pd
 import pytest
 from mgeo_attitude import Environment, FilterModel, Scenario, StarTracker
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_attitude.geometry import quaternions
 from mgeo_calibration import Telemetry, TelemetryMapping, fly, read_telemetry
-from mgeo_calibration.telemetry import GyroChannels, SensorChannels
-from mgeo_calibration.telemetry.mapping import Channels
+from mgeo_calibration.telemetry import Channels, GyroChannels, SensorChannels
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 

@@ -20,7 +20,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from mgeo import MGEOCanonical, MGEOReal, MGEOReal2, MGEOVar
-from mgeo.algorithms.binary import BitStrings
+from mgeo.algorithms import BitStrings
 
 EVALUATIONS = 100_000
 

@@ -12,13 +12,8 @@ from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
 from scipy.spatial.distance import cdist
 
 from mgeo import ParetoArchive
-from mgeo.algorithms.archive import truncate
-from mgeo.evaluation.dominance import (
-    front_rows,
-    nondominated,
-    not_weakly_dominated,
-    weakly_dominated_rows,
-)
+from mgeo.algorithms import truncate
+from mgeo.evaluation import front_rows, nondominated, not_weakly_dominated, weakly_dominated_rows
 
 from .. import naive
 

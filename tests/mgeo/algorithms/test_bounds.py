@@ -11,7 +11,7 @@ from pymoo.problems.multi import ZDT1
 from scipy.stats import kstest, truncnorm, uniform
 
 from mgeo import MGEODirected, MGEOReal, MGEOReal2
-from mgeo.algorithms.steps import BOUNDS, reflect, resample
+from mgeo.algorithms import BOUNDS, reflect, resample
 
 NUMBER = st.floats(-1e6, 1e6)
 SIZE = st.floats(0, 1e12)

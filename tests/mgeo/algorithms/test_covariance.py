@@ -10,8 +10,7 @@ from pymoo.core.variable import Integer, Real
 from pymoo.problems.multi import ZDT1
 
 from mgeo import MGEODirected
-from mgeo.algorithms.covariance import Normals
-from mgeo.algorithms.state import SavedState, capture, restore
+from mgeo.algorithms import Normals, SavedState, capture, restore
 from mgeo.testing import check_algorithm
 
 

@@ -14,10 +14,11 @@ from scipy.spatial.distance import cdist
 from scipy.stats import kstest
 
 from mgeo import MGEODirected, ParetoArchive
-from mgeo.algorithms import moves
-from mgeo.algorithms.moves import Attraction, joint_steps, momentum_steps
-from mgeo.algorithms.weights import (
+from mgeo.algorithms import (
+    Attraction,
     distance,
+    joint_steps,
+    momentum_steps,
     nearest,
     nearest_drawn,
     random_weights,
@@ -325,7 +326,7 @@ def test_as_many_candidates_are_made_by_differences_as_said(share, monkeypatch):
         seen.append(joint_steps(*arguments))
         return seen[-1]
 
-    monkeypatch.setattr(moves, "joint_steps", spy)
+    monkeypatch.setattr("mgeo.algorithms.moves.joint_steps", spy)
     run = begun(MGEODirected(n_walkers=200, difference=share, **WITHOUT), ZDT1(n_var=4), 2)
     candidates(run)
     made = (seen[-1][1] == 0.0).all(axis=2)  # normal steps have a standard deviation
@@ -339,8 +340,10 @@ def anywhere(x, targets, extent):
 
 @pytest.mark.parametrize("share", [(1.0, 0.0), (0.0, 1.0), (0.5, 0.2)])
 def test_as_many_candidates_have_momentum_as_said(share, monkeypatch):
-    monkeypatch.setattr(moves, "momentum_steps", lambda x, *others: np.full(x.shape, 0.07))
-    monkeypatch.setattr(moves, "within_a_step", anywhere)
+    monkeypatch.setattr(
+        "mgeo.algorithms.moves.momentum_steps", lambda x, *others: np.full(x.shape, 0.07)
+    )
+    monkeypatch.setattr("mgeo.algorithms.moves.within_a_step", anywhere)
     run = begun(MGEODirected(n_walkers=200, momentum=share), ZDT1(n_var=4), 2)
     points, walkers = candidates(run)
     marked = np.isclose(points - walkers[:, None], 0.07).any(axis=2)  # others are at the bound
@@ -358,8 +361,8 @@ def test_a_target_is_an_archived_point_or_the_nearest_one(monkeypatch):
     either = {"momentum": (1.0, 1.0), "targets": (0.5, 0.0)}
     run = begun(directed(n_walkers=40, **either), ZDT1(n_var=4), 5)
     archived, nearest = run.front.individuals.get("X"), run.archived(run._nearest())
-    monkeypatch.setattr(moves, "momentum_steps", spy)
-    monkeypatch.setattr(moves, "within_a_step", anywhere)
+    monkeypatch.setattr("mgeo.algorithms.moves.momentum_steps", spy)
+    monkeypatch.setattr("mgeo.algorithms.moves.within_a_step", anywhere)
     walkers = candidates(run)[1]
     ((x, targets),) = seen
     np.testing.assert_array_equal(x, np.repeat(walkers, 3, axis=0))
@@ -380,9 +383,11 @@ def test_other_targets_are_the_nearest_of_a_few_drawn(share, crowd, monkeypatch)
     run = begun(MGEODirected(n_walkers=60, momentum=(1.0, 1.0)), ZDT1(n_var=4), 8)
     run.targets = [share, crowd]
     archived, nearest = run.front.individuals.get("X"), run.archived(run._nearest())
-    monkeypatch.setattr(moves, "nearest_drawn", spy)
-    monkeypatch.setattr(moves, "momentum_steps", lambda x, b, t, *o: seen.append(t) or 0.0 * x)
-    monkeypatch.setattr(moves, "within_a_step", anywhere)
+    monkeypatch.setattr("mgeo.algorithms.moves.nearest_drawn", spy)
+    monkeypatch.setattr(
+        "mgeo.algorithms.moves.momentum_steps", lambda x, b, t, *o: seen.append(t) or 0.0 * x
+    )
+    monkeypatch.setattr("mgeo.algorithms.moves.within_a_step", anywhere)
     candidates(run)
     ((drawn, found),) = few
     assert drawn.shape == (180, max(1, int(crowd * len(archived) ** 0.5)))
@@ -423,7 +428,7 @@ def test_walkers_at_the_extremes_are_drawn_to_points_within_a_step_alone(monkeyp
         return np.full(x.shape, 0.07)
 
     run, seen = begun(MGEODirected(n_walkers=60, momentum=(1.0, 1.0)), ZDT1(n_var=4), 5), []
-    monkeypatch.setattr(moves, "momentum_steps", spy)
+    monkeypatch.setattr("mgeo.algorithms.moves.momentum_steps", spy)
     points, walkers = candidates(run)
     far = np.abs(run.front.individuals.get("X") - walkers[:, None]).max(axis=2) > 0.2
     alone, between = far.all(axis=1) & ~run._between(), run._between()
@@ -477,7 +482,7 @@ def test_a_choice_does_not_go_on(monkeypatch):
         seen.append(before)
         return momentum_steps(x, before, *others)
 
-    monkeypatch.setattr(moves, "momentum_steps", spy)
+    monkeypatch.setattr("mgeo.algorithms.moves.momentum_steps", spy)
     run = begun(MGEODirected(n_walkers=30, momentum=(1.0, 1.0)), Pick(), 6)
     assert run.state.momentum.any(axis=0).all()
 
@@ -485,7 +490,7 @@ def test_a_choice_does_not_go_on(monkeypatch):
         np.testing.assert_array_equal(targets[:, 0], x[:, 0])
         return anywhere(x, targets, extent)
 
-    monkeypatch.setattr(moves, "within_a_step", near)
+    monkeypatch.setattr("mgeo.algorithms.moves.within_a_step", near)
     run.ask()
     np.testing.assert_array_equal(seen[-1][:, 0], np.zeros(60))
     np.testing.assert_array_equal(seen[-1][:, 1], np.repeat(run.state.momentum[:, 1], 2))

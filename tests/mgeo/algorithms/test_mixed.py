@@ -14,10 +14,7 @@ from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 
 from mgeo import MGEOCanonical, MGEODirected, MGEOVar
-from mgeo.algorithms import Variables
-from mgeo.algorithms.state import SavedState, capture, restore
-from mgeo.algorithms.steps import whole_steps
-from mgeo.algorithms.variables import KINDS
+from mgeo.algorithms import KINDS, SavedState, Variables, capture, restore, whole_steps
 from mgeo.testing import check_problem
 
 from .. import naive

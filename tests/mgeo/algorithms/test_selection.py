@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chi2_contingency, chisquare
 
 from mgeo import MGEOVar
-from mgeo.algorithms.selection import pick, rank
+from mgeo.algorithms import pick, rank
 
 from .. import naive
 from .problems import Fixed

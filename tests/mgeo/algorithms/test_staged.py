@@ -9,8 +9,8 @@ from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
 
 from mgeo import MGEODirected, MGEOStaged, compare
-from mgeo.evaluation.dominance import nondominated
-from mgeo.runs.solve import solve
+from mgeo.evaluation import nondominated
+from mgeo.runs import solve
 from mgeo.testing import check_algorithm
 
 

@@ -18,8 +18,7 @@ from pymoo.util.archive import MultiObjectiveArchive
 
 import mgeo.algorithms
 from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, ParetoArchive
-from mgeo.algorithms import RunState
-from mgeo.algorithms.state import SavedState, capture, full_name, restore
+from mgeo.algorithms import RunState, SavedState, capture, full_name, restore
 
 from .problems import Fixed, Mixture
 from .variants import VARIANTS

@@ -6,14 +6,14 @@ import subprocess
 import sys
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
+from pkgutil import resolve_name
 
 import cocoex
 import numpy as np
 import pytest
 
-from mgeo.benchmarks import coco
-from mgeo.benchmarks.collections import expanded, short_name
-from mgeo.plugins.problems import load_problem
+from mgeo.benchmarks import expanded, short_name
+from mgeo.plugins import load_problem
 
 NAME = "coco:bbob-biobj/f12/d10/i3"
 
@@ -76,11 +76,15 @@ def test_threads_and_processes_find_the_same():
         assert np.array_equal(list(processes.map(problem.evaluate, batches)), expected)
 
 
+def forget():
+    for cached in ("_suite", "_coco"):
+        resolve_name(f"mgeo.benchmarks.coco.{cached}").cache_clear()
+
+
 def test_functions_forgotten_by_the_process_are_made_again(monkeypatch):
     problem, X = load_problem(NAME), points(5)
     expected = problem.evaluate(X)
-    coco._suite.cache_clear()
-    coco._coco.cache_clear()
+    forget()
     gc.collect()
     assert np.array_equal(problem.evaluate(X), expected)
 
@@ -110,8 +114,7 @@ def test_it_takes_no_options():
 
 def test_without_the_extra_it_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "cocoex", None)
-    coco._suite.cache_clear()
-    coco._coco.cache_clear()
+    forget()
     with pytest.raises(ValueError, match=r"need the extra 'coco': pip install 'mgeo\[coco\]'"):
         load_problem(NAME)
 

@@ -9,9 +9,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from mgeo.cli.app import app
-from mgeo.cli.commands import EXAMPLES
-from mgeo.cli.errors import ExitCode
+from mgeo.cli import EXAMPLES, ExitCode, app
 
 GROUP = typer.main.get_command(app)
 

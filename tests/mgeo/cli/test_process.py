@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from mgeo.runs.prepare import PreparedRun
-from mgeo.store.run_folder import read_run
+from mgeo.runs import PreparedRun
+from mgeo.store import read_run
 
 COMMAND = [sys.executable, "-m", "mgeo"]
 LONG = ["--evaluations", "10000000", "--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]

@@ -7,10 +7,9 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.problems.multi import ZDT1
 from rich.console import Console
 
-from mgeo.cli.errors import StopRequest
-from mgeo.cli.progress import Progress, clock
-from mgeo.runs.solve import solve
-from mgeo.store.run import Hypervolume
+from mgeo.cli import Progress, StopRequest, clock
+from mgeo.runs import solve
+from mgeo.store import Hypervolume
 
 #: Hypervolumes that compare with those of other runs, and that do not.
 COMPARABLE, OWN = (Hypervolume(value=0.81234, space=space) for space in ("problem", "seen"))

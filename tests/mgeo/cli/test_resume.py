@@ -13,10 +13,7 @@ import numpy as np
 import pytest
 
 from mgeo import read_record
-from mgeo.store.atomic import write_file
-from mgeo.store.checkpoint import read_notes
-from mgeo.store.lock import lock
-from mgeo.store.run_folder import CHECKPOINT_FILE, read_run
+from mgeo.store import CHECKPOINT_FILE, lock, read_notes, read_run, write_file
 
 SHORT = ["--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]  # 8 evaluations a generation
 

@@ -14,7 +14,7 @@ from pymoo.problems.many import DTLZ2
 from pymoo.problems.multi import BNH, OSY, ZDT1
 
 from mgeo import MGEOReal, View
-from mgeo.plugins.checks.algorithm import Bowls
+from mgeo.plugins.checks import Bowls
 from mgeo.testing import CheckError, check_algorithm, check_problem
 
 

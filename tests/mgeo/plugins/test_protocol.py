@@ -1,8 +1,7 @@
 import pytest
 from pymoo.core.problem import Problem
 
-from mgeo.plugins import protocol
-from mgeo.plugins.protocol import column_names
+from mgeo.plugins import column_names, protocol
 
 
 def problem(**attributes):

@@ -10,12 +10,10 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from mgeo.cli.app import app
-from mgeo.plugins.problems import load_problem
-from mgeo.plugins.shown import Review, Section
-from mgeo.report import compare, compare_html, report_html
-from mgeo.store.run_folder import read_run
-from mgeo.store.solution_file import solution_document
+from mgeo.cli import app
+from mgeo.plugins import Review, Section, load_problem
+from mgeo.report import compare_html, distinct, fronts_figure, read, report_html
+from mgeo.store import read_run, solution_document
 
 from .test_report import EVIL, Tags
 
@@ -153,7 +151,7 @@ def test_a_solution_beside_a_run_is_in_its_front(two, files, first):
     assert unescape(view.answers()[0]) in unescape(html)
     (mass,) = (row for row in rows(html) if row[0] == "mass [kg]" and len(row) == 4)
     assert float(mass[2 if first else 1]) == pytest.approx(view.F[0, 0], rel=1e-4)
-    found = compare._fronts([compare.read(path) for path in both])
+    found = fronts_figure([read(path) for path in both])
     points = [trace for trace in found.data if len(trace.x) == 1]
     assert [trace.showlegend for trace in points] == ([False, True] if first else [True, False])
     assert points[1 if first else 0].x[0] == view.F[0, 0]
@@ -182,7 +180,7 @@ def test_paths_are_told_apart_by_their_ends(tmp_path):
         ("a/x", "a/y", ["x", "y"]),
         ("a/x", "a/x", ["x, once", "x, again"]),
     ]:
-        assert compare.distinct(tmp_path / one, tmp_path / other) == names
+        assert distinct(tmp_path / one, tmp_path / other) == names
 
 
 def test_a_file_alone_and_one_that_is_no_json_are_told_of(files, two):

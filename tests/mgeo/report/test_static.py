@@ -13,9 +13,9 @@ import plotly.graph_objects as go
 import pytest
 from typer.testing import CliRunner
 
-from mgeo.cli.app import app
-from mgeo.figures.style import COLORS, HOVER, finished, for_paper, symbol
-from mgeo.report import static
+from mgeo.cli import app
+from mgeo.figures import COLORS, HOVER, finished, for_paper, symbol
+from mgeo.report import StaticExportError, drawn_by, shaped
 
 from ...browser import find_browser
 
@@ -130,8 +130,8 @@ def test_only_an_unreadable_message_of_the_browser_is_kept_out_of_the_log(caplog
     def no_browser(**options):
         raise RuntimeError("none")
 
-    with pytest.raises(static.StaticExportError):
-        asyncio.run(static._drawn({}, ["png"], no_browser))
+    with pytest.raises(StaticExportError):
+        asyncio.run(drawn_by({}, ["png"], no_browser))
     log = logging.getLogger(pipe.__name__)
     log.error("JSONError decoding message. Ignoring")
     log.warning("something else")
@@ -149,7 +149,7 @@ def test_what_only_a_screen_can_do_is_not_printed():
     finished(figure, "A title", f"points{HOVER}")
     figure.update_layout(xaxis2={"side": "top"})
     figure.update_layout(updatemenus=[{"buttons": [{"label": "a", "method": "update"}]}])
-    still = static.shaped({"a": figure}, paper=False)["a"]
+    still = shaped({"a": figure}, paper=False)["a"]
     assert not still.layout.updatemenus
     assert still.layout.title.text.endswith("13px'>points</span>")
     printed = for_paper(figure)

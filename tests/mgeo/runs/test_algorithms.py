@@ -15,17 +15,17 @@ from pymoo.problems.many import DTLZ2
 from pymoo.problems.multi import BNH, ZDT1
 from pymoo.problems.single import Sphere
 
-from mgeo.algorithms.variables import designs_of
-from mgeo.plugins import view_of
-from mgeo.plugins.problems import load_problem
-from mgeo.runs.algorithms import (
+from mgeo.algorithms import designs_of
+from mgeo.plugins import load_problem, view_of
+from mgeo.runs import (
     ALGORITHMS,
     build_algorithm,
     complete_parameters,
     default_evaluations,
+    limits,
+    set_up,
+    solve,
 )
-from mgeo.runs.limits import limits
-from mgeo.runs.solve import set_up, solve
 
 from ..algorithms.test_mixed import Rod as Strict
 

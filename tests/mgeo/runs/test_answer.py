@@ -5,9 +5,7 @@ from pymoo.problems import get_problem
 
 from mgeo.algorithms import MGEODirected
 from mgeo.plugins import view_of
-from mgeo.runs.answer import answer
-from mgeo.runs.limits import nearest_kept
-from mgeo.runs.solve import solve
+from mgeo.runs import answer, nearest_kept, solve
 
 from .test_limits import Heights, Told
 

@@ -8,8 +8,7 @@ import pytest
 from pymoo.core.problem import Problem
 
 from mgeo import MGEODirected, MGEOStaged
-from mgeo.runs import prepare as module
-from mgeo.runs.prepare import estimate
+from mgeo.runs import estimate
 
 
 class Dearer(Problem):
@@ -42,7 +41,9 @@ class Dearer(Problem):
 @pytest.fixture
 def problem(monkeypatch):
     dearer = Dearer()
-    monkeypatch.setattr(module, "_clocks", lambda: (dearer.seconds, 2.0 * dearer.seconds))
+    monkeypatch.setitem(
+        estimate.__globals__, "_clocks", lambda: (dearer.seconds, 2.0 * dearer.seconds)
+    )
     return dearer
 
 

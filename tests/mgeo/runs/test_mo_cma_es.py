@@ -6,7 +6,7 @@ import pytest
 from deap.cma import StrategyMultiObjective
 from pymoo.optimize import minimize
 
-from mgeo.runs.mo_cma_es import MOCMAES, _fitness, _least_contributor, _Point
+from mgeo.runs import MOCMAES, Point, fitness_of, least_contributor
 
 from .ellipsoids import Ellipsoids
 
@@ -19,7 +19,7 @@ def test_it_goes_as_deaps_own_loop(monkeypatch):
         algorithm.next()
 
     rng = np.random.default_rng(4)
-    theirs = [_Point(x) for x in rng.random((n, 4))]
+    theirs = [Point(x) for x in rng.random((n, 4))]
     monkeypatch.setattr(np.random, "randn", lambda *shape: rng.standard_normal(shape))
 
     def evaluate(points):
@@ -27,12 +27,12 @@ def test_it_goes_as_deaps_own_loop(monkeypatch):
         outside = ((X - np.clip(X, 0, 1)) ** 2).sum(axis=1)
         F = problem.evaluate(-5 + 10 * np.clip(X, 0, 1))
         for point, f in zip(points, F + 1e-6 * outside[:, None], strict=True):
-            point.fitness = _fitness(f)
+            point.fitness = fitness_of(f)
 
     evaluate(theirs)
     strategy = StrategyMultiObjective(theirs, 0.1, mu=n, lambda_=n)
     for _ in range(generations - 1):
-        offspring = strategy.generate(_Point)
+        offspring = strategy.generate(Point)
         evaluate(offspring)
         strategy.update(offspring)
     assert np.array(algorithm._strategy.parents) == pytest.approx(np.array(strategy.parents))
@@ -45,13 +45,13 @@ def test_the_least_contributor_is_that_of_deap():
     rng = np.random.default_rng(1)
     for _ in range(20):
         f = np.sort(rng.random(9))
-        front = [_Point([0.0]) for _ in f]
+        front = [Point([0.0]) for _ in f]
         for point, values in zip(
             front, np.column_stack([f, np.sort(rng.random(9))[::-1]]), strict=True
         ):
-            point.fitness = _fitness(values)
+            point.fitness = fitness_of(values)
         ref = np.full(2, 2.0)
-        assert _least_contributor(front, ref) == deap.tools.hypervolume(front, ref=ref)
+        assert least_contributor(front, ref) == deap.tools.hypervolume(front, ref=ref)
 
 
 @pytest.mark.slow

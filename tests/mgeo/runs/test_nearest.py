@@ -8,15 +8,11 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
 
 from mgeo import MGEOReal, view_of
-from mgeo.evaluation.dominance import nondominated
-from mgeo.plugins.view import TOLERANCE
-from mgeo.runs.limits import dead_end
-from mgeo.runs.meters import MOST
-from mgeo.runs.prepare import prepare
-from mgeo.runs.solve import solve
-from mgeo.store.run import Run
-from mgeo.store.run_folder import read_run, write_run
-from mgeo.validation.tables import FileError
+from mgeo.evaluation import nondominated
+from mgeo.plugins import TOLERANCE
+from mgeo.runs import MOST, dead_end, prepare, solve
+from mgeo.store import Run, read_run, write_run
+from mgeo.validation import FileError
 
 from .test_limits import Told
 

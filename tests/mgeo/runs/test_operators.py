@@ -27,8 +27,7 @@ from pymoo.operators.sampling.rnd import IntegerRandomSampling, PermutationRando
 from pymoo.problems.multi import ZDT1
 
 from mgeo import MGEODirected, compare
-from mgeo.runs.operators import SeededComparison, fitted
-from mgeo.runs.solve import solve
+from mgeo.runs import SeededComparison, fitted, solve
 
 DIRECTIONS = np.column_stack([np.linspace(0, 1, 12), np.linspace(1, 0, 12)])
 
@@ -155,7 +154,7 @@ def test_one_objective_too():
 @pytest.mark.parametrize("top", [0.0, 1.0, 3.0])
 def test_a_run_ends_where_there_are_few_designs(top, monkeypatch):
     # C-TAEA begins with fewer than it has directions, if equal designs are left out at first
-    monkeypatch.setattr("mgeo.runs.solve.IDLE_STEPS", 3)
+    monkeypatch.setitem(solve.__globals__, "IDLE_STEPS", 3)
     problem = Whole()
     problem.xu = np.full(3, top)
     for algorithm in (CTAEA(DIRECTIONS), NSGA2(pop_size=12)):

@@ -7,10 +7,8 @@ from pymoo.problems.multi import BNH, ZDT1
 from pymoo.problems.single import Sphere
 
 from mgeo import EvaluationError, compare
-from mgeo.runs.algorithms import build_algorithm
-from mgeo.runs.solve import set_up, solve
-from mgeo.studies import NothingToCompareError
-from mgeo.studies.run import EvaluationLog, WatchedEvaluator
+from mgeo.runs import build_algorithm, set_up, solve
+from mgeo.studies import EvaluationLog, NothingToCompareError, WatchedEvaluator
 
 
 def ordered(F):

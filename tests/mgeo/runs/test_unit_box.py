@@ -8,9 +8,7 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH
 
-from mgeo.runs.algorithms import build_algorithm
-from mgeo.runs.como_cma_es import COMOCMAES
-from mgeo.runs.mo_cma_es import MOCMAES
+from mgeo.runs import COMOCMAES, MOCMAES, build_algorithm
 
 from .ellipsoids import Ellipsoids
 

@@ -5,10 +5,7 @@ from typing import Annotated
 
 import typer
 
-from mgeo.cli.completion import toml_files
-from mgeo.cli.errors import bad_input
-from mgeo.cli.options import Debug, Json
-from mgeo.cli.output import Output
+from mgeo.cli import Debug, Json, Output, bad_input, toml_files
 
 app = typer.Typer(help="Beams, weighed.", rich_markup_mode="rich")
 

@@ -5,6 +5,7 @@ import errno
 import hashlib
 import itertools
 import re
+from pkgutil import resolve_name
 
 import numpy as np
 import pytest
@@ -25,9 +26,8 @@ from mgeo import (
     read_record,
     resume,
 )
-from mgeo.store import checkpoint as checkpoint_module
-from mgeo.store.checkpoint import read_notes
-from mgeo.validation.tables import FileError
+from mgeo.store import read_notes
+from mgeo.validation import FileError
 
 PROBLEM = ZDT1(n_var=4)
 NAMES = [name for name in mgeo.algorithms.__all__ if name.startswith("MGEO")]
@@ -144,14 +144,14 @@ def test_the_evaluator_s_settings_go_on_unless_another_is_given(tmp_path):
     ],
 )
 def test_settings_of_an_evaluator_that_are_none(checkpoint, key, value, message, monkeypatch):
-    read = checkpoint_module._read
+    read = resolve_name("mgeo.store.checkpoint._read")
 
     def changed(path):
         state, data = read(path)
         settings = state.data["evaluator"] | {key: value}
         return dataclasses.replace(state, data=state.data | {"evaluator": settings}), data
 
-    monkeypatch.setattr(checkpoint_module, "_read", changed)
+    monkeypatch.setattr("mgeo.store.checkpoint._read", changed)
     with pytest.raises(ValueError, match=message):
         resume(checkpoint, PROBLEM)
 

@@ -11,7 +11,7 @@ try:
 except ImportError:
     fcntl = None
 
-from mgeo.store.lock import LOCK_FILE, lock
+from mgeo.store import LOCK_FILE, lock
 
 HOLD = "import sys, time\nfrom pathlib import Path\nfrom mgeo.store.lock import lock\n" + (
     "with lock(Path(sys.argv[1])): print('in', flush=True); time.sleep(60)"
@@ -64,7 +64,7 @@ def test_one_that_is_removed_while_somebody_waits_to_open_it_is_no_lock(tmp_path
         opened.append(path)
         return found
 
-    monkeypatch.setattr("mgeo.store.lock.os.open", slow)
+    monkeypatch.setattr("os.open", slow)
     with lock(tmp_path), pytest.raises(ValueError, match="is in use"), lock(tmp_path):
         pass
     assert len(opened) == 3
@@ -95,9 +95,9 @@ def test_where_nothing_that_is_open_can_be_removed(tmp_path, monkeypatch):
             raise PermissionError(13, "used by another process", str(path))
         real(path)
 
-    monkeypatch.setattr("mgeo.store.lock.os.open", open_it)
-    monkeypatch.setattr("mgeo.store.lock.os.close", close)
-    monkeypatch.setattr("mgeo.store.lock.Path.unlink", unlink)
+    monkeypatch.setattr("os.open", open_it)
+    monkeypatch.setattr("os.close", close)
+    monkeypatch.setattr("pathlib.Path.unlink", unlink)
     with lock(tmp_path):
         assert opened
     assert list(tmp_path.iterdir()) == []

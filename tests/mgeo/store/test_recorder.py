@@ -5,6 +5,7 @@ import sqlite3
 import threading
 import time
 from contextlib import closing
+from pkgutil import resolve_name
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ from mgeo import (
     read_record,
 )
 from mgeo.store import record_file
-from mgeo.validation.tables import FileError
+from mgeo.validation import FileError
 
 PROBLEM = ZDT1(n_var=3)
 
@@ -171,7 +172,7 @@ def test_it_can_be_read_while_it_grows(tmp_path):
 def test_a_record_is_read_though_every_reading_meets_a_writer(tmp_path, monkeypatch):
     solve(callback=Recorder(tmp_path))
     _, generations = record_file.read(tmp_path)
-    whole, left = record_file._read, iter(range(11, 31))
+    whole, left = resolve_name("mgeo.store.record_file._read"), iter(range(11, 31))
 
     def met(folder):
         for number in left:
@@ -328,7 +329,7 @@ def test_nothing_but_numbers_is_read(dtype, tmp_path, monkeypatch):
     names, _ = record_file.read(tmp_path)
     with closing(sqlite3.connect(tmp_path / "record.sqlite")) as database, database:
         ((rows,),) = database.execute("SELECT candidates FROM generations WHERE number = 1")
-        check = record_file._crc32(names, 1, dtype, rows)
+        check = record_file.crc32_of(names, 1, dtype, rows)
         database.execute(
             "UPDATE generations SET dtype = ?, crc32 = ? WHERE number = 1", [dtype, check]
         )

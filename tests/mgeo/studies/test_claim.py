@@ -5,11 +5,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from mgeo.cli.app import app
-from mgeo.studies import run_study
-from mgeo.studies.file import parse_study
-from mgeo.studies.run import Failure, record
-from mgeo.studies.stored import check, claim
+from mgeo.cli import app
+from mgeo.studies import Failure, check, claim, parse_study, record, run_study
 
 STUDY = """
 title = "one"

@@ -15,8 +15,8 @@ from pymoo.problems.multi import ZDT1
 from typer.testing import CliRunner
 
 from mgeo import MGEOReal, compare
-from mgeo.cli.app import app
-from mgeo.studies.dispatch import WorkerError
+from mgeo.cli import app
+from mgeo.studies import WorkerError
 
 distributed = pytest.importorskip(
     "distributed", reason="needs the extra: pip install 'mgeo[distributed]'"

@@ -5,8 +5,9 @@ import pandas as pd
 import pytest
 from pymoo.problems.many import DTLZ2
 
-from mgeo.studies import Comparison
+from mgeo.studies import Comparison, friedman
 from mgeo.studies.figures import (
+    alike,
     anytime_figure,
     attainment_figure,
     boxes_figure,
@@ -14,12 +15,10 @@ from mgeo.studies.figures import (
     difference_figure,
     each_figure,
     fronts_figure,
+    looks,
     ranks_figure,
     targets_figure,
 )
-from mgeo.studies.figures.ranks import alike
-from mgeo.studies.figures.style import looks
-from mgeo.studies.statistics import friedman
 
 from .samples import FRONTS, VALUES, comparison, record
 

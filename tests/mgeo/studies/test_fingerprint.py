@@ -24,7 +24,7 @@ from pymoo.problems.multi import ZDT1
 from scipy.interpolate import CubicSpline
 
 from mgeo import MGEOReal, compare
-from mgeo.plugins.discovery import PluginError
+from mgeo.plugins import PluginError
 from mgeo.studies.fingerprint import UncertainError, fingerprint
 
 from .problems import Element, Half

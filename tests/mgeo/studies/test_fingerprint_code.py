@@ -14,7 +14,7 @@ from pymoo.problems.functional import FunctionalProblem
 from pymoo.problems.multi import ZDT1
 from scipy.interpolate import CubicSpline
 
-from mgeo.studies.fingerprint import UncertainError, fingerprint, modules
+from mgeo.studies.fingerprint import UncertainError, fingerprint
 
 HEAD = """
 import functools, math
@@ -238,6 +238,7 @@ def forget():
 
     def clear(distributions=False):
         importlib.invalidate_caches()
+        modules = importlib.import_module("mgeo.studies.fingerprint.modules")
         for cached in vars(modules).values():
             if hasattr(cached, "cache_clear") and (
                 distributions or cached is not modules._providers
@@ -470,7 +471,9 @@ def test_numpy_scipy_and_python_count_by_name(monkeypatch, forget):
     values = [np.mean, np.sin, functools.partial(pow, 2), CubicSpline([0, 1], [0, 2]), ZDT1]
     before = [fingerprint(value) for value in values]
     forget()
-    monkeypatch.setattr(modules, "_identity", lambda owner: f"{owner.name} 99.0")
+    monkeypatch.setattr(
+        "mgeo.studies.fingerprint.modules._identity", lambda owner: f"{owner.name} 99.0"
+    )
     after = [fingerprint(value) for value in values]
     assert after[:-1] == before[:-1]
     assert after[-1] != before[-1]  # pymoo's version is that of a problem

@@ -8,10 +8,16 @@ from pymoo.problems.multi import ZDT1
 from scipy.spatial.distance import cdist
 
 from mgeo import View
-from mgeo.store.study_run import StudyRun
-from mgeo.studies import NothingToCompareError
-from mgeo.studies.indicators import INDICATORS, applicable, parts_of, trace
-from mgeo.studies.space import REFERENCE_SIZE, indicator_space
+from mgeo.store import StudyRun
+from mgeo.studies import (
+    INDICATORS,
+    REFERENCE_SIZE,
+    NothingToCompareError,
+    applicable,
+    indicator_space,
+    parts_of,
+    trace,
+)
 
 HV, IGD, EPS = INDICATORS
 unit = st.floats(0, 1, width=32)

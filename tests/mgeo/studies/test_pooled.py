@@ -8,8 +8,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from mgeo.studies.indicators import INDICATORS
-from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
+from mgeo.studies import INDICATORS, friedman_over_problems, problem_values, ranks_over_problems
 
 NAMES = ("one", "two", "three")
 

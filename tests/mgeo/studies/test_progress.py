@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from mgeo.studies.progress import progress
+from mgeo.studies import progress
 
 
 class Terminal(io.StringIO):

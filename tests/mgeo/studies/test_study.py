@@ -17,29 +17,29 @@ from scipy import stats
 from typer.testing import CliRunner
 
 from mgeo import MGEOReal
-from mgeo.cli.app import app
+from mgeo.cli import app
 from mgeo.studies import (
     Comparison,
     FailedRunsWarning,
+    Failure,
     NothingToCompareError,
-    read_comparison,
-    read_comparisons,
-    read_study,
-    run_study,
-)
-from mgeo.studies.conclusions import (
+    PublishedTable,
     against,
     comparison_with_published,
     conclusions,
     control_table,
+    folder_name,
+    friedman_over_problems,
+    parse_study,
     parts_table,
+    problems_table,
+    ranks_over_problems,
+    read_comparison,
+    read_comparisons,
+    read_study,
+    record,
+    run_study,
 )
-from mgeo.studies.file import parse_study
-from mgeo.studies.labels import folder_name
-from mgeo.studies.pooled import friedman_over_problems, ranks_over_problems
-from mgeo.studies.run import Failure, record
-from mgeo.studies.schema import PublishedTable
-from mgeo.studies.tables import problems_table
 
 from .samples import VALUES, comparison
 from .test_file import STUDIES

@@ -7,10 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mgeo.studies import run_study
+from mgeo.studies import SHORTFALLS, parse_study, run_study, runtimes, targets_reached
 from mgeo.studies.figures import targets_figure
-from mgeo.studies.file import parse_study
-from mgeo.studies.results import SHORTFALLS, runtimes, targets_reached
 
 
 def results(values, n_var=4, name="hypervolume", runs=None):

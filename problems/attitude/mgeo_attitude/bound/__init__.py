@@ -1,7 +1,5 @@
 """What no maneuver can beat: lower bounds of the covariance at all times, without a search."""
 
-from mgeo_attitude.bound.assembly import limit, limit_of_starts
-from mgeo_attitude.bound.curves import LimitCurves
-from mgeo_attitude.bound.samples import NoLimit
+import lazy_loader
 
-__all__ = ["LimitCurves", "NoLimit", "limit", "limit_of_starts"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -7,34 +7,6 @@ files and describes them to editors::
     # InvalidValue: eccentricity = 1.2: expected a number in [0, 1) (orbit eccentricity)
 """
 
-from mgeo_attitude.fields.quantity import (
-    InvalidType,
-    InvalidValue,
-    KeyProblem,
-    Kinds,
-    Quantity,
-    declared,
-    expect,
-    known_names,
-    positive,
-    quantity,
-)
-from mgeo_attitude.fields.section import Validated
-from mgeo_attitude.fields.tables import from_table, require_same, to_table
+import lazy_loader
 
-__all__ = [
-    "InvalidType",
-    "InvalidValue",
-    "KeyProblem",
-    "Kinds",
-    "Quantity",
-    "Validated",
-    "declared",
-    "expect",
-    "from_table",
-    "known_names",
-    "positive",
-    "quantity",
-    "require_same",
-    "to_table",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -17,7 +17,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -31,8 +31,9 @@ import platformdirs
 
 from mgeo.store.atomic import write_file
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.filter import discretization, lanewise, polynomials
+from mgeo_attitude.filter import discretization, polynomials
 from mgeo_attitude.filter.codegen import module_source
+from mgeo_attitude.filter.lanewise import lanewise
 from mgeo_attitude.filter.layout import NO_MONITORS, Monitors
 from mgeo_attitude.sensors.suite import Suite
 
@@ -73,7 +74,9 @@ def load_driver() -> ModuleType:
     return load_module("driver", source, [discretization, polynomials, lanewise])
 
 
-def load_module(kind: str, source: str, ingredients: Iterable[ModuleType]) -> ModuleType:
+def load_module(
+    kind: str, source: str, ingredients: Iterable[ModuleType | Callable[..., object]]
+) -> ModuleType:
     """A module from memory, the user's cache or its source.
 
     Of threads that ask for modules at once, one loads and the others wait.
@@ -84,11 +87,11 @@ def load_module(kind: str, source: str, ingredients: Iterable[ModuleType]) -> Mo
         What it is called, and where in the cache.
     source : str
         Its text.
-    ingredients : modules
+    ingredients : modules, or a function for all of its module
         Whose compiled functions it calls: a change there must not find an old module.
     """
     parts = [source, numba.__version__, llvmlite.__version__, np.__version__, sys.version]
-    parts += [inspect.getsource(module) for module in ingredients]
+    parts += [inspect.getsource(inspect.getmodule(each) or each) for each in ingredients]
     digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()
     name = f"{kind}_{digest[:16]}"
     with _loading:

@@ -112,7 +112,7 @@ def matrix(g: Floats) -> Floats:
     return turned
 
 
-def vector(R: Floats) -> Floats:
+def rotation_vector(R: Floats) -> Floats:
     """The g of R(g) = R."""
     g: Floats = np.stack([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     g *= 2.0 / (1.0 + R[0, 0] + R[1, 1] + R[2, 2])

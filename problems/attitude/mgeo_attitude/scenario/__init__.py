@@ -3,50 +3,9 @@
 import warnings
 from typing import Any
 
-from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit
-from mgeo_attitude.environment.ephemeris import EphemerisOrbit
-from mgeo_attitude.environment.orbit import Orbit, OrbitFile
-from mgeo_attitude.fields import KeyProblem
-from mgeo_attitude.scenario.actuators import Coils, Wheels
-from mgeo_attitude.scenario.channels import Channel
-from mgeo_attitude.scenario.initial import InitialConditions
-from mgeo_attitude.scenario.prior import Prior
-from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.scenario.schema import scenario_schema
-from mgeo_attitude.scenario.settings import (
-    Convergence,
-    ManeuverLimits,
-    PathLimit,
-    RequiredSigma,
-    TraceWeights,
-)
-from mgeo_attitude.scenario.toml import ScenarioFileError
-from mgeo_attitude.scenario.windows import Contact, FlightErrors, Window
+import lazy_loader
 
-__all__ = [
-    "Channel",
-    "Coils",
-    "Contact",
-    "Convergence",
-    "EphemerisOrbit",
-    "FlightErrors",
-    "InitialConditions",
-    "KeyProblem",
-    "ManeuverLimits",
-    "MeanElements",
-    "Orbit",
-    "OrbitFile",
-    "PathLimit",
-    "Prior",
-    "RequiredSigma",
-    "Scenario",
-    "ScenarioFileError",
-    "TLEOrbit",
-    "TraceWeights",
-    "Wheels",
-    "Window",
-    "scenario_schema",
-]
+_getattr, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
 def __getattr__(name: str) -> Any:
@@ -55,5 +14,5 @@ def __getattr__(name: str) -> Any:
         warnings.warn(
             "EphemerisFile is now called OrbitFile; gone in 0.4", DeprecationWarning, stacklevel=2
         )
-        return OrbitFile
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        name = "OrbitFile"
+    return _getattr(name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors import Photodiode
 
 

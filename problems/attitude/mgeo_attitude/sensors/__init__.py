@@ -1,34 +1,5 @@
 """Gyro and sensors: their parameters, their error models, and their readings as arrays."""
 
-from mgeo_attitude.sensors.base import Alike, GaussMarkov, Sensor, State, sigma_of
-from mgeo_attitude.sensors.direction_sensors import HorizonSensor, TwoAxisSunSensor
-from mgeo_attitude.sensors.gyro import Gyro
-from mgeo_attitude.sensors.influences import Influence
-from mgeo_attitude.sensors.photodiode import Photodiode
-from mgeo_attitude.sensors.star_tracker import StarTracker
-from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
-from mgeo_attitude.sensors.world import World
+import lazy_loader
 
-#: Sensor classes by the ``kind`` that names them in a scenario file.
-SENSORS: dict[str, type[Sensor]] = {
-    cls.kind: cls
-    for cls in (SunSensor, TwoAxisSunSensor, Photodiode, HorizonSensor, Magnetometer, StarTracker)
-}
-
-__all__ = [
-    "SENSORS",
-    "Alike",
-    "GaussMarkov",
-    "Gyro",
-    "HorizonSensor",
-    "Influence",
-    "Magnetometer",
-    "Photodiode",
-    "Sensor",
-    "StarTracker",
-    "State",
-    "SunSensor",
-    "TwoAxisSunSensor",
-    "World",
-    "sigma_of",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

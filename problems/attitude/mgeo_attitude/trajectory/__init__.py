@@ -1,5 +1,5 @@
 """A plan as a whole, to the end of its run or until the satellite is back at its attitude law."""
 
-from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory, slew_back
+import lazy_loader
 
-__all__ = ["SlewBack", "Trajectory", "slew_back"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -106,7 +106,7 @@ def slew_back(
     before = _until(np.asarray(design, dtype=float), t_end, step, limits)
     last = round(t_end / step)
     plan = schedule(before, step, limits, last)
-    search = _Search(scenario, t_end, limits, *_end(plan, last, step, initial_attitude))
+    search = Search(scenario, t_end, limits, *_end(plan, last, step, initial_attitude))
     least, most = 0, 1
     while (found := search.maneuvers(most)) is None:
         if most >= scenario.n_steps:
@@ -149,7 +149,7 @@ def _end(plan: Schedule, last: int, step: float, attitude: Floats) -> tuple[Floa
 
 
 @dataclass
-class _Search:
+class Search:
     """Looks for slews of a number of steps from an attitude and a rate at `start` [s]."""
 
     scenario: Scenario

@@ -1,5 +1,5 @@
 """What is told of designs: `ManeuverView`, and its tables, answers, remarks and figures."""
 
-from mgeo_attitude.view.maneuver_view import ManeuverView
+import lazy_loader
 
-__all__ = ["ManeuverView"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,5 +1,5 @@
 """Why telemetry is not calibrated: causes that are seen without any attitude, each in a line."""
 
-from mgeo_calibration.diagnosis.causes import causes, checks
+import lazy_loader
 
-__all__ = ["causes", "checks"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -144,7 +144,7 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     rates = np.radians(telemetry.gyro_deg_s[np.isfinite(telemetry.gyro_deg_s[:, 0])])
     off = gyro_spikes(suite, telemetry)
     rates -= off
-    gyro, change, missing, breaks = _steps(times, at, rates, usual)
+    gyro, change, missing, breaks = rate_steps(times, at, rates, usual)
     declared = suite.gyro.quantization_deg_per_s or 0.0
     step = np.radians(np.maximum(telemetry.step_of("gyro"), declared))
     sigma = gyro_noise(suite, usual)
@@ -207,7 +207,7 @@ def _noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
     return noise
 
 
-def _steps(
+def rate_steps(
     times: Floats, at: Floats, rates: Floats, usual: float
 ) -> tuple[Floats, Floats, Floats, Bools]:
     """Rate, its change, variance of the attitude, and whether it is unknown, of steps.

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.geometry.rotation import matrix, skew, vector
+from mgeo_attitude.geometry.rotation import matrix, rotation_vector, skew
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite
 
@@ -71,11 +71,11 @@ class Belief:
         states : array, shape (n_states,)
         """
         off = states - self.states
-        off[:3] = 0.0 if self.attitude is None else vector(self.attitude.T @ attitude)
+        off[:3] = 0.0 if self.attitude is None else rotation_vector(self.attitude.T @ attitude)
         for first in self.suite.rotations:
             block = slice(first, first + 3)
             if first and self.states[block].any():
-                off[block] = vector(matrix(self.states[block]).T @ matrix(states[block]))
+                off[block] = rotation_vector(matrix(self.states[block]).T @ matrix(states[block]))
         return off
 
     def residual(self, attitude: Floats, states: Floats) -> tuple[Floats, Floats]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.geometry.rotation import matrix, multiply, skew, vector
+from mgeo_attitude.geometry.rotation import matrix, multiply, rotation_vector, skew
 from mgeo_attitude.sensors.influences import influenced
 from mgeo_attitude.sensors.readings import taken
 from mgeo_attitude.sensors.suite import Suite
@@ -81,7 +81,7 @@ class Estimate:
         true = matrix(states[self.places])
         true[:, :, 0] = attitude.swapaxes(0, 1)
         e = states - self.states
-        e[self.places] = vector(np.einsum("jikr,jlkr->ilkr", self.rotations, true))
+        e[self.places] = rotation_vector(np.einsum("jikr,jlkr->ilkr", self.rotations, true))
         return e
 
 

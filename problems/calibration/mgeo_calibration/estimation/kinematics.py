@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.geometry.rotation import cross, exponential, vector
+from mgeo_attitude.geometry.rotation import cross, exponential, rotation_vector
 from mgeo_attitude.sensors.gyro import is_uneven
 from mgeo_attitude.sensors.influences import influenced
 from mgeo_attitude.sensors.suite import Suite
@@ -113,7 +113,7 @@ def steps(
     bias = parts.driven[3:]
     defect = np.zeros((n, len(parts.driven)))
     reached = at.attitude[1:].swapaxes(1, 2) @ at.attitude[:-1] @ turn.swapaxes(1, 2)
-    defect[:, :3] = vector(np.moveaxis(reached, 0, -1)).T
+    defect[:, :3] = rotation_vector(np.moveaxis(reached, 0, -1)).T
     defect[:, 3:] = np.einsum("nii->ni", F)[:, 3:] * at.states[:-1, bias] - at.states[1:, bias]
     Q[:, range(3), range(3)] += batch.added
     correlate(suite, parts.driven, batch.durations, Q)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.geometry.rotation import matrix, vector
+from mgeo_attitude.geometry.rotation import matrix, rotation_vector
 from mgeo_attitude.sensors.suite import Suite
 
 #: Samples whose equations are formed at once: those of all would need much memory.
@@ -79,5 +79,5 @@ def moved(at: Trajectory, parts: Partition, growth: Floats, e: Floats, e_c: Floa
         states[own, parts.constant] += growth[own] * e_c
     for first in suite.rotations[1:]:  # of which none is driven, or decays
         block = slice(first, first + 3)
-        states[:, block] = vector(matrix(at.states[0, block]) @ matrix(error[block]))
+        states[:, block] = rotation_vector(matrix(at.states[0, block]) @ matrix(error[block]))
     return Trajectory(attitude, states)

@@ -1,7 +1,5 @@
 """Flights: what is true of a plan that is flown, and what gyro and sensors report of it."""
 
-from mgeo_calibration.flight.flight import Draws, Flight, draw, fly_run
-from mgeo_calibration.flight.own import fly
-from mgeo_calibration.flight.truth import other_truth, surroundings
+import lazy_loader
 
-__all__ = ["Draws", "Flight", "draw", "fly", "fly_run", "other_truth", "surroundings"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -11,7 +11,7 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.kernel import transition
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.geometry.rotation import matrix, vector
+from mgeo_attitude.geometry.rotation import matrix, rotation_vector
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.sensors import Gyro, Sensor
 from mgeo_attitude.sensors.influences import influenced
@@ -68,7 +68,7 @@ def with_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
     for first in suite.rotations[1:]:
         block = slice(first, first + 3)
         if states[block].any():
-            true[block] = vector(matrix(states[block]) @ matrix(errors[block]))
+            true[block] = rotation_vector(matrix(states[block]) @ matrix(errors[block]))
     return true
 
 

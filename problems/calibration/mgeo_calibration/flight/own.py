@@ -10,7 +10,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.geometry.rotation import vector
+from mgeo_attitude.geometry.rotation import rotation_vector
 from mgeo_attitude.maneuvers.schedule import holding
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.readings import to_channels
@@ -95,7 +95,7 @@ def going_on(model: FilterModel, draws: Draws, after: Truth | None) -> Draws:
             f"{model.suite.n_states}"
         )
     errors = after.states[-1].copy()
-    errors[:3] = -vector(after.attitude[-1] @ model.initial_attitude.T)
+    errors[:3] = -rotation_vector(after.attitude[-1] @ model.initial_attitude.T)
     return dataclasses.replace(draws, errors=errors)
 
 

@@ -1,16 +1,5 @@
 """Flights by the hundred: the error-state filter on board, what it claims, and calibrations."""
 
-from mgeo_calibration.simulation.calibrations import simulate_calibrations
-from mgeo_calibration.simulation.filter import Estimator
-from mgeo_calibration.simulation.flights import simulate
-from mgeo_calibration.simulation.monte_carlo import Consistency, Criterion, MonteCarlo, consistency
+import lazy_loader
 
-__all__ = [
-    "Consistency",
-    "Criterion",
-    "Estimator",
-    "MonteCarlo",
-    "consistency",
-    "simulate",
-    "simulate_calibrations",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

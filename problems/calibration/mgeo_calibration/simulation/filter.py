@@ -16,7 +16,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import Validated, quantity
 from mgeo_attitude.filter.kernel import transition
-from mgeo_attitude.geometry.rotation import exponential, multiply, vector
+from mgeo_attitude.geometry.rotation import exponential, multiply, rotation_vector
 from mgeo_attitude.sensors.influences import influenced
 from mgeo_attitude.sensors.readings import Readings, as_reported
 from mgeo_attitude.sensors.suite import Suite
@@ -152,7 +152,7 @@ class ErrorStateFilter:
         gyro, d = self.suite.gyro, self.suite.n_dynamic
         x = {state: estimate.states[i : i + 3] for state, i in self.suite.places(gyro).items()}
         for number, state in enumerate((s for s in x if s in gyro.rotations), start=1):
-            x[state] = vector(estimate.rotations[:, :, number])
+            x[state] = rotation_vector(estimate.rotations[:, :, number])
         x["bias"] = mean_bias * x["bias"]
         influenced(gyro.influences, x, influences.tolist())
         own = SimpleNamespace(**{state: value.T for state, value in x.items()})

@@ -1,14 +1,5 @@
 """Telemetry: what a satellite has reported, its files, columns, units and frames."""
 
-from mgeo_calibration.telemetry.mapping import GyroChannels, SensorChannels, TelemetryMapping
-from mgeo_calibration.telemetry.reading import read_telemetry
-from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
+import lazy_loader
 
-__all__ = [
-    "GyroChannels",
-    "SensorChannels",
-    "Telemetry",
-    "TelemetryMapping",
-    "Truth",
-    "read_telemetry",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from mgeo_attitude import reference_run
-from mgeo_attitude.view.figures.against_time import convergence_figure, curves, sample_steps
-from mgeo_attitude.view.figures.style import Solutions
+from mgeo_attitude.view.figures import Solutions, convergence_figure, sample_steps, trace_curves
 
 DEG = 180.0 / np.pi
 FACTORS = [DEG, DEG * 3600.0, DEG, DEG * 60.0, DEG, 50e3]
@@ -16,7 +15,7 @@ def solutions(problem, X):
 
 
 def test_curves_are_the_reference_filters(problem, solutions):
-    for x, (times, values) in zip(solutions.X, curves(problem, solutions), strict=True):
+    for x, (times, values) in zip(solutions.X, trace_curves(problem, solutions), strict=True):
         history = reference_run(problem.model, x)
         steps = times.astype(int)
         np.testing.assert_array_equal(times, history.times[steps])
@@ -39,7 +38,7 @@ def test_panels(problem, solutions):
         "mag bias, 1-sigma [nT]",
     ]
     assert len(figure.data) == 14
-    lines = curves(problem, solutions)
+    lines = trace_curves(problem, solutions)
     for index, trace in enumerate(figure.data):
         panel, solution = divmod(index, 2)
         np.testing.assert_array_equal(trace.x, lines[solution][0])

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 from mgeo_attitude import FilterModel
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.maneuvers.schedule import holding
+from mgeo_attitude.maneuvers import Motion, holding
 from mgeo_attitude.scenario import Coils, InitialConditions, Scenario
 from mgeo_calibration import calibrate
 from mgeo_calibration.flight import fly as fly_exactly
-from mgeo_calibration.flight.basilisk import Vehicle, fly
-from mgeo_calibration.flight.basilisk.coils import Coiled
+from mgeo_calibration.flight.basilisk import Coiled, Vehicle, fly
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 

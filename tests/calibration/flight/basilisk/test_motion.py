@@ -16,7 +16,7 @@ from mgeo_attitude.environment import (
     rotate,
     sun_position,
 )
-from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.maneuvers import Motion
 from mgeo_attitude.scenario import InitialConditions, ManeuverLimits, Orbit, TLEOrbit, Wheels
 from mgeo_calibration.flight import fly as fly_exactly
 from mgeo_calibration.flight.basilisk import Vehicle, fly

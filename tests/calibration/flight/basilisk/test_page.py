@@ -10,7 +10,7 @@ from mgeo_attitude import Scenario
 from mgeo_calibration.calibration import calibrate
 from typer.testing import CliRunner
 
-from mgeo.cli.app import app
+from mgeo.cli import app
 
 pytest.importorskip(
     "Basilisk", reason='flights by Basilisk: pip install "./problems/calibration[basilisk]"'

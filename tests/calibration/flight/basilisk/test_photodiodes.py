@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Environment, FilterModel, Magnetometer, Photodiode, Scenario, World
-from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.maneuvers import Motion
 from mgeo_calibration import calibrate
 from mgeo_calibration.flight.basilisk import Vehicle, fly
 from scipy.stats import chi2

@@ -17,8 +17,8 @@ from mgeo_attitude import (
     World,
 )
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.sensors.world import FIELD_UNIT_NT
+from mgeo_attitude.maneuvers import Motion
+from mgeo_attitude.sensors import FIELD_UNIT_NT
 from mgeo_calibration import calibrate
 from mgeo_calibration.flight.basilisk import Vehicle, fly
 from scipy.spatial.transform import Rotation

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.maneuvers import Motion
 from mgeo_attitude.scenario import Wheels
 from mgeo_calibration import calibrate
 from mgeo_calibration.flight import fly as fly_exactly

@@ -112,7 +112,7 @@ def convergence_figure(problem: ManeuverProblem, solutions: Solutions) -> go.Fig
         "predicted 1-sigma of the worst body axis of each error, until t_end"
         + exactly(problem.scenario),
     )
-    lines = curves(problem, solutions)
+    lines = trace_curves(problem, solutions)
     for panel in range(len(panels)):
         place = {"row": panel // _COLUMNS + 1, "col": panel % _COLUMNS + 1}
         for index, (label, (times, values)) in enumerate(zip(solutions.labels, lines, strict=True)):
@@ -136,7 +136,7 @@ def convergence_figure(problem: ManeuverProblem, solutions: Solutions) -> go.Fig
     return figure.update_layout(height=panels_height(rows))
 
 
-def curves(problem: ManeuverProblem, solutions: Solutions) -> list[tuple[Floats, Floats]]:
+def trace_curves(problem: ManeuverProblem, solutions: Solutions) -> list[tuple[Floats, Floats]]:
     """For each solution, times [s], shape (k,), and the panels' values then, (1 + n_blocks, k)."""
     model = problem.model
     factors = [block.factor for block in block_units(model.suite)]

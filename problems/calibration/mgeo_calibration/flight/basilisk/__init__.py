@@ -3,7 +3,6 @@
 Nothing of Basilisk is imported until something is flown, and nothing is ever downloaded.
 """
 
-from mgeo_calibration.flight.basilisk.fly import fly
-from mgeo_calibration.flight.basilisk.vehicle import VEHICLES, Vehicle
+import lazy_loader
 
-__all__ = ["VEHICLES", "Vehicle", "fly"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

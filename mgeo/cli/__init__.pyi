@@ -1,0 +1,17 @@
+from .app import app as app
+from .app import main as main
+from .commands import EXAMPLES as EXAMPLES
+from .completion import toml_files as toml_files
+from .errors import ExitCode as ExitCode
+from .errors import StopRequest as StopRequest
+from .errors import Terminated as Terminated
+from .errors import bad_input as bad_input
+from .errors import stop_requests as stop_requests
+from .errors import terminable as terminable
+from .options import Debug as Debug
+from .options import Json as Json
+from .options import parse_numbers as parse_numbers
+from .options import parse_settings as parse_settings
+from .output import Output as Output
+from .progress import Progress as Progress
+from .progress import clock as clock

@@ -1,0 +1,17 @@
+from .front import MOST_OBJECTIVES as MOST_OBJECTIVES
+from .front import MOST_TEXTS as MOST_TEXTS
+from .front import front_figure as front_figure
+from .front import hover_texts as hover_texts
+from .front import logarithmic as logarithmic
+from .motion import check_motion as check_motion
+from .page import page as page
+from .page import report_page as report_page
+from .style import COLORS as COLORS
+from .style import GRAY as GRAY
+from .style import HOVER as HOVER
+from .style import SYMBOLS as SYMBOLS
+from .style import finished as finished
+from .style import for_paper as for_paper
+from .style import literal as literal
+from .style import log_axis as log_axis
+from .style import symbol as symbol

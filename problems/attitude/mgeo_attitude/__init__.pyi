@@ -1,0 +1,32 @@
+from .bound import LimitCurves as LimitCurves
+from .bound import NoLimit as NoLimit
+from .bound import limit as limit
+from .environment.environment import Environment as Environment
+from .filter.evaluator import Evaluation as Evaluation
+from .filter.evaluator import evaluate as evaluate
+from .filter.history import FilterHistory as FilterHistory
+from .filter.history import filter_history as filter_history
+from .filter.model import FilterModel as FilterModel
+from .filter.reference import agreement as agreement
+from .filter.reference import reference_run as reference_run
+from .problem import AttitudeManeuverProblem as AttitudeManeuverProblem
+from .refine import polish as polish
+from .refine import split as split
+from .refine import without_unneeded as without_unneeded
+from .scenario import Scenario as Scenario
+from .scenario import scenario_schema as scenario_schema
+from .scenario.validity import validity as validity
+from .sensors import GaussMarkov as GaussMarkov
+from .sensors import Gyro as Gyro
+from .sensors import HorizonSensor as HorizonSensor
+from .sensors import Influence as Influence
+from .sensors import Magnetometer as Magnetometer
+from .sensors import Photodiode as Photodiode
+from .sensors import Sensor as Sensor
+from .sensors import StarTracker as StarTracker
+from .sensors import SunSensor as SunSensor
+from .sensors import TwoAxisSunSensor as TwoAxisSunSensor
+from .sensors import World as World
+from .sensors.suite import Suite as Suite
+
+__version__: str

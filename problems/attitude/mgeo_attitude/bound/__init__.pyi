@@ -1,0 +1,9 @@
+from .assembly import limit as limit
+from .assembly import limit_of_starts as limit_of_starts
+from .curves import LimitCurves as LimitCurves
+from .curves import filled as filled
+from .faces import together as together
+from .gyro import Drift as Drift
+from .gyro import along_attitude as along_attitude
+from .gyro import through_attitude as through_attitude
+from .samples import NoLimit as NoLimit

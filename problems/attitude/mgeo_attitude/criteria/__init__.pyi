@@ -1,0 +1,10 @@
+from .constraints import constraints as constraints
+from .evaluation_cache import EvaluationCache as EvaluationCache
+from .objectives import OBJECTIVES as OBJECTIVES
+from .objectives import attitude_accuracy_deg as attitude_accuracy_deg
+from .objectives import attitude_sigma_deg as attitude_sigma_deg
+from .robustness import FlightSamples as FlightSamples
+from .robustness import draw_flights as draw_flights
+from .robustness import judged as judged
+from .robustness import kept_by as kept_by
+from .robustness import over_flights as over_flights

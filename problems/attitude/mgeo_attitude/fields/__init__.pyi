@@ -1,0 +1,14 @@
+from .quantity import InvalidType as InvalidType
+from .quantity import InvalidValue as InvalidValue
+from .quantity import KeyProblem as KeyProblem
+from .quantity import Kinds as Kinds
+from .quantity import Quantity as Quantity
+from .quantity import declared as declared
+from .quantity import expect as expect
+from .quantity import known_names as known_names
+from .quantity import positive as positive
+from .quantity import quantity as quantity
+from .section import Validated as Validated
+from .tables import from_table as from_table
+from .tables import require_same as require_same
+from .tables import to_table as to_table

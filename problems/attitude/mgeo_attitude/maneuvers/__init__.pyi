@@ -1,0 +1,12 @@
+from .drives import SlewLimits as SlewLimits
+from .motion import HELD as HELD
+from .motion import RAMP as RAMP
+from .motion import Motion as Motion
+from .motion import attitudes as attitudes
+from .motion import phases as phases
+from .schedule import NEVER as NEVER
+from .schedule import decode as decode
+from .schedule import flown as flown
+from .schedule import holding as holding
+from .schedule import maneuver_steps as maneuver_steps
+from .schedule import schedule as schedule

@@ -1,0 +1,13 @@
+"""All sensors that there are."""
+
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.direction_sensors import HorizonSensor, TwoAxisSunSensor
+from mgeo_attitude.sensors.photodiode import Photodiode
+from mgeo_attitude.sensors.star_tracker import StarTracker
+from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
+
+#: Sensor classes by the ``kind`` that names them in a scenario file.
+SENSORS: dict[str, type[Sensor]] = {
+    cls.kind: cls
+    for cls in (SunSensor, TwoAxisSunSensor, Photodiode, HorizonSensor, Magnetometer, StarTracker)
+}

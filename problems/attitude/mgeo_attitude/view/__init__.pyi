@@ -1,0 +1,16 @@
+from .at_best import holds_over_flights as holds_over_flights
+from .at_best import under as under
+from .describe import BESIDE as BESIDE
+from .describe import answer as answer
+from .describe import exactly as exactly
+from .describe import front_summary as front_summary
+from .describe import maneuver_texts as maneuver_texts
+from .describe import span as span
+from .describe import two_digits as two_digits
+from .maneuver_view import ManeuverView as ManeuverView
+from .margins import END_ATTITUDE as END_ATTITUDE
+from .plans import Plans as Plans
+from .plans import Times as Times
+from .plans import spread as spread
+from .satellite import facts as facts
+from .satellite import local_time_of_node as local_time_of_node

@@ -1,0 +1,13 @@
+from .alternatives import baselines as baselines
+from .alternatives import compare as compare
+from .alternatives import remedies as remedies
+from .alternatives import without_optimizer as without_optimizer
+from .budget import budget as budget
+from .budget import contributions as contributions
+from .budget import reasons as reasons
+from .budget import sensor_use as sensor_use
+from .covariance import States as States
+from .covariance import correlations as correlations
+from .covariance import in_words as in_words
+from .covariance import least_observable as least_observable
+from .covariance import normalized as normalized

@@ -1,0 +1,4 @@
+from .app import EXAMPLES as EXAMPLES
+from .app import app as app
+from .calibrate import FILES as FILES
+from .verify import verification_document as verification_document

@@ -1,0 +1,12 @@
+from .calibrations import simulate_calibrations as simulate_calibrations
+from .filter import ErrorStateFilter as ErrorStateFilter
+from .filter import Estimator as Estimator
+from .filter import whiten as whiten
+from .flights import RUNS as RUNS
+from .flights import planned as planned
+from .flights import record as record
+from .flights import simulate as simulate
+from .monte_carlo import Consistency as Consistency
+from .monte_carlo import Criterion as Criterion
+from .monte_carlo import MonteCarlo as MonteCarlo
+from .monte_carlo import consistency as consistency

@@ -1,0 +1,14 @@
+from .columns import has_columns as has_columns
+from .files import table_of as table_of
+from .gyro_samples import means as means
+from .gyro_samples import spikes as spikes
+from .mapping import UNITS as UNITS
+from .mapping import Channels as Channels
+from .mapping import GyroChannels as GyroChannels
+from .mapping import SensorChannels as SensorChannels
+from .mapping import TelemetryMapping as TelemetryMapping
+from .quantization import angle_variance as angle_variance
+from .quantization import resolution as resolution
+from .reading import read_telemetry as read_telemetry
+from .telemetry import Telemetry as Telemetry
+from .telemetry import Truth as Truth

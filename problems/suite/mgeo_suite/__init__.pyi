@@ -1,0 +1,4 @@
+from .catalog import Catalog as Catalog
+from .problem import SensorSuiteProblem as SensorSuiteProblem
+
+__version__: str
