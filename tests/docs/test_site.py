@@ -247,7 +247,7 @@ def test_a_browser_draws_the_interactive_figure(site, browser, tmp_path):
         ("notebooks/2_comparing_algorithms", 3, 2),
         ("paper", 3, 4),
         ("studies/tuning", 1, 1),
-        ("studies/results", 3, 28),
+        ("studies/results", 3, 29),
         ("studies/directed", 1, 2),
     ],
 )
