@@ -3,6 +3,7 @@
 The notebooks of ``../notebooks`` are pages of it, through the link ``docs/notebooks``.
 """
 
+import os
 import sys
 from importlib.metadata import version as installed
 from pathlib import Path
@@ -31,7 +32,9 @@ extensions = [
 exclude_patterns = ["_build", "_extensions", "_static", "jupyter_execute"]
 
 # Notebooks and pages with code are run once: the cache knows them by their text, and its folder by
-# all else that they show. MGEO_NOTEBOOK_SMALL makes the notebooks short.
+# all else that they show. MGEO_NOTEBOOK_SMALL makes the notebooks short, and kernels begin so.
+if "MGEO_NOTEBOOK_SMALL" in os.environ:
+    os.environ["PYTHONSTARTUP"] = str(Path(__file__).parent / "_extensions" / "few_flights.py")
 nb_execution_mode = "cache"
 nb_execution_cache_path = str(
     Path(__file__).parent / "_build" / "executed" / digest(Path(__file__).parents[1])

@@ -2,8 +2,8 @@
 
 The cell magic ``%%terminal`` runs the lines of a cell in a terminal of its own; ``%%save NAME``
 writes a file. Both show the cell as it would be typed, so that the cell itself can be left out.
-A line of ``mgeo`` alone runs in a fork of a process that has imported what commands import, all
-other lines in a shell.
+A line of ``mgeo`` runs in a fork of a process that has imported what commands import, all other
+lines, and what a line of ``mgeo`` is piped into, in a shell.
 """
 
 import fcntl
@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 _COLUMNS = 88
+_SMALL = "MGEO_NOTEBOOK_SMALL" in os.environ
 _FORKS = multiprocessing.get_context("forkserver")
 _IMPORTED = [
     "mgeo.cli.app",
@@ -63,8 +64,7 @@ def save(name: str, cell: str) -> None:
 
 def printed(command: str) -> str:
     """What a command writes to a terminal; messages on stderr only if it fails."""
-    small = "MGEO_NOTEBOOK_SMALL" in os.environ
-    if small:
+    if _SMALL:
         command = re.sub(r"(?<=--evaluations )\d+", "960", command)
         command = command.replace("attitude verify", "attitude verify --runs 20")
     outside, inside = pty.openpty()
@@ -76,7 +76,7 @@ def printed(command: str) -> str:
         written = reading.result()
         os.close(outside)
         # A short search may find a plan that does not keep its promise.
-        if code not in ((0, 3) if small else (0,)):
+        if code not in ((0, 3) if _SMALL else (0,)):
             raise RuntimeError(f"{command}\n{messages.read()}")
     lines = written.decode().replace(_RESET, "").splitlines()
     return "\n".join(line.rstrip() for line in lines) + "\n"
@@ -84,21 +84,29 @@ def printed(command: str) -> str:
 
 def _run(command: str, terminal: str, messages: str) -> int | None:
     """Exit code of a command whose stdout and stderr are these files."""
-    program, *arguments = shlex.split(command)
-    if program != "mgeo" or set(command) & set("|&;<>$`*?"):
-        with open(terminal, "wb") as stdout, open(messages, "wb") as stderr:
-            done = subprocess.run(command, shell=True, stdout=stdout, stderr=stderr, check=False)
-        return done.returncode
-    process = _FORKS.Process(target=_mgeo, args=(arguments, terminal, messages))
-    process.start()
-    process.join()
-    return process.exitcode
+    asked, *piped = command.split(" | ", 1)
+    program, *arguments = shlex.split(asked)
+    with open(terminal, "wb") as stdout, open(messages, "wb") as stderr:
+        if program != "mgeo" or set(asked) & set("|&;<>$`*?"):
+            return subprocess.run(
+                command, shell=True, stdout=stdout, stderr=stderr, check=False
+            ).returncode
+        with tempfile.NamedTemporaryFile() as between:
+            written = between.name if piped else terminal
+            process = _FORKS.Process(target=_mgeo, args=(arguments, written, messages))
+            process.start()
+            process.join()
+            if piped:
+                subprocess.run(piped[0], shell=True, stdin=between, stdout=stdout, check=True)
+        return process.exitcode
 
 
 def _mgeo(arguments: list[str], terminal: str, messages: str) -> None:
     """The command ``mgeo``, in a process that ends with it."""
     from mgeo.cli import main
 
+    if _SMALL:
+        import few_flights  # noqa: F401
     for number, path in ((1, terminal), (2, messages)):
         os.dup2(os.open(path, os.O_WRONLY | os.O_NOCTTY), number)
     sys.argv = ["mgeo", *arguments]
