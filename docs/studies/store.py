@@ -3,16 +3,19 @@
     python docs/studies/store.py studies/table3
     python docs/studies/store.py studies/tuning --no-fronts
     python docs/studies/store.py studies/bbob-biobj --no-problems
+    python docs/studies/store.py studies/coco-data/mgeo_directed --coco
 
 Of the folder that ``mgeo study`` wrote, what `mgeo.studies.read_comparison` needs goes into
 ``docs/studies/data/NAME``, a folder each below it where there are several problems: numbers to six
 digits, the front of each algorithm's median run whole, those of its other runs truncated. Of many
-problems only what is pooled over them may be kept: values, ranks and targets.
+problems only what is pooled over them may be kept: values, ranks and targets. Of what COCO's
+observer logged of an algorithm an archive is kept, which ``cocopp`` reads.
 """
 
 import argparse
 import json
 import shutil
+import tarfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -64,6 +67,22 @@ def store(source: Path, target: Path, fronts: bool = True) -> list[Path]:
     return written
 
 
+def store_coco(source: Path, target: Path) -> Path:
+    """Keep what ``cocopp`` reads of an algorithm's runs: not restarts and recommendations."""
+    # of one kind after the other, as they are alike
+    files = [path for end in (".info", ".dat", ".tdat") for path in sorted(source.rglob(f"*{end}"))]
+    if not files:
+        raise FileNotFoundError(f"{source} holds no data of COCO's observer: there is no .info")
+    archive = target / f"{source.name}.tar.xz"
+    with tarfile.open(archive, "w:xz", preset=9) as kept:
+        for path in files:
+            entry = tarfile.TarInfo(str(path.relative_to(source.parent)))
+            entry.size = path.stat().st_size
+            with path.open("rb") as content:
+                kept.addfile(entry, content)
+    return archive
+
+
 def small_tables(comparison: Comparison, fronts: bool = True) -> dict[str, bytes]:
     """The tables of a comparison, by file."""
     contents = {TABLE: _csv(comparison.table), RUNS: _csv(comparison.runs)}
@@ -101,9 +120,12 @@ def main() -> None:
     parser.add_argument("folder", type=Path, help="what `mgeo study` wrote: studies/NAME")
     parser.add_argument("--no-fronts", action="store_true", help="keep tables only")
     parser.add_argument("--no-problems", action="store_true", help="keep what is pooled only")
+    parser.add_argument("--coco", action="store_true", help="what `--coco-data` wrote instead")
     given = parser.parse_args()
     target = DATA / given.folder.name
-    if given.no_problems:
+    if given.coco:
+        places = [store_coco(given.folder, DATA / "coco")]
+    elif given.no_problems:
         places = store_pooled(given.folder, target)
     else:
         places = store(given.folder, target, not given.no_fronts)

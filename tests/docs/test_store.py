@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mgeo.studies import parse_study, read_comparison, read_study, run_study
+from mgeo.studies import read_comparison, read_study, run_study
+from mgeo.studies.file import parse_study
 
 STUDIES = Path(__file__).parents[2] / "docs" / "studies"
 POINTS = 5
@@ -102,16 +103,29 @@ def test_results_are_kept_of_every_study_with_a_page(path):
         assert sum(file.stat().st_size for file in folder.iterdir()) < 2_000_000
 
 
+def test_of_cocos_data_an_archive_is_kept_without_restarts_and_recommendations(tmp_path):
+    run = tmp_path / "walkers" / "f1-d5"
+    run.mkdir(parents=True)
+    for end in ("info", "dat", "tdat", "rdat", "mdat"):
+        (run / f"f1.{end}").write_text(end)
+    keep = runpy.run_path(str(STUDIES / "store.py"))["store_coco"]
+    with tarfile.open(keep(run.parent, tmp_path)) as kept:
+        assert kept.getnames() == [f"walkers/f1-d5/f1.{end}" for end in ("info", "dat", "tdat")]
+        assert kept.extractfile("walkers/f1-d5/f1.dat").read() == b"dat"
+    with pytest.raises(FileNotFoundError, match="holds no data of COCO's observer"):
+        keep(tmp_path / "nothing", tmp_path)
+
+
 def test_data_for_coco_are_kept_of_every_run():
     """Each function's `.info` says how many evaluations were logged of which instance."""
     study = read_study(STUDIES / "coco.toml")
     (algorithm,) = study.algorithms
     found = {}
-    with tarfile.open(STUDIES / "data" / "coco" / f"{algorithm.label}.tgz") as kept:
-        for name in kept.getnames():
-            if name.endswith(".info"):
-                text = kept.extractfile(name).read().decode()
-                found[name.split("/")[1]] = re.search(r"(\d+):(\d+)\|", text).groups()
+    with tarfile.open(STUDIES / "data" / "coco" / f"{algorithm.label}.tar.xz") as kept:
+        for entry in kept:
+            if entry.name.endswith(".info"):
+                text = kept.extractfile(entry).read().decode()
+                found[entry.name.split("/")[1]] = re.search(r"(\d+):(\d+)\|", text).groups()
     for each in study.problems:
         suite, function, dimension, instance = each.name.removeprefix("coco:").split("/")
         folder = f"{suite}-{function}-{dimension}-{instance}-seed1"
