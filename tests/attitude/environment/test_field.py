@@ -6,7 +6,6 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
-import ppigrf
 import pytest
 from mgeo_attitude.environment import geomagnetic_field
 
@@ -50,30 +49,6 @@ def test_against_igrf14syn() -> None:
         compared += len(total)
     assert compared >= 300
     assert worst < 0.3
-
-
-@pytest.mark.parametrize("count", [1, 7, 300])
-def test_it_is_that_of_ppigrf_to_the_last_bit(count: int) -> None:
-    """On a date of its table, too."""
-    position = 7e6 * np.random.default_rng(count).standard_normal((count, 3))
-    x, y, z = position.T
-    colatitude, longitude = np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)
-    radius = np.linalg.norm(position, axis=1) / 1e3
-    sin_c, cos_c = np.sin(colatitude), np.cos(colatitude)
-    sin_l, cos_l = np.sin(longitude), np.cos(longitude)
-    for date in (datetime(2015, 1, 1), datetime(2018, 6, 5, 1, 39, 52, 7), datetime(2029, 5, 4)):
-        up, south, east = (
-            found[0]
-            for found in ppigrf.igrf_gc(radius, np.degrees(colatitude), np.degrees(longitude), date)
-        )
-        across = up * sin_c + south * cos_c
-        expected = [
-            across * cos_l - east * sin_l,
-            across * sin_l + east * cos_l,
-            up * cos_c - south * sin_c,
-        ]
-        found = geomagnetic_field(position, date.replace(tzinfo=UTC))
-        np.testing.assert_array_equal(found, np.stack(expected, axis=1))
 
 
 @pytest.mark.slow

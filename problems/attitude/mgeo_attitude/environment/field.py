@@ -1,10 +1,9 @@
-"""Geomagnetic field: IGRF-14 (IAGA), as evaluated by ppigrf, and how it changes with the place."""
+"""Geomagnetic field: IGRF-14 (IAGA), evaluated by ppigrf, and how it changes with the place."""
 
 from __future__ import annotations
 
 import math
 from datetime import datetime
-from functools import cache
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from mgeo_attitude.environment.time_frames import as_utc
 # is the same to 1e-4 nT as long as these directions are taken at the same point.
 _NEAREST_TO_POLE = np.radians(1e-7)
 
-# Ten kB a point, so that not all points of long telemetry are evaluated at once.
+# ppigrf takes 13 kB a point, so that not all points of long telemetry are evaluated at once.
 _AT_ONCE = 20000
 
 #: Degree and order of IGRF, and its reference radius [m].
@@ -47,27 +46,16 @@ def field_gradient(position: Floats, date: datetime) -> Floats:
 
 def gauss_coefficients(date: datetime) -> Complexes:
     """Schmidt quasi-normalized g + ih of IGRF-14 [nT] on a date, by degree and order."""
-    terms, stamps, tables = _published()
-    at = _stamp(as_utc(date))
-    found = np.zeros((FIELD_DEGREE + 1, FIELD_DEGREE + 1), dtype=np.complex128)
-    for (n, m), *columns in zip(terms, *tables, strict=True):
-        found[n, m] = complex(*(np.interp(at, stamps, column) for column in columns))
-    return found
-
-
-@cache
-def _published() -> tuple[list[tuple[int, int]], Floats, Floats]:
-    """Degrees and orders, `_stamp` of the years, and g and h of each term in these [nT]."""
-    import ppigrf  # it takes pandas a third of a second
+    import ppigrf
 
     g, h = ppigrf.ppigrf.read_shc()
-    stamps = g.index.to_numpy().astype("datetime64[us]").astype(np.int64).astype(np.float64)
-    return list(g.columns), stamps, np.stack([g.to_numpy().T, h.to_numpy().T])
-
-
-def _stamp(utc: datetime) -> float:
-    """A date as pandas interpolates between dates [us]."""
-    return float(np.datetime64(utc.replace(tzinfo=None), "us").astype(np.int64))
+    at = np.datetime64(as_utc(date).replace(tzinfo=None))
+    days = (g.index.to_numpy().astype("datetime64[us]") - at) / np.timedelta64(1, "D")
+    found = np.zeros((FIELD_DEGREE + 1, FIELD_DEGREE + 1), dtype=np.complex128)
+    for n, m in g.columns:
+        for table, unit in ((g, 1.0), (h, 1j)):
+            found[n, m] += unit * np.interp(0.0, days, table[n, m].to_numpy(dtype=float))
+    return found
 
 
 def _covered(date: datetime) -> datetime:
@@ -82,53 +70,27 @@ def _covered(date: datetime) -> datetime:
 
 
 def _field(position: Floats, utc: datetime) -> Floats:
+    import ppigrf  # it takes pandas a third of a second
+
     x, y, z = position.T
     radius = np.linalg.norm(position, axis=1)
     colatitude = np.clip(np.arctan2(np.hypot(x, y), z), _NEAREST_TO_POLE, np.pi - _NEAREST_TO_POLE)
     longitude = np.arctan2(y, x)
-    outward, southward, eastward = _components(
-        radius / 1e3, np.degrees(colatitude), np.degrees(longitude), utc
+    # One date, not one per sample: ppigrf returns every combination of dates and points.
+    outward, southward, eastward = ppigrf.igrf_gc(
+        radius / 1e3, np.degrees(colatitude), np.degrees(longitude), utc.replace(tzinfo=None)
     )
     sin_c, cos_c = np.sin(colatitude), np.cos(colatitude)
     sin_l, cos_l = np.sin(longitude), np.cos(longitude)
-    horizontal = outward * sin_c + southward * cos_c
+    horizontal = outward[0] * sin_c + southward[0] * cos_c
     return np.stack(
         [
-            horizontal * cos_l - eastward * sin_l,
-            horizontal * sin_l + eastward * cos_l,
-            outward * cos_c - southward * sin_c,
+            horizontal * cos_l - eastward[0] * sin_l,
+            horizontal * sin_l + eastward[0] * cos_l,
+            outward[0] * cos_c - southward[0] * sin_c,
         ],
         axis=1,
     )
-
-
-def _components(r: Floats, theta: Floats, phi: Floats, utc: datetime) -> tuple[Floats, ...]:
-    """What ``ppigrf.igrf_gc`` gives [km, deg, deg], to the last bit, several times as fast.
-
-    It reads its file and interpolates tables in every call, and takes powers of radii and sines of
-    longitudes anew for each term.
-    """
-    from ppigrf.ppigrf import RE, get_legendre
-
-    terms, stamps, tables = _published()
-    at = _stamp(utc)
-    g, h = ([np.interp(at, stamps, column) for column in table] for table in tables)
-    degrees, orders = np.array(terms).T
-    r, theta, phi = r[:, None], theta[:, None], phi[:, None]
-    P, dP = get_legendre(theta, terms)
-    angles = np.radians(phi) * np.arange(FIELD_DEGREE + 1)
-    cosine, sine = np.cos(angles)[:, orders], np.sin(angles)[:, orders]
-    powers = (RE / r) ** np.arange(FIELD_DEGREE + 3)
-
-    def summed(factor: Floats, even: Floats, odd: Floats) -> Floats:
-        return np.hstack((factor * even, factor * odd))
-
-    weights = np.array([[*g, *h]]).T
-    inner = -powers[:, degrees + 1]
-    outward = summed(powers[:, degrees + 2] * (degrees + 1), P * cosine, P * sine)
-    southward = summed(inner, dP * cosine, dP * sine) * RE / r
-    eastward = summed(inner * orders, -P * sine, P * cosine) * RE / r / np.sin(np.radians(theta))
-    return tuple((each @ weights)[:, 0] for each in (outward, southward, eastward))
 
 
 def _gradient(position: Floats, coefficients: Complexes) -> Floats:
