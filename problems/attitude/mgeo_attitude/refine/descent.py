@@ -21,7 +21,7 @@ _MARGIN = 1e-6
 #: A change of the logarithm of the value that is not worth another iteration.
 _ENOUGH = 3e-5
 #: After how many points half of several descents are left, and how many times as many later again.
-_HALVED, _LONGER = 4, 2.5
+_HALVED, _LONGER = 3, 2.5
 #: A share of the time that is none.
 _NOTHING = 1e-12
 #: What stands for an infinite value.

@@ -40,17 +40,17 @@ Beam = tuple[int, int, float]
 #: Those of plans of at most so many turns at the greatest rate, which want wide ones of that rate,
 #: and of longer ones, which want stages that become shorter.
 _TURNS = 4.0
-_EARLY_BEAMS: tuple[Beam, ...] = ((2, 200, 1.0), (3, 15, 0.9))
+_EARLY_BEAMS: tuple[Beam, ...] = ((2, 100, 1.0), (3, 10, 0.9))
 _LATE_BEAMS: tuple[Beam, ...] = ((3, 15, 0.9), (3, 15, 0.8))
 #: How many of a beam's plans are begins.
 _OF_BEAM = 8
 #: Of the plans that are polished first, and of those between them: from how many each is begun, its
 #: share of the iterations, and whether from beams.
-_ROUNDS = (6, 0.7, True), (4, 0.5, False)
+_ROUNDS = (6, 0.6, True), (3, 0.4, False)
 #: Of plans with rates held after them, those judged over flights, and those tried at other times.
 _FLOWN, _HELD = 4, 6
 #: How many of the polished plans are tried at another time, and how many of what comes of them.
-_TRIED, _TAKEN = 5, 2
+_TRIED, _TAKEN = 3, 2
 #: By how much of a step a time is late that is on a step but for rounding.
 _EARLY = 1e-6
 #: Share of the longest run before which plans are not polished.

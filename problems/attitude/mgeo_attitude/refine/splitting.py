@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -86,11 +84,12 @@ def without_unneeded(
     >>> without_unneeded(problem, twice)[0, 3::4]
     array([  0., 900., 600.])
     """
-    found = np.atleast_2d(np.array(designs, dtype=float))
-    decode(parts(problem, found)[0])
+    table = np.atleast_2d(np.array(designs, dtype=float))
+    decode(parts(problem, table)[0])
+    found, row_of = np.unique(table, axis=0, return_inverse=True)
     n, count = len(found), problem.scenario.maneuvers.count
     if not n or count < 2:
-        return found
+        return table
     judge = judged_by(problem)
     F, violation = judge(found)
     rows, longest = np.arange(n), problem.scenario.maneuvers.max_duration
@@ -115,7 +114,8 @@ def without_unneeded(
         chosen = np.flatnonzero(good)[order][at]
         found[first], F[first], violation[first] = left_out[chosen], found_F[chosen], kept[chosen]
         rows = first
-    return found
+    every: Floats = found[row_of]
+    return every
 
 
 def n_commands(designs: ArrayLike) -> Ints:
@@ -141,20 +141,18 @@ def _each_left_out(designs: Floats, longest: float) -> tuple[Floats, Ints]:
 
     None in which a maneuver would be longer than the `longest`.
     """
-    n = len(designs)
-    maneuvers = designs.reshape(n, -1, VARIABLES_PER_MANEUVER)
-    flown = _flown(maneuvers[:, :, 3].copy())
-    found, which = [], []
-    for row in range(n):
-        places = np.flatnonzero(flown[row])
-        for left, right in pairwise(places.tolist()):
-            if maneuvers[row, [left, right], 3].sum() > longest:
-                continue
-            for keeps in (left, right):
-                changed = maneuvers[row].copy()
-                changed[right, 3] += changed[left, 3]
-                changed[left, 3] = 0.0
-                changed[left : right + 1, :3] = maneuvers[row, keeps, :3]
-                found.append(changed.ravel())
-                which.append(row)
-    return np.array(found).reshape(-1, designs.shape[1]), np.array(which, dtype=np.int64)
+    maneuvers = designs.reshape(len(designs), -1, VARIABLES_PER_MANEUVER)
+    row, place = np.nonzero(_flown(maneuvers[:, :, 3]))
+    pairs = np.flatnonzero(row[1:] == row[:-1])
+    together = maneuvers[row[pairs], place[pairs], 3] + maneuvers[row[pairs], place[pairs + 1], 3]
+    pairs = np.repeat(pairs[together <= longest], 2)  # either of the two keeps its rate
+    which, left, right = row[pairs], place[pairs], place[pairs + 1]
+    each, keeps = np.arange(len(pairs)), np.where(np.arange(len(pairs)) % 2, right, left)
+    found = maneuvers[which]
+    found[each, right, 3] += found[each, left, 3]
+    found[each, left, 3] = 0.0
+    places = np.arange(found.shape[1])
+    changed = (places >= left[:, None]) & (places <= right[:, None])
+    kept = found[each, keeps, :3][:, None]
+    found[:, :, :3] = np.where(changed[:, :, None], kept, found[:, :, :3])
+    return found.reshape(-1, designs.shape[1]), which
