@@ -1,9 +1,10 @@
 """How near fronts come to the limit: of three maneuvers by search alone, of more with a polish.
 
 ``python docs/studies/near.py PRESET RULE MODE SEED`` adds a row to data/near.csv, ``python
-docs/studies/near.py`` prints medians. ``python docs/studies/near.py PRESET TIME COUNT RATE`` prints
-how near the best of many plans of so many maneuvers up to a rate [deg/s] comes at a time [s], each
-polished for it alone; of ten at the preset's rate, if not told.
+docs/studies/near.py`` prints medians. ``python docs/studies/near.py PRESET RULE TIME COUNT RATE``
+prints how near the best of many plans of so many maneuvers up to a rate [deg/s] comes at a time
+[s], each polished for it alone, and lower quantiles of what all know, of the best; of ten at the
+preset's rate, if not told.
 """
 
 import sys
@@ -13,11 +14,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.refine.at_time import at_time
+from mgeo_attitude.refine.at_time import at_time, ending_at
 from mgeo_attitude.refine.descent import descend
 from mgeo_attitude.refine.roughly import Roughly
 from mgeo_attitude.refine.splitting import split
-from mgeo_attitude.refine.starts import beam
+from mgeo_attitude.refine.starts import beam, until_converged
 
 from mgeo.runs.prepare import prepare
 
@@ -77,25 +78,43 @@ def thinned(F):
     return F[rows]
 
 
-def best_known(preset, time, count=10, rate=None, starts=300, seed=1):
-    """What the best of many plans of a time [s] knows, of the limit."""
+def best_known(preset, rule, time, count=10, rate=None, starts=300, seed=1):
+    """What the best of many plans knows at a time [s], of the limit; and all, of the best.
+
+    By the rule "trace" they learn until a window before, and the best hold a rate until then.
+    """
     maneuvers = {"count": count} | ({} if rate is None else {"max_rate_deg_s": rate})
-    options = {"preset": preset, "maneuvers": maneuvers, "convergence": {"rule": "end"}}
+    options = {"preset": preset, "maneuvers": maneuvers, "convergence": {"rule": rule}}
     problem = AttitudeManeuverProblem(Scenario.from_dict(options))
-    exact, rng = at_time(problem), np.random.default_rng(seed)
-    roughly, greatest = Roughly(exact), exact.scenario.maneuvers.max_rate_deg_s
-    at, steps = roughly.at(time), roughly.steps(time)
-    durations = time * rng.dirichlet(np.full(count, 3.0), starts)
-    rates = rng.uniform(-greatest, greatest, (starts, count, 3))
-    rates[::2] = greatest * np.sign(rates[::2])  # half of them as fast as they may be
-    plans = np.concatenate([rates, durations[:, :, None]], axis=2).reshape(starts, -1)
-    beams = [split(beam(at, n, time, 2, 400)[::10], count) for n in range(count // 2, count + 1)]
-    plans = np.vstack([plans, *beams])
-    for left, iterations in ((starts // 5, 15), (6, 30), (6, 150)):
-        plans = at.best(descend(at, plans, time, iterations), steps, left)
-    step = round(time / exact.model.step)
-    value, _ = exact.values(descend(exact, plans, time, 30), step)
-    return np.exp(value.min()) / np.minimum.accumulate(problem.limit_curves.ending)[step]
+    exact, limit = at_time(problem), np.minimum.accumulate(problem.limit_curves.ending)
+    step, longest = exact.model.step, exact.scenario.maneuvers.max_duration
+    until = time - (rule == "trace") * exact.model.window_steps * step
+    at = Roughly(exact).at(until)
+    begins = begun_anyhow(at, count - (rule == "trace"), until, starts, seed)
+    plans = [descend(at, some, until, 100) for some in np.array_split(begins, len(begins) // 40)]
+    plans = ending_at(np.vstack(plans), until, longest)
+    known = np.exp(exact.values(plans, round(until / step))[0])
+    best = descend(exact, plans[known.argsort()[:6]], until, 30)
+    if rule == "trace":
+        F = np.vstack([exact.converging(until_converged(exact, each))[0] for each in best])
+        least = F[F[:, 0] <= time, 1].min(initial=np.inf)
+    else:
+        least = np.exp(exact.values(best, round(until / step))[0].min())
+    return least / limit[round(time / step)], np.sort(known) / known.min()
+
+
+def begun_anyhow(at, count, time, number, seed):
+    """So many random plans of a time [s], half of them as fast as they may be; and of beams."""
+    rng, greatest = np.random.default_rng(seed), at.scenario.maneuvers.max_rate_deg_s
+    durations = time * rng.dirichlet(np.full(count, 3.0), number)
+    rates = rng.uniform(-greatest, greatest, (number, count, 3))
+    rates[::2] = greatest * np.sign(rates[::2])
+    plans = [np.concatenate([rates, durations[:, :, None]], axis=2).reshape(number, -1)]
+    for n in range(count // 2, count + 1):
+        for levels, width, shorter in ((2, 400, 1.0), (3, 100, 0.9), (3, 100, 0.8)):
+            found = beam(at, n, time, levels, width, shorter)
+            plans.append(split(found[:: max(len(found) // 8, 1)], count))
+    return ending_at(np.vstack(plans), time, at.scenario.maneuvers.max_duration)
 
 
 def append(file, rows):
@@ -113,11 +132,14 @@ def main(*given):
     if not given:
         print(table(pd.read_csv(DATA)).to_string())
         return
-    if given[1] not in ("end", "trace"):
-        preset, time, *more = given
-        print(best_known(preset, float(time), *map(int, more[:1]), *map(float, more[1:])))
+    preset, rule, mode, *more = given
+    if mode not in MODES:
+        best, ends = best_known(
+            preset, rule, float(mode), *map(int, more[:1]), *map(float, more[1:])
+        )
+        print(f"{best:.4f}, of {len(ends)}", np.quantile(ends, [0.01, 0.05, 0.25, 0.5]).round(3))
         return
-    preset, rule, mode, seed = given
+    (seed,) = more
     row = {"preset": preset, "rule": rule, "mode": mode, "seed": int(seed)}
     values, F = measured(preset, rule, mode, int(seed))
     append(DATA, pd.DataFrame([row | values]))
