@@ -14,14 +14,25 @@ def imported(*paths: Path, relative: bool = False) -> set[str]:
     """
     found = set()
     for path in paths:
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Import):
-                found |= {alias.name for alias in node.names}
-            elif isinstance(node, ast.ImportFrom):
-                if node.level and not relative:
-                    raise ValueError(f"{path}:{node.lineno} imports relatively")
-                found |= {f"{node.module}.{alias.name}" for alias in node.names}
+        absolute, lines = _imported(path)
+        if lines and not relative:
+            raise ValueError(f"{path}:{lines[0]} imports relatively")
+        found |= absolute
     return found
+
+
+@cache
+def _imported(path: Path) -> tuple[frozenset[str], list[int]]:
+    """Names of a file that are imported absolutely, and lines that import relatively."""
+    found, relative = set(), []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.level:
+            relative.append(node.lineno)
+        elif isinstance(node, ast.ImportFrom):
+            found |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return frozenset(found), relative
 
 
 def packages(*paths: Path) -> set[str]:

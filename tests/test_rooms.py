@@ -90,16 +90,26 @@ def test_modules_form_no_circle(package):
 
 
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
-def test_tests_import_what_rooms_export(package):
+def test_tests_and_other_packages_import_what_rooms_export(package):
     """Their `__init__.pyi` shows in one place what others use of them."""
     found = {
         f"{path.relative_to(ROOT)}: {name}"
-        for path in (ROOT / "tests").rglob("*.py")
-        for name in entered(imported(path, relative=True), package)
+        for folder in {ROOT / "tests", *PACKAGES} - {package}
+        for path in folder.rglob("*.py")
+        for name in entered(imported(path, relative=folder.name == "tests"), package)
     }
     assert found == set()
 
 
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
+def test_what_is_called_as_a_module_is_of_that_module(package):
+    """Only then `lazy_loader` keeps the module, once imported, from being found in its place."""
+    for name in exported(package).keys() & modules(package).keys():
+        home = exported(package)[name]
+        assert name in (home, home.rpartition(".")[0]), name
+
+
+@pytest.mark.slow
 def test_rooms_export_what_they_say():
     """Whatever was imported before: a function is not hidden by a module of its name."""
     homes = {name: home for package in PACKAGES for name, home in exported(package).items()}

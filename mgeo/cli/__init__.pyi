@@ -1,6 +1,8 @@
 from .app import app as app
 from .app import main as main
 from .commands import EXAMPLES as EXAMPLES
+from .commands import epilog as epilog
+from .completion import among as among
 from .completion import toml_files as toml_files
 from .errors import ExitCode as ExitCode
 from .errors import StopRequest as StopRequest
@@ -10,8 +12,10 @@ from .errors import stop_requests as stop_requests
 from .errors import terminable as terminable
 from .options import Debug as Debug
 from .options import Json as Json
+from .options import Quiet as Quiet
 from .options import parse_numbers as parse_numbers
 from .options import parse_settings as parse_settings
 from .output import Output as Output
+from .output import json_text as json_text
 from .progress import Progress as Progress
 from .progress import clock as clock

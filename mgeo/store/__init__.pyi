@@ -7,7 +7,9 @@ from .checkpoint import read_notes as read_notes
 from .lock import LOCK_FILE as LOCK_FILE
 from .lock import lock as lock
 from .provenance import installed_versions as installed_versions
+from .reading import parse_json as parse_json
 from .reading import read_json as read_json
+from .reading import read_packed as read_packed
 from .reading import read_text as read_text
 from .run import Hypervolume as Hypervolume
 from .run import Outcome as Outcome
@@ -15,6 +17,9 @@ from .run import Run as Run
 from .run import RunConfiguration as RunConfiguration
 from .run_folder import CHECKPOINT_FILE as CHECKPOINT_FILE
 from .run_folder import FIGURE_FILE as FIGURE_FILE
+from .run_folder import FRONT_FILE as FRONT_FILE
+from .run_folder import NEAREST_FILE as NEAREST_FILE
+from .run_folder import RUN_FILE as RUN_FILE
 from .run_folder import check_folder as check_folder
 from .run_folder import front_table as front_table
 from .run_folder import read_run as read_run

@@ -17,17 +17,17 @@ from mgeo_attitude.fields import (
     InvalidValue,
     KeyProblem,
     Validated,
+    declared,
     expect,
     from_table,
     known_names,
     quantity,
     to_table,
 )
-from mgeo_attitude.fields.quantity import declared
-from mgeo_attitude.geometry.vector import Vec3
+from mgeo_attitude.geometry import Vec3
 
-from mgeo.store.reading import read_text
-from mgeo.validation.tables import FileError
+from mgeo.store import read_text
+from mgeo.validation import FileError
 
 #: Outward normals of the faces of a satellite, body axes.
 FACES: dict[str, tuple[float, float, float]] = {

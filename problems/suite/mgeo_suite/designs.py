@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from mgeo_attitude import Scenario
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.view.describe import two_digits
+from mgeo_attitude.view import two_digits
 from numpy.typing import ArrayLike
 
-from mgeo.plugins.view import View
+from mgeo.plugins import View
 from mgeo_suite.catalog import NONE
 from mgeo_suite.suites import SuiteModels
 

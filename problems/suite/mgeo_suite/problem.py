@@ -12,10 +12,9 @@ import numpy as np
 from mgeo_attitude import Scenario
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.aliases import ShownByView
-from mgeo_attitude.criteria.constraints import check_start, constraints
-from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
+from mgeo_attitude.criteria import EvaluationCache, check_start, constraints
 from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, known_names
-from mgeo_attitude.maneuvers.schedule import decode
+from mgeo_attitude.maneuvers import decode
 from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 from pymoo.core.variable import Choice, Real

@@ -194,7 +194,7 @@ def evaluated(
 
     Of the states, those that all forms begin with: attitude and gyro.
     """
-    from mgeo_attitude.filter.evaluator import evaluate  # compiles
+    from mgeo_attitude.filter import evaluate  # compiles
 
     if not len(choices):
         return evaluate(suites.model, maneuvers, covariance=True)
@@ -229,7 +229,7 @@ def _joined(
     parts: list[tuple[Ints, Evaluation]], suites: SuiteModels, maneuvers: Floats
 ) -> Evaluation:
     """Results of some rows each, as one."""
-    from mgeo_attitude.filter.evaluator import Evaluation
+    from mgeo_attitude.filter import Evaluation
 
     order = np.argsort(np.concatenate([rows for rows, _ in parts]))
     joined = {}

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from mgeo_attitude.criteria.constraints import constraints
-from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
-from mgeo_attitude.view.describe import maneuver_texts, span, two_digits
+from mgeo_attitude.criteria import attitude_accuracy_deg, constraints
+from mgeo_attitude.view import maneuver_texts, span, two_digits
 from numpy.typing import ArrayLike
 
 from mgeo_suite.designs import BUDGETED_DEG, Designs, suite_text
@@ -63,7 +62,7 @@ class SuiteView(Designs):
 
     def limits(self) -> list[pd.DataFrame]:
         """For each design a table with a row per limit, see `mgeo_attitude.view.margins.tables`."""
-        from mgeo_attitude.view.margins import tables  # compiles
+        from mgeo_attitude.view import tables  # compiles
 
         found = [each for asked in constraints(self.problem.scenario) for each in asked.limits]
         excesses = np.array([limit.excess(self.result) for limit in found]).T

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Magnetometer, Sensor, evaluate
 from mgeo_attitude.filter import available_threads
-from mgeo_attitude.geometry import cross
+from mgeo_attitude.geometry import vector
 from mgeo_attitude.maneuvers import SlewLimits
 
 from .agreement import assert_agrees, designs, special_designs
@@ -57,7 +57,7 @@ class EarthSensor(Sensor):
         return {"bias": 0.01}
 
     def measure(self, x, v):
-        return cross(v, x.theta) + x.bias
+        return vector.cross(v, x.theta) + x.bias
 
     def noise(self):
         return (0.005, 0.005, 0.02)

@@ -60,7 +60,7 @@ def test_a_full_disk_is_told_before_the_flights_or_costs_the_file_alone(
 
     arguments = ("verify", folder, "--runs", "2", "--out", tmp_path / "found.json")
     with monkeypatch.context() as changed:
-        changed.setattr("mgeo.store.atomic.write_file", full)
+        changed.setattr("mgeo.store.write_file", full)
         done = run(*arguments, code=2)
     assert "2 simulated flights" in done.stdout
     assert done.stderr.endswith(f"No space left on device: '{tmp_path / 'found.json'}'\n")

@@ -20,7 +20,7 @@ from mgeo_attitude import (
     evaluate,
     validity,
 )
-from mgeo_attitude.geometry import Vec3, cross, rotate
+from mgeo_attitude.geometry import Vec3, rotate, vector
 from mgeo_attitude.maneuvers import Motion
 from mgeo_attitude.scenario import (
     Convergence,
@@ -291,7 +291,7 @@ class Scaled(Sensor):
         return {"misalignment": 0.02, "scale": 0.03}
 
     def measure(self, x, v):
-        return cross(v, x.theta - x.misalignment) + Vec3(
+        return vector.cross(v, x.theta - x.misalignment) + Vec3(
             x.scale.x * v.x, x.scale.y * v.y, x.scale.z * v.z
         )
 

@@ -8,11 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.cli.commands import epilog
-from mgeo.cli.completion import toml_files
-from mgeo.cli.errors import ExitCode, bad_input
-from mgeo.cli.options import Debug, Json, Quiet
-from mgeo.cli.output import Output, json_text
+from mgeo.cli import Debug, ExitCode, Json, Output, Quiet, bad_input, epilog, json_text, toml_files
 from mgeo_attitude.commands.options import USERS, Overwrite, Pick, Solution, Source, Time
 
 app = typer.Typer(
@@ -127,7 +123,7 @@ def export(
 
     A plan that violates a constraint of its scenario is refused, unless told otherwise.
     """
-    from mgeo.store.atomic import write_file
+    from mgeo.store import write_file
     from mgeo_attitude.commands.files import check_constraints, check_targets, load_plan
     from mgeo_attitude.plan.files import SUFFIXES, plan_content
 
@@ -199,7 +195,7 @@ def check(
 
     If they differ, the exit code is 3.
     """
-    from mgeo.runs.scenario import read_scenario
+    from mgeo.runs import read_scenario
     from mgeo_attitude.commands import check as command
     from mgeo_attitude.plan.run_folder import PROBLEM
     from mgeo_attitude.scenario import Scenario

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from mgeo.cli.completion import among
+from mgeo.cli import among
 
 Source = Annotated[
     Path, typer.Argument(metavar="RUN|PLAN.json", help="Folder of `mgeo solve`, or a plan's file.")

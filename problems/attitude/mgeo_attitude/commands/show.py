@@ -10,9 +10,9 @@ from typing import Any
 import pandas as pd
 from rich.text import Text
 
-from mgeo.cli.output import Output
+from mgeo.cli import Output
 from mgeo.figures import report_page
-from mgeo.store.atomic import write_file
+from mgeo.store import write_file
 from mgeo.terminal import Columns, plain, table
 from mgeo_attitude.bound import NoLimit
 from mgeo_attitude.commands.files import Picked

@@ -1,3 +1,4 @@
+from .constraints import check_start as check_start
 from .constraints import constraints as constraints
 from .evaluation_cache import EvaluationCache as EvaluationCache
 from .objectives import OBJECTIVES as OBJECTIVES

@@ -7,6 +7,8 @@ from .constants import DAY as DAY
 from .constants import EARTH_J2 as EARTH_J2
 from .constants import EARTH_MU as EARTH_MU
 from .constants import EARTH_RADIUS as EARTH_RADIUS
+from .constants import FIELD_MODEL_END as FIELD_MODEL_END
+from .constants import FIELD_MODEL_START as FIELD_MODEL_START
 from .constants import SUN_RADIUS as SUN_RADIUS
 from .directions import DIRECTIONS as DIRECTIONS
 from .directions import Cone as Cone
@@ -23,8 +25,10 @@ from .element_set import gcrs_of as gcrs_of
 from .element_set import teme_of as teme_of
 from .environment import Environment as Environment
 from .ephemeris_formats import read_position_table as read_position_table
+from .field import FIELD_RADIUS as FIELD_RADIUS
 from .field import dipole_gradient as dipole_gradient
 from .field import field_gradient as field_gradient
+from .field import gauss_coefficients as gauss_coefficients
 from .field import geomagnetic_field as geomagnetic_field
 from .kepler import Elements as Elements
 from .kepler import eccentric_anomaly as eccentric_anomaly
@@ -49,5 +53,7 @@ from .time_frames import instants as instants
 from .time_frames import rotate as rotate
 from .time_frames import teme_to_gcrs as teme_to_gcrs
 from .time_frames import to_gcrs as to_gcrs
+from .time_frames import utc_text as utc_text
+from .time_stamps import clock_seconds_after as clock_seconds_after
 from .time_stamps import seconds_after as seconds_after
 from .time_stamps import utc_texts as utc_texts

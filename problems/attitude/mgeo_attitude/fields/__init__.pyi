@@ -1,8 +1,11 @@
+from .quantity import DEG as DEG
+from .quantity import DEG_H as DEG_H
 from .quantity import InvalidType as InvalidType
 from .quantity import InvalidValue as InvalidValue
 from .quantity import KeyProblem as KeyProblem
 from .quantity import Kinds as Kinds
 from .quantity import Quantity as Quantity
+from .quantity import Unit as Unit
 from .quantity import declared as declared
 from .quantity import expect as expect
 from .quantity import known_names as known_names

@@ -1,13 +1,15 @@
+from . import vector as vector
 from .quaternion import quaternions as quaternions
 from .quaternion import sampled_quaternions as sampled_quaternions
+from .rotation import cross as cross
 from .rotation import dot as dot
 from .rotation import exponential as exponential
 from .rotation import matrix as matrix
 from .rotation import multiply as multiply
 from .rotation import rotate as rotate
 from .rotation import rotation_vector as rotation_vector
+from .rotation import shear as shear
 from .rotation import skew as skew
 from .rotation import tangents as tangents
 from .rotation import unrotate as unrotate
 from .vector import Vec3 as Vec3
-from .vector import cross as cross

@@ -1,3 +1,4 @@
+from .drives import CoilDrive as CoilDrive
 from .drives import SlewLimits as SlewLimits
 from .motion import HELD as HELD
 from .motion import RAMP as RAMP
@@ -5,6 +6,7 @@ from .motion import Motion as Motion
 from .motion import attitudes as attitudes
 from .motion import phases as phases
 from .schedule import NEVER as NEVER
+from .schedule import Turning as Turning
 from .schedule import decode as decode
 from .schedule import flown as flown
 from .schedule import holding as holding

@@ -3,6 +3,11 @@ from .attitudes import gcrf_to_eme2000 as gcrf_to_eme2000
 from .attitudes import script_text as script_text
 from .attitudes import stk_text as stk_text
 from .attitudes import waypoints_text as waypoints_text
+from .documents import Form as Form
+from .documents import opened as opened
+from .documents import read_document as read_document
+from .documents import scenario_of as scenario_of
+from .documents import written as written
 from .figures import plan_figures as plan_figures
 from .files import from_json as from_json
 from .files import read_json as read_json
@@ -10,6 +15,7 @@ from .files import to_csv as to_csv
 from .files import to_json as to_json
 from .files import write_plan as write_plan
 from .plan import ManeuverPlan as ManeuverPlan
+from .run_folder import PROBLEM as PROBLEM
 from .run_folder import Front as Front
 from .run_folder import read_front as read_front
 from .spice import ck_bytes as ck_bytes

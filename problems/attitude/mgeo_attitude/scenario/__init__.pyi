@@ -3,6 +3,7 @@ from .actuators import Coils as Coils
 from .actuators import Wheels as Wheels
 from .actuators import minimax as minimax
 from .actuators import pseudo_inverse as pseudo_inverse
+from .after import SUPPORTED as SUPPORTED
 from .channels import Channel as Channel
 from .initial import InitialConditions as InitialConditions
 from .of_others import EphemerisOrbit as EphemerisOrbit
@@ -12,6 +13,9 @@ from .of_others import Orbit as Orbit
 from .of_others import OrbitFile as OrbitFile
 from .of_others import TLEOrbit as TLEOrbit
 from .prior import Prior as Prior
+from .prior import check_quaternion as check_quaternion
+from .prior import prior_of as prior_of
+from .prior import states_of as states_of
 from .scenario import Scenario as Scenario
 from .schema import scenario_schema as scenario_schema
 from .settings import NAMES as NAMES
@@ -25,6 +29,7 @@ from .together import implausible as implausible
 from .toml import PRESETS as PRESETS
 from .toml import ScenarioFileError as ScenarioFileError
 from .validity import OutsideValidity as OutsideValidity
+from .validity import validity as validity
 from .windows import Contact as Contact
 from .windows import FlightErrors as FlightErrors
 from .windows import Window as Window

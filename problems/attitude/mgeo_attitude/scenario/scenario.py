@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from mgeo.store.atomic import write_file
+from mgeo.store import write_file
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.orbit import ORBITS, AnyOrbit
 from mgeo_attitude.environment.time_frames import elapsed

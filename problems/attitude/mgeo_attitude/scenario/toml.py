@@ -172,8 +172,8 @@ def read_toml(source: str | os.PathLike[str]) -> tuple[str, Path, dict[str, Any]
         hint = "" if "\n" in source else " (a file's name would end in .toml)"
         origin, folder, text = f"TOML text{hint}", Path(), source
     else:
-        from mgeo.store.reading import read_text
-        from mgeo.validation.tables import FileError
+        from mgeo.store import read_text
+        from mgeo.validation import FileError
 
         origin, folder = os.fspath(source), Path(source).parent
         try:

@@ -9,6 +9,7 @@ from .describe import span as span
 from .describe import two_digits as two_digits
 from .maneuver_view import ManeuverView as ManeuverView
 from .margins import END_ATTITUDE as END_ATTITUDE
+from .margins import tables as tables
 from .plans import Plans as Plans
 from .plans import Times as Times
 from .plans import spread as spread

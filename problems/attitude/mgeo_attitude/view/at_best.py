@@ -89,7 +89,7 @@ def remarks(plans: Plans, some: Plans, these: str) -> list[str]:
 
     All are flown exactly.
     """
-    from mgeo.runs.answer import default_solution
+    from mgeo.runs import default_solution
 
     problem = plans.problem
     try:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import plotly.graph_objects as go
 
-    from mgeo.plugins.shown import Review
+    from mgeo.plugins import Review
 
 #: By what share of a promise it may be missed.
 TOLERANCE = 0.1

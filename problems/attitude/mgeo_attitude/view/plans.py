@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mgeo.plugins.view import View
+from mgeo.plugins import View
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.bound import LimitCurves
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache

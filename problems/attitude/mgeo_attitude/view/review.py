@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from mgeo.plugins.shown import Review, Section
+from mgeo.plugins import Review, Section
 from mgeo_attitude.environment.time_stamps import utc_texts
 from mgeo_attitude.fields import declared
 from mgeo_attitude.filter.history import filter_history

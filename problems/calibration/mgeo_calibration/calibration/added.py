@@ -13,7 +13,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import InvalidValue, known_names
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Gyro, Influence, Sensor, sigma_of
-from mgeo_attitude.sensors.base import with_noise as scaled_noise
+from mgeo_attitude.sensors import with_noise as scaled_noise
 
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.corrections import unit_of_bias

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Magnetometer
-from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.sensors import Magnetometer, Suite
 
 from mgeo_calibration.calibration.agreement import correlation_bound, nis_bounds
 from mgeo_calibration.calibration.corrections import telemetry_units

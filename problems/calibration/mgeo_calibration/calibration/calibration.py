@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.time_stamps import utc_texts
-from mgeo_attitude.fields.quantity import Unit
-from mgeo_attitude.geometry.quaternion import quaternions
-from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.scenario.after import SUPPORTED
-from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.environment import utc_texts
+from mgeo_attitude.fields import Unit
+from mgeo_attitude.geometry import quaternions
+from mgeo_attitude.scenario import SUPPORTED, Scenario
+from mgeo_attitude.sensors import Suite
 
 from mgeo_calibration.calibration.agreement import PriorTest, SensorTest, contradictions
 from mgeo_calibration.calibration.corrections import in_units, telemetry_units, uplink
@@ -264,8 +263,8 @@ class Calibration:
         ValueError
             For a plan of a satellite with other states.
         """
-        from mgeo_attitude.filter.history import filter_history
-        from mgeo_attitude.view.describe import exactly
+        from mgeo_attitude.filter import filter_history
+        from mgeo_attitude.view import exactly
         from mgeo_attitude.view.observability import States
 
         model, suite = plan.problem.model, self.suite

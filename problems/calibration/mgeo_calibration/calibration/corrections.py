@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields.quantity import DEG, Unit
-from mgeo_attitude.geometry.quaternion import quaternions
-from mgeo_attitude.geometry.rotation import matrix, shear
-from mgeo_attitude.sensors import Gyro, Photodiode, Sensor, World
-from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.fields import DEG, Unit
+from mgeo_attitude.geometry import matrix, quaternions, shear
+from mgeo_attitude.sensors import Gyro, Photodiode, Sensor, Suite, World
 from scipy.spatial.transform import Rotation
 
 #: Of the gyro in telemetry.

@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.geometry.quaternion import quaternions
-from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.geometry import matrix, quaternions
 from mgeo_attitude.scenario import Scenario
 
 from mgeo_calibration import diagnosis

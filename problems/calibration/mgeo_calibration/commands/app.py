@@ -8,13 +8,20 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from mgeo_attitude.commands.options import USERS, Overwrite, Pick, Solution, Source, Time
+from mgeo_attitude.commands import USERS, Overwrite, Pick, Solution, Source, Time
 
-from mgeo.cli.commands import epilog
-from mgeo.cli.completion import among, toml_files
-from mgeo.cli.errors import ExitCode, bad_input
-from mgeo.cli.options import Debug, Json, Quiet
-from mgeo.cli.output import Output, json_text
+from mgeo.cli import (
+    Debug,
+    ExitCode,
+    Json,
+    Output,
+    Quiet,
+    among,
+    bad_input,
+    epilog,
+    json_text,
+    toml_files,
+)
 
 app = typer.Typer()
 
@@ -64,10 +71,10 @@ def verify(
     nonlinear, the errors are drawn from the scenario, the filter feeds them back. Of path limits it
     says how often they were broken.
     """
-    from mgeo_attitude.commands.files import check_targets, load_plan
-    from mgeo_attitude.scenario.validity import OutsideValidity
+    from mgeo_attitude.commands import check_targets, load_plan
+    from mgeo_attitude.scenario import OutsideValidity
 
-    from mgeo.store.atomic import write_file
+    from mgeo.store import write_file
     from mgeo_calibration import verification
     from mgeo_calibration.commands.verify import (
         print_verification,
@@ -151,8 +158,7 @@ def fly(
     from the scenario, unless --after says whose they are; the same seed draws the same for both
     simulators.
     """
-    from mgeo_attitude.commands.files import check_targets, load_plan
-    from mgeo_attitude.commands.show import rows
+    from mgeo_attitude.commands import check_targets, load_plan, rows
 
     from mgeo_calibration.commands import fly as command
     from mgeo_calibration.flight.as_flown import as_flown

@@ -6,16 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from mgeo_attitude.commands.files import Picked, check_targets, load_plan
-from mgeo_attitude.commands.show import note, rows, titled
-from mgeo_attitude.environment.time_frames import utc_text
-from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.plan.run_folder import PROBLEM
+from mgeo_attitude.commands import Picked, check_targets, load_plan, note, rows, titled
+from mgeo_attitude.environment import utc_text
+from mgeo_attitude.plan import PROBLEM, ManeuverPlan
 from mgeo_attitude.scenario import Scenario
 
-from mgeo.cli.output import Output
-from mgeo.runs.scenario import read_scenario
-from mgeo.store.atomic import check_writable, write_files
+from mgeo.cli import Output
+from mgeo.runs import read_scenario
+from mgeo.store import check_writable, write_files
 from mgeo.terminal import plain
 from mgeo_calibration.calibration import Calibration, to_json
 from mgeo_calibration.calibration.added import beside, noise_of

@@ -7,20 +7,18 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from mgeo_attitude.commands.files import Picked
-from mgeo_attitude.commands.show import note, titled
-from mgeo_attitude.environment.time_frames import elapsed
+from mgeo_attitude.commands import Picked, note, titled
+from mgeo_attitude.environment import elapsed
 from mgeo_attitude.fields import expect
-from mgeo_attitude.geometry.quaternion import quaternions
-from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.plan.documents import opened, read_document, scenario_of, written
-from mgeo_attitude.scenario.prior import check_quaternion, states_of
+from mgeo_attitude.geometry import quaternions
+from mgeo_attitude.plan import ManeuverPlan, opened, read_document, scenario_of, written
+from mgeo_attitude.scenario import check_quaternion, states_of
 from scipy.spatial.transform import Rotation
 
-from mgeo.cli.output import Output
-from mgeo.store.atomic import write_file
+from mgeo.cli import Output
+from mgeo.store import write_file
 from mgeo.terminal import plain
-from mgeo.validation.tables import entry
+from mgeo.validation import entry
 from mgeo_calibration.calibration.corrections import in_units, telemetry_units
 from mgeo_calibration.telemetry import Telemetry, Truth
 

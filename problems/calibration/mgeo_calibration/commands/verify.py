@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mgeo_attitude.commands.files import Picked
-from mgeo_attitude.commands.show import note, promised, rows, titled
-from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.plan.run_folder import PROBLEM
+from mgeo_attitude.commands import Picked, note, promised, rows, titled
+from mgeo_attitude.plan import PROBLEM, ManeuverPlan
 
-from mgeo.cli.output import Output
-from mgeo.store.run_folder import RUN_FILE, read_run
+from mgeo.cli import Output
+from mgeo.store import RUN_FILE, read_run
 from mgeo.terminal import plain
 from mgeo_calibration.commands.fly import limited
 from mgeo_calibration.flight.as_flown import told

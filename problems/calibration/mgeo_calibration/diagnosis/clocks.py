@@ -13,13 +13,9 @@ from datetime import UTC, datetime
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment import Environment
-from mgeo_attitude.environment.constants import DAY
-from mgeo_attitude.environment.time_frames import instants, to_gcrs
+from mgeo_attitude.environment import DAY, Environment, instants, to_gcrs
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Magnetometer, Sensor, SunSensor
-from mgeo_attitude.sensors.base import sigma_of
-from mgeo_attitude.sensors.world import FIELD_UNIT_NT
+from mgeo_attitude.sensors import FIELD_UNIT_NT, Magnetometer, Sensor, SunSensor, sigma_of
 
 from mgeo_calibration.telemetry import Telemetry
 

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.filter.model import inertial_vectors
+from mgeo_attitude.filter import inertial_vectors
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Gyro, Sensor
-from mgeo_attitude.sensors.readings import in_threes
-from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.sensors import Gyro, Sensor, Suite, in_threes
 
 from mgeo_calibration.estimation.belief import UNKNOWN
 from mgeo_calibration.estimation.faces import without_dark

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.sensors import Photodiode, Sensor
-from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.sensors import Photodiode, Sensor, Suite
 
 #: Smallest eigenvalue of Σ n nᵀ over normals of lit faces: it is 1 of three at right angles.
 _SPREAD = 0.05

@@ -10,10 +10,8 @@ from types import SimpleNamespace
 
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.geometry.rotation import cross, exponential, rotation_vector
-from mgeo_attitude.sensors.gyro import is_uneven
-from mgeo_attitude.sensors.influences import influenced
-from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.geometry import cross, exponential, rotation_vector
+from mgeo_attitude.sensors import Suite, influenced, is_uneven
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import UNKNOWN

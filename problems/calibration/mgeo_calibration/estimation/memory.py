@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.sensors import Suite
 
 from mgeo_calibration.estimation.trajectory import Partition
 

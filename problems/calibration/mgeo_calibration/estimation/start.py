@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.sensors.influences import influenced
+from mgeo_attitude.sensors import influenced
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.estimation.batch import Batch

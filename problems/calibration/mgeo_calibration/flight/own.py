@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.filter.evaluator import evaluate
-from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.geometry.rotation import rotation_vector
-from mgeo_attitude.maneuvers.schedule import holding
+from mgeo_attitude.filter import FilterModel, evaluate
+from mgeo_attitude.geometry import rotation_vector
+from mgeo_attitude.maneuvers import holding
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors.readings import to_channels
+from mgeo_attitude.sensors import to_channels
 from mgeo_attitude.trajectory import Trajectory
 
 from mgeo_calibration.flight.flight import Draws, Flight, draw, fly_run, moved, unsteady

@@ -7,9 +7,9 @@ import dataclasses
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.fields import declared, require_same
-from mgeo_attitude.filter.model import FilterModel, availability, sampled
+from mgeo_attitude.filter import FilterModel, availability, sampled
 from mgeo_attitude.scenario import InitialConditions, Scenario
-from mgeo_attitude.sensors.readings import n_vectors
+from mgeo_attitude.sensors import n_vectors
 
 #: Keys of a scenario in which a truth may differ, and those that say nothing of a flight. Of
 #: `initial` that is how well the attitude is known: what is flown starts from the believed one.

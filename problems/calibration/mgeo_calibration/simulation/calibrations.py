@@ -7,10 +7,10 @@ from functools import partial
 
 import numpy as np
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.filter.evaluator import available_threads
-from mgeo_attitude.maneuvers.drives import CoilDrive
+from mgeo_attitude.filter import available_threads
+from mgeo_attitude.maneuvers import CoilDrive
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors.readings import in_threes
+from mgeo_attitude.sensors import in_threes
 from numpy.typing import ArrayLike
 
 from mgeo_calibration.calibration.from_telemetry import GATE, at_the_end

@@ -10,18 +10,11 @@ from itertools import pairwise
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.environment import Environment
-from mgeo_attitude.environment.directions import Cone, Passage
-from mgeo_attitude.filter.evaluator import evaluate
-from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.nearest import nearest
-from mgeo_attitude.filter.path_limits import angle_from
-from mgeo_attitude.geometry.rotation import multiply
-from mgeo_attitude.maneuvers.drives import CoilDrive
-from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.maneuvers.schedule import holding
-from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.scenario.validity import OutsideValidity, validity
+from mgeo_attitude.environment import Cone, Environment, Passage
+from mgeo_attitude.filter import FilterModel, angle_from, evaluate, nearest
+from mgeo_attitude.geometry import multiply
+from mgeo_attitude.maneuvers import CoilDrive, Motion, holding
+from mgeo_attitude.scenario import OutsideValidity, Scenario, validity
 from mgeo_attitude.trajectory import Trajectory
 from numpy.typing import ArrayLike
 

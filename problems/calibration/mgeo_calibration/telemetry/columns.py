@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.time_stamps import clock_seconds_after, seconds_after
+from mgeo_attitude.environment import clock_seconds_after, seconds_after
 from mgeo_attitude.scenario import Scenario
 
 from mgeo_calibration.telemetry.files import MISSING

@@ -158,7 +158,7 @@ class TelemetryMapping(Validated):
         ValueError
             Naming the file and the key.
         """
-        from mgeo.store.reading import read_text
+        from mgeo.store import read_text
 
         text = read_text(path)
         try:

@@ -13,7 +13,7 @@ from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Sensor
 from scipy.spatial.transform import Rotation
 
-from mgeo.validation.tables import FileError
+from mgeo.validation import FileError
 from mgeo_calibration.telemetry.checks import check_telemetry, followed
 from mgeo_calibration.telemetry.columns import (
     find_columns,

@@ -8,11 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.cli.commands import epilog
-from mgeo.cli.completion import toml_files
-from mgeo.cli.errors import bad_input
-from mgeo.cli.options import Debug, Json
-from mgeo.cli.output import Output
+from mgeo.cli import Debug, Json, Output, bad_input, epilog, toml_files
 
 app = typer.Typer(help="Sensor suites: what a catalog offers, and what a front of suites says.")
 
@@ -69,8 +65,8 @@ def conclude(
     """Say in words what a front of price against accuracy shows, at some budgets."""
     import numpy as np
 
-    from mgeo.plugins.problems import load_problem
-    from mgeo.store.run_folder import read_run
+    from mgeo.plugins import load_problem
+    from mgeo.store import read_run
     from mgeo_suite.designs import conclusions
     from mgeo_suite.problem import SensorSuiteProblem
 

@@ -14,3 +14,5 @@ from .motion import turns_of_direction as turns_of_direction
 from .several import figures as figures
 from .single import drawings as drawings
 from .style import Solutions as Solutions
+from .style import line as line
+from .style import title as title

@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
-from mgeo.figures.style import finished, log_axis
+from mgeo.figures import finished, log_axis
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.maneuvers.schedule import flown
 from mgeo_attitude.sensors.suite import block_units

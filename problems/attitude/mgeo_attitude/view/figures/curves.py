@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo.figures.style import GRAY
+from mgeo.figures import GRAY
 from mgeo_attitude._typing import Floats
 
 #: Of the extent of a curve: closer than this a line is the curve.

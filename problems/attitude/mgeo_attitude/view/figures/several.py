@@ -8,7 +8,7 @@ import math
 import numpy as np
 import plotly.graph_objects as go
 
-from mgeo.runs.answer import knee
+from mgeo.runs import knee
 from mgeo_attitude.criteria.objectives import indicators
 from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.view import at_best

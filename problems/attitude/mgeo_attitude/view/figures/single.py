@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mgeo.figures.style import COLORS, GRAY, literal, log_axis
+from mgeo.figures import COLORS, GRAY, literal, log_axis
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import Flown

@@ -1,8 +1,7 @@
 """Many steps, each at a rate of its own: turns one after the other, discretization; compiled."""
 
 import numpy as np
-from mgeo_attitude.filter.discretization import discretize
-from mgeo_attitude.filter.polynomials import discretize_alike
+from mgeo_attitude.filter import discretize, discretize_alike
 
 from mgeo_calibration.estimation.kernels.algebra import loop
 

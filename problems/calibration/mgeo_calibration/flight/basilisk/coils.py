@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.maneuvers.drives import CoilDrive
-from mgeo_attitude.maneuvers.schedule import decode, maneuver_steps
+from mgeo_attitude.maneuvers import CoilDrive, decode, maneuver_steps
 
 
 @dataclass(frozen=True)

@@ -10,23 +10,20 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter.history import can_measure
-from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.maneuvers.drives import CoilDrive
-from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.maneuvers.schedule import Turning
+from mgeo_attitude.filter import FilterModel, can_measure
+from mgeo_attitude.maneuvers import CoilDrive, Motion, Turning
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import (
     Gyro,
     Magnetometer,
     Photodiode,
+    Readings,
     Sensor,
     StarTracker,
+    Suite,
     SunSensor,
     TwoAxisSunSensor,
 )
-from mgeo_attitude.sensors.readings import Readings
-from mgeo_attitude.sensors.suite import Suite
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.basilisk.coils import Coiled

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from Basilisk.simulation import coarseSunSensor, imuSensor, magnetometer, starTracker
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.geometry import matrix
 from mgeo_attitude.sensors import (
+    FIELD_UNIT_NT,
     Gyro,
     Magnetometer,
     Photodiode,
@@ -20,7 +21,6 @@ from mgeo_attitude.sensors import (
     SunSensor,
     TwoAxisSunSensor,
 )
-from mgeo_attitude.sensors.world import FIELD_UNIT_NT
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.basilisk.surroundings import Surroundings

@@ -14,9 +14,8 @@ from mgeo_attitude.fields import (
     positive,
     quantity,
 )
-from mgeo_attitude.maneuvers.drives import SlewLimits
-from mgeo_attitude.scenario import Scenario, Wheels
-from mgeo_attitude.scenario.actuators import pseudo_inverse
+from mgeo_attitude.maneuvers import SlewLimits
+from mgeo_attitude.scenario import Scenario, Wheels, pseudo_inverse
 
 #: How Basilisk shares a torque among wheels.
 SHARED_BY = "pseudo-inverse"
