@@ -154,7 +154,7 @@ async def drawn_by(
     try:
         browser = renderer(mathjax=False)  # nothing from the network
         await asyncio.wait_for(browser.open(), _PATIENCE)
-    except (RuntimeError, TimeoutError) as error:  # choreographer's have the first in common
+    except (RuntimeError, OSError) as error:  # choreographer's, or in time
         if browser is not None:
             with suppress(Exception):  # a thread of it would keep this process from ending
                 await asyncio.wait_for(browser.close(), _PATIENCE)

@@ -123,6 +123,19 @@ def test_one_figure_for_a_paper(folder):
     assert (folder / "figures" / "front.png").exists()
 
 
+@pytest.mark.parametrize(
+    "error", [RuntimeError("none"), ChildProcessError("ended"), TimeoutError()]
+)
+def test_a_browser_that_cannot_be_spoken_with_is_none(error):
+    """It may have closed the channel before or after it is opened: then the errors differ."""
+
+    def no_browser(**options):
+        raise error
+
+    with pytest.raises(StaticExportError, match="none was found that starts"):
+        asyncio.run(drawn_by({}, ["png"], no_browser))
+
+
 def test_only_an_unreadable_message_of_the_browser_is_kept_out_of_the_log(caplog):
     pipe = pytest.importorskip("choreographer.channels.pipe")
     assert "JSONError decoding message" in inspect.getsource(pipe)
