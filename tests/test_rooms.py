@@ -109,6 +109,7 @@ def test_what_is_called_as_a_module_is_of_that_module(package):
         assert name in (home, home.rpartition(".")[0]), name
 
 
+@pytest.mark.campaign  # a name that a module has, too, is found by the test above and by mypy
 @pytest.mark.slow
 def test_rooms_export_what_they_say():
     """Whatever was imported before: a function is not hidden by a module of its name."""

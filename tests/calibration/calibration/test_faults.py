@@ -160,7 +160,7 @@ def test_sensors_of_two_angles_and_trackers_are_asked():
     assert re.match(r"tracker is (0\.9\d|1\.0\d) ± 0\.0\d s late", late.failures[0])
 
 
-@pytest.mark.cases(0, 3)
+@pytest.mark.cases(0, 2)
 @pytest.mark.parametrize(
     "kind",
     ["magnetometer frozen", "fill values", "Sun sensor flipped", "Excel", "local time", "ITRF"],

@@ -32,7 +32,7 @@ def calibrated(seed=1, **craft):
     return calibrate(SCENARIO, fly(SCENARIO, steady(PLAN), seed, Craft(**craft), duration=1500.0))
 
 
-@pytest.mark.cases(0)
+@pytest.mark.cases(0, 1)
 @pytest.mark.parametrize("block", OFF)
 def test_a_block_far_from_its_prior_is_named(block):
     """All of it was supported by the innovations, or another sensor was blamed first."""
