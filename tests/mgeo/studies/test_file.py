@@ -209,7 +209,7 @@ def test_the_published_studies_can_be_built(name):
     counts |= {"budgets": (2, 6), "robust": (2, 4), "local-fronts": (5, 3)}
     counts |= {"coco": (2475, 1), "held-out": (2, 2), "long-runs": (30, 4), "ablation": (84, 24)}
     counts |= {"constraints": (3, 5), "learning": (20, 2), "objectives": (3, 6)}
-    counts |= {"longest-runs": (1, 2), "propellant": (1, 6)}
+    counts |= {"longest-runs": (4, 2), "propellant": (1, 6)}
     counts |= {"forty-variables": (14, 6), "hundred-variables": (12, 6), "wfg": (18, 6)}
     assert (len(study.problems), len(study.algorithms)) == counts[name]
     for configuration in study.problems[:: max(1, len(study.problems) // 3)]:
