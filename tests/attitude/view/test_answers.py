@@ -54,10 +54,10 @@ def test_a_plan_says_the_same(problem, X):
         assert ManeuverPlan.from_design(problem, x).answer == line
 
 
-def test_where_the_end_is_the_plans_own_what_is_kept_is_how_well_the_attitude_is_known():
-    scenario = Scenario.from_dict(
-        {"preset": "cubesat_6u", "duration": 600.0, "maneuvers": {"count": 1}}
-    )
+@pytest.mark.parametrize("objectives", [["t_end", "trace"], ["t_end", "trace", "rate_change"]])
+def test_where_the_end_is_the_plans_own_what_is_kept_is_how_well_the_attitude_is_known(objectives):
+    table = {"preset": "cubesat_6u", "duration": 600.0, "maneuvers": {"count": 1}}
+    scenario = Scenario.from_dict(table | {"objectives": objectives})
     view = AttitudeManeuverProblem(scenario).view([[1.0, 0.2, -0.5, 60.0], [1.0, 0.2, -0.5, 599.0]])
     assert view.exactly.t_end.tolist() == [60.0, 599.0]
     for line, kept in zip(view.answers(), view.kept_sigma_deg, strict=True):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude.criteria.constraints import constraints
+from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.view import at_best, describe, requirements
 from mgeo_attitude.view.plans import MOST_SAMPLES, Plans, looked_at, spread
@@ -147,8 +148,10 @@ class ManeuverView(Plans):
 
 def _promises_kept(plans: Plans, these: str) -> list[str]:
     """How many plans keep their objectives in most samples."""
-    promised, names = plans.promised, plans.problem.obj_names
-    label = names[-1 if plans.problem.model.rule == "end" else 0]  # a time by design is kept
+    promised, names = plans.promised, list(plans.problem.obj_names)
+    if plans.problem.model.rule == "end":  # a time by design is kept by all
+        names = [name for name in names if name != OBJECTIVES["t_end"].label] or names
+    label = names[0]
     # false of NaN, too, where a covariance is lost
     in_time = plans.kept - promised <= TOLERANCE * np.abs(promised)
     endless = [found.kept == math.inf for found in plans.times]
