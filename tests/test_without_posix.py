@@ -35,7 +35,7 @@ import tests.without_posix
 from pathlib import Path
 from typer.testing import CliRunner
 from mgeo.cli.app import app
-from mgeo.store.lock import lock
+from mgeo.store.atomic import lock
 
 def mgeo(line, code=0):
     done = CliRunner().invoke(app, line.split())
@@ -88,9 +88,8 @@ def test_it_searches_studies_reports_and_locks(tmp_path):
 
 
 def test_what_is_absent_is_absent():
-    code = (
-        "import tests.without_posix, sys, mgeo.store.lock\nused = sys.modules['mgeo.store.lock']\n"
-    )
+    code = "import tests.without_posix, sys, mgeo.store\nfrom mgeo.store import lock\n"
+    code += "used = sys.modules['mgeo.store.atomic']\n"
     with pytest.raises(AssertionError, match="has no attribute 'fcntl'"):
         run(f"{code}print(used.fcntl)", ROOT)
     with pytest.raises(AssertionError, match="has no attribute 'O_NOFOLLOW'"):

@@ -18,8 +18,7 @@ from mgeo_attitude.refine.at_time import AtTime
 
 from mgeo.runs.prepare import prepare
 from mgeo.studies.file import read_study
-from mgeo.studies.indicators import parts_of
-from mgeo.studies.space import indicator_space
+from mgeo.studies.indicators import indicator_space, parts_of
 
 HERE = Path(__file__).parent
 DATA = HERE / "data" / "polished.csv"

@@ -6,7 +6,6 @@ from .binary import MGEOCanonical as MGEOCanonical
 from .binary import MGEOVar as MGEOVar
 from .coding import BitCode as BitCode
 from .coding import RealCode as RealCode
-from .covariance import Normals as Normals
 from .directed import MGEODirected as MGEODirected
 from .moves import Attraction as Attraction
 from .moves import joint_steps as joint_steps
@@ -23,6 +22,7 @@ from .state import full_name as full_name
 from .state import restore as restore
 from .steps import BOUNDS as BOUNDS
 from .steps import SCALES as SCALES
+from .steps import Normals as Normals
 from .steps import clip as clip
 from .steps import perturb as perturb
 from .steps import reflect as reflect

@@ -44,7 +44,7 @@ class MGEODirected(Moves):
       objective alone and local optima are many, at a random point.
 
     In long runs, after 2,000 evaluations per variable, half of the walkers make their candidates by
-    a normal distribution of their own, whose covariance they learn (`mgeo.algorithms.covariance`).
+    a normal distribution of their own, whose covariance they learn (`mgeo.algorithms.steps`).
 
     Variables are real, or, with `Problem(vars=...)`, integers, bits and choices beside them: steps
     are rounded then, and a choice takes the option of a donor (`mgeo.algorithms.steps`). A

@@ -12,9 +12,8 @@ from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.coding import RealCode
-from mgeo.algorithms.covariance import Normals
 from mgeo.algorithms.run_state import RunState
-from mgeo.algorithms.steps import BOUNDS, whole_steps
+from mgeo.algorithms.steps import BOUNDS, Normals, whole_steps
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.algorithms.weights import nearest, nearest_drawn, weight_vectors
 

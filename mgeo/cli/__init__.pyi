@@ -2,8 +2,6 @@ from .app import app as app
 from .app import main as main
 from .commands import EXAMPLES as EXAMPLES
 from .commands import epilog as epilog
-from .completion import among as among
-from .completion import toml_files as toml_files
 from .errors import ExitCode as ExitCode
 from .errors import StopRequest as StopRequest
 from .errors import Terminated as Terminated
@@ -13,8 +11,10 @@ from .errors import terminable as terminable
 from .options import Debug as Debug
 from .options import Json as Json
 from .options import Quiet as Quiet
+from .options import among as among
 from .options import parse_numbers as parse_numbers
 from .options import parse_settings as parse_settings
+from .options import toml_files as toml_files
 from .output import Output as Output
 from .output import json_text as json_text
 from .progress import Progress as Progress

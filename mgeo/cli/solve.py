@@ -18,8 +18,7 @@ from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, front_of, view_of
 from mgeo.runs.prepare import PreparedRun
 from mgeo.runs.resume import resume_run
-from mgeo.store.atomic import check_writable, write_file
-from mgeo.store.lock import lock
+from mgeo.store.atomic import check_writable, lock, write_file
 from mgeo.store.provenance import installed_versions
 from mgeo.store.run import Outcome, Run
 from mgeo.store.run_folder import FIGURE_FILE, check_folder, write_run

@@ -21,8 +21,7 @@ from mgeo.plugins.protocol import column_names
 from mgeo.plugins.shown import ask, cells
 from mgeo.plugins.view import View, is_own, view_of
 from mgeo.report.build import read_subject
-from mgeo.report.encode import Json, figure_json
-from mgeo.report.solutions import cell, planned_rows, plans_json
+from mgeo.report.solutions import Json, cell, figure_json, planned_rows, plans_json
 from mgeo.runs.answer import default_solution
 from mgeo.runs.limits import Margin, limits
 from mgeo.store.solution_file import solution_document

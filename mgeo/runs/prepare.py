@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from mgeo._typing import FloatArray
 from mgeo.algorithms.staged import MGEOStaged
 from mgeo.evaluation.individuals import as_numbers
 from mgeo.plugins import protocol
-from mgeo.plugins.problems import load_problem
+from mgeo.plugins.problems import load_problem, read_files
 from mgeo.plugins.protocol import refinement, refinement_steps
 from mgeo.runs.algorithms import (
     build_algorithm,
@@ -28,9 +29,10 @@ from mgeo.runs.algorithms import (
 )
 from mgeo.runs.operators import with_suggested
 from mgeo.runs.solve import State, follow, set_up
+from mgeo.store.reading import parse_json, parse_toml, read_text
 from mgeo.store.run import Notes, Outcome, RunConfiguration
 from mgeo.store.run_persistence import RunPersistence
-from mgeo.validation.tables import checked
+from mgeo.validation.tables import checked, errors_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,3 +237,47 @@ def _time(work: Callable[[], object]) -> FloatArray:
 
 def _clocks() -> tuple[float, float]:
     return time.perf_counter(), time.process_time()
+
+
+#: Largest result to go on from [bytes].
+MOST_BYTES = 50_000_000
+
+
+def read_scenario(
+    problem: str,
+    text: str | None,
+    folder: Path | str = "",
+    after: Path | None = None,
+    *,
+    named: Collection[str] = (),
+) -> dict[str, Any]:
+    """Options of a problem from what was given: nothing, ``FILE.toml`` or a preset's name.
+
+    A file's name is relative to `folder`; what it names itself is relative to its own folder, and
+    is read by the problem, one of those `named` if that is ``module:Class`` (see
+    `mgeo.plugins.problems.load_problem`). What the JSON file `after` holds becomes the option of
+    this name.
+
+    Raises
+    ------
+    OSError
+        If it looks like a file and there is none, or `after` cannot be read.
+    ValueError
+        If the file is no valid TOML, or of a file that it names; or `after` is no JSON.
+    """
+    more: dict[str, Any] = {}
+    if after is not None:
+        content = read_text(after, MOST_BYTES)
+        with errors_of(after):
+            more = {"after": parse_json(content)}
+    if text is None:
+        return more
+    path = Path(text)
+    if path.suffix != ".toml" and len(path.parts) == 1:
+        return {"preset": text, **more}
+    path = Path(folder) / path
+    if not path.is_file():
+        raise FileNotFoundError(f"there is no scenario file {path}")
+    text = read_text(path)
+    with errors_of(path):
+        return read_files(problem, parse_toml(text) | more, path.parent, named=named)

@@ -1,11 +1,11 @@
 from . import record_file as record_file
+from .atomic import LOCK_FILE as LOCK_FILE
 from .atomic import check_writable as check_writable
+from .atomic import lock as lock
 from .atomic import to_json as to_json
 from .atomic import write_file as write_file
 from .atomic import write_files as write_files
 from .checkpoint import read_notes as read_notes
-from .lock import LOCK_FILE as LOCK_FILE
-from .lock import lock as lock
 from .provenance import installed_versions as installed_versions
 from .reading import parse_json as parse_json
 from .reading import read_json as read_json

@@ -1,7 +1,8 @@
-"""Reading of files that somebody else may have written: bounded, plain data, clear errors."""
+"""Files that others may have written, read: bounded, plain data, clear errors; tables as CSV."""
 
 from __future__ import annotations
 
+import csv
 import gzip
 import io
 import json
@@ -12,13 +13,16 @@ import stat
 import tomllib
 import zlib
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mgeo.validation.arguments import decimal_point
 from mgeo.validation.tables import FileError, errors_of
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Far more than any file of ours holds, and less than memory does.
 MOST_BYTES = 2**30
@@ -176,3 +180,65 @@ def from_npz(content: bytes) -> dict[str, NDArray[Any]]:
         if not isinstance(array, np.ndarray) or array.dtype.kind not in "biuf":
             raise ValueError(f"no archive of arrays: {name!r} is no array of numbers")
     return arrays
+
+
+# Python also reads 1_0 as a number, and digits of other scripts
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
+
+
+def to_csv(table: pd.DataFrame) -> bytes:
+    """Content of a file with a row for each row; floats by repr, NaN as ``nan``."""
+    text: str = table.to_csv(index=False, na_rep="nan", lineterminator="\n")
+    return text.encode()
+
+
+def read_texts(path: Path) -> pd.DataFrame:
+    """The entries as they stand in the file, to be converted by `astype`.
+
+    pandas' own parsing of floats is, or was in some versions, off by an ulp, and of a row that is
+    too long it makes an index.
+
+    Raises
+    ------
+    OSError, ValueError
+        If it cannot be read, or is no table.
+    """
+    import pandas as pd
+
+    text = read_text(path)
+    with errors_of(path):
+        if not text.endswith("\n"):
+            raise ValueError("expected a header and rows, each with its end of line")
+        try:
+            header, *rows = csv.reader(io.StringIO(text, newline=""), strict=True)
+        except csv.Error as error:
+            raise ValueError(f"no CSV: {error}") from None
+        if len(set(header)) < len(header):
+            raise ValueError(f"columns {header!r:.200}: expected different names")
+        for i, row in enumerate(rows, 1):
+            if len(row) != len(header):
+                raise ValueError(f"row {i} has {len(row)} values: expected {len(header)}")
+        return pd.DataFrame(rows, columns=header).astype(str)
+
+
+def read_numbers(path: Path) -> pd.DataFrame:
+    """A table of finite numbers.
+
+    Raises
+    ------
+    OSError, ValueError
+        As `read_texts`, or naming the row and the column of what is no finite number.
+    """
+    texts = read_texts(path)
+    values = texts.map(_number).astype(float)
+    with errors_of(path):
+        for name in values.columns[values.isna().any()]:
+            row = int(values[name].isna().argmax())
+            found = texts[name].iloc[row]
+            raise ValueError(f"row {row + 1}, {name} = {found!r:.40}: expected a finite number")
+    return values
+
+
+def _number(text: str) -> float:
+    number = float(text) if _NUMBER.fullmatch(text) else math.nan
+    return number if math.isfinite(number) else math.nan

@@ -13,11 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import ConfigDict
 
-from mgeo.store.atomic import to_json, write_files
-from mgeo.store.lock import LOCK_FILE
-from mgeo.store.reading import read_json
+from mgeo.store.atomic import LOCK_FILE, to_json, write_files
+from mgeo.store.reading import read_json, read_numbers, to_csv
 from mgeo.store.run import Nearest, Outcome, Run, RunConfiguration
-from mgeo.store.tables import read_numbers, to_csv
 from mgeo.validation.tables import Table, checked, entry, errors_of
 
 if TYPE_CHECKING:

@@ -1,5 +1,9 @@
 from .comparison import Comparison as Comparison
 from .comparison import Tests as Tests
+from .comparison import latex as latex
+from .comparison import markdown as markdown
+from .comparison import problem_table as problem_table
+from .comparison import problems_table as problems_table
 from .conclusions import against as against
 from .conclusions import comparison_with_published as comparison_with_published
 from .conclusions import conclusions as conclusions
@@ -14,7 +18,10 @@ from .file import Study as Study
 from .file import parse_study as parse_study
 from .file import read_study as read_study
 from .indicators import INDICATORS as INDICATORS
+from .indicators import REFERENCE_SIZE as REFERENCE_SIZE
+from .indicators import NothingToCompareError as NothingToCompareError
 from .indicators import applicable as applicable
+from .indicators import indicator_space as indicator_space
 from .indicators import parts_of as parts_of
 from .indicators import trace as trace
 from .labels import distinct as distinct
@@ -38,9 +45,6 @@ from .run import WatchedEvaluator as WatchedEvaluator
 from .run import record as record
 from .run import run as run
 from .schema import PublishedTable as PublishedTable
-from .space import REFERENCE_SIZE as REFERENCE_SIZE
-from .space import NothingToCompareError as NothingToCompareError
-from .space import indicator_space as indicator_space
 from .statistics import bootstrap_band as bootstrap_band
 from .statistics import critical_difference as critical_difference
 from .statistics import friedman as friedman
@@ -56,7 +60,3 @@ from .stored import claim as claim
 from .stored import read_comparison as read_comparison
 from .stored import read_comparisons as read_comparisons
 from .study import run_study as run_study
-from .tables import latex as latex
-from .tables import markdown as markdown
-from .tables import problem_table as problem_table
-from .tables import problems_table as problems_table

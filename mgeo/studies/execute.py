@@ -19,12 +19,11 @@ from mgeo.store.study_run import StudyRun
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.dispatch import Key, Result, run_all
 from mgeo.studies.fingerprint import UncertainError, fingerprint
-from mgeo.studies.indicators import trace
+from mgeo.studies.indicators import NothingToCompareError, indicator_space, trace
 from mgeo.studies.labels import folder_name
 from mgeo.studies.progress import progress as progress_display
 from mgeo.studies.results import FailedRunsWarning, NotReusedWarning, failures
 from mgeo.studies.run import CocoFolder, Failure, Task
-from mgeo.studies.space import NothingToCompareError, indicator_space
 from mgeo.validation.arguments import validate_integer
 
 if TYPE_CHECKING:
@@ -75,7 +74,7 @@ def compare(
         is made again; None to keep nothing. A run is known by what its problem and its algorithm
         compute (see `mgeo.studies.fingerprint`), not by their names.
     grid : how many equal steps, or at which numbers of evaluations; `n_eval` always belongs to it.
-    bounds, reference_front, parts : of the indicators' space, see `mgeo.studies.space`.
+    bounds, reference_front, parts : of the indicators' space, see `mgeo.studies.indicators`.
     n_jobs : processes, as joblib counts them: -1 for one per processor.
     progress : False for no display; None for one only if stderr is a terminal.
     title : of that display; default: the problem's class.

@@ -1,27 +1,193 @@
-"""Quality of a front as numbers: hypervolume, IGD+, additive epsilon; or the best value."""
+"""Quality of fronts as numbers, and the one space in which all of a comparison are measured."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import moocore
 import numpy as np
+from numpy.typing import ArrayLike
 from pymoo.indicators.hv import HV
 
 from mgeo._typing import FloatArray
+from mgeo.algorithms.archive import truncate
+from mgeo.evaluation.dominance import nondominated
+from mgeo.plugins import protocol
 from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, view_of
-from mgeo.runs.meters import MAX_OBJECTIVES
+from mgeo.runs.meters import MAX_OBJECTIVES, scaled
+from mgeo.validation.arguments import validate_list, validate_number
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
     from mgeo.store.study_run import StudyRun
-    from mgeo.studies.space import IndicatorSpace
+
+BEYOND_NADIR = 1.1  # reference point where the union of fronts spans 0 to 1
+REFERENCE_SIZE = 500  # points of the reference front
+_PARTS = 3  # of the front, by default
+
+POINTS = ("ideal", "nadir", "reference_point")
+Origin = Literal["problem", "union", "given", "objective"]
+
+
+class NothingToCompareError(ValueError):
+    """No run finished, or none found a feasible solution."""
+
+
+@dataclass(frozen=True, eq=False)
+class IndicatorSpace:
+    """Objectives as the indicators see them, the same for every run.
+
+    Attributes
+    ----------
+    ideal, nadir : (n_obj,) what is at 0 and at 1, in the problem's own objectives, or zeros and
+        ones where the problem's `indicator_space` does the scaling.
+    reference_point : (n_obj,) of the hypervolume, in this space.
+    reference_front : (m, n_obj) for IGD+ and the additive epsilon, in this space.
+    origin : where it comes from: the "problem", the "union" of the fronts, or "given"; or the
+        single "objective", in its own units.
+    transform : the problem's `indicator_space`, if it has one.
+    parts : where the first objective parts the front, ascending, in the problem's own unit; and in
+        this space, `cuts`. None of a single objective.
+    """
+
+    ideal: FloatArray
+    nadir: FloatArray
+    reference_point: FloatArray
+    reference_front: FloatArray
+    origin: Origin
+    transform: Callable[[FloatArray], FloatArray] | None = None
+    parts: tuple[float, ...] = ()
+    cuts: tuple[float, ...] = ()
+
+    def __call__(self, F: FloatArray) -> FloatArray:
+        """Objectives, shape (n, n_obj), in this space."""
+        if not len(F):
+            return np.empty((0, len(self.ideal)))
+        F = F if self.transform is None else np.asarray(self.transform(F), dtype=float)
+        return scaled(F, self.ideal, self.nadir)
+
+    def describe(self) -> dict[str, Any]:
+        """What a reader must know to compute the same indicators, as JSON's types."""
+        if self.origin == "objective":
+            return {"origin": self.origin}
+        points = {key: getattr(self, key).tolist() for key in POINTS}
+        return {
+            "origin": self.origin,
+            **points,
+            "reference_front_points": len(self.reference_front),
+            "parts": list(self.parts),
+            "cuts": list(self.cuts),
+        }
+
+
+def indicator_space(
+    problem: Problem,
+    fronts: Iterable[FloatArray],
+    *,
+    bounds: tuple[ArrayLike, ArrayLike] | None = None,
+    reference_front: ArrayLike | None = None,
+    parts: Sequence[float] | None = None,
+) -> IndicatorSpace:
+    """The space of a comparison.
+
+    With `bounds` (ideal, nadir), or else from the problem's `indicator_space`, either with the
+    reference point (1, ..., 1); or else with the extent of the nondominated union of all fronts
+    (and of the reference front, if given) between 0 and 1, and the reference point at
+    `BEYOND_NADIR`.
+
+    The reference front is the one given, or else the nondominated union, truncated to
+    `REFERENCE_SIZE` evenly spaced points: otherwise an algorithm that crowds its points would also
+    decide where the indicators look. The problem's ``pareto_front()`` is not asked for: pymoo
+    draws some of them at random, and downloads others. Where it is good, pass it.
+
+    A single objective is its own space.
+
+    Parameters
+    ----------
+    fronts : (n, n_obj) objectives each, of all runs.
+    bounds, reference_front : in the problem's own objectives.
+    parts : values of the first objective, ascending, at which the front is parted; default: those
+        that leave a third of the reference front's points in each part.
+
+    Raises
+    ------
+    NothingToCompareError
+        If there is nothing to take the space from.
+    ValueError
+        If a shape does not fit, or bounds, a reference front or parts are given for a single
+        objective.
+    """
+    n_obj = problem.n_obj
+    if n_obj == 1 and not (bounds is None and reference_front is None and parts is None):
+        raise ValueError("bounds, reference_front, parts: expected none for a single objective")
+    known = None if reference_front is None else _checked(reference_front, n_obj)
+    union = np.concatenate([np.empty((0, n_obj)), *fronts])
+    everything = union if known is None else np.concatenate([union, known])
+    best = everything[nondominated(everything)]
+    if not len(best):
+        raise NothingToCompareError("no run found a feasible solution")
+    if n_obj == 1:
+        return OBJECTIVE_SPACE
+    transform = protocol.indicator_space(problem)
+    ideal, nadir = np.zeros(n_obj), np.ones(n_obj)
+    reference_point = np.ones(n_obj)
+    origin: Origin = "problem"
+    if bounds is not None:
+        origin, transform = "given", None
+        ideal, nadir = (np.broadcast_to(np.asarray(b, dtype=float), (n_obj,)) for b in bounds)
+        if not (np.isfinite([ideal, nadir]).all() and (ideal < nadir).all()):
+            raise ValueError(f"bounds = {bounds}: expected finite values, ideal < nadir")
+    elif transform is None:
+        origin, ideal, nadir = "union", best.min(axis=0), best.max(axis=0)
+        reference_point = np.full(n_obj, BEYOND_NADIR)
+    bare = IndicatorSpace(ideal, nadir, reference_point, np.empty((0, n_obj)), origin, transform)
+    whole = best if known is None else known
+    points = bare(whole)
+    if known is None:
+        rows = truncate(points, max(REFERENCE_SIZE, 2 * n_obj))
+        whole, points = whole[rows], points[rows]
+    own, cuts = _parted(bare, whole, points, parts)
+    return replace(bare, reference_front=points, parts=own, cuts=cuts)
+
+
+def _parted(
+    space: IndicatorSpace, own: FloatArray, points: FloatArray, parts: Sequence[float] | None
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Where to part the front: in the first objective's own unit, and in the space.
+
+    A value that is given is mapped beside the reference front's other objectives: a space treats
+    each objective by itself.
+    """
+    if parts is None:
+        order = np.argsort(points[:, 0], kind="stable")
+        rows = order[[len(order) * k // _PARTS for k in range(1, _PARTS)]]
+        cuts = dict(zip(points[rows, 0], own[rows, 0], strict=True))  # each once, ascending
+        return tuple(map(float, cuts.values())), tuple(map(float, cuts))
+    given = validate_list("parts", parts, validate_number)
+    if not given or any(low >= high for low, high in pairwise(given)):
+        raise ValueError(f"parts = {given}: expected one or more ascending values")
+    beside = np.repeat(own[:1], len(given), axis=0)
+    beside[:, 0] = given
+    return tuple(given), tuple(space(beside)[:, 0].tolist())
+
+
+#: The space of a single objective: its values as they are.
+OBJECTIVE_SPACE = IndicatorSpace(np.zeros(1), np.ones(1), np.ones(1), np.empty((0, 1)), "objective")
+
+
+def _checked(front: ArrayLike, n_obj: int) -> FloatArray:
+    points = np.asarray(front, dtype=float)
+    if points.ndim != 2 or points.shape[1] != n_obj or not len(points):
+        raise ValueError(f"reference_front of shape {points.shape}: expected (n, {n_obj}), n >= 1")
+    if not np.isfinite(points).all():
+        raise ValueError("reference_front: expected finite values")
+    return points
 
 
 @dataclass(frozen=True)

@@ -10,15 +10,15 @@ import plotly.graph_objects as go
 
 from mgeo.figures import report_page
 from mgeo.figures.page import LIBRARY, render
+from mgeo.studies.comparison import problems_table
 from mgeo.studies.conclusions import conclusions, control_table, parts_table, published_table
-from mgeo.studies.figures.attainment import difference_figure
+from mgeo.studies.figures.fronts import difference_figure
 from mgeo.studies.figures.indicators import anytime_figure
 from mgeo.studies.figures.ranks import ranks_figure, targets_figure
 from mgeo.studies.labels import folder_name
 from mgeo.studies.pooled import friedman_over_problems, problem_values
 from mgeo.studies.results import targets_reached
 from mgeo.studies.statistics import LEVEL
-from mgeo.studies.tables import problems_table
 from mgeo.validation.arguments import did_you_mean
 
 if TYPE_CHECKING:

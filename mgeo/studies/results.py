@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from mgeo._typing import FloatArray
     from mgeo.store.study_run import StudyRun
-    from mgeo.studies.space import IndicatorSpace
+    from mgeo.studies.indicators import IndicatorSpace
 
 #: Shares of the best value by which a run may fall short of it: ten to a power of ten, to 1e-5.
 SHORTFALLS = 10.0 ** np.linspace(-0.1, -5.0, 50)

@@ -14,18 +14,15 @@ from pydantic import ConfigDict, Field
 from mgeo.plugins import protocol
 from mgeo.plugins.problems import load_problem
 from mgeo.plugins.protocol import column_names
-from mgeo.store.atomic import to_json, write_files
-from mgeo.store.lock import lock
+from mgeo.store.atomic import lock, to_json, write_files
 from mgeo.store.provenance import difference
-from mgeo.store.reading import read_json
+from mgeo.store.reading import read_json, read_texts, to_csv
 from mgeo.store.run_folder import STUDY_FILE
 from mgeo.store.study_run import StudyRun
-from mgeo.store.tables import read_texts, to_csv
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import Study
-from mgeo.studies.indicators import applicable
+from mgeo.studies.indicators import OBJECTIVE_SPACE, POINTS, IndicatorSpace, Origin, applicable
 from mgeo.studies.labels import folder_name
-from mgeo.studies.space import OBJECTIVE_SPACE, POINTS, IndicatorSpace, Origin
 from mgeo.validation.tables import Table, checked, entry, errors_of
 
 if TYPE_CHECKING:

@@ -18,19 +18,18 @@ from mgeo.figures.page import LIBRARY
 from mgeo.plugins.problems import is_own_class
 from mgeo.runs.prepare import estimate
 from mgeo.store.atomic import check_writable, to_json, write_files
-from mgeo.studies.comparison import Comparison
+from mgeo.studies.comparison import Comparison, markdown, problems_table
 from mgeo.studies.conclusions import published_table
 from mgeo.studies.execute import compare, run_files
 from mgeo.studies.file import ProblemConfiguration, Study
 from mgeo.studies.fingerprint.modules import distinct
+from mgeo.studies.indicators import NothingToCompareError
 from mgeo.studies.labels import folder_name
 from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
 from mgeo.studies.report import problem_page, study_page
 from mgeo.studies.results import failures, targets_reached
 from mgeo.studies.run import Task, told
-from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.stored import PROVENANCE, check, claim, stored_tables
-from mgeo.studies.tables import markdown, problems_table
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from mgeo.cli import completion, options
+from mgeo.cli import options
 from mgeo.cli.errors import bad_input
 from mgeo.cli.output import Output
 
@@ -19,7 +19,7 @@ def report(
             metavar="DIR [DIR]",
             help="Folder of a run, or of a study; two runs, or two solutions' files, are set side "
             "by side.",
-            autocompletion=completion.runs_with("run.json"),
+            autocompletion=options.runs_with("run.json"),
         ),
     ],
     out: Annotated[
@@ -105,7 +105,7 @@ def explore(
         typer.Argument(
             metavar="DIR",
             help="Folder of a run.",
-            autocompletion=completion.runs_with("run.json"),
+            autocompletion=options.runs_with("run.json"),
         ),
     ],
     save: Annotated[

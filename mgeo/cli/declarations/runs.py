@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from mgeo.cli import completion, options
+from mgeo.cli import options
 from mgeo.cli.errors import bad_input
 from mgeo.cli.output import Output
 
@@ -18,7 +18,7 @@ def solve(
         typer.Argument(
             help="One of `mgeo problems`, a class of one's own, module:Class, or a test problem, "
             "pymoo:zdt1.",
-            autocompletion=completion.problems,
+            autocompletion=options.problems,
         ),
     ],
     scenario: Annotated[
@@ -26,7 +26,7 @@ def solve(
         typer.Option(
             metavar="FILE.toml|PRESET",
             help="Options of the problem: a file, or a preset's name.",
-            autocompletion=completion.scenarios,
+            autocompletion=options.scenarios,
         ),
     ] = None,
     after: Annotated[
@@ -51,7 +51,7 @@ def solve(
             metavar="NAME|MODULE:CLASS",
             help="One of `mgeo algorithms`, or a class of one's own [default: mgeo-directed, of a "
             "robust run mgeo-staged].",
-            autocompletion=completion.algorithms,
+            autocompletion=options.algorithms,
         ),
     ] = None,
     sigma: options.Sigma = None,
@@ -112,8 +112,7 @@ def solve(
     """
     from mgeo.algorithms.staged import has_stages
     from mgeo.runs.algorithms import ROBUST, default_algorithm
-    from mgeo.runs.prepare import prepare
-    from mgeo.runs.scenario import read_scenario
+    from mgeo.runs.prepare import prepare, read_scenario
     from mgeo.store.run_folder import check_folder
     from mgeo.store.run_persistence import RunPersistence
 
@@ -166,7 +165,7 @@ def resume(
         typer.Argument(
             metavar="DIR",
             help="Folder of the run.",
-            autocompletion=completion.runs_with("run.checkpoint"),
+            autocompletion=options.runs_with("run.checkpoint"),
         ),
     ],
     evaluations: Annotated[

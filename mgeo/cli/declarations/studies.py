@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from mgeo.cli import completion, options
+from mgeo.cli import options
 from mgeo.cli.errors import bad_input, of_interrupt
 from mgeo.cli.output import Output
 
@@ -22,7 +22,7 @@ def problems(json: options.Json = False, debug: options.Debug = False) -> None:
 def algorithms(
     name: Annotated[
         str | None,
-        typer.Argument(help="One of them, or MODULE:CLASS.", autocompletion=completion.algorithms),
+        typer.Argument(help="One of them, or MODULE:CLASS.", autocompletion=options.algorithms),
     ] = None,
     json: options.Json = False,
     debug: options.Debug = False,
@@ -37,9 +37,7 @@ def algorithms(
 def study(
     file: Annotated[
         Path,
-        typer.Argument(
-            metavar="FILE", help="A study as TOML.", autocompletion=completion.toml_files
-        ),
+        typer.Argument(metavar="FILE", help="A study as TOML.", autocompletion=options.toml_files),
     ],
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder to write [default: studies/FILE].")

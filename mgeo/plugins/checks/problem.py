@@ -1,14 +1,16 @@
-"""The rules of the plugin protocol for problems."""
+"""The rules of the plugin protocol for problems, and how a check fails."""
 
 import json
 import pickle
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pymoo.core.problem import Problem
 
+from mgeo._foreign import foreign
 from mgeo._typing import FloatArray
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.staged import MGEOStaged
@@ -18,9 +20,41 @@ from mgeo.evaluation.dominance import nondominated
 from mgeo.evaluation.individuals import as_numbers
 from mgeo.figures.motion import check_motion
 from mgeo.plugins import protocol
-from mgeo.plugins.checks.failure import no_error, require, require_equal
 from mgeo.plugins.shown import SHOWN, ask
 from mgeo.plugins.view import View, view_of
+
+
+class CheckError(AssertionError):
+    """A plugin breaks a rule; the message names the rule, what was expected and what was found."""
+
+
+def require(condition: bool | np.bool_, message: str) -> None:
+    """Raise `CheckError` with `message` unless `condition` holds."""
+    if not condition:
+        raise CheckError(message)
+
+
+def require_equal(found: ArrayLike, expected: ArrayLike, rule: str, rtol: float = 0.0) -> None:
+    """Raise `CheckError` unless two arrays agree in shape and value, NaN being equal to NaN."""
+    a, b = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
+    require(a.shape == b.shape, f"{rule}: got shape {a.shape}, expected {b.shape}")
+    same = np.isclose(a, b, rtol=rtol, atol=0, equal_nan=True)
+    if not same.all():
+        at = tuple(int(i) for i in np.argwhere(~same)[0])
+        raise CheckError(f"{rule}: got {a[at]} at {at}, expected {b[at]}")
+
+
+@contextmanager
+def no_error(rule: str) -> Iterator[None]:
+    """Turn whatever a plugin raises into a `CheckError` that says what was being checked."""
+    try:
+        with foreign():
+            yield
+    except CheckError:
+        raise
+    except Exception as error:  # the plugin is foreign code: it may raise anything
+        raise CheckError(f"{rule}: {type(error).__name__}: {error}") from error
+
 
 #: What a view of no solutions is asked.
 OF_NONE = {"impossible", "facts", "notes", "front_summary"}

@@ -1,6 +1,6 @@
 from .all import comparison_figures as comparison_figures
-from .attainment import attainment_figure as attainment_figure
-from .attainment import difference_figure as difference_figure
+from .fronts import attainment_figure as attainment_figure
+from .fronts import difference_figure as difference_figure
 from .fronts import each_figure as each_figure
 from .fronts import fronts_figure as fronts_figure
 from .indicators import anytime_figure as anytime_figure

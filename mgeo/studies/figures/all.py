@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mgeo.studies.figures.attainment import attainment_figure, difference_figure
-from mgeo.studies.figures.fronts import each_figure, fronts_figure
+from mgeo.studies.figures.fronts import (
+    attainment_figure,
+    difference_figure,
+    each_figure,
+    fronts_figure,
+)
 from mgeo.studies.figures.indicators import anytime_figure, boxes_figure
 
 if TYPE_CHECKING:

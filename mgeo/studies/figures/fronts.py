@@ -1,16 +1,20 @@
-"""The fronts themselves: of typical runs together, and of every algorithm by themselves."""
+"""Fronts of typical runs and of every algorithm, and empirical attainment.
+
+That is what part of the runs reaches how far, and where two algorithms differ.
+"""
 
 from __future__ import annotations
 
 from math import ceil
 from typing import TYPE_CHECKING, Any
 
+import moocore
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from mgeo.figures.front import axis
-from mgeo.figures.style import literal
+from mgeo.figures.style import CLICK, literal
 from mgeo.studies.figures.style import Look, finished, looks, require_objectives, set_axes
 
 if TYPE_CHECKING:
@@ -118,3 +122,168 @@ def _front(F: FloatArray, name: str, look: Look, objectives: tuple[str, ...]) ->
 def _points(F: FloatArray, marker: dict[str, object], name: str, run: str) -> go.Scatter:
     hover = f"<b>{literal(name)}</b>, {run}<br>%{{x:.6g}}, %{{y:.6g}}<extra></extra>"
     return go.Scatter(x=F[:, 0], y=F[:, 1], mode="markers", marker=marker, hovertemplate=hover)
+
+
+_SURFACES = ((50, "half of the runs", 2.0), (0, "the best run", 1.0), (100, "every run", 1.0))
+_STEPS = 5  # of the difference in share of runs, in each direction
+_LEVELS = (*range(_STEPS, 0, -1), *range(-1, -_STEPS - 1, -1))
+_FIRST, _SECOND = (0, 92, 148), (190, 75, 0)  # at their strongest
+
+
+def attainment_figure(results: Results) -> go.Figure:
+    """Of each algorithm the surfaces that one run, half of them and all of them attain.
+
+    Raises
+    ------
+    ValueError
+        Unless there are two objectives.
+    """
+    require_objectives(results.problem, 2)
+    figure, drawn = go.Figure(), [np.empty((0, 2))]
+    for name, look in looks(results.algorithms).items():
+        points, sets = _stacked(results.fronts(name))
+        if not np.isfinite(points).any():
+            continue
+        surfaces = moocore.eaf(points, sets, percentiles=[level for level, _, _ in _SURFACES])
+        surfaces = surfaces[np.isfinite(surfaces).all(axis=1)]
+        for level, meaning, width in _SURFACES:
+            surface = surfaces[surfaces[:, 2] == level, :2]
+            surface = surface[np.argsort(surface[:, 0])]
+            drawn.append(surface)
+            figure.add_scatter(
+                x=surface[:, 0],
+                y=surface[:, 1],
+                mode="lines",
+                line={
+                    "shape": "hv",
+                    "width": width,
+                    "color": look.color if level == 50 else look.faint(0.6),
+                    "dash": look.dash if level == 50 else "1px,2px",
+                },
+                name=literal(name),
+                legendgroup=name,
+                showlegend=level == 50,
+                hovertemplate=f"<b>{literal(name)}</b><br>{meaning} attained<br>"
+                "%{x:.6g}, %{y:.6g}<extra></extra>",
+            )
+    set_axes(figure, results.objectives, np.concatenate(drawn))
+    return finished(
+        figure,
+        "Empirical attainment surfaces",
+        "thick: what half of the runs dominate or reach; dotted: the best run and every "
+        f"run{CLICK}",
+    )
+
+
+def difference_figure(results: Results, first: str, seconds: list[str]) -> go.Figure:
+    """Differences of the attainment of one algorithm and of each of some others, on a menu.
+
+    Raises
+    ------
+    ValueError
+        Unless there are two objectives, and every algorithm has a finished run, one of each pair
+        with a front.
+    """
+    require_objectives(results.problem, 2)
+    pairs = []
+    for second in seconds:
+        ours, theirs = results.fronts(first), results.fronts(second)
+        runs = min(len(ours), len(theirs))  # moocore expects equal numbers
+        pairs.append((ours[:runs], theirs[:runs]))
+        if not any(map(len, ours[:runs] + theirs[:runs])):
+            raise ValueError(
+                f"{first!r} and {second!r}: expected a finished run of each, and a front"
+            )
+    everything = np.concatenate([front for ours, theirs in pairs for front in ours + theirs])
+    corner = everything.max(axis=0) + 0.05 * np.ptp(everything, axis=0)
+    figure = go.Figure()
+    buttons = []
+    for j, (second, (ours, theirs)) in enumerate(zip(seconds, pairs, strict=True)):
+        areas = _areas(ours, theirs, corner)
+        shares = [_share(abs(level), min(_STEPS, len(ours))) for level in _LEVELS]
+        for level, share in zip(_LEVELS, shares, strict=True):
+            sides = (first, second) if level > 0 else (second, first)
+            figure.add_trace(_area(*sides, level, share, areas.get(level, [])))
+            figure.data[-1].visible = j == 0 and bool(share)
+        shown = [False] * len(_LEVELS) * len(pairs)
+        shown[j * len(_LEVELS) : (j + 1) * len(_LEVELS)] = map(bool, shares)
+        label = literal(f"{first} against {second}")
+        buttons.append({"label": label, "method": "update", "args": [{"visible": shown}]})
+    if len(seconds) > 1:
+        place = {"x": 1.0, "xanchor": "right", "y": 1.02, "yanchor": "bottom"}
+        menu = {"buttons": buttons, "direction": "down", "showactive": True, **place}
+        figure.update_layout(updatemenus=[menu])
+    set_axes(figure, results.objectives, everything)
+    finished(
+        figure,
+        f"Where {literal(first)} attains more often, and where less",
+        f"blue: {literal(first)} gets there in more of its runs than the other; orange: in fewer; "
+        "the darker, the more",
+    )
+    return figure.update_layout(legend={"title": "difference in share of runs"})
+
+
+def _stacked(fronts: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """All points below each other, shape (n, 2), and the number of the front of each, (n,).
+
+    An empty front is a point at infinity: a run that counts, and attains nothing.
+    """
+    counted = [front if len(front) else np.full((1, 2), np.inf) for front in fronts]
+    numbers = np.repeat(np.arange(1.0, len(counted) + 1), [len(front) for front in counted])
+    return np.concatenate([np.empty((0, 2)), *counted]), numbers
+
+
+def _areas(
+    first: list[FloatArray], second: list[FloatArray], corner: FloatArray
+) -> dict[int, list[FloatArray]]:
+    """Rectangles (x0, y0, x1, y1) of the plane by level of the difference, cut at a corner.
+
+    Level k is a difference of k in min(`_STEPS`, runs), or up to the next.
+    """
+    sides = [_stacked(fronts) for fronts in (first, second)]
+    if np.array_equal(*(moocore.eaf(points, sets) for points, sets in sides)):
+        return {}  # moocore 0.3 cannot say that there is no difference
+    found = moocore.eafdiff(
+        *(np.column_stack(side) for side in sides),
+        intervals=min(_STEPS, len(first)),
+        rectangles=True,
+    )
+    found[:, 2:4] = np.minimum(found[:, 2:4], corner)
+    found = found[(found[:, :2] < found[:, 2:4]).all(axis=1)]
+    levels = found[:, 4].astype(int)
+    return {level: list(found[levels == level, :4]) for level in _LEVELS}
+
+
+def _share(level: int, steps: int) -> str:
+    """What a level means in percent of the runs; nothing if there is no such level."""
+    if level > steps:
+        return ""
+    low = f"{100 * level / steps:.3g}"
+    return f"{low} %" if level == steps else f"{low} to {100 * (level + 1) / steps:.3g} %"
+
+
+def _area(
+    winner: str, loser: str, level: int, share: str, rectangles: list[FloatArray]
+) -> go.Scatter:
+    """One filled trace of all rectangles; an empty one keeps its place in the legend."""
+    strength = abs(level) / _STEPS
+    parts = [round(255 - strength * (255 - c)) for c in (_FIRST if level > 0 else _SECOND)]
+    color = "rgb({},{},{})".format(*parts)
+    x: list[float | None] = []
+    y: list[float | None] = []
+    for x0, y0, x1, y1 in rectangles:
+        x += [x0, x1, x1, x0, x0, None]
+        y += [y0, y0, y1, y1, y0, None]
+    return go.Scatter(
+        x=x or [None],
+        y=y or [None],
+        mode="lines",
+        fill="toself",
+        fillcolor=color,
+        line={"width": 0.5, "color": color},  # closes the seams between rectangles
+        name=literal(f"{winner}: {share}"),
+        text=f"<b>{literal(winner)}</b> attains this in {share} more<br>of its runs than "
+        f"{literal(loser)} does",
+        hoverinfo="text",
+        hoveron="fills",
+    )

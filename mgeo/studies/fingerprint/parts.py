@@ -6,13 +6,15 @@ import copy
 import warnings
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
+from pymoo.core.mixed import MixedVariableSampling
 from pymoo.core.problem import Problem
 
 from mgeo.plugins import protocol
 from mgeo.studies.fingerprint.content import attributes, digest
 from mgeo.studies.fingerprint.modules import UncertainError
-from mgeo.studies.fingerprint.probe import probe_points, probed
 from mgeo.studies.run import global_state
 
 
@@ -64,3 +66,47 @@ def _copy(part: Any) -> Any:
         return copy.deepcopy(part)
     except Exception as error:  # whatever foreign code raises
         raise UncertainError(f"{type(part).__name__} cannot be copied: {error}") from error
+
+
+_VALUES = ["F", "G", "H"]
+_POINTS = 4
+_DIGITS = 10  # those beyond may be another processor's, or another NumPy's
+
+
+def probe_points(problem: Problem) -> NDArray[Any]:
+    """(4, n_var) points within the bounds, or (4,) of them that are dicts."""
+    rng = np.random.default_rng(0)
+    if getattr(problem, "vars", None) is not None:
+        X: NDArray[Any] = MixedVariableSampling()(problem, _POINTS, random_state=rng).get("X")
+        return X
+    low = 0.0 if problem.xl is None else problem.xl
+    high = 1.0 if problem.xu is None else problem.xu
+    X = low + (high - low) * rng.random((_POINTS, problem.n_var))
+    return np.rint(X).astype(problem.vtype) if problem.vtype in (int, bool) else X
+
+
+def probed(problem: Problem, X: NDArray[Any]) -> list[Any]:
+    """Objectives and constraints of all points, to ten digits; or of each, where one fails.
+
+    Raises
+    ------
+    UncertainError
+        If all end in an error: then nothing is known of what it computes.
+    """
+    whole = _values(problem, X)
+    if not isinstance(whole, str):
+        return [whole]
+    found = [_values(problem, X[i : i + 1]) for i in range(len(X))]
+    if all(isinstance(values, str) for values in found):
+        raise UncertainError(f"{type(problem).__name__} failed at {len(X)} points, with {whole}")
+    return found
+
+
+def _values(problem: Problem, X: NDArray[Any]) -> dict[str, list[str]] | str:
+    try:
+        # a copy: some problems write into what they are given
+        out = problem.evaluate(X.copy(), return_values_of=_VALUES, return_as_dictionary=True)
+        values = {key: np.asarray(out[key], dtype=float).ravel() for key in _VALUES}
+        return {key: [f"{each:.{_DIGITS - 1}e}" for each in found] for key, found in values.items()}
+    except (Exception, SystemExit) as error:  # foreign code: it may raise anything
+        return f"{type(error).__name__}: {error}"

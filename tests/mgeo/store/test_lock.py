@@ -13,7 +13,7 @@ except ImportError:
 
 from mgeo.store import LOCK_FILE, lock
 
-HOLD = "import sys, time\nfrom pathlib import Path\nfrom mgeo.store.lock import lock\n" + (
+HOLD = "import sys, time\nfrom pathlib import Path\nfrom mgeo.store.atomic import lock\n" + (
     "with lock(Path(sys.argv[1])): print('in', flush=True); time.sleep(60)"
 )
 
