@@ -23,7 +23,7 @@ from mgeo_attitude.criteria.objectives import Objective, can_be_polished, indica
 from mgeo_attitude.criteria.robustness import FlightSample, FlightSamples, judged, over_flights
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.start_times import StartTimes
+from mgeo_attitude.filter.start_times import StartTimes, kept
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
 from mgeo_attitude.scenario import FlightErrors, Scenario
 from mgeo_attitude.scenario.channels import check_followed
@@ -126,6 +126,7 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         self.objectives = scenario.objectives
         self._count = scenario.flight.count if scenario.flight else 0  # of flights
         self._cache = EvaluationCache()
+        self._begun: dict[int, AttitudeManeuverProblem] = {}
         self.obj_names = tuple(entry.label for entry in self._objectives())
         self.constraint_names = tuple(entry.label for entry in constraints(scenario))
         limits = scenario.maneuvers
@@ -179,22 +180,17 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         if self.start_times is None:
             return self, design
         (maneuvers,), (number,) = self.start_times.split(design)
-        return self._beginning(int(number)), maneuvers
+        return kept(self._begun, int(number), self._beginning, _MOST_BEGUN), maneuvers
 
     def _beginning(self, number: int) -> AttitudeManeuverProblem:
         """The problem of a start time, which shares the tables."""
-        known: dict[int, AttitudeManeuverProblem] = self.__dict__.setdefault("_begun", {})
-        if number not in known:
-            starts = self.start_times
-            assert starts is not None  # or nobody asks
-            time = float(starts.times[number])
-            found = AttitudeManeuverProblem(self.scenario.starting(time), threads=self.threads)
-            found.__dict__["environment"] = starts.surroundings(number)
-            found.__dict__["model"] = starts.at(number)
-            if len(known) >= _MOST_BEGUN:
-                known.pop(next(iter(known)))
-            known[number] = found
-        return known[number]
+        starts = self.start_times
+        assert starts is not None  # or nobody asks
+        time = float(starts.times[number])
+        found = AttitudeManeuverProblem(self.scenario.starting(time), threads=self.threads)
+        found.__dict__["environment"] = starts.surroundings(number)
+        found.__dict__["model"] = starts.at(number)
+        return found
 
     def run(
         self,

@@ -167,6 +167,18 @@ def test_a_delayed_flight_has_the_moon_of_its_day():
     assert np.degrees(np.arccos(model.direction("moon")[0][0] @ later)) > 10.0
 
 
+def test_a_delayed_flight_has_the_gradient_of_the_field_where_it_is():
+    """Of an orbit that is not where it is believed the field's derivative counts, which turns."""
+    errors = {"count": 1, "attitude_deg": 0.0, "start_delay": 6 * 3600.0, "seed": 1}
+    of = Scenario.from_dict({"preset": "cubesat_6u_full", "duration": 600.0, "flight": errors})
+    (flight,) = draw_flights(of, FilterModel.from_scenario(of), of.flight)
+    begins = dataclasses.replace(of.starting(flight.delay), flight=None)
+    assert flight.delay > 1800.0
+    np.testing.assert_allclose(
+        flight.model.references, FilterModel.from_scenario(begins).references, rtol=0, atol=1e-10
+    )
+
+
 @pytest.mark.slow
 def test_limits_hold_in_all_flights_from_an_attitude():
     """By the reference filter and slow sums, flight by flight: cones, keep-ins and wheels."""

@@ -11,7 +11,7 @@ import pytest
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.environment import EARTH_MU
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.scenario import EphemerisOrbit, Orbit
+from mgeo_attitude.scenario import EphemerisOrbit, FlightErrors, Orbit
 
 WRONG = ": it is wrong, samples are too far apart, or velocities have another unit or frame"
 SCENARIO = dataclasses.replace(Scenario.paper(), step=20.0, duration=12000.0)
@@ -130,6 +130,13 @@ def test_the_environment_is_of_no_other_samples() -> None:
         environment.require(other)
     assert "expected the scenario's [-600.0, -570.0, " in str(caught.value)
     assert len(str(caught.value)) < 700
+
+
+def test_a_flight_that_may_begin_too_late_for_the_samples_is_refused() -> None:
+    late = dataclasses.replace(SCENARIO, flight=FlightErrors(start_delay=600.0), orbit=sampled())
+    assert late.latest_end == SCENARIO.duration + 600.0
+    with pytest.raises(InvalidValue, match=r"orbit\.times .*whole run, from 0 to 12601 s after"):
+        dataclasses.replace(late, flight=FlightErrors(start_delay=601.0))
 
 
 def test_a_run_that_the_samples_do_not_cover() -> None:

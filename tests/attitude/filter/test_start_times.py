@@ -184,6 +184,10 @@ def test_a_plan_begins_in_a_contact_and_is_over_in_the_window():
             r"maneuvers\.latest_start = 5400\.0: expected none beside \[\[channels",
         ),
         ({"maneuvers": {"latest_start": 2e6}}, r"maneuvers\.latest_start.*at most 1000000 times"),
+        (
+            {"maneuvers": FREE, "flight": {"start_delay": 2e6}},
+            r"maneuvers\.latest_start.*duration and flight\.start_delay at most 1000000 times",
+        ),
         ({"contacts": CONTACTS, "maneuvers": {}}, r"epoch.*a start in one of the contacts, 2018"),
         (
             {"contacts": CONTACTS, "maneuvers": FREE | {"latest_start": 600.0}},

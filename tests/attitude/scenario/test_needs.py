@@ -10,6 +10,12 @@ LATE = {"preset": "paper", "epoch": "2031-03-21T00:00:00Z", "duration": 600.0}
 SHORT = {"convergence": {"window": 60.0}}
 TRACKER = {"sensors": [{"kind": "sun-sensor"}, {"kind": "star-tracker"}]}
 HORIZON = {"sensors": [{"kind": "two-axis-sun-sensor"}, {"kind": "horizon-sensor"}]}
+DIODES = {
+    "sensors": [
+        {"kind": "photodiode", "name": f"face-{face}", "normal": normal}
+        for face, normal in enumerate(np.vstack([np.eye(3), -np.eye(3)]).tolist())
+    ]
+}
 WHEELS = {"inertia": [0.1, 0.1, 0.1], "max_momentum": 0.1}
 
 
@@ -23,7 +29,9 @@ def test_a_scenario_without_gyro_is_told_in_a_line(gyro):
 
 
 @pytest.mark.cases(0)
-@pytest.mark.parametrize("sensors", [TRACKER, HORIZON], ids=["tracker", "horizon"])
+@pytest.mark.parametrize(
+    "sensors", [TRACKER, HORIZON, DIODES], ids=["tracker", "horizon", "photodiodes"]
+)
 def test_years_without_a_model_of_the_field_do_for_what_needs_none(sensors):
     """The Sun is where it is at an equinox; nothing follows from the field of the last year."""
     scenario = Scenario.from_dict(LATE | SHORT | sensors)

@@ -77,6 +77,8 @@ def test_what_did_not_converge_or_broke_down_says_so():
     assert few.endswith("; fewer than 9 of 10 Monte Carlo samples converge")
     lost = answer(suite, np.nan, np.full_like(sigma, np.nan), converged=False)
     assert lost == "the filter's covariance lost positivity"
+    some = answer(suite, 600.0, np.full_like(sigma, np.nan), converged=True, of_flights=True)
+    assert some == "10 min; then the filter's covariance lost positivity in Monte Carlo samples"
 
 
 def test_what_is_promised_over_flights_comes_first(problem, X):

@@ -11,7 +11,6 @@ import dataclasses
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from datetime import timedelta
 from functools import cached_property, partial
 from itertools import islice
 from types import SimpleNamespace
@@ -20,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment import Environment
+from mgeo_attitude.environment import Environment, instant_after
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.start_times import StartTimes
 from mgeo_attitude.geometry.rotation import matrix
@@ -252,9 +251,6 @@ def _delayed(scenario: Scenario, delay: float) -> FilterModel:
         times=scenario.times + delay,
         needs_field=scenario.needs_field,
     )
-    tables = Environment.from_scenario(course)
-    return FilterModel.from_scenario(
-        scenario,
-        dataclasses.replace(tables, times=scenario.times, origin=None),
-        scenario.epoch + timedelta(seconds=delay),
-    )
+    tables, epoch = Environment.from_scenario(course), instant_after(scenario.epoch, delay)
+    around = dataclasses.replace(tables, times=scenario.times, origin=None, epoch=epoch)
+    return FilterModel.from_scenario(scenario, around, epoch)

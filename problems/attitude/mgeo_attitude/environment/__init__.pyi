@@ -49,6 +49,7 @@ from .time_frames import as_utc as as_utc
 from .time_frames import elapsed as elapsed
 from .time_frames import frame_name as frame_name
 from .time_frames import gcrs_to_itrs as gcrs_to_itrs
+from .time_frames import instant_after as instant_after
 from .time_frames import instants as instants
 from .time_frames import rotate as rotate
 from .time_frames import teme_to_gcrs as teme_to_gcrs

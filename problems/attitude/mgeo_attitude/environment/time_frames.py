@@ -65,6 +65,12 @@ def elapsed(since: datetime, until: datetime) -> float:
     return (end - start).total_seconds() + tai_minus_utc(end) - tai_minus_utc(start)
 
 
+def instant_after(epoch: datetime, seconds: float) -> datetime:
+    """The instant some SI seconds after an epoch, UTC, with the leap seconds between them."""
+    instant = as_utc(epoch) + timedelta(seconds=seconds)
+    return instant - timedelta(seconds=elapsed(epoch, instant) - seconds)
+
+
 def utc_text(epoch: datetime, seconds: float) -> str:
     """An instant some seconds after an epoch, for messages: 2018-06-05T00:00:00.000Z."""
     instant = as_utc(epoch) + timedelta(seconds=float(seconds))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -27,6 +27,20 @@ if TYPE_CHECKING:
 
 #: Models that stay in memory: they are views of the one table.
 _KEPT = 256
+
+
+Kept = TypeVar("Kept")
+
+
+def kept(known: dict[int, Kept], key: int, make: Callable[[int], Kept], most: int) -> Kept:
+    """What is `known` by a key, or made; of more than `most` the oldest go. Threads share it."""
+    found = known.get(key)
+    if found is None:
+        found = make(key)
+        for oldest in list(known)[: max(len(known) + 1 - most, 0)]:
+            known.pop(oldest, None)
+        known[key] = found
+    return found
 
 
 @dataclass(frozen=True)
@@ -99,12 +113,7 @@ class StartTimes:
 
     def at(self, number: int, delay: int = 0) -> FilterModel:
         """The model that begins at a start time, or so many steps later."""
-        first = self.row(number, delay)
-        if first not in self._known:
-            if len(self._known) >= _KEPT:
-                self._known.pop(next(iter(self._known)), None)
-            self._known[first] = self._made(first)
-        return self._known[first]
+        return kept(self._known, self.row(number, delay), self._made, _KEPT)
 
     def surroundings(self, number: int) -> Environment:
         """The `environment` of its run, whose times count from that start."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Mapping
-from datetime import datetime, timedelta
+from datetime import datetime
 from typing import Any
 
 import numpy as np
 
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.environment.time_frames import as_utc, elapsed
+from mgeo_attitude.environment.time_frames import as_utc, elapsed, instant_after
 from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, expect, from_table, to_table
 from mgeo_attitude.scenario.prior import Prior, prior_of
 from mgeo_attitude.scenario.toml import Table, overridden
@@ -77,9 +77,7 @@ def going_on(table: Mapping[str, Any], read: Callable[[Any], Any]) -> Table:
     time = float(document["time_s"])
     base = before.to_dict()
     if "epoch" not in overrides:
-        epoch = before.epoch + timedelta(seconds=time)
-        epoch -= timedelta(seconds=elapsed(before.epoch, epoch) - time)  # leap seconds
-        base["epoch"] = epoch.isoformat()
+        base["epoch"] = instant_after(before.epoch, time).isoformat()
         base["orbit"] |= to_table(before.orbit.later(time))
         base |= _channels_later(base, time)
         base["prior"] = to_table(_within_limits(prior, before))

@@ -7,7 +7,7 @@ import os
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,7 +16,7 @@ import numpy as np
 from mgeo.store import write_file
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.orbit import ORBITS, AnyOrbit
-from mgeo_attitude.environment.time_frames import elapsed
+from mgeo_attitude.environment.time_frames import instant_after
 from mgeo_attitude.fields import (
     InvalidType,
     InvalidValue,
@@ -145,8 +145,8 @@ class Scenario(Validated):
         check_together(self, self.suite)
         object.__setattr__(self, "epoch", self.epoch.astimezone(UTC))
         try:
-            last = self.duration + (self.maneuvers.latest_start or 0.0)
-            object.__setattr__(self, "orbit", self.orbit.for_run(self.epoch, last))
+            orbit = self.orbit.for_run(self.epoch, self.latest_end)
+            object.__setattr__(self, "orbit", orbit)
         except InvalidValue as error:
             raise error.under("orbit") from None
         check_blocks("trace_weights", self.trace_weights, units)
@@ -174,17 +174,21 @@ class Scenario(Validated):
         return float(deadlines(self, self.start_times).max())
 
     @property
+    def latest_end(self) -> float:
+        """When the last of its runs ends [s]: of one that begins, and is delayed, as it may be."""
+        delay = 0.0 if self.flight is None else self.flight.start_delay
+        return self.duration + (self.maneuvers.latest_start or 0.0) + delay
+
+    @property
     def start_times(self) -> Floats:
         """When a plan may begin, [s] after the epoch, ascending: then, unless the start is free."""
         return start_times(self)
 
     def starting(self, time: float) -> Scenario:
         """The same whose plans begin at a time [s] after the epoch, which is then theirs."""
-        epoch = self.epoch + timedelta(seconds=time)
-        epoch -= timedelta(seconds=elapsed(self.epoch, epoch) - time)  # leap seconds
         return dataclasses.replace(
             self,
-            epoch=epoch,
+            epoch=instant_after(self.epoch, time),
             orbit=self.orbit.later(time),
             maneuvers=dataclasses.replace(self.maneuvers, latest_start=None, start_interval=None),
         )

@@ -37,6 +37,8 @@ class Fields(Operated, Protocol):
     @property
     def duration(self) -> float: ...
     @property
+    def latest_end(self) -> float: ...
+    @property
     def gyro(self) -> Gyro: ...
     @property
     def sensors(self) -> tuple[Sensor, ...]: ...
@@ -131,8 +133,7 @@ def _check_epoch(scenario: Fields) -> None:
     epoch, start, end = scenario.epoch, FIELD_MODEL_START, FIELD_MODEL_END
     zone = epoch.utcoffset() is not None
     expect(zone, "epoch", epoch.isoformat(), "a UTC offset, such as a Z at the end")
-    last = scenario.duration + (scenario.maneuvers.latest_start or 0.0)
-    inside = start <= epoch <= end and last <= (end - epoch).total_seconds()
+    inside = start <= epoch <= end and scenario.latest_end <= (end - epoch).total_seconds()
     years = (
         f"a run of duration = {scenario.duration!r} s inside the field model IGRF-14, from "
         f"{start:%Y-%m-%d} to {end:%Y-%m-%d} UTC, or nothing that needs the field, as "
@@ -150,8 +151,11 @@ def _check_starts(scenario: Fields) -> None:
             fits = _is_multiple(limits.between_starts, span)
             of_all = f"a multiple of {span!r} s, a step or sample interval"
             expect(fits, key, limits.between_starts, of_all)
-        few = (limits.latest_start + scenario.duration) / scenario.step <= _MAX_STEPS["duration"]
-        most = f"with duration at most {_MAX_STEPS['duration']} times step = {scenario.step!r} s"
+        few = scenario.latest_end / scenario.step <= _MAX_STEPS["duration"]
+        most = (
+            f"with duration and flight.start_delay at most {_MAX_STEPS['duration']} times step = "
+            f"{scenario.step!r} s"
+        )
         expect(few, "maneuvers.latest_start", limits.latest_start, most)
         later = "no free start after a calibration, which knows attitude and errors of one time"
         expect(scenario.prior is None, "maneuvers.latest_start", limits.latest_start, later)
@@ -242,7 +246,7 @@ def _unusual(section: Any, place: str = "") -> Iterator[str]:
 def _out_of_range(scenario: Any) -> Iterator[str]:
     if not any(isinstance(sensor, Magnetometer) for sensor in scenario.sensors):
         return
-    times = np.linspace(0.0, _last(scenario), _SAMPLES)
+    times = np.linspace(0.0, scenario.latest_end, _SAMPLES)
     distance = np.linalg.norm(scenario.orbit.propagate(scenario.epoch, times)[0], axis=1)
     if (most := float(distance.max()) / EARTH_RADIUS) > _HIGHEST:
         yield (
@@ -257,14 +261,9 @@ def _too_old(scenario: Any) -> Iterator[str]:
     orbit = scenario.orbit
     if not isinstance(orbit, ElementSet):
         return
-    age = scenario.epoch + timedelta(seconds=_last(scenario)) - orbit.instant
+    age = scenario.epoch + timedelta(seconds=scenario.latest_end) - orbit.instant
     if age > MAX_AGE:
         yield (
             f"orbit: at the end of the run the element set is {age / timedelta(days=1):.1f} days "
             f"old, and tens of kilometers off: it is good for {MAX_AGE.days}"
         )
-
-
-def _last(scenario: Any) -> float:
-    """When the last of its runs ends at the latest [s]."""
-    return float(scenario.duration + (scenario.maneuvers.latest_start or 0.0))

@@ -78,12 +78,7 @@ def answer(
     """
     if not math.isfinite(t_end):
         return "the filter's covariance lost positivity"
-    parts, worsts = [], sigma.reshape(-1, 3).max(axis=1)
-    for block, name, worst in zip(block_units(suite), suite.blocks, worsts, strict=True):
-        if name == "attitude" or name.endswith(".bias"):
-            parts.append(f"{block.label} {two_digits(worst * block.factor)} {block.unit}")
-    flights = " of Monte Carlo samples" if of_flights else ""
-    known = f"{', '.join(parts)} (1-sigma{flights}, worst body axis)"
+    known = _known(suite, sigma, of_flights)
     kept, promised = over_flights
     late = None if kept is None else within(kept)
     if kept_sigma_deg is not None and math.isfinite(kept_sigma_deg):
@@ -95,6 +90,18 @@ def answer(
         return "; ".join(filter(None, [own, late, f"{flown} {known}", beyond]))
     after = f"{span(t_end)}; then" if converged else f"not converged; after {span(t_end)}"
     return "; ".join(filter(None, [f"{after} {known}", late, beyond]))
+
+
+def _known(suite: Suite, sigma: Floats, of_flights: bool) -> str:
+    """The 1-sigmas of the attitude and of each bias, in words."""
+    if not np.isfinite(sigma).all():  # nothing follows from the mean over flights
+        return "the filter's covariance lost positivity in Monte Carlo samples"
+    parts, worsts = [], sigma.reshape(-1, 3).max(axis=1)
+    for block, name, worst in zip(block_units(suite), suite.blocks, worsts, strict=True):
+        if name == "attitude" or name.endswith(".bias"):
+            parts.append(f"{block.label} {two_digits(worst * block.factor)} {block.unit}")
+    flights = " of Monte Carlo samples" if of_flights else ""
+    return f"{', '.join(parts)} (1-sigma{flights}, worst body axis)"
 
 
 def exactly(scenario: Scenario) -> str:
