@@ -10,10 +10,10 @@ from .options import Pick as Pick
 from .options import Solution as Solution
 from .options import Source as Source
 from .options import Time as Time
-from .show import note as note
 from .show import plan_document as plan_document
 from .show import print_plan as print_plan
 from .show import promised as promised
-from .show import rows as rows
-from .show import titled as titled
 from .show import write_figures as write_figures
+from .tables import note as note
+from .tables import rows as rows
+from .tables import titled as titled

@@ -13,9 +13,10 @@ from rich.text import Text
 from mgeo.cli import Output
 from mgeo.figures import report_page
 from mgeo.store import write_file
-from mgeo.terminal import Columns, plain, table
+from mgeo.terminal import Columns, plain
 from mgeo_attitude.bound import NoLimit
 from mgeo_attitude.commands.files import Picked
+from mgeo_attitude.commands.tables import note, rows, titled
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.figures import plan_figures
@@ -106,17 +107,6 @@ def promised(plan: ManeuverPlan) -> tuple[Text | Columns, ...]:
     return *titled("Objectives, and over Monte Carlo samples", plan.promises()), note(said)
 
 
-def titled(title: str, frame: pd.DataFrame, digits: int = 4) -> tuple[Text, Columns]:
-    """A table for people, with its index and so many digits, under a title."""
-    rows = frame.itertuples(name=None)
-    return plain(f"\n{title}", "bold"), table(["", *frame.columns], rows, digits)
-
-
-def note(text: str) -> Text:
-    """What explains a table."""
-    return plain(text, "dim")
-
-
 def plan_document(picked: Picked) -> dict[str, Any]:
     """What ``mgeo attitude show`` tells of a plan; tables as lists of rows."""
     plan = picked.plan
@@ -161,12 +151,6 @@ def _limit(plan: ManeuverPlan) -> dict[str, Any]:
         "worst_axis": rows(plan.at_best()),
         "given_away": list(found.given_away),
     }
-
-
-def rows(frame: pd.DataFrame) -> list[dict[Any, Any]]:
-    """The rows of a table, with its index unless that only counts them."""
-    named = frame if isinstance(frame.index, pd.RangeIndex) else frame.reset_index()
-    return named.to_dict("records")
 
 
 def write_figures(plan: ManeuverPlan, path: Path) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from scipy.stats import chi2, norm
+from scipy.special import chdtrc, gammaincinv, ndtri
 
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.residuals import Innovations
@@ -91,13 +91,13 @@ class SensorTest:
 def nis_bounds(count: int, tests: int) -> tuple[float, float]:
     """Interval of the mean of so many squares of standard normal numbers, for one of the tests."""
     tail = 0.5 * SIGNIFICANCE / tests
-    low, high = chi2.ppf([tail, 1.0 - tail], count) / count
+    low, high = 2.0 * gammaincinv(0.5 * count, [tail, 1.0 - tail]) / count
     return float(low), float(high)
 
 
 def correlation_bound(count: int, tests: int) -> float:
     """What the largest of `LAGS` correlations of so many numbers exceeds by chance only."""
-    return float(norm.isf(0.5 * SIGNIFICANCE / tests / LAGS) / np.sqrt(count))
+    return float(-ndtri(0.5 * SIGNIFICANCE / tests / LAGS) / np.sqrt(count))
 
 
 def greatest_correlation(innovations: Innovations) -> float:
@@ -190,7 +190,7 @@ def prior_tests(
                 chi_square=square,
                 freedom=freedom,
                 sigmas=float(np.abs(x).max()),
-                p=float(chi2.sf(square, freedom)),
+                p=float(chdtrc(freedom, square)),
                 p_least=p_least,
             )
         )

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
-from mgeo_attitude.commands import Picked, check_targets, load_plan, note, rows, titled
+from mgeo_attitude.commands import note, rows, titled
 from mgeo_attitude.environment import utc_text
-from mgeo_attitude.plan import PROBLEM, ManeuverPlan
 from mgeo_attitude.scenario import Scenario
 
 from mgeo.cli import Output
@@ -20,9 +19,12 @@ from mgeo_calibration.calibration.added import beside, noise_of
 from mgeo_calibration.calibration.alone import StrengthCalibration
 from mgeo_calibration.calibration.document import document
 from mgeo_calibration.calibration.refused import CannotCalibrate
-from mgeo_calibration.calibration.report import report_html
 from mgeo_calibration.estimation import memory
 from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
+
+if TYPE_CHECKING:
+    from mgeo_attitude.commands import Picked
+    from mgeo_attitude.plan import ManeuverPlan
 
 #: In place of a plan: no maneuver.
 NOTHING = Path("[]")
@@ -43,7 +45,8 @@ def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
         if plan is None:
             raise ValueError("--scenario FILE.toml|PRESET: expected it, or --plan, which has one")
         return plan.scenario
-    scenario = Scenario.from_dict(read_scenario(PROBLEM, text))
+    # a problem, with all that searches for plans, is not asked for the files that it names
+    scenario = Scenario.from_dict(read_scenario("", text), Path(text).parent)
     if plan is not None and plan.scenario.epoch != scenario.epoch:
         raise ValueError(
             f"--scenario {text}: its epoch is {utc_text(scenario.epoch, 0.0)}; expected that of "
@@ -77,8 +80,13 @@ def flown_plan(
 ) -> Picked | None:
     """The plan that was flown, if one is named; raises as `load_plan` and `scenario_of`."""
     if source == NOTHING:
+        from mgeo_attitude.commands import Picked
+        from mgeo_attitude.plan import ManeuverPlan
+
         return Picked(ManeuverPlan(scenario_of(scenario, None), ()), "no maneuver")
     if source is not None:
+        from mgeo_attitude.commands import load_plan
+
         return load_plan(source, pick, time, solution)
     for flag, value in {"--pick": pick, "--time": time, "--solution": solution}.items():
         if value is not None:
@@ -94,6 +102,8 @@ def check_folder(folder: Path, overwrite: bool) -> None:
     OSError
     """
     if folder.is_dir():
+        from mgeo_attitude.commands import check_targets
+
         check_targets([folder / name for name in FILES], overwrite)
     elif folder.exists() or folder.is_symlink():
         raise FileExistsError(f"{folder} is no folder: choose another name")
@@ -105,6 +115,8 @@ def write_calibration(
     calibration: Calibration, promised: pd.DataFrame | None, folder: Path
 ) -> list[str]:
     """Write `FILES`; their paths."""
+    from mgeo_calibration.calibration.report import report_html
+
     texts = (
         calibration.table().to_csv(index=False, lineterminator="\n"),
         calibration.attitude.to_csv(index=False, lineterminator="\n"),

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.sensors import Suite
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
@@ -159,7 +159,7 @@ def settle(
 
 def limits(suite: Suite, gate: float) -> Floats:
     """What the square of a reading of each sensor exceeds by chance with this probability."""
-    return np.array([chi2.isf(gate, len(sensor.noise())) for sensor in suite.sensors])
+    return np.array([chdtri(len(sensor.noise()), gate) for sensor in suite.sensors])
 
 
 def check(found: Fit, gate: float, last: tuple[float, float] = LAST) -> None:
@@ -185,7 +185,7 @@ def check(found: Fit, gate: float, last: tuple[float, float] = LAST) -> None:
             raise ValueError(
                 f"{sensor.name}: {no.sum()} of {count} readings are beyond the chi-square gate "
                 f"{limit:.4g}, their median is {np.nanmedian(square):.3g} where "
-                f"{chi2.median(len(sensor.noise())):.2g} is expected: "
+                f"{chdtri(len(sensor.noise()), 0.5):.2g} is expected: "
                 f"are noise, mounting frame and unit as the scenario has them?{order}"
             )
     if not found.solution.settled(last):
