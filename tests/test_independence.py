@@ -94,7 +94,7 @@ from mgeo_calibration import calibrate
 
 rooms = {f"mgeo_calibration.{room}" for room in ("flight", "simulation", "commands")}
 assert not {"mgeo.algorithms", file, *rooms} & {*sys.modules}
-import mgeo.cli.report
+import mgeo.report.static
 
 assert not {"mgeo.algorithms", "mgeo.studies"} & {*sys.modules}
 """

@@ -12,9 +12,8 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.cli import new
+from mgeo.cli import explore, installed, new, report, runs, study
 from mgeo.cli.commands import RootCommands, epilog
-from mgeo.cli.declarations import pages, runs, studies
 from mgeo.cli.errors import ExitCode
 from mgeo.plugins.discovery import ALGORITHMS, COMMANDS, PROBLEMS, entry_points
 
@@ -108,11 +107,11 @@ def _root(
 for _command in (
     runs.solve,
     runs.resume,
-    pages.report,
-    pages.explore,
-    studies.problems,
-    studies.algorithms,
-    studies.study,
-    studies.schema,
+    report.report,
+    explore.explore,
+    installed.problems,
+    installed.algorithms,
+    study.study,
+    study.schema,
 ):
     app.command(epilog=epilog(_command.__name__))(_command)

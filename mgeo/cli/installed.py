@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from mgeo._foreign import foreign
+from mgeo.cli import options
+from mgeo.cli.errors import bad_input
 from mgeo.cli.options import FLAGS
 from mgeo.cli.output import Output
 from mgeo.plugins.discovery import Plugin, installed_plugins, preset_names
-from mgeo.plugins.problems import load_problem
-from mgeo.plugins.protocol import problem_size
-from mgeo.runs.algorithms import algorithm_names, described
 from mgeo.terminal import plain, table
 
 
-def list_problems(output: Output) -> None:
-    """Print one row per installed problem; why one does not load comes below."""
+def problems(json: options.Json = False, debug: options.Debug = False) -> None:
+    """List the installed problems."""
     found = [_described(plugin) for plugin in installed_plugins()]
+    output = Output(json=json)
     output.result({"problems": found})
     if not found:
         output.print("no problem is installed; the first to try: pip install ./problems/attitude")
@@ -31,35 +33,36 @@ def list_problems(output: Output) -> None:
     output.print(table(("name", "distribution", "variables", "objectives"), rows), *errors)
 
 
-def _described(plugin: Plugin) -> dict[str, Any]:
-    known: dict[str, Any] = {
-        "name": plugin.name,
-        "distribution": plugin.distribution,
-        "version": plugin.version,
-        "presets": preset_names(plugin.name),
-    }
-    try:
-        with foreign():
-            return known | problem_size(load_problem(plugin.name)) | {"error": None}
-    except Exception as error:  # foreign code: one broken plugin must not hide the others
-        return known | {"variables": [], "objectives": [], "constraints": 0, "error": str(error)}
-
-
-def list_algorithms(name: str | None, output: Output) -> None:
-    """Print one row per algorithm; of the one named, its parameters."""
-    if name is not None:
-        found = _parameters(name)
-        output.result(found)
-        rows = [
-            [FLAGS.get(p["name"], p["name"]), _text(p["default"]), p["meaning"]]
-            for p in found["parameters"]
-        ]
-        output.print(
-            f"{name}: {found['about']}",
-            table(("parameter", "default", "what"), rows),
-            "a parameter without -- is given by --set NAME=VALUE",
-        )
+def algorithms(
+    name: Annotated[
+        str | None,
+        typer.Argument(help="One of them, or MODULE:CLASS.", autocompletion=options.algorithms),
+    ] = None,
+    json: options.Json = False,
+    debug: options.Debug = False,
+) -> None:
+    """List the algorithms, or the parameters of one."""
+    output = Output(json=json)
+    if name is None:
+        _list_algorithms(output)
         return
+    with bad_input():
+        found = _parameters(name)
+    output.result(found)
+    rows = [
+        [FLAGS.get(p["name"], p["name"]), _text(p["default"]), p["meaning"]]
+        for p in found["parameters"]
+    ]
+    output.print(
+        f"{name}: {found['about']}",
+        table(("parameter", "default", "what"), rows),
+        "a parameter without -- is given by --set NAME=VALUE",
+    )
+
+
+def _list_algorithms(output: Output) -> None:
+    from mgeo.runs.algorithms import algorithm_names
+
     every = []
     for each in algorithm_names():
         try:
@@ -75,7 +78,26 @@ def list_algorithms(name: str | None, output: Output) -> None:
     output.print(table(("name", "what"), rows), *(plain(e, style="red") for e in failed))
 
 
+def _described(plugin: Plugin) -> dict[str, Any]:
+    known: dict[str, Any] = {
+        "name": plugin.name,
+        "distribution": plugin.distribution,
+        "version": plugin.version,
+        "presets": preset_names(plugin.name),
+    }
+    from mgeo.plugins.problems import load_problem
+    from mgeo.plugins.protocol import problem_size
+
+    try:
+        with foreign():
+            return known | problem_size(load_problem(plugin.name)) | {"error": None}
+    except Exception as error:  # foreign code: one broken plugin must not hide the others
+        return known | {"variables": [], "objectives": [], "constraints": 0, "error": str(error)}
+
+
 def _parameters(name: str) -> dict[str, Any]:
+    from mgeo.runs.algorithms import described
+
     about, parameters = described(name)
     return {"name": name, "about": about, "parameters": parameters}
 

@@ -1,4 +1,4 @@
-"""``mgeo study``: run a study file, or go on with it."""
+"""``mgeo study``: run a study file, or go on with it; and ``mgeo schema``, of such files."""
 
 from __future__ import annotations
 
@@ -6,22 +6,96 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import joblib
+import typer
 
-from mgeo.cli.errors import ExitCode
+from mgeo.cli import options
+from mgeo.cli.errors import ExitCode, bad_input, of_interrupt
 from mgeo.cli.output import Output
-from mgeo.studies.comparison import Comparison
-from mgeo.studies.conclusions import conclusions, published_table
-from mgeo.studies.file import Study
-from mgeo.studies.results import FailedRunsWarning, NotReusedWarning
-from mgeo.studies.study import REPORT
 from mgeo.terminal import plain, table
 
+if TYPE_CHECKING:
+    from mgeo.studies.comparison import Comparison
+    from mgeo.studies.file import Study
 
-def show(study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output) -> int:
+
+def study(
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="A study as TOML.", autocompletion=options.toml_files),
+    ],
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder to write [default: studies/FILE].")
+    ] = None,
+    evaluations: Annotated[
+        int | None, typer.Option(min=1, help="Another budget than the file's.")
+    ] = None,
+    seeds: Annotated[
+        int | None, typer.Option(min=1, help="Only the first so many seeds, or more.")
+    ] = None,
+    jobs: Annotated[int, typer.Option(help="Processes; -1 for one per processor.")] = -1,
+    cluster: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Scheduler of a Dask cluster to run on.")
+    ] = None,
+    coco_data: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Log all runs by COCO's observer there, for cocopp to read."
+        ),
+    ] = None,
+    dry_run: options.DryRun = False,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    debug: options.Debug = False,
+) -> None:
+    """Compare algorithms as a file says, and write tables and figures.
+
+    Finished runs are saved in the folder: a study that was interrupted goes on when the same
+    command is given again.
+    """
+    from mgeo.cli.dry_run import describe_study
+    from mgeo.studies.file import read_study
+    from mgeo.studies.study import estimate_study, run_study
+
+    folder, output = out or Path("studies", file.stem), Output(quiet, json)
+    with bad_input(), _notes(output):
+        if coco_data and cluster:
+            raise ValueError("--coco-data: expected no --cluster, whose workers write elsewhere")
+        read = read_study(file, imports=not dry_run).reduced(evaluations, seeds)
+        with _workers(jobs, cluster) as n_jobs:
+            if dry_run:
+                expected = estimate_study(read, folder, n_jobs=n_jobs)
+                describe_study(read, expected, folder, output)
+                return
+            try:
+                comparisons = run_study(
+                    read, folder, n_jobs=n_jobs, progress=not quiet, coco_data=coco_data
+                )
+            except KeyboardInterrupt as error:
+                output.note(f"interrupted; the same command goes on with what is in {folder}")
+                raise typer.Exit(of_interrupt(error)) from None
+    raise typer.Exit(_show(read, comparisons, folder, output))
+
+
+def schema(
+    kind: Annotated[Literal["study"], typer.Argument(help="What the files are.")],
+    debug: options.Debug = False,
+) -> None:
+    """Print a JSON Schema, by which editors complete and check files.
+
+    In editors that know Taplo, a file names it in its first line: #:schema ./study.schema.json
+    """
+    from mgeo.studies.schema import study_schema
+
+    typer.echo(study_schema())
+
+
+def _show(study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output) -> int:
     """Show what was found; the exit code tells if runs failed."""
+    from mgeo.studies.conclusions import conclusions, published_table
+    from mgeo.studies.study import REPORT
+
     for label, comparison in comparisons.items():
         shown, said = comparison.overview(), conclusions(comparison, study.control)
         columns = table(["", *shown.columns], shown.itertuples(name=None))
@@ -51,8 +125,10 @@ def show(study: Study, comparisons: dict[str, Comparison], folder: Path, output:
 
 
 @contextmanager
-def notes(output: Output) -> Iterator[None]:
+def _notes(output: Output) -> Iterator[None]:
     """Show what is said of runs that failed, are not kept or not used as notes, each once."""
+    from mgeo.studies.results import FailedRunsWarning, NotReusedWarning
+
     with warnings.catch_warnings():
         shown, told = warnings.showwarning, set[str]()
 
@@ -68,7 +144,7 @@ def notes(output: Output) -> Iterator[None]:
 
 
 @contextmanager
-def workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
+def _workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
     """Number of processes, or None on a cluster, which is then joblib's backend."""
     if cluster is None:
         yield jobs
@@ -77,11 +153,15 @@ def workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
         from distributed import Client
     except ImportError as error:
         raise ValueError("--cluster needs the extra: pip install 'mgeo[distributed]'") from error
+    import joblib
+
     with Client(cluster), joblib.parallel_config("dask"):
         yield None
 
 
 def _document(comparison: Comparison, control: str | None) -> dict[str, Any]:
+    from mgeo.studies.conclusions import conclusions
+
     summary = comparison.summary()
     names = [name for name in dict.fromkeys(summary.columns.get_level_values(0)) if name != "runs"]
     return {

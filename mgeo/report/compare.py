@@ -40,13 +40,15 @@ class Subject:
     solution: str = ""
 
 
-def compare_html(one: Path | str, other: Path | str) -> str:
+def compare_html(one: Path | str, other: Path | str, *, problem: str | None = None) -> str:
     """Two run folders or solutions' files side by side; of a run its default solution.
 
     Parameters
     ----------
     one, other
         That `mgeo solve` wrote, or JSON files of an installed problem with ``solution_of``.
+    problem
+        As of `mgeo.report.report_html`.
 
     Raises
     ------
@@ -62,7 +64,7 @@ def compare_html(one: Path | str, other: Path | str) -> str:
     """
     names = distinct(Path(one), Path(other))
     both = zip((one, other), names, strict=True)
-    subjects = [replace(read(Path(path)), name=name) for path, name in both]
+    subjects = [replace(read(Path(path), problem), name=name) for path, name in both]
     front = fronts_figure(subjects)
     return render(
         "report/assets/compare.html",
@@ -89,7 +91,7 @@ def distinct(one: Path, other: Path) -> list[str]:
     return [f"{one.name}, once", f"{one.name}, again"]
 
 
-def read(path: Path) -> Subject:
+def read(path: Path, named: str | None = None) -> Subject:
     """A run folder's default solution, or that of a file which an installed problem knows.
 
     Raises
@@ -98,7 +100,7 @@ def read(path: Path) -> Subject:
         See `compare_html`.
     """
     if path.is_dir():
-        run, problem, _, _ = read_subject(path)
+        run, problem, _, _ = read_subject(path, named)
         row, label = 0, "nearest"
         if not len(run.outcome.F):
             raise ValueError(f"{path} holds no solution: expected a run that found one")
@@ -113,7 +115,7 @@ def read(path: Path) -> Subject:
         raise FileNotFoundError(f"there is neither a run folder nor a file {path}")
     document = read_json(path)
     with errors_of(path):
-        problem, options, x = solution_of(document)
+        problem, options, x = solution_of(document, named)
         view = view_of(problem, [x])
         return Subject(path.name, problem, view, ask(view, View.review), options)
 

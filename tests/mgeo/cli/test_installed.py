@@ -72,7 +72,7 @@ def test_one_algorithm_says_what_its_class_says(mgeo):
 
 def test_an_algorithm_that_does_not_load_does_not_hide_the_others(mgeo, monkeypatch):
     names = [*ALGORITHMS, "nowhere:Class"]
-    monkeypatch.setattr("mgeo.cli.installed.algorithm_names", lambda: names)
+    monkeypatch.setattr("mgeo.runs.algorithms.algorithm_names", lambda: names)
     done = mgeo("algorithms")
     assert done.exit_code == 0
     assert "Error: nowhere:Class: algorithm 'nowhere:Class' does not load" in done.stdout

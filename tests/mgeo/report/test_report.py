@@ -78,7 +78,7 @@ def test_a_folder_without_a_run_is_one_line(tmp_path):
 def test_what_cannot_be_written_is_refused_before_any_work(
     tmp_path, monkeypatch, out, flags, message
 ):
-    monkeypatch.setattr("mgeo.cli.report.report_html", lambda folder: pytest.fail("it was made"))
+    monkeypatch.setattr("mgeo.report.build.report_html", lambda folder: pytest.fail("it was made"))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder.html").mkdir()
     (tmp_path / "figures").touch()

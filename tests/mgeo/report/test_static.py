@@ -103,7 +103,8 @@ def test_pictures_are_written_beside_the_report(folder, tmp_path):
 
 def test_a_folder_that_cannot_be_made_leaves_no_report(folder, monkeypatch):
     (folder / "figures").write_text("a file in the way")
-    monkeypatch.setattr("mgeo.cli.report.static_figures", lambda *_, **__: {"front.png": b"drawn"})
+    made = {"front.png": b"drawn"}
+    monkeypatch.setattr("mgeo.report.static.static_figures", lambda *_, **__: made)
     done = report(folder, "--png")
     assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
     assert not (folder / "report.html").exists()
