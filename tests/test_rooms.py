@@ -25,6 +25,7 @@ OF_MGEO = {
     "plugins": {"algorithms", "benchmarks", "evaluation", "figures", "validation"},
     "store": {"algorithms", "benchmarks", "evaluation", "plugins", "validation"},
     "runs": {"algorithms", "benchmarks", "evaluation", "plugins", "store", "validation"},
+    "testing": {"algorithms", "evaluation", "figures", "plugins"},
     "report": {"algorithms", "evaluation", "figures", "plugins", "runs", "store", "validation"},
     "explore": {
         *("algorithms", "evaluation", "figures", "plugins", "report", "runs", "store"),

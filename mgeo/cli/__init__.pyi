@@ -1,13 +1,15 @@
+from .app import EXAMPLES as EXAMPLES
 from .app import app as app
+from .app import epilog as epilog
 from .app import main as main
-from .commands import EXAMPLES as EXAMPLES
-from .commands import epilog as epilog
 from .errors import ExitCode as ExitCode
 from .errors import StopRequest as StopRequest
 from .errors import Terminated as Terminated
 from .errors import bad_input as bad_input
 from .errors import stop_requests as stop_requests
 from .errors import terminable as terminable
+from .new import problem_files as problem_files
+from .new import write_problem as write_problem
 from .options import Debug as Debug
 from .options import Json as Json
 from .options import Quiet as Quiet

@@ -1,4 +1,7 @@
-"""The command ``mgeo``, which commands it has of its own, and what versions it finds installed."""
+"""The command ``mgeo`` and its commands; those of plugins are imported when they are run.
+
+Examples for their help stand here, too, for the tests that read them.
+"""
 
 from __future__ import annotations
 
@@ -6,16 +9,176 @@ import os
 import re
 import textwrap
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from importlib import metadata
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
+from mgeo._foreign import foreign
 from mgeo.cli import explore, installed, new, report, runs, study
-from mgeo.cli.commands import RootCommands, epilog
-from mgeo.cli.errors import ExitCode
-from mgeo.plugins.discovery import ALGORITHMS, COMMANDS, PROBLEMS, entry_points
+from mgeo.cli.errors import ExitCode, ended
+from mgeo.cli.output import reserved
+from mgeo.plugins.discovery import (
+    ALGORITHMS,
+    COMMANDS,
+    PROBLEMS,
+    Plugin,
+    PluginError,
+    entry_points,
+    find_plugin,
+    installed_plugins,
+)
+
+EXAMPLES: Mapping[str, tuple[str, ...]] = {
+    "solve": (
+        "mgeo solve attitude",
+        "mgeo solve attitude --scenario cubesat_6u --algorithm nsga2 --population 50",
+        "mgeo solve attitude --scenario mine.toml --evaluations 20000 --out runs/mine --dry-run",
+        "mgeo solve attitude --robust",
+        "mgeo solve attitude --algorithm mgeo-canonical --set bits=12 --set restart=archive",
+        "mgeo solve attitude --seed 2 --json | jq .hypervolume.value",
+    ),
+    "resume": (
+        "mgeo resume runs/attitude-mgeo-directed-seed1",
+        "mgeo resume runs/attitude-mgeo-directed-seed1 --evaluations 120000",
+    ),
+    "report": (
+        "mgeo report runs/attitude-mgeo-directed-seed1",
+        "mgeo report runs/attitude-mgeo-directed-seed1 --out review.html",
+        "mgeo report runs/attitude-mgeo-directed-seed1 --png --pdf",
+        "mgeo report runs/attitude-mgeo-directed-seed1 --figure front --paper",
+        "mgeo report runs/first runs/second --out beside.html",
+        "mgeo report studies/benchmarks --figure ranks --paper",
+    ),
+    "explore": (
+        "mgeo explore runs/attitude-mgeo-directed-seed1",
+        "mgeo explore runs/first --save plan.json --port 8000 --no-browser",
+    ),
+    "problems": ("mgeo problems", "mgeo problems --json | jq -r .problems[].name"),
+    "algorithms": ("mgeo algorithms", "mgeo algorithms mgeo-directed"),
+    "study": (
+        "mgeo study table3.toml --seeds 3 --evaluations 3600",
+        "mgeo study table3.toml --dry-run",
+        "mgeo study table3.toml --cluster tcp://HOST:8786",
+    ),
+    "new": ("mgeo new problem my-beam", "mgeo new problem my-beam --out plugins/my-beam"),
+    "schema": ("mgeo schema study | tee study.schema.json",),
+}
+
+_ROOM = 74  # of 80 columns, beside the indentation and the backslash
+
+
+def epilog(command: str, examples: Mapping[str, Iterable[str]] = EXAMPLES) -> str:
+    """The end of a command's help."""
+    lines = (broken for line in examples[command] for broken in _broken(line))
+    return "\n".join(["\b", "Examples:", *(f"  {line}" for line in lines)])
+
+
+def _broken(line: str) -> Iterator[str]:
+    """A command in lines that a shell takes as one, each but the first with whole options."""
+    shown = ""
+    for part in re.split(r" (?=--|\|)", line):
+        if shown and len(shown) + len(part) > _ROOM:
+            yield f"{shown} \\"
+            shown = f"  {part}"
+        else:
+            shown = f"{shown} {part}" if shown else part
+    yield shown
+
+
+_WHOLE = 1000  # characters of a sentence
+
+
+class Commands(TyperGroup):
+    """Commands of which every error is one line, and an exit code."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the options before the command's name; without any words, show the help."""
+        if not (args or ctx.resilient_parsing):
+            typer.echo(ctx.get_help(), err=True)
+            raise typer.Exit(2)
+        with ended(ctx):
+            return super().parse_args(ctx, args)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """What each command does, its whole first sentence: click would cut it at the margin."""
+        named = ((name, self.get_command(ctx, name)) for name in self.list_commands(ctx))
+        shown = [(name, found.get_short_help_str(_WHOLE)) for name, found in named if found]
+        if shown:
+            with formatter.section("Commands"):
+                formatter.write_dl(shown)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Read the command's own words and do it; it ends by returning or `typer.Exit`."""
+        with ended(ctx), foreign():
+            return super().invoke(ctx)
+
+
+class RootCommands(Commands):
+    """mgeo's own commands, and after them those of plugins; mgeo's own cannot be replaced."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names of all commands."""
+        self._find_plugins()
+        return super().list_commands(ctx)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command of this name, of a plugin only its name and what it is about."""
+        if cmd_name not in self.commands:
+            self._find_plugins()
+        return super().get_command(ctx, cmd_name)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command to run, of a plugin imported."""
+        name, command, rest = super().resolve_command(ctx, args)
+        if isinstance(command, _NotImported):
+            try:
+                with reserved():  # a word --json may follow
+                    command = _imported(args[0])
+            except PluginError:
+                if not ctx.resilient_parsing:  # else a shell asks, and there is nothing to offer
+                    raise
+        return name, command, rest
+
+    def _find_plugins(self) -> None:
+        for plugin in installed_plugins(COMMANDS):
+            if "." in plugin.name:  # adds to the commands of another
+                continue
+            self.commands.setdefault(plugin.name, _NotImported(plugin.name))
+
+
+class _NotImported(TyperCommand):
+    """What stands for a plugin's commands in the help: the summary of its distribution."""
+
+    def __init__(self, name: str) -> None:
+        try:
+            plugin = find_plugin(name, COMMANDS)
+            found = plugin.entry_point.dist
+            about = f"Of {plugin.distribution}."
+            if found is not None and "Summary" in found.metadata:
+                about = found.metadata["Summary"]
+        except PluginError as error:
+            about = str(error)
+        super().__init__(name=name, help=about)
+
+
+def _imported(name: str) -> Any:
+    """A plugin's commands and what others add to them, with the help and errors of mgeo's own."""
+    group = _group(find_plugin(name, COMMANDS))
+    for plugin in installed_plugins(COMMANDS):
+        if plugin.name.startswith(f"{name}."):
+            group.commands |= _group(find_plugin(plugin.name, COMMANDS)).commands
+    return group
+
+
+def _group(plugin: Plugin) -> Any:
+    """Commands of one plugin."""
+    root = typer.Typer(rich_markup_mode=None)
+    root.add_typer(plugin.load(), name=plugin.name, cls=Commands)
+    return typer.main.get_group(root).commands[plugin.name]
+
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 
@@ -60,7 +223,18 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["--help", "-h"]},
 )
-app.add_typer(new.app, name="new")
+_new = typer.Typer(
+    cls=Commands, help="Write a package to begin with.", rich_markup_mode=None, epilog=epilog("new")
+)
+app.add_typer(_new, name="new")
+
+
+@_new.callback()
+def _begin() -> None:
+    """A group of commands, though there is but one."""
+
+
+_new.command(epilog=epilog("new"))(new.problem)
 
 
 def main() -> None:

@@ -11,6 +11,7 @@ from .conclusions import control_table as control_table
 from .conclusions import parts_table as parts_table
 from .conclusions import published_table as published_table
 from .dispatch import WorkerError as WorkerError
+from .dispatch import progress as progress
 from .dispatch import run_all as run_all
 from .execute import compare as compare
 from .file import ProblemConfiguration as ProblemConfiguration
@@ -30,7 +31,6 @@ from .labels import folder_name as folder_name
 from .pooled import friedman_over_problems as friedman_over_problems
 from .pooled import problem_values as problem_values
 from .pooled import ranks_over_problems as ranks_over_problems
-from .progress import progress as progress
 from .report import study_figures as study_figures
 from .results import SHORTFALLS as SHORTFALLS
 from .results import FailedRunsWarning as FailedRunsWarning

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
 _LINE = 80  # characters
+_RIVALS = 5  # in figures: each adds up to 1 MB to a page
 MARK = "†"
 
 _LATEX = {
@@ -152,10 +153,30 @@ class Comparison(Results):
         return problem_table(self).markdown()
 
     def figures(self) -> dict[str, go.Figure]:
-        """All figures that the number of objectives, algorithms and runs allows, by name."""
-        from mgeo.studies.figures import comparison_figures
+        """All that can be drawn: anytime, boxes, fronts, each, attainment, difference.
 
-        return comparison_figures(self)
+        Fronts are drawn of two or three objectives, one by one and their attainment of two, if
+        there are any. The difference is that of the best algorithm with a front and each of the
+        five next.
+        """
+        from mgeo.studies.figures import fronts, indicators
+
+        figures = {
+            "anytime": indicators.anytime_figure(self),
+            "boxes": indicators.boxes_figure(self),
+        }
+        ranked = [name for name in self.order() if any(map(len, self.fronts(name)))]
+        if not ranked:
+            return figures
+        if self.problem.n_obj in (2, 3):
+            figures["fronts"] = fronts.fronts_figure(self)
+        if self.problem.n_obj == 2:
+            figures["each"] = fronts.each_figure(self)
+            figures["attainment"] = fronts.attainment_figure(self)
+            if len(ranked) > 1:
+                rivals = ranked[1 : _RIVALS + 1]
+                figures["difference"] = fronts.difference_figure(self, ranked[0], rivals)
+        return figures
 
 
 def _shown(mean: float, sd: float) -> str:

@@ -1,21 +1,26 @@
-"""Runs handed to processes, here or on a cluster, whatever becomes of these."""
+"""Runs handed to processes, here or on a cluster, whatever becomes of these; and their progress."""
 
 from __future__ import annotations
 
 import shutil
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import joblib
 from joblib.parallel import get_active_backend
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import TimeRemainingColumn as TimeLeftColumn
 
 from mgeo.store.study_run import StudyRun
 from mgeo.studies.fingerprint.modules import source_file
 from mgeo.studies.run import Failure, Task, run
+from mgeo.terminal import console, is_terminal
 
 Key = tuple[str, int]
 Result = StudyRun | Failure
@@ -150,3 +155,66 @@ def _loaded(content: bytes) -> tuple[str, str] | None:
     except Exception as error:  # whatever foreign code raises while it is imported
         return getattr(error, "name", None) or "", f"{type(error).__name__}: {error}"
     return None
+
+
+_LINES_EVERY = 1.0  # seconds at least between two lines about runs that finished
+
+Done = Callable[[str, int, str], None]  # hears of each run that ends: algorithm, seed, its error
+
+
+@contextmanager
+def progress(title: str, total: int, found: int, shown: bool | None) -> Iterator[Done]:
+    """A bar on a terminal; elsewhere a line per run, or per second if they are shorter.
+
+    Parameters
+    ----------
+    total, found : how many runs there are, and how many of them were made before.
+    shown : False for nothing, None for something only if stderr is a terminal.
+    """
+    terminal = is_terminal(stderr=True)
+    if shown is False or (shown is None and not terminal):
+        yield lambda name, seed, error: None
+    elif not terminal:
+        yield _lines(title, total, found)
+    else:
+        columns = (
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[failed]}", style="red", markup=False),
+            TimeElapsedColumn(),
+            TimeLeftColumn(elapsed_when_finished=False),
+        )
+        with Progress(*columns, console=console(stderr=True)) as bar:
+            yield _bar(bar, title, total, found)
+
+
+def _lines(title: str, total: int, found: int) -> Done:
+    print(f"{title}: {total} runs, {found} of them found on disk", file=sys.stderr)
+    ended, soonest = found, 0.0
+
+    def done(name: str, seed: int, error: str) -> None:
+        nonlocal ended, soonest
+        ended += 1
+        if error or time.monotonic() >= soonest or ended == total:
+            soonest = time.monotonic() + _LINES_EVERY
+            outcome = f"failed: {error}" if error else "finished"
+            line = f"{ended}/{total}  {name}, seed {seed}: {outcome}"
+            print(line, file=sys.stderr, flush=True)
+
+    return done
+
+
+def _bar(bar: Progress, title: str, total: int, found: int) -> Done:
+    task = bar.add_task(title, total=total, completed=found, failed="")
+    failed = 0
+
+    def done(name: str, seed: int, error: str) -> None:
+        nonlocal failed
+        if error:
+            failed += 1
+            bar.update(task, failed=f"{failed} failed")
+            bar.console.print(f"{name}, seed {seed}: {error}", markup=False, style="red")
+        bar.advance(task)
+
+    return done

@@ -18,10 +18,10 @@ from mgeo.runs.operators import fitted
 from mgeo.store.study_run import StudyRun
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.dispatch import Key, Result, run_all
+from mgeo.studies.dispatch import progress as progress_display
 from mgeo.studies.fingerprint import UncertainError, fingerprint
 from mgeo.studies.indicators import NothingToCompareError, indicator_space, trace
 from mgeo.studies.labels import folder_name
-from mgeo.studies.progress import progress as progress_display
 from mgeo.studies.results import FailedRunsWarning, NotReusedWarning, failures
 from mgeo.studies.run import CocoFolder, Failure, Task
 from mgeo.validation.arguments import validate_integer

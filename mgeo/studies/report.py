@@ -13,8 +13,7 @@ from mgeo.figures.page import LIBRARY, render
 from mgeo.studies.comparison import problems_table
 from mgeo.studies.conclusions import conclusions, control_table, parts_table, published_table
 from mgeo.studies.figures.fronts import difference_figure
-from mgeo.studies.figures.indicators import anytime_figure
-from mgeo.studies.figures.ranks import ranks_figure, targets_figure
+from mgeo.studies.figures.indicators import anytime_figure, ranks_figure, targets_figure
 from mgeo.studies.labels import folder_name
 from mgeo.studies.pooled import friedman_over_problems, problem_values
 from mgeo.studies.results import targets_reached

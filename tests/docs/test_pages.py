@@ -19,8 +19,7 @@ from mgeo_calibration import TelemetryMapping, fly
 from mgeo_calibration.telemetry import UNITS
 from typer.testing import CliRunner
 
-from mgeo.cli import app
-from mgeo.new import problem_files
+from mgeo.cli import app, problem_files
 from mgeo.plugins import SHOWN
 
 DOCS = Path(__file__).parents[2] / "docs"

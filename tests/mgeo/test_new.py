@@ -11,8 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 import mgeo
-from mgeo.cli import app
-from mgeo.new import problem_files, write_problem
+from mgeo.cli import app, problem_files, write_problem
 from mgeo.plugins import load_problem
 
 NAME, MODULE, CLASS = "my-beam", "my_beam", "MyBeam"

@@ -14,8 +14,8 @@ CALLS = {"eval", "exec", "compile", "__import__", "joblib.load", "np.fromfile", 
 ALLOWED = {
     ("mgeo_attitude/filter/kernel.py", "exec"),
     ("mgeo_attitude/filter/kernel.py", "compile"),
-    ("plugins/checks/problem.py", "pickle"),
-    ("plugins/checks/algorithm.py", "pickle"),
+    ("mgeo/testing/problem.py", "pickle"),
+    ("mgeo/testing/algorithm.py", "pickle"),
 }
 
 

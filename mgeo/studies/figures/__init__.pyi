@@ -1,11 +1,10 @@
-from .all import comparison_figures as comparison_figures
 from .fronts import attainment_figure as attainment_figure
 from .fronts import difference_figure as difference_figure
 from .fronts import each_figure as each_figure
 from .fronts import fronts_figure as fronts_figure
+from .indicators import alike as alike
 from .indicators import anytime_figure as anytime_figure
 from .indicators import boxes_figure as boxes_figure
-from .ranks import alike as alike
-from .ranks import ranks_figure as ranks_figure
-from .ranks import targets_figure as targets_figure
+from .indicators import ranks_figure as ranks_figure
+from .indicators import targets_figure as targets_figure
 from .style import looks as looks

@@ -76,7 +76,7 @@ def test_every_command_has_examples_that_can_be_typed(run, command):
 @pytest.mark.parametrize("command", calibration.EXAMPLES)
 def test_who_has_not_installed_it_is_told_what_to_install(run, monkeypatch, command):
     alone = [one for one in installed_plugins(COMMANDS) if one.distribution == "mgeo-attitude"]
-    monkeypatch.setattr("mgeo.cli.commands.installed_plugins", lambda group: alone)
+    monkeypatch.setattr(sys.modules["mgeo.cli.app"], "installed_plugins", lambda group: alone)
     told = f"Error: mgeo attitude {command} is of mgeo-calibration, which is not installed: pip "
     assert run(command, "plan.json", "--seed", 2, code=2).stderr.startswith(told)
     assert "Of mgeo-calibration, not installed here." in run("--help").stdout

@@ -14,8 +14,7 @@ from pymoo.problems.many import DTLZ2
 from pymoo.problems.multi import BNH, OSY, ZDT1
 
 from mgeo import MGEOReal, View
-from mgeo.plugins.checks import Bowls
-from mgeo.testing import CheckError, check_algorithm, check_problem
+from mgeo.testing import Bowls, CheckError, check_algorithm, check_problem
 
 
 class GoodView(View):

@@ -11,7 +11,6 @@ from mgeo.studies.figures import (
     anytime_figure,
     attainment_figure,
     boxes_figure,
-    comparison_figures,
     difference_figure,
     each_figure,
     fronts_figure,
@@ -133,7 +132,7 @@ def test_runs_without_a_front_count_in_what_is_attained():
     made.records[("B", 3)] = nothing
     assert "100 %" in {name.split(": ")[1] for name in areas(difference_figure(made, "B", ["A_1"]))}
     assert [t.text for t in each_figure(made).layout.annotations[:2]] == ["A_1", "C"]
-    assert "difference" in comparison_figures(made)
+    assert "difference" in made.figures()
 
 
 def test_boxes_say_how_many_runs_have_no_value():
@@ -169,7 +168,7 @@ def test_groups_are_the_largest_within_the_difference(ranks, groups):
 
 @pytest.mark.slow
 def test_what_cannot_be_drawn_is_left_out():
-    assert list(comparison_figures(comparison())) == [
+    assert list(comparison().figures()) == [
         "anytime",
         "boxes",
         "fronts",
@@ -191,7 +190,7 @@ def test_three_objectives_are_drawn_in_space_and_more_are_refused():
     spatial = Comparison(**{**vars(made), "problem": DTLZ2(n_obj=3), "records": three})
     figure = fronts_figure(spatial)
     assert {trace.type for trace in figure.data} == {"scatter3d"}
-    assert "attainment" not in comparison_figures(spatial)
+    assert "attainment" not in spatial.figures()
     for draw in (attainment_figure, lambda c: difference_figure(c, "A_1", ["B"])):
         with pytest.raises(ValueError, match="3 objectives"):
             draw(spatial)
@@ -235,7 +234,7 @@ def test_labels_are_neither_markup_nor_templates():
     ranked = friedman(np.array([[1.0, 2.0, 3.0], [1.0, 3.0, 2.0]]), list(evil.values()))
     reached = pd.DataFrame({"algorithm": evil["B"], "evaluations": [1.0, 2.0], "share": [0.1, 0.2]})
     figures = {
-        **comparison_figures(renamed),
+        **renamed.figures(),
         "ranks": ranks_figure(ranked, tuple(evil.values())),
         "targets": targets_figure(reached, 1),
     }
