@@ -152,10 +152,6 @@ def test_criteria_begin_at_the_start_and_weights_count():
         weight * found.blocks[name] for name, weight in names.items()
     )
     np.testing.assert_allclose(found.trace, expected, rtol=1e-12)
-    two = found.of_objective("trace:attitude,mag.bias")
-    np.testing.assert_allclose(two, found.blocks["attitude"] + found.blocks["mag.bias"])
-    assert found.of_objective("trace") is found.ending
-    assert found.of_objective("angle") is None
 
 
 def test_information_of_a_given_trace_fills_up_what_is_known_least():

@@ -1,9 +1,9 @@
 """`mgeo attitude check`: the compiled filter of one's own scenario beside filterpy."""
 
+import dataclasses
 import json
 
-from mgeo_attitude import Scenario
-from mgeo_attitude.commands import compare_filters
+from mgeo_attitude import agreement
 
 
 def scenario_file(tmp_path):
@@ -21,15 +21,16 @@ def test_the_filters_agree(run, tmp_path):
 
 
 def test_filters_that_differ_end_with_code_3(run, tmp_path, monkeypatch):
-    monkeypatch.setattr("mgeo_attitude.commands.check.TOLERANCE", 0.0)
+    def off(*given):
+        return dataclasses.replace(agreement(*given), difference=2e-9)
+
+    monkeypatch.setattr("mgeo_attitude.filter.reference.agreement", off)
     done = run("check", scenario_file(tmp_path), "--plans", 1, code=3)
     assert "1 random plans" in done.stdout
-    assert "0 allowed" in done.stdout
+    assert "differ by 2e-09 of their size at most, 1e-09 allowed" in done.stdout
 
 
-def test_the_same_seed_checks_the_same_plans():
-    scenario = Scenario.from_dict(
-        {"preset": "paper", "duration": 600.0, "convergence": {"window": 60.0}}
-    )
-    first, second = (compare_filters(scenario, 2, seed) for seed in (7, 7))
-    assert first == second
+def test_the_same_seed_checks_the_same_plans(run, tmp_path):
+    plans = scenario_file(tmp_path), "--plans", 1, "--json", "--seed"
+    first, second, other = (run("check", *plans, seed).stdout for seed in (7, 7, 8))
+    assert first == second != other

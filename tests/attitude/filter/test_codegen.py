@@ -11,12 +11,12 @@ from mgeo_attitude.filter import (
     Symbol,
     Triangle,
     directions_of,
+    instrument_constants,
     is_disc,
     layout,
     module_source,
     schmidt,
     slot_of,
-    step_constants,
     step_parts,
     transition_pattern,
 )
@@ -112,7 +112,7 @@ def test_generated_step_is_one_filter_step(name):
     parts, lanes = step_parts(suite, gated), 8
     assert list(parts)[-1] == CHECK
     weights = rng.uniform(0.5, 2.0, n)
-    constants, step = step_constants(suite, STEP, weights), STEP
+    constants, step = np.append(instrument_constants(suite, STEP), weights), STEP
     decays = [np.exp(-step / each.correlation_time) for each in suite.processes.values()]
     sigmas = [np.broadcast_to(each.sigma, 3) for each in suite.processes.values()]
     W = np.zeros((at.constants + len(constants), lanes))

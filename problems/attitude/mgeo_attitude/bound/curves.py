@@ -12,7 +12,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.scenario.settings import RequiredSigma, blocks_of
+from mgeo_attitude.scenario.settings import RequiredSigma
 
 
 class Block(NamedTuple):
@@ -178,13 +178,6 @@ class LimitCurves:
         least = np.full(len(times), np.nan)
         least[known] = self.trace[steps]
         return least
-
-    def of_objective(self, name: str) -> Floats | None:
-        """That of an objective at the end of a plan, shape (n,); None of one that has none."""
-        blocks = blocks_of(name)
-        if blocks:
-            return _sum([self.blocks[block] for block in blocks])
-        return self.ending if name == "trace" else self.criteria.get(name)
 
 
 def curves(

@@ -8,8 +8,18 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.cli import Debug, ExitCode, Json, Output, Quiet, bad_input, epilog, json_text, toml_files
-from mgeo_attitude.commands.options import USERS, Overwrite, Pick, Solution, Source, Time
+from mgeo.cli import (
+    Debug,
+    ExitCode,
+    Json,
+    Output,
+    Quiet,
+    among,
+    bad_input,
+    epilog,
+    json_text,
+    toml_files,
+)
 
 app = typer.Typer(
     help="Calibration maneuvers: pick a plan from a front, look at it, verify it, export it."
@@ -31,6 +41,35 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "check": ("mgeo attitude check mine.toml --plans 50",),
     "schema": ("mgeo attitude schema > scenario.schema.json",),
 }
+
+
+Source = Annotated[
+    Path, typer.Argument(metavar="RUN|PLAN.json", help="Folder of `mgeo solve`, or a plan's file.")
+]
+Pick = Annotated[
+    str | None,
+    typer.Option(
+        metavar="knee|fastest|best",
+        help="Solution of the run: where its front bends, its least t_end, its least trace "
+        "[default: knee].",
+        autocompletion=among(("knee", "fastest", "best")),
+    ),
+]
+Time = Annotated[
+    float | None,
+    typer.Option(metavar="SECONDS", help="Solution of the run whose t_end is nearest to this."),
+]
+Solution = Annotated[
+    int | None,
+    typer.Option(metavar="N", help="Solution of the run by its number, as reports show it."),
+]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
+
+#: Of what a plan is made from everything is the user's: files, scenarios, extras to install.
+USERS = (ValueError, TypeError, OSError, ImportError)
+
+#: Largest relative difference of a variance between the compiled filter and filterpy.
+TOLERANCE = 1e-9
 
 
 @app.command(epilog=epilog("show", EXAMPLES))
@@ -195,18 +234,24 @@ def check(
 
     If they differ, the exit code is 3.
     """
+    import numpy as np
+
     from mgeo.runs import read_scenario
-    from mgeo_attitude.commands import check as command
+    from mgeo_attitude.filter.reference import agreement
     from mgeo_attitude.plan.run_folder import PROBLEM
-    from mgeo_attitude.scenario import Scenario
+    from mgeo_attitude.problem import AttitudeManeuverProblem
 
     with bad_input(USERS):
-        of = Scenario.from_dict(read_scenario(PROBLEM, scenario))
-        found = command.compare_filters(of, plans, seed)
+        problem = AttitudeManeuverProblem.from_options(read_scenario(PROBLEM, scenario))
+        rng = np.random.default_rng(seed)
+        designs = rng.uniform(problem.xl, problem.xu, (plans, problem.n_var))
+        if problem.start_times is not None:  # all from the first: another one is another epoch
+            designs, _ = problem.start_times.split(designs)
+        found = agreement(problem.model, designs)
     output = Output(quiet, json)
-    output.print(command.conclusion(of, found))
+    output.print(f"{problem.scenario.name}: {found}, {TOLERANCE:g} allowed")
     output.result(vars(found))
-    raise typer.Exit(ExitCode.DONE if command.agrees(found) else ExitCode.INCOMPLETE)
+    raise typer.Exit(ExitCode.DONE if found.within(TOLERANCE) else ExitCode.INCOMPLETE)
 
 
 @app.command(epilog=epilog("schema", EXAMPLES))

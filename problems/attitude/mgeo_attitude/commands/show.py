@@ -27,7 +27,7 @@ def print_plan(picked: Picked, output: Output) -> None:
     """Print everything that fits a terminal."""
     plan = picked.plan
     ended = "converged" if plan.history.converged else "not converged at the end of the run,"
-    if plan.problem.model.rule == "end":
+    if plan.problem.model.ends_by_design:
         ended = "ended"
     if plan.scenario.flight:
         ended = f"flown exactly, {ended}"

@@ -43,6 +43,11 @@ _ENTRIES = (  # line, its first and last column, meaning
 _ZERO = datetime(1949, 12, 31, tzinfo=UTC)
 
 
+def angle(doc: str) -> Any:
+    """The field of an element that may be told a revolution too far."""
+    return quantity(unit="deg", low=-360.0, high=360.0, doc=doc)
+
+
 class SGP4Error(ArithmeticError):
     """SGP4 cannot propagate an element set to the wanted instant."""
 
@@ -298,13 +303,9 @@ class MeanElements(ElementSet):
     mean_motion_rev_day: float = positive(unit="rev/day", doc="mean motion")
     eccentricity: float = quantity(low=0.0, high=1.0, open_high=True, doc="eccentricity")
     inclination_deg: float = quantity(unit="deg", low=0.0, high=180.0, doc="inclination")
-    raan_deg: float = quantity(
-        unit="deg", low=-360.0, high=360.0, doc="right ascension of the ascending node"
-    )
-    argument_of_perigee_deg: float = quantity(
-        unit="deg", low=-360.0, high=360.0, doc="argument of perigee"
-    )
-    mean_anomaly_deg: float = quantity(unit="deg", low=-360.0, high=360.0, doc="mean anomaly")
+    raan_deg: float = angle("right ascension of the ascending node")
+    argument_of_perigee_deg: float = angle("argument of perigee")
+    mean_anomaly_deg: float = angle("mean anomaly")
     bstar: float = quantity(0.0, unit="1/Earth radii", doc="drag term")
 
     def __post_init__(self) -> None:

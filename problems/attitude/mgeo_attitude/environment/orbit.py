@@ -14,7 +14,7 @@ from typing import ClassVar, Self
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
-from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit
+from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit, angle
 from mgeo_attitude.environment.ephemeris import MOST_DEGREE, EphemerisOrbit
 from mgeo_attitude.environment.kepler import (
     Elements,
@@ -61,15 +61,9 @@ class Orbit(Validated):
     semi_major_axis: float = positive(unit="m", doc="semi-major axis")
     eccentricity: float = quantity(low=0.0, high=1.0, open_high=True, doc="eccentricity")
     inclination_deg: float = quantity(unit="deg", low=0.0, high=180.0, doc="inclination")
-    raan_deg: float = quantity(
-        unit="deg", low=-360.0, high=360.0, doc="right ascension of the ascending node"
-    )
-    argument_of_perigee_deg: float = quantity(
-        unit="deg", low=-360.0, high=360.0, doc="argument of perigee"
-    )
-    true_anomaly_deg: float = quantity(
-        unit="deg", low=-360.0, high=360.0, doc="true anomaly at the epoch"
-    )
+    raan_deg: float = angle("right ascension of the ascending node")
+    argument_of_perigee_deg: float = angle("argument of perigee")
+    true_anomaly_deg: float = angle("true anomaly at the epoch")
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -1,8 +1,8 @@
 from . import discretization as discretization
 from . import polynomials as polynomials
 from .codegen import CHECK as CHECK
+from .codegen import instrument_constants as instrument_constants
 from .codegen import module_source as module_source
-from .codegen import step_constants as step_constants
 from .codegen import step_parts as step_parts
 from .covariance import last_pivot as last_pivot
 from .covariance import predict as predict

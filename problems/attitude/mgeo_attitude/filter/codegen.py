@@ -59,7 +59,7 @@ def step_parts(
         return parts.setdefault(name, Code())
 
     def constants(code: Code, number: int) -> list[Symbol]:
-        """The next ones, in the order of `step_constants`."""
+        """The next ones, in the order of `variants.constants_of`."""
         return [code.slot(k) for k in islice(following, number)]
 
     def to_body(code: Code, vector: Iterable[Any]) -> Vec3:
@@ -181,27 +181,14 @@ def step_parts(
     return {name: code.text for name, code in parts.items()}
 
 
-def step_constants(
-    suite: Suite,
-    step: float,
-    weights: np.ndarray,
-    limits: Sequence[PathLimit] = (),
-    required: Iterable[float] = (),
-) -> np.ndarray:
-    """The constants of a `step` [s], for trace `weights` of shape (n_states,).
+def instrument_constants(suite: Suite, step: float, limits: Sequence[PathLimit] = ()) -> np.ndarray:
+    """The first constants of a `step` [s]: what sensors and path limits give, at any state.
 
     Decay and new variances of each Gauss-Markov process; those of the path limits
     (`path_limits.cone_constants`); for each sensor in turn its noise variances, axis and cosine
     of the half-angle of its views (and the sine, if it looks at a disc), and the square of its
-    greatest rate, if it has one; those of the `required` 1-sigmas that are
-    monitored; then the weights.
+    greatest rate, if it has one.
     """
-    watched = [sigma**-2 for sigma in required]
-    return np.concatenate([instrument_constants(suite, step, limits), watched, weights])
-
-
-def instrument_constants(suite: Suite, step: float, limits: Sequence[PathLimit] = ()) -> np.ndarray:
-    """The first of the `step_constants`: what sensors and path limits give, at any state."""
     processes: list[float] = []
     for process in suite.processes.values():
         decay, variance = process.over(step)

@@ -211,7 +211,7 @@ def run(
     table : array, shape (n_samples, n_given)
         What the orbit gives at each sample.
     constants : array, shape (n_variants, n_constants)
-        See `codegen.step_constants`.
+        See `variants.constants_of`.
     convergence : int, float, bool, float
         Window [steps], least relative decrease of the trace over it, whether it may have risen;
         factor of a settled trace, 0 if nobody asks. With one, the window is the whole run.

@@ -164,7 +164,7 @@ def evaluate(
     _check_turns(model, plan)
     n, monitors = len(plan.rates), model.monitors
     flown_by = np.zeros(n, dtype=np.int64) if which is None else np.asarray(which, dtype=np.int64)
-    if until is None and model.rule == "end":
+    if until is None and model.ends_by_design:
         until = np.clip(plan.over, 1, model.n_steps)
     stops, run = (
         np.full(n, model.n_steps),

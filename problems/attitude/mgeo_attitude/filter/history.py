@@ -101,20 +101,21 @@ def filter_history(model: FilterModel, design: ArrayLike) -> FilterHistory:
 
 
 def can_measure(model: FilterModel, index: int, attitude: Floats, rates: Floats) -> Bools:
-    """Samples at which a sensor can measure, shape (n_steps + 1,).
+    """Of the first k + 1 samples those at which a sensor can measure, shape (k + 1,).
 
     Parameters
     ----------
-    attitude : array, shape (n_steps + 1, 3, 3)
+    attitude : array, shape (k + 1, 3, 3)
         GCRS to body.
-    rates : array, shape (n_steps, 3)
+    rates : array, shape (k, 3)
         Body rate in each step [rad/s].
     """
-    sensor, mask = model.suite.sensors[index], model.available[:, index].copy()
+    flown = slice(len(attitude))
+    sensor, mask = model.suite.sensors[index], model.available[flown, index].copy()
     for view in sensor.views():
-        looked_at, radius = model.references[:, index], np.zeros(len(attitude))
+        looked_at, radius = model.references[flown, index], np.zeros(len(attitude))
         if view.direction:
-            looked_at, radius = model.direction(view.direction)
+            looked_at, radius = model.direction(view.direction, flown)
         cosine = np.einsum("kij,kj->ki", attitude, looked_at) @ view.axis
         mask &= (cosine >= np.cos(view.half_angle + radius)) == view.inside
     mask[1:] &= np.einsum("ki,ki->k", rates, rates) <= sensor.max_rate() ** 2

@@ -1,9 +1,9 @@
-"""What a generated kernel keeps of each candidate, and where: the slots of its workspace."""
+"""What a generated kernel is made for, and what it keeps of each candidate where: its slots."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from itertools import accumulate
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.filter.symbols import slots_of
+from mgeo_attitude.sensors import Gyro, Sensor, World
 from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:
@@ -176,3 +177,39 @@ def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
         closure = closure @ closure
     rows = generic.any(axis=1) | (suite.diffusion()[:k] > 0.0)
     return tuple((int(i), int(j)) for i, j in np.argwhere(closure) if rows[i])
+
+
+class Traits(NamedTuple):
+    """What the kernel of a model is made for: the same in all models that it serves.
+
+    Attributes
+    ----------
+    states : tuple of str
+        Blocks of the suite.
+    considered : tuple of int
+        States that are.
+    looked_at : tuple of (str, bool)
+        Directions of path limits and of sensors' views, and whether they have to be inside.
+    n_constants : int
+        How many constants of a filter step instruments and path limits have.
+    slopes : tuple of bytes
+        H of each sensor, see `slopes`.
+    """
+
+    states: tuple[str, ...]
+    considered: tuple[int, ...]
+    looked_at: tuple[tuple[str, bool], ...]
+    n_constants: int
+    slopes: tuple[bytes, ...]
+
+
+@lru_cache(maxsize=1000)
+def slopes(sensor: Sensor, world: World) -> bytes:
+    """H of a sensor, somewhere: its numbers are part of the kernel."""
+    suite, somewhere = Suite(Gyro(), (sensor,), world), np.array([0.36, -0.48, 0.8])
+    gradient = [np.roll(somewhere, k + 1) for k in range(suite.n_gradient(sensor))]
+    follows = [1.0] * len(sensor.influences)
+    H = suite.measurement_matrix(
+        sensor, somewhere, gradient=gradient, rate=somewhere, influences=follows
+    )
+    return bytes((H + 0.0).tobytes())  # no negative zero

@@ -6,8 +6,8 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
-from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,9 +18,11 @@ from mgeo_attitude.environment.directions import Passage, Place, directions, rad
 from mgeo_attitude.filter.codegen import instrument_constants
 from mgeo_attitude.filter.layout import (
     Monitors,
+    Traits,
     Watch,
     directions_of,
     is_disc,
+    slopes,
     viewed_directions,
     watched_directions,
 )
@@ -29,35 +31,11 @@ from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.maneuvers.schedule import Schedule, Turning, schedule
 from mgeo_attitude.scenario.channels import channel_values
 from mgeo_attitude.scenario.settings import RequiredSigma, TraceWeights
-from mgeo_attitude.sensors import Gyro, Sensor, World
+from mgeo_attitude.sensors import Sensor
 from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:
     from mgeo_attitude.scenario import PathLimit, Scenario
-
-
-class Traits(NamedTuple):
-    """What the kernel of a model is made for: the same in all models that it serves.
-
-    Attributes
-    ----------
-    states : tuple of str
-        Blocks of the suite.
-    considered : tuple of int
-        States that are.
-    looked_at : tuple of (str, bool)
-        Directions of path limits and of sensors' views, and whether they have to be inside.
-    n_constants : int
-        How many constants of a filter step instruments and path limits have.
-    slopes : tuple of bytes
-        H of each sensor, see `slopes`.
-    """
-
-    states: tuple[str, ...]
-    considered: tuple[int, ...]
-    looked_at: tuple[tuple[str, bool], ...]
-    n_constants: int
-    slopes: tuple[bytes, ...]
 
 
 @dataclass(frozen=True)
@@ -233,6 +211,16 @@ class FilterModel:
         """The t_end of a run that does not converge [s]."""
         return self.n_steps * self.step
 
+    @property
+    def ends_by_design(self) -> bool:
+        """Whether a run ends with the last maneuver, and no filter is waited for."""
+        return self.rule == "end"
+
+    @property
+    def too_late(self) -> float:
+        """The t_end from which on a run has not converged [s]; infinite where none has to."""
+        return np.inf if self.ends_by_design else self.longest
+
     @cached_property
     def endless(self) -> FilterModel:
         """The same filter, run for the whole duration: its window is longer than that."""
@@ -349,18 +337,6 @@ class FilterModel:
     def gated(self) -> tuple[bool, ...]:
         """Which sensors are not available at every sample."""
         return tuple(bool(column.any()) for column in ~self.available.T)
-
-
-@lru_cache(maxsize=1000)
-def slopes(sensor: Sensor, world: World) -> bytes:
-    """H of a sensor, somewhere: its numbers are part of the kernel."""
-    suite, somewhere = Suite(Gyro(), (sensor,), world), np.array([0.36, -0.48, 0.8])
-    gradient = [np.roll(somewhere, k + 1) for k in range(suite.n_gradient(sensor))]
-    follows = [1.0] * len(sensor.influences)
-    H = suite.measurement_matrix(
-        sensor, somewhere, gradient=gradient, rate=somewhere, influences=follows
-    )
-    return bytes((H + 0.0).tobytes())  # no negative zero
 
 
 def sampled(sensor: Sensor, step: float, n: int) -> Bools:

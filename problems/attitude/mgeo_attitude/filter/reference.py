@@ -56,6 +56,17 @@ class Agreement:
     same_end: bool
     difference: float
 
+    def within(self, tolerance: float) -> bool:
+        """Whether the ends are the same, and no variance differs by a larger share."""
+        return self.same_end and self.difference <= tolerance
+
+    def __str__(self) -> str:
+        ends = "every t_end the same" if self.same_end else "NOT every t_end the same"
+        return (
+            f"{self.designs} random plans, {self.samples:,} samples: {ends}, variances differ by "
+            f"{self.difference:.2g} of their size at most"
+        )
+
 
 def agreement(model: FilterModel, designs: ArrayLike) -> Agreement:
     """Run designs, shape (n, 4 m), by `evaluate` and by `reference_run`.
@@ -164,7 +175,7 @@ def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
 
 def _converged_from(model: FilterModel, trace: list[float], sigma: list[Floats]) -> int:
     """Step from which on the rule's condition holds for the rest of a whole run."""
-    if model.rule == "end":
+    if model.ends_by_design:
         return 1  # whatever is known then
     if model.rule == "settling":
         broken = np.flatnonzero(np.array(trace) > model.factor * trace[-1])

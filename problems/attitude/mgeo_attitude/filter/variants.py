@@ -64,7 +64,11 @@ def check_variants(model: FilterModel, variants: Sequence[FilterModel]) -> None:
 
 
 def constants_of(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
-    """`codegen.step_constants` of each variant, shape (n_variants, n_constants)."""
+    """Constants of a filter step of each variant, shape (n_variants, n_constants).
+
+    Those of `codegen.instrument_constants`; those of the required 1-sigmas that are monitored; then
+    the weights of the trace.
+    """
     states = list(model.monitors.states)
     required = [[sigma**-2 for sigma in each.required_sigma[states]] for each in variants]
     weights = [each.weights for each in variants]

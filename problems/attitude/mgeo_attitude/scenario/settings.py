@@ -171,6 +171,11 @@ class Convergence(Validated):
         False, doc="whether a trace that rose over the window counts as converged too"
     )
 
+    @property
+    def time(self) -> str:
+        """What t_end is, in words."""
+        return "a plan's end" if self.rule == "end" else "time to converge"
+
 
 class Numbers(Mapping[str, float]):
     """Numbers by names with dots, such as ``mag.bias``; immutable and hashable."""

@@ -310,6 +310,56 @@ def with_noise(part: Noisy, factor: float) -> Noisy:
     return dataclasses.replace(part, **{name: times(getattr(part, name)) for name in names})  # type: ignore[type-var]
 
 
+def misalignment(sigma_deg: float) -> Any:
+    """The field of a sensor's initial misalignment; see `tilt`."""
+    return quantity(
+        sigma_deg,
+        unit="deg",
+        low=0.0,
+        doc="initial misalignment, 1-sigma per axis; 0 leaves the states out: it says what body "
+        "axes are",
+        formerly="misalignment_deg",
+    )
+
+
+def scale_factor() -> Any:
+    """The field of an initial error of three scale factors."""
+    return quantity(
+        0.0,
+        low=0.0,
+        doc="initial scale-factor error, 1-sigma per axis; 0 leaves the states out",
+        formerly="scale_factor",
+    )
+
+
+def nonorthogonality() -> Any:
+    """The field of how far three axes are off right angles; see `vector.shear`."""
+    return quantity(
+        0.0,
+        unit="deg",
+        low=0.0,
+        doc="initial non-orthogonality, half of what two axes are off a right angle, 1-sigma; "
+        "0 leaves the states out",
+    )
+
+
+def boresight() -> Any:
+    """The field of the axis that a sensor looks along."""
+    return quantity((0.0, 0.0, 1.0), doc="direction it looks in, body axes (any length)")
+
+
+def exclusion(of: str) -> Any:
+    """The field of an angle around the boresight in which something blinds a sensor."""
+    return quantity(
+        None,
+        unit="deg",
+        low=0.0,
+        high=90.0,
+        open_high=True,
+        doc=f"least angle of the boresight {of} at which it measures",
+    )
+
+
 def tilt(misalignment_deg: float) -> dict[str, float]:
     """States of a sensor's misalignment; none if it is zero: then it says what body axes are."""
     return {"misalignment": math.radians(misalignment_deg)} if misalignment_deg else {}

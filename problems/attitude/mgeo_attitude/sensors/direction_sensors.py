@@ -17,7 +17,7 @@ from mgeo_attitude.fields.quantity import ARCMIN, DEG, SECOND, Unit
 from mgeo_attitude.geometry.rotation import cross, direction, dot, rotate, tangents
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import NAME, State, tilt
+from mgeo_attitude.sensors.base import NAME, State, boresight, exclusion, misalignment, tilt
 from mgeo_attitude.sensors.vector_sensors import SunSensor, VectorSensor, where_it_is
 from mgeo_attitude.sensors.world import POSITION_UNIT
 
@@ -125,17 +125,9 @@ class HorizonSensor(DirectionSensor):
     noise_deg: float = positive(
         0.1, unit="deg", doc="noise per sample, 1-sigma of each angle", usual=(0.001, 10.0)
     )
-    initial_misalignment_deg: float = quantity(
-        0.5,
-        unit="deg",
-        low=0.0,
-        doc="initial misalignment, 1-sigma per axis; 0 leaves the states out: it says what body "
-        "axes are",
-    )
+    initial_misalignment_deg: float = misalignment(0.5)
     initial_bias: float = positive(0.002, doc="initial bias of the unit vector, 1-sigma per axis")
-    boresight: tuple[float, float, float] = quantity(
-        (0.0, 0.0, 1.0), doc="direction it looks in, body axes (any length)"
-    )
+    boresight: tuple[float, float, float] = boresight()
     half_angle_deg: float = quantity(
         180.0,
         unit="deg",
@@ -145,14 +137,7 @@ class HorizonSensor(DirectionSensor):
         doc="half-angle of the cone that nadir has to be in; 180 sees everywhere",
         formerly="field_of_view_deg",
     )
-    sun_exclusion_deg: float | None = quantity(
-        None,
-        unit="deg",
-        low=0.0,
-        high=90.0,
-        open_high=True,
-        doc="least angle of the boresight from the Sun, while it shines, at which it measures",
-    )
+    sun_exclusion_deg: float | None = exclusion("from the Sun, while it shines")
     lowest_altitude_km: float = quantity(
         0.0, unit="km", low=0.0, doc="altitude above the equator's radius from which on it measures"
     )

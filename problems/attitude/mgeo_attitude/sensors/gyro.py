@@ -21,6 +21,8 @@ from mgeo_attitude.sensors.base import (
     by_axis,
     check_considered,
     check_influences,
+    nonorthogonality,
+    scale_factor,
 )
 from mgeo_attitude.sensors.influences import Influence
 
@@ -78,12 +80,7 @@ class Gyro(Validated):
     initial_bias_deg_s: float = positive(
         0.01, unit="deg/s", doc="initial bias, 1-sigma per axis", formerly="bias_deg_s"
     )
-    initial_scale_factor: float = quantity(
-        0.0,
-        low=0.0,
-        doc="initial scale-factor error, 1-sigma per axis; 0 leaves the states out",
-        formerly="scale_factor",
-    )
+    initial_scale_factor: float = scale_factor()
     initial_misalignment_deg: float = quantity(
         0.0,
         unit="deg",
@@ -91,13 +88,7 @@ class Gyro(Validated):
         doc="initial misalignment, 1-sigma per axis; 0 leaves the states out",
         formerly="misalignment_deg",
     )
-    initial_nonorthogonality_deg: float = quantity(
-        0.0,
-        unit="deg",
-        low=0.0,
-        doc="initial non-orthogonality, half of what two axes are off a right angle, 1-sigma; "
-        "0 leaves the states out",
-    )
+    initial_nonorthogonality_deg: float = nonorthogonality()
     range_deg_per_s: float | None = positive(
         None, unit="deg/s", doc="greatest rate about an axis that it measures; no plan is faster"
     )

@@ -17,20 +17,9 @@ from mgeo_attitude.fields.quantity import DEG, SECOND, Unit
 from mgeo_attitude.geometry.rotation import cross, dot, frame, rotate, unrotate
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import NAME, Sensor, State, tilt
+from mgeo_attitude.sensors.base import NAME, Sensor, State, boresight, exclusion, misalignment, tilt
 
 _ARCSEC_PER_DEG = 3600.0
-
-
-def _exclusion(of: str) -> Any:
-    return quantity(
-        None,
-        unit="deg",
-        low=0.0,
-        high=90.0,
-        open_high=True,
-        doc=f"least angle of the boresight {of} at which it measures",
-    )
 
 
 @dataclass(frozen=True)
@@ -63,24 +52,15 @@ class StarTracker(Sensor):
     roll_noise_arcsec: float = positive(
         60.0, unit="arcsec", doc="noise about the boresight, 1-sigma", usual=(0.5, 6000.0)
     )
-    initial_misalignment_deg: float = quantity(
-        0.2,
-        unit="deg",
-        low=0.0,
-        doc="initial misalignment, 1-sigma per axis; 0 leaves the states out: it says what body "
-        "axes are",
-        formerly="misalignment_deg",
-    )
+    initial_misalignment_deg: float = misalignment(0.2)
 
-    boresight: tuple[float, float, float] = quantity(
-        (0.0, 0.0, 1.0), doc="direction it looks in, body axes (any length)"
-    )
+    boresight: tuple[float, float, float] = boresight()
     max_rate_deg_s: float | None = positive(
         None, unit="deg/s", doc="greatest body rate at which it measures"
     )
-    sun_exclusion_deg: float | None = _exclusion("from the Sun, while it shines")
-    earth_exclusion_deg: float | None = _exclusion("from the Earth's limb")
-    moon_exclusion_deg: float | None = _exclusion("from the Moon")
+    sun_exclusion_deg: float | None = exclusion("from the Sun, while it shines")
+    earth_exclusion_deg: float | None = exclusion("from the Earth's limb")
+    moon_exclusion_deg: float | None = exclusion("from the Moon")
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -9,12 +9,22 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields import InvalidValue, positive, quantity
+from mgeo_attitude.fields import expect, positive, quantity
 from mgeo_attitude.fields.quantity import ARCMIN, DEG, PPM, SECOND, Unit
 from mgeo_attitude.geometry.rotation import rotate, shear
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import shear as shear_components
-from mgeo_attitude.sensors.base import NAME, Sensor, State, by_axis, tilt
+from mgeo_attitude.sensors.base import (
+    NAME,
+    Sensor,
+    State,
+    boresight,
+    by_axis,
+    misalignment,
+    nonorthogonality,
+    scale_factor,
+    tilt,
+)
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, NT, POSITION_UNIT
 
 if TYPE_CHECKING:
@@ -74,21 +84,12 @@ class SunSensor(VectorSensor):
         doc="noise per sample, 1-sigma per axis, alike or of each",
         usual=(0.005, 50.0),
     )
-    initial_misalignment_deg: float = quantity(
-        1.0,
-        unit="deg",
-        low=0.0,
-        doc="initial misalignment, 1-sigma per axis; 0 leaves the states out: it says what body "
-        "axes are",
-        formerly="misalignment_deg",
-    )
+    initial_misalignment_deg: float = misalignment(1.0)
     initial_bias: float = positive(
         0.02, doc="initial bias of the unit vector, 1-sigma per axis", formerly="bias"
     )
 
-    boresight: tuple[float, float, float] = quantity(
-        (0.0, 0.0, 1.0), doc="direction it looks in, body axes (any length)"
-    )
+    boresight: tuple[float, float, float] = boresight()
     half_angle_deg: float = quantity(
         180.0,
         unit="deg",
@@ -104,8 +105,7 @@ class SunSensor(VectorSensor):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not any(self.boresight):
-            raise InvalidValue("boresight", self.boresight, "expected a direction, not zero")
+        expect(any(self.boresight), "boresight", self.boresight, "a direction, not zero")
 
     def states(self) -> dict[str, State]:
         return {
@@ -174,27 +174,12 @@ class Magnetometer(VectorSensor):
         doc="noise per sample, 1-sigma per axis, alike or of each",
         usual=(1.0, 1e4),
     )
-    initial_misalignment_deg: float = quantity(
-        1.0,
-        unit="deg",
-        low=0.0,
-        doc="initial misalignment, 1-sigma per axis; 0 leaves the states out: it says what body "
-        "axes are",
-        formerly="misalignment_deg",
-    )
+    initial_misalignment_deg: float = misalignment(1.0)
     initial_bias_nt: float = positive(
         2000.0, unit="nT", doc="initial bias, 1-sigma per axis", formerly="bias_nt"
     )
-    initial_scale_factor: float = quantity(
-        0.0, low=0.0, doc="initial scale-factor error, 1-sigma per axis; 0 leaves the states out"
-    )
-    initial_nonorthogonality_deg: float = quantity(
-        0.0,
-        unit="deg",
-        low=0.0,
-        doc="initial non-orthogonality, half of what two axes are off a right angle, 1-sigma; "
-        "0 leaves the states out",
-    )
+    initial_scale_factor: float = scale_factor()
+    initial_nonorthogonality_deg: float = nonorthogonality()
 
     def states(self) -> dict[str, State]:
         states: dict[str, State] = {

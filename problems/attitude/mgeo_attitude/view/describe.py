@@ -28,15 +28,14 @@ def answers(plans: Plans) -> list[str]:
     """The `answer` of each plan."""
     model, duration = plans.problem.model, plans.problem.scenario.duration
     t_ends, coils = plans.exactly.t_end, plans.problem.scenario.turned_by_coils
-    by_design = model.rule == "end"
-    kept = plans.kept_sigma_deg.tolist() if by_design else [None] * len(t_ends)
+    kept = plans.kept_sigma_deg.tolist() if model.ends_by_design else [None] * len(t_ends)
     found = zip(t_ends.tolist(), plans.sigma, plans.times, plans.ends.tolist(), kept, strict=True)
     return [
         answer(
             model.suite,
             t_end,
             sigma,
-            by_design or t_end < model.longest,
+            t_end < model.too_late,
             over_flights,
             overrun(end, duration),
             coils,
@@ -150,7 +149,7 @@ def describe(plans: Plans) -> pd.DataFrame:
     """
     table, over_flights = glance(plans), plans.promises()
     if plans.problem.scenario.turned_by_coils:  # which what is flown exactly says little of
-        table = table.assign(**_worst_axes(plans, plans.sigma))
+        table = table.assign(**worst_axes(plans.problem.model.suite, plans.sigma))
     if not plans.problem.scenario.flight:  # what is promised is what is flown
         return table.join(over_flights.filter(regex="^kept (?!/)"))
     return over_flights.filter(regex="^(promised|kept) (?!/)").join(table)
@@ -194,16 +193,16 @@ def glance(plans: Plans) -> pd.DataFrame:
     for m in range(durations.shape[1]):
         name = f"maneuver {m + 1}: x / y / z [deg/s] for d [s]"
         columns[name] = [text[m] for text in texts]
-    table = pd.DataFrame(columns | _worst_axes(plans, sigma))
+    table = pd.DataFrame(columns | worst_axes(problem.model.suite, sigma))
     if not problem.scenario.flight:
         return table
     exactly = {name: f"{name} flown exactly" for name in (t_end_name, trace_name, BESIDE)}
     return table.rename(columns=exactly)
 
 
-def _worst_axes(plans: Plans, sigma: Floats) -> dict[str, Any]:
+def worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
     """Of 1-sigmas, shape (n, n_states), each 3-vector's largest, a column each."""
-    blocks = block_units(plans.problem.model.suite)
+    blocks = block_units(suite)
     worst = sigma.reshape(len(sigma), len(blocks), 3).max(axis=2)
     return {
         f"{block.label} 1-sigma [{block.unit}]": values * block.factor

@@ -149,7 +149,7 @@ class ManeuverView(Plans):
 def _promises_kept(plans: Plans, these: str) -> list[str]:
     """How many plans keep their objectives in most samples."""
     promised, names = plans.promised, list(plans.problem.obj_names)
-    if plans.problem.model.rule == "end":  # a time by design is kept by all
+    if plans.problem.model.ends_by_design:  # a time by design is kept by all
         names = [name for name in names if name != OBJECTIVES["t_end"].label] or names
     label = names[0]
     # false of NaN, too, where a covariance is lost

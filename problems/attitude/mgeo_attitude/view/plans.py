@@ -255,12 +255,11 @@ class Plans(View):
         if "t_end" not in problem.objectives:
             return [UNKNOWN] * len(self.X)
         place = problem.obj_names.index(OBJECTIVES["t_end"].label)
-        by_design = problem.model.rule == "end"  # and no filter is waited for
-        longest = math.inf if by_design else problem.model.longest
+        too_late = problem.model.too_late
 
         def told(found: Floats) -> list[float | None]:
             times = found[:, place].tolist()
-            return [None if t != t else math.inf if t >= longest else t for t in times]
+            return [None if t != t else math.inf if t >= too_late else t for t in times]
 
         own = told(self.promised) if problem.scenario.flight else [None] * len(self.X)
         return [Times(*both) for both in zip(told(self.kept), own, strict=True)]

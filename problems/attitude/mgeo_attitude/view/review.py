@@ -14,7 +14,6 @@ from mgeo_attitude.fields import declared
 from mgeo_attitude.filter.history import filter_history
 from mgeo_attitude.maneuvers.motion import Phase
 from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.trajectory import Trajectory
 from mgeo_attitude.view import at_best, observability, satellite
 from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.observability.alternatives import AS_IT_IS
@@ -36,7 +35,7 @@ def review(plans: Plans) -> Review:
     scenario, model = problem.scenario, problem.model
     (answer,) = plans.answers()
     history = filter_history(model, design)
-    trajectory = Trajectory(scenario, model, design, history.t_end, float(plans.held_until[0]))
+    trajectory = plans.trajectory(0)
     known = observability.budget(model, design, history)
     changes = observability.remedies(
         model, design, history.t_end, scenario.maneuvers.max_rate_deg_s

@@ -1,4 +1,5 @@
 from .against_time import convergence_figure as convergence_figure
+from .against_time import figures as figures
 from .against_time import maneuvers_figure as maneuvers_figure
 from .against_time import sample_steps as sample_steps
 from .against_time import timeline as timeline
@@ -11,7 +12,6 @@ from .curves import projected as projected
 from .front import front_figure as front_figure
 from .motion import SHADOW as SHADOW
 from .motion import turns_of_direction as turns_of_direction
-from .several import figures as figures
 from .single import drawings as drawings
 from .style import Solutions as Solutions
 from .style import line as line

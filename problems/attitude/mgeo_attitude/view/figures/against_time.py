@@ -1,7 +1,8 @@
-"""Figures against time: body rates as flown, and how a filter run converges."""
+"""Figures of a set of solutions; those against time: rates as flown, and how a run converges."""
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,18 +11,63 @@ from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from mgeo.figures import finished, log_axis
+from mgeo.runs import knee
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.criteria.objectives import indicators
 from mgeo_attitude.maneuvers.schedule import flown
+from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.trajectory import Trajectory
+from mgeo_attitude.view import at_best
 from mgeo_attitude.view.describe import exactly
+from mgeo_attitude.view.figures.front import front_figure
 from mgeo_attitude.view.figures.style import Solutions, line, panels_height
+from mgeo_attitude.view.plans import Plans, spread
 
 if TYPE_CHECKING:
     from mgeo_attitude.view.plans import ManeuverProblem
 
 #: Of the time in which the last rate is held: gray on light and on dark pages.
 _HELD = "rgba(128,128,128,0.15)"
+
+
+def figures(plans: Plans) -> dict[str, go.Figure]:
+    """Figures ``front``, ``maneuvers`` and ``convergence``; the latter two of up to six solutions.
+
+    Solutions are numbered by their row. Those whose covariance broke down are left out.
+    There is no ``front`` of a problem with other objectives than the paper's: it shows these.
+
+    Raises
+    ------
+    ValueError
+        If there is no plan with finite objectives.
+    """
+    problem, solutions = plans.problem, Solutions.of(plans)
+    ends = [problem.n_obj, problem.n_obj + problem.n_ieq_constr]
+    own, excess, _ = np.split(plans.values[solutions.numbers], ends, axis=1)
+    bend = knee(indicators(problem.objectives, own, problem.scenario))
+    few = solutions.chosen(bend)
+    front = {}
+    if problem.objectives == PAPER:
+        rows = spread(len(solutions.X))
+        looked_at = plans.take(solutions.numbers[rows])
+        known = np.full((len(own), 3), np.nan)
+        known[rows] = np.column_stack([looked_at.kept, looked_at.kept_sigma_deg])
+        too_late = problem.model.too_late
+        known[known[:, 0] >= too_late] = np.nan  # so many flights do not converge at all
+        front["front"] = front_figure(
+            problem.scenario,
+            dataclasses.replace(solutions, F=own),
+            known,
+            longest=too_late,
+            dead_end=bool((excess > 0.0).any(axis=1).all()),
+            least=at_best.under(problem, own[:, 0]),
+            bend=bend,
+        )
+    return front | {
+        "maneuvers": maneuvers_figure(problem, few, plans.held_until[few.numbers]),
+        "convergence": convergence_figure(problem, few),
+    }
 
 
 def maneuvers_figure(

@@ -124,12 +124,11 @@ def front_figure(
     ]
     figure = go.Figure(drawn[0])
     summary = f"{len(values)} plans, none of which keeps all limits"
-    time = "a plan's end" if scenario.convergence.rule == "end" else "time to converge"
     if not dead_end:
         summary = _summary(scenario, solutions.F, papers=papers)
     finished(
         figure,
-        f"Calibration maneuvers: what is known against {time}",
+        f"Calibration maneuvers: what is known against {scenario.convergence.time}",
         f"scenario {literal(scenario.name)}; {summary}{HOVER}",
     )
     _mark_times(figure, scenario, span)

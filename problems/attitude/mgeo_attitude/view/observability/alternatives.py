@@ -19,6 +19,7 @@ from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.sensors.suite import Suite, block_units
+from mgeo_attitude.view.describe import worst_axes
 
 if TYPE_CHECKING:
     from mgeo_attitude.view.plans import ManeuverProblem
@@ -109,9 +110,7 @@ def compare(problem: ManeuverProblem, designs: Mapping[str, ArrayLike], at: floa
         "trace [-]": trace,
         "times the first [-]": trace / trace[0],
     }
-    worst = np.sqrt(variances.reshape(len(X), -1, 3).max(axis=2))
-    for block, values in zip(block_units(model.suite), worst.T, strict=True):
-        columns[f"{block.label} 1-sigma [{block.unit}]"] = values * block.factor
+    columns |= worst_axes(model.suite, np.sqrt(variances))
     return pd.DataFrame(columns, index=list(designs))
 
 

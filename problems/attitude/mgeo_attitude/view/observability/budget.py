@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.bound import LimitCurves
 from mgeo_attitude.filter.error_budget import error_budget
 from mgeo_attitude.filter.history import FilterHistory, can_measure
@@ -118,23 +117,16 @@ def sensor_use(
     """
     plan, n = model.schedule(np.atleast_2d(np.asarray(design, dtype=float))), len(history.times) - 1
     stretch = np.searchsorted(plan.starts[0], np.arange(n), side="right") - 1
-    C, omega = history.attitude, plan.rates[0][stretch]
+    omega = plan.rates[0][stretch]
     edges = [(round(p.start / model.step), round(p.end / model.step)) for p in phases]
     columns: dict[str, object] = {"duration [s]": [phase.duration for phase in phases]}
     for index, sensor in enumerate(model.suite.sensors):
-        seen = _measured(model, index, C, omega)
+        seen = can_measure(model, index, history.attitude, omega)
         every = sensor.sample_interval or model.step
         columns[f"{sensor.name} [s]"] = [
             every * int(seen[first + 1 : last + 1].sum()) for first, last in edges
         ]
     return pd.DataFrame(columns, index=[phase.label for phase in phases])
-
-
-def _measured(model: FilterModel, index: int, attitude: Floats, rates: Floats) -> Bools:
-    n = model.n_steps
-    whole = np.concatenate([attitude, np.repeat(attitude[-1:], n + 1 - len(attitude), axis=0)])
-    turning = np.concatenate([rates, np.zeros((n - len(rates), 3))])
-    return can_measure(model, index, whole, turning)
 
 
 def _worst(history: FilterHistory, block: int) -> int:
