@@ -13,8 +13,13 @@ from .moves import momentum_steps as momentum_steps
 from .real import MGEOReal as MGEOReal
 from .real import MGEOReal2 as MGEOReal2
 from .run_state import RunState as RunState
+from .selection import distance as distance
+from .selection import nearest as nearest
+from .selection import nearest_drawn as nearest_drawn
 from .selection import pick as pick
+from .selection import random_weights as random_weights
 from .selection import rank as rank
+from .selection import weight_vectors as weight_vectors
 from .staged import MGEOStaged as MGEOStaged
 from .state import SavedState as SavedState
 from .state import capture as capture
@@ -33,8 +38,3 @@ from .variables import MOST_REAL as MOST_REAL
 from .variables import Variables as Variables
 from .variables import designs_of as designs_of
 from .walkers import IndependentWalkers as IndependentWalkers
-from .weights import distance as distance
-from .weights import nearest as nearest
-from .weights import nearest_drawn as nearest_drawn
-from .weights import random_weights as random_weights
-from .weights import weight_vectors as weight_vectors

@@ -8,9 +8,8 @@ import numpy as np
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms.constructors import without_constants
 from mgeo.algorithms.moves import Moves, Pair
-from mgeo.algorithms.selection import pick, rank
+from mgeo.algorithms.selection import distance, pick, random_weights, rank
 from mgeo.algorithms.steps import BOUNDS
-from mgeo.algorithms.weights import distance, random_weights
 from mgeo.validation.arguments import (
     validate_choice,
     validate_fraction,

@@ -13,9 +13,9 @@ from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.run_state import RunState
+from mgeo.algorithms.selection import nearest, nearest_drawn, weight_vectors
 from mgeo.algorithms.steps import BOUNDS, Normals, whole_steps
 from mgeo.algorithms.variables import KINDS, Variables
-from mgeo.algorithms.weights import nearest, nearest_drawn, weight_vectors
 
 Pair = tuple[float, float]
 Donors = Callable[[tuple[int, ...]], tuple[FloatArray, FloatArray]]

@@ -228,9 +228,11 @@ def parse_settings(settings: Sequence[str]) -> dict[str, Any]:
 
 
 def _value(text: str) -> Any:
-    """A whole number, another number, a list of them where there are commas, or a word."""
+    """A whole number, another one, true or false, a word, or a list of them with commas."""
     if "," in text:
         return [_value(entry) for entry in text.split(",")]
+    if text.lower() in ("true", "false"):  # as a word either would be true
+        return text.lower() == "true"
     for kind in (int, float):
         with suppress(ValueError):
             return kind(text)

@@ -14,11 +14,12 @@ from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View
 from mgeo.runs.answer import (
     Answer,
+    DeadEnd,
     RepresentativeSolution,
     answer,
+    dead_end,
     representative_solutions,
 )
-from mgeo.runs.limits import DeadEnd, dead_end
 from mgeo.store.run import Outcome, Run
 from mgeo.store.run_folder import (
     CHECKPOINT_FILE,

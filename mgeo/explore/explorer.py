@@ -22,8 +22,7 @@ from mgeo.plugins.shown import ask, cells
 from mgeo.plugins.view import View, is_own, view_of
 from mgeo.report.build import read_subject
 from mgeo.report.solutions import Json, cell, figure_json, planned_rows, plans_json
-from mgeo.runs.answer import default_solution
-from mgeo.runs.limits import Margin, limits
+from mgeo.runs.answer import Margin, default_solution, limits
 from mgeo.store.solution_file import solution_document
 
 _RECENT = 32  # designs whose views are kept: figures and limits of one share its evaluation

@@ -31,8 +31,7 @@ from mgeo.plugins.problems import load_problem
 from mgeo.plugins.shown import ask, cells, kinds_of
 from mgeo.plugins.view import TOLERANCE, View, is_own, view_of
 from mgeo.report.solutions import figure_json, script_json, solutions_json
-from mgeo.runs.answer import RepresentativeSolution, answer, representative_solutions
-from mgeo.runs.limits import dead_end
+from mgeo.runs.answer import RepresentativeSolution, answer, dead_end, representative_solutions
 from mgeo.runs.meters import HypervolumeMeter
 from mgeo.store.provenance import difference
 from mgeo.store.reading import read_json

@@ -20,8 +20,7 @@ from mgeo.figures import MOST_TEXTS
 from mgeo.figures.motion import check_motion
 from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, is_own
-from mgeo.runs.answer import RepresentativeSolution, default_solution
-from mgeo.runs.limits import limits
+from mgeo.runs.answer import RepresentativeSolution, default_solution, limits
 from mgeo.store.run import Run
 from mgeo.store.run_folder import front_table
 

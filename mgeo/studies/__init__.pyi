@@ -31,6 +31,7 @@ from .labels import folder_name as folder_name
 from .pooled import friedman_over_problems as friedman_over_problems
 from .pooled import problem_values as problem_values
 from .pooled import ranks_over_problems as ranks_over_problems
+from .report import average_ranks as average_ranks
 from .report import study_figures as study_figures
 from .results import SHORTFALLS as SHORTFALLS
 from .results import FailedRunsWarning as FailedRunsWarning

@@ -222,7 +222,7 @@ def seed_numbers(seeds: int | Iterable[int]) -> tuple[int, ...]:
 
 
 def _grid(grid: int | Sequence[int], n_eval: int) -> list[int]:
-    if isinstance(grid, int):
+    if not isinstance(grid, Iterable):
         steps = validate_integer("grid", grid, low=1)
         return sorted({max(1, round(n_eval * i / steps)) for i in range(1, steps + 1)})
     listed = {validate_integer(f"grid[{i}]", step, low=1) for i, step in enumerate(grid)} | {n_eval}

@@ -103,7 +103,7 @@ def average_ranks(standings: pd.DataFrame, per_variable: bool) -> pd.DataFrame:
     """
     each = " each" if per_variable else ""
     sizes = standings["variables"].map(lambda n: f"{n} variables" if n else "all")
-    budgets = standings["evaluations"].map("{:,.4g}".format) + each
+    budgets = standings["evaluations"].map("{:,.10g}".format) + each
     blocks = [
         f" ({problems} problems{'' if functions == problems else f' of {functions} functions'})"
         for problems, functions in zip(standings["problems"], standings["functions"], strict=True)

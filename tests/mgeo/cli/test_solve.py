@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mgeo.cli import parse_numbers
+from mgeo.cli import parse_numbers, parse_settings
 from mgeo.runs import DEFAULT, ROBUST, PreparedRun, default_solution, prepare
 from mgeo.store import lock, read_run
 
@@ -354,6 +354,10 @@ def test_the_help_names_the_defaults(mgeo):
 @pytest.mark.parametrize(("text", "sigma"), [("0.5", 0.5), ("1e-2, 3", [0.01, 3.0])])
 def test_sigma(text, sigma):
     assert parse_numbers("--sigma", text) == sigma
+
+
+def test_what_is_false_is_no_word_which_would_be_true():
+    assert parse_settings(["elitist=false", "lazy=True"]) == {"elitist": False, "lazy": True}
 
 
 def test_any_other_parameter_is_set_by_name(mgeo):

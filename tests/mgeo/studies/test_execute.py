@@ -422,6 +422,8 @@ def test_bad_grids_are_refused():
         compare(PROBLEM, [NSGA2()], 10, grid=[11])
     with pytest.raises(ValueError, match=r"grid\[0\] = 0"):
         compare(PROBLEM, [NSGA2()], 10, grid=[0])
+    with pytest.raises(ValueError, match=r"grid = np\.int64"):
+        compare(PROBLEM, [NSGA2()], 10, grid=np.int64(0))
 
 
 def test_the_runs_folder_takes_no_part_files(tmp_path):

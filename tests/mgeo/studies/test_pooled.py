@@ -8,7 +8,13 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from mgeo.studies import INDICATORS, friedman_over_problems, problem_values, ranks_over_problems
+from mgeo.studies import (
+    INDICATORS,
+    average_ranks,
+    friedman_over_problems,
+    problem_values,
+    ranks_over_problems,
+)
 
 NAMES = ("one", "two", "three")
 
@@ -186,6 +192,14 @@ def test_problems_are_grouped_by_their_variables_and_counted_per_variable():
     found = pooled(given, per_variable=True)
     counted = found.groupby(["variables", "evaluations"])["problems"].first().to_dict()
     assert counted == {(0, 10): 5, (0, 20): 5, (4, 10): 3, (4, 20): 3, (8, 10): 2, (8, 20): 2}
+
+
+def test_ranks_are_told_after_each_number_of_evaluations_however_near():
+    given = many(np.random.default_rng(4), 3)
+    values = problem_values(given)
+    values["evaluations"] = values["evaluations"].map({40.0: 10_001.0, 80.0: 10_002.0})
+    told = average_ranks(ranks_over_problems(values), per_variable=False)
+    assert [row.partition(" (")[0] for row in told.index] == ["all, 10,001", "all, 10,002"]
 
 
 def test_an_algorithm_whose_runs_all_failed_is_last_there():

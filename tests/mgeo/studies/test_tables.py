@@ -104,11 +104,13 @@ def test_one_algorithm_has_nothing_to_be_compared_with():
 
 
 def test_special_characters_of_tables_are_escaped():
-    table = pd.DataFrame({"50 %": ["a|b"]}, index=pd.Index(["σ ^ {1} \\"], name="x & y"))
-    assert markdown(table) == "| x & y | 50 % |\n| --- | ---: |\n| σ ^ {1} \\ | a\\|b |\n"
+    table = pd.DataFrame({"50 %": ["a|b<c"]}, index=pd.Index(["σ ^ {1} \\"], name="x & y"))
+    assert markdown(table) == "| x & y | 50 % |\n| --- | ---: |\n| σ ^ {1} \\ | a\\|b<c |\n"
     text = latex(table)
     assert r"x \& y & 50 \% \\" in text
-    assert r"$\sigma$ \textasciicircum{} \{1\} \textbackslash{} & a|b \\" in text
+    assert (
+        r"$\sigma$ \textasciicircum{} \{1\} \textbackslash{} & a\textbar{}b\textless{}c \\" in text
+    )
 
 
 @pytest.mark.parametrize(("evaluations", "shown"), [(None, True), (100, True), (59_760, False)])
