@@ -51,8 +51,7 @@ OF_CALIBRATION = {
     "telemetry": set(),
     "flight": {"telemetry"},
     "estimation": {"telemetry"},
-    "diagnosis": {"estimation", "telemetry"},
-    "calibration": {"diagnosis", "estimation", "telemetry"},
+    "calibration": {"estimation", "telemetry"},
     "simulation": {"calibration", "estimation", "flight", "telemetry"},
     "verification": {"flight", "simulation"},
 }

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from mgeo_attitude import Gyro, Magnetometer, Suite, SunSensor
 from mgeo_attitude.filter import schmidt
+from mgeo_calibration.calibration import as_believed
 from mgeo_calibration.estimation import (
     Belief,
     Partition,
-    as_believed,
     last_covariance,
     linear_solution,
 )

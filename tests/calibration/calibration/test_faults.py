@@ -11,8 +11,7 @@ import pytest
 from mgeo_attitude.sensors import StarTracker, TwoAxisSunSensor
 from mgeo_calibration import CannotCalibrate, TelemetryMapping, calibrate
 from mgeo_calibration import fly as fly_plan
-from mgeo_calibration.calibration import from_json, questions, to_json
-from mgeo_calibration.diagnosis import causes
+from mgeo_calibration.calibration import causes, from_json, questions, to_json
 from mgeo_calibration.estimation import PARTS, Belief, batch, fit, scores
 from mgeo_calibration.telemetry import GyroChannels
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration.estimation import batch, first_attitude, rate_steps
+from mgeo_calibration.estimation import batch, first_attitude
+from mgeo_calibration.telemetry import rate_steps
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 

@@ -7,9 +7,8 @@ import pandas as pd
 import pytest
 from mgeo_attitude import FilterModel, Gyro, Magnetometer, Photodiode, Scenario, World
 from mgeo_calibration import calibrate, fly, read_telemetry
-from mgeo_calibration.diagnosis import channel_causes
 from mgeo_calibration.estimation import batch, sun_directions, without_dark
-from mgeo_calibration.telemetry import SensorChannels, TelemetryMapping
+from mgeo_calibration.telemetry import SensorChannels, TelemetryMapping, channel_causes
 from scipy.stats import chi2
 
 from .flights import PLAN, normalized, short

@@ -17,7 +17,7 @@ from mgeo_calibration.estimation import (
     filtered,
     last_covariance,
     linear_solution,
-    needed,
+    memory_needed,
     residuals,
     scores,
 )
@@ -32,7 +32,7 @@ def spans(monkeypatch):
 
     def of(length):
         monkeypatch.setattr("mgeo_calibration.estimation.trajectory.SPAN", length)
-        for each in ("smoother", "memory"):
+        for each in ("smoother", "trajectory"):
             monkeypatch.setattr(f"mgeo_calibration.estimation.{each}.KEPT", 0.0)
 
     return of
@@ -127,9 +127,9 @@ def test_a_calibration_in_spans_is_that_of_all_at_once(spans):
 
 def test_what_is_told_of_a_million_samples_is_enough(monkeypatch):
     """3.1 GB were measured with stretches of 2.5 GB; what was told fell where not all are kept."""
-    monkeypatch.setattr("mgeo_calibration.estimation.memory.KEPT", 2.53e9)
+    monkeypatch.setattr("mgeo_calibration.estimation.trajectory.KEPT", 2.53e9)
     suite = Scenario.cubesat_6u().suite
-    told = [needed(suite, rows) for rows in (10**4, 10**5, 5 * 10**5, 6 * 10**5, 10**6)]
+    told = [memory_needed(suite, rows) for rows in (10**4, 10**5, 5 * 10**5, 6 * 10**5, 10**6)]
     assert told == sorted(told)
     assert 3.1e9 < told[-1] < 1.5 * 3.1e9
 
@@ -154,6 +154,6 @@ def test_a_sample_takes_less_than_four_kilobytes(preset, spans, monkeypatch):
         tracemalloc.stop()
     row = (peaks[1] - peaks[0]) / 4000.0
     print(f"{preset}: {row:.0f} bytes a sample")
-    told = needed(of.suite, 1001) - needed(of.suite, 1)
+    told = memory_needed(of.suite, 1001) - memory_needed(of.suite, 1)
     assert 0.4 * told < 1000.0 * row < told
     assert row < 4000.0

@@ -51,10 +51,10 @@ def test_much_memory_is_told_before_the_work_and_too_much_is_refused(run, flight
     folder, scenario, telemetry = flight
     arguments = ("calibrate", folder / "telemetry.csv", "--scenario", folder / "mine.toml")
     assert "memory" not in run(*arguments).stdout
-    monkeypatch.setattr("mgeo_calibration.estimation.memory.LARGE", 0.0)
+    monkeypatch.setattr("mgeo_calibration.estimation.trajectory.LARGE", 0.0)
     first = run(*arguments).stdout.splitlines()[0]
     assert first == "901 samples take about 0.41 GB of memory"
-    monkeypatch.setattr("mgeo_calibration.estimation.memory.physical", lambda: 0.3e9)
+    monkeypatch.setattr("mgeo_calibration.estimation.trajectory.physical", lambda: 0.3e9)
     with pytest.raises(ValueError, match=r"of memory, and this machine has 0\.3 GB: expected a sh"):
         calibrate(scenario, telemetry)
 

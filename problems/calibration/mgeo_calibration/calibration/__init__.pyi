@@ -15,8 +15,10 @@ from .corrections import uplink as uplink
 from .document import from_json as from_json
 from .document import read_json as read_json
 from .document import to_json as to_json
+from .from_telemetry import as_believed as as_believed
 from .from_telemetry import at_the_end as at_the_end
 from .from_telemetry import calibrate as calibrate
 from .questions import questions as questions
 from .refused import CannotCalibrate as CannotCalibrate
+from .refused import causes as causes
 from .report import report_html as report_html

@@ -9,8 +9,12 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from scipy.special import chdtrc, gammaincinv, ndtri
 
+from mgeo_calibration.calibration.corrections import unit_of_innovations
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.residuals import Innovations
+from mgeo_calibration.estimation.fit import Fit
+from mgeo_calibration.estimation.linearization import misfits
+from mgeo_calibration.estimation.residuals import Filtered, Innovations
+from mgeo_calibration.estimation.trajectory import Trajectory
 
 #: Probability that any test of a calibration fails by chance.
 SIGNIFICANCE = 0.01
@@ -112,6 +116,37 @@ def greatest_correlation(innovations: Innovations) -> float:
     return max(found, default=0.0)
 
 
+def sensor_tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:
+    """Of sensors that have reported."""
+    suite, made = found.batch.suite, []
+    at = found.solution.estimate
+    aligned = Trajectory(at.attitude, np.zeros_like(at.states))
+    for index, (sensor, each) in enumerate(zip(suite.sensors, past.innovations, strict=True)):
+        if not len(each.samples):
+            continue
+        unit = unit_of_innovations(sensor)
+        count, rejected = each.whitened.size, int(found.rejected[index].sum())
+        low, high = nis_bounds(count, n_tests)
+        before = misfits(found.batch, index, aligned)
+        made.append(
+            SensorTest(
+                sensor=sensor.name,
+                readings=len(each.samples) + rejected,
+                rejected=rejected,
+                nis=float((each.whitened**2).mean()),
+                nis_low=low,
+                nis_high=high,
+                correlation=greatest_correlation(each),
+                correlation_bound=correlation_bound(count, n_tests),
+                unit=unit.text,
+                noise=unit.factor * _rms(found.batch.noise[index, : before.shape[1]]),
+                before=unit.factor * _rms(before[each.samples]),
+                after=unit.factor * _rms(found.residuals.r[index, each.samples, : before.shape[1]]),
+            )
+        )
+    return tuple(made)
+
+
 @dataclass(frozen=True, kw_only=True)
 class PriorTest:
     """Test of an estimate x against what was believed, x0 with the covariance P0.
@@ -203,3 +238,7 @@ def _blocks(belief: Belief) -> dict[str, slice]:
     if belief.attitude is None:
         del named["attitude"]
     return named
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt((values * values).mean()))

@@ -12,34 +12,27 @@ from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.geometry import matrix, quaternions
 from mgeo_attitude.scenario import Scenario
 
-from mgeo_calibration import diagnosis
 from mgeo_calibration.calibration import model_tests as models
 from mgeo_calibration.calibration.agreement import (
     MOST_REJECTED,
     SIGNIFICANCE,
-    SensorTest,
-    correlation_bound,
-    greatest_correlation,
-    nis_bounds,
     number_of_tests,
     prior_tests,
+    sensor_tests,
 )
 from mgeo_calibration.calibration.calibration import Calibration
-from mgeo_calibration.calibration.corrections import unit_of_innovations
 from mgeo_calibration.calibration.questions import channels_of, questions
-from mgeo_calibration.calibration.refused import CannotCalibrate, of_a_wide_fit
-from mgeo_calibration.estimation import memory
-from mgeo_calibration.estimation.batch import Batch, batch, gyro_noise, gyro_spikes, usual_step
+from mgeo_calibration.calibration.refused import CannotCalibrate, causes, checks, of_a_wide_fit
+from mgeo_calibration.estimation.batch import Batch, batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.considered import as_believed
 from mgeo_calibration.estimation.fit import Fit, fit
-from mgeo_calibration.estimation.kinematics import turns
-from mgeo_calibration.estimation.linearization import misfits
+from mgeo_calibration.estimation.kinematics import discretized, turns
 from mgeo_calibration.estimation.residuals import Filtered, History, filtered
-from mgeo_calibration.estimation.smoother import last_covariance
+from mgeo_calibration.estimation.smoother import Solution, last_covariance
 from mgeo_calibration.estimation.step_noise import for_delays, with_step_noise, without_step_noise
-from mgeo_calibration.estimation.trajectory import Trajectory
+from mgeo_calibration.estimation.trajectory import memory_told, spans
 from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
+from mgeo_calibration.telemetry.gyro_samples import gyro_noise, gyro_spikes, usual_step
 from mgeo_calibration.telemetry.quantization import LEAST, matters
 
 #: Probability that a reading without fault is taken for an outlier.
@@ -96,14 +89,14 @@ def calibrate(
         raise InvalidValue("gyro.holds", "unknown", "expected none, or that of calibrate_alone")
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
-    memory.told(with_step_noise(scenario.suite, scenario.step), len(telemetry.times))
+    memory_told(with_step_noise(scenario.suite, scenario.step), len(telemetry.times))
     belief, data = Belief.of(scenario), None
     try:
         data, belief = for_delays(batch(scenario, telemetry), belief)
         found = fit(data, belief, gate)
     except ValueError as error:
-        checks = diagnosis.checks(scenario, telemetry, data)
-        raise CannotCalibrate.of(str(error), checks, data, belief, gate, telemetry) from error
+        seen = checks(scenario, telemetry, data)
+        raise CannotCalibrate.of(str(error), seen, data, belief, gate, telemetry) from error
     made = _concluded(scenario, telemetry, belief, found)
     if made.supported:
         return made
@@ -112,7 +105,7 @@ def calibrate(
         wide = of_a_wide_fit(data, belief, gate, telemetry)[1]
         if any(test.named for test in wide):
             made = dataclasses.replace(made, model_tests=wide)
-    return dataclasses.replace(made, causes=diagnosis.causes(scenario, telemetry, data))
+    return dataclasses.replace(made, causes=causes(scenario, telemetry, data))
 
 
 def _left_out(made: Calibration) -> bool:
@@ -131,7 +124,7 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
     before = Belief.of(scenario)
     n_tests = number_of_tests(before) + len(asked) + left_out * (1 + len(past.innovations))
     n_tests += 2 * sum(len(each.samples) > 0 for each in past.innovations)
-    tests = _tests(found, past, n_tests)
+    tests = sensor_tests(found, past, n_tests)
     model_tests, doubts = models.model_tests(
         found.solution, asked, n_tests, models.scatter_of(tests)
     )
@@ -166,6 +159,52 @@ def at_the_end(belief: Belief, found: Fit) -> tuple[Floats, Floats]:
     states = solution.estimate.states[-1]
     states, covariance = as_believed(belief, solution, states, last_covariance(solution))
     return states[own], covariance[np.ix_(own, own)]
+
+
+def as_believed(
+    belief: Belief, solution: Solution, states: Floats, covariance: Floats
+) -> tuple[Floats, Floats]:
+    """States and covariance at the last sample with those considered left as they were believed.
+
+    A smoother weighs all readings at once. What it says of other states is then the same whether
+    those considered are estimated beside them or have no gain, and so are the correlations: errors
+    of the best estimate depend on no reading. A filter that goes from sample to sample loses by it.
+
+    Parameters
+    ----------
+    belief : Belief
+        At the first sample.
+    states, covariance : arrays, shapes (n_states,) and (n_states, n_states)
+        With all of them estimated.
+    """
+    c = belief.suite.considered
+    if not c.size:
+        return states, covariance
+    left, added = _without_readings(belief, solution)
+    states, covariance = states.copy(), covariance.copy()
+    states[c] = left[c] * belief.states[c]
+    sigma = left[c] * belief.sigma[c]
+    covariance[np.ix_(c, c)] = sigma[:, None] * belief.correlation[np.ix_(c, c)] * sigma
+    covariance[c, c] += added[c]
+    return states, covariance
+
+
+def _without_readings(belief: Belief, solution: Solution) -> tuple[Floats, Floats]:
+    """By what gyro and sensor states decay until the last sample, and the variance that is new."""
+    parts, batch = solution.parts, solution.batch
+    left, added = np.ones_like(belief.sigma), np.zeros_like(belief.sigma)
+    left[parts.constant] = solution.growth[-1]
+    driven = parts.driven[3:]
+    for low, high, _ in spans(len(batch.times)):
+        own = batch.part(low, high)
+        durations, follows = own.durations, own.follows(own.suite.gyro, slice(1, None))
+        F, Q = discretized(own.suite, np.zeros((len(durations), 3)), durations, follows)
+        decay, new = (np.einsum("nii->ni", matrix)[:, driven] for matrix in (F, Q))
+        later = np.cumprod(decay[::-1], axis=0)[::-1]  # from the begin of each step to the end
+        after = np.vstack([later[1:], np.ones_like(later[:1])])
+        left[driven] *= later[0]
+        added[driven] = later[0] ** 2 * added[driven] + (after**2 * new).sum(axis=0)
+    return left, added
 
 
 def _rejected(found: Fit) -> tuple[tuple[float, str, float], ...]:
@@ -204,37 +243,6 @@ def _notes(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
     return tuple(told)
 
 
-def _tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:
-    """Of sensors that have reported."""
-    suite, made = found.batch.suite, []
-    at = found.solution.estimate
-    aligned = Trajectory(at.attitude, np.zeros_like(at.states))
-    for index, (sensor, each) in enumerate(zip(suite.sensors, past.innovations, strict=True)):
-        if not len(each.samples):
-            continue
-        unit = unit_of_innovations(sensor)
-        count, rejected = each.whitened.size, int(found.rejected[index].sum())
-        low, high = nis_bounds(count, n_tests)
-        before = misfits(found.batch, index, aligned)
-        made.append(
-            SensorTest(
-                sensor=sensor.name,
-                readings=len(each.samples) + rejected,
-                rejected=rejected,
-                nis=float((each.whitened**2).mean()),
-                nis_low=low,
-                nis_high=high,
-                correlation=greatest_correlation(each),
-                correlation_bound=correlation_bound(count, n_tests),
-                unit=unit.text,
-                noise=unit.factor * _rms(found.batch.noise[index, : before.shape[1]]),
-                before=unit.factor * _rms(before[each.samples]),
-                after=unit.factor * _rms(found.residuals.r[index, each.samples, : before.shape[1]]),
-            )
-        )
-    return tuple(made)
-
-
 def _history(found: Fit, past: Filtered) -> History:
     attitude = found.solution.estimate.attitude
     at_time = found.solution.trajectory.attitude @ np.moveaxis(matrix(past.errors.T), -1, 0)
@@ -246,7 +254,3 @@ def _history(found: Fit, past: Filtered) -> History:
         filtered_sigma=np.sqrt(np.einsum("nii->ni", past.covariances)),
         innovations=past.innovations,
     )
-
-
-def _rms(values: Floats) -> float:
-    return float(np.sqrt((values * values).mean()))

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pandas as pd
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.scenario import Scenario
 
 from mgeo_calibration.calibration.agreement import MOST_REJECTED
 from mgeo_calibration.calibration.model_tests import ModelTest, model_table, model_tests
@@ -21,13 +22,40 @@ from mgeo_calibration.telemetry import Telemetry
 _WIDER = (5.0, 20.0, 80.0)
 
 
+def checks(
+    scenario: Scenario, telemetry: Telemetry, data: Batch | None
+) -> dict[str, tuple[str, ...]]:
+    """What is seen without any attitude, in words, by what is looked at; the most certain first.
+
+    Parameters
+    ----------
+    data : Batch, optional
+        What was made of telemetry, if it could be.
+    """
+    from mgeo_calibration.estimation.axes import axes_causes
+    from mgeo_calibration.telemetry.checks import channel_causes
+    from mgeo_calibration.telemetry.clocks import clock_causes
+
+    return {
+        "numbers": tuple(channel_causes(telemetry)),
+        "times": tuple(clock_causes(scenario, telemetry)),
+        "axes": () if data is None else tuple(axes_causes(data)),
+    }
+
+
+def causes(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> tuple[str, ...]:
+    """All that `checks` say."""
+    found = checks(scenario, telemetry, data)
+    return tuple(words for said in found.values() for words in said)
+
+
 class CannotCalibrate(ValueError):
     """No attitude, or no estimate, follows from telemetry; the cause comes first, if one is seen.
 
     Attributes
     ----------
     checks : mapping of str to tuple of str
-        See `diagnosis.checks`.
+        See `checks`.
     model_tests : tuple of ModelTest
         Where these see nothing: of what the scenario says, with noise that is larger by
         `noise_factor`, if then an estimate follows.

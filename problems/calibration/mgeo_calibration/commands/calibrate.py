@@ -19,7 +19,7 @@ from mgeo_calibration.calibration.added import beside, noise_of
 from mgeo_calibration.calibration.alone import StrengthCalibration
 from mgeo_calibration.calibration.document import document
 from mgeo_calibration.calibration.refused import CannotCalibrate
-from mgeo_calibration.estimation import memory
+from mgeo_calibration.estimation import memory_told
 from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def read_samples(
         From `read_telemetry`, or for more than this machine has memory for.
     """
     telemetry = read_telemetry(path, scenario, mapping)
-    if words := memory.told(scenario.suite, len(telemetry.times)):
+    if words := memory_told(scenario.suite, len(telemetry.times)):
         output.print(note(words))
     return telemetry
 

@@ -1,16 +1,13 @@
 from .batch import Batch as Batch
 from .batch import batch as batch
-from .batch import rate_steps as rate_steps
+from .batch import without_dark as without_dark
 from .belief import Belief as Belief
-from .considered import as_believed as as_believed
 from .departures import PARTS as PARTS
 from .departures import along as along
 from .departures import bias_decay as bias_decay
 from .departures import bias_drift as bias_drift
 from .departures import step as step
 from .departures import waves as waves
-from .faces import sun_directions as sun_directions
-from .faces import without_dark as without_dark
 from .field_strength import fit_field_strength as fit_field_strength
 from .field_strength import response as response
 from .fit import Fit as Fit
@@ -23,7 +20,6 @@ from .innovation import second_moments as second_moments
 from .kinematics import discretized as discretized
 from .kinematics import steps as steps
 from .linearization import sighting as sighting
-from .memory import needed as needed
 from .mistakes import ORDERS as ORDERS
 from .mistakes import check_orders as check_orders
 from .mistakes import implausible as implausible
@@ -44,6 +40,9 @@ from .smoother import smoothed as smoothed
 from .smoother import solve as solve
 from .start import accumulated as accumulated
 from .start import first_attitude as first_attitude
+from .start import sun_directions as sun_directions
 from .taylor import Taylor as Taylor
 from .trajectory import Partition as Partition
 from .trajectory import Trajectory as Trajectory
+from .trajectory import memory_needed as memory_needed
+from .trajectory import memory_told as memory_told

@@ -9,18 +9,22 @@ from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter import inertial_vectors
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Gyro, Sensor, Suite, in_threes
+from mgeo_attitude.sensors import Gyro, Photodiode, Sensor, Suite, in_threes
 
 from mgeo_calibration.estimation.belief import UNKNOWN
-from mgeo_calibration.estimation.faces import without_dark
 from mgeo_calibration.telemetry import Telemetry
 from mgeo_calibration.telemetry.checks import followed
-from mgeo_calibration.telemetry.gyro_samples import covered, spikes, turned
+from mgeo_calibration.telemetry.gyro_samples import (
+    SILENT,
+    covered,
+    gyro_noise,
+    gyro_spikes,
+    rate_steps,
+    usual_step,
+)
 from mgeo_calibration.telemetry.mapping import UNITS
 from mgeo_calibration.telemetry.quantization import angle_variance
 
-#: Without a sample for longer than this many times the usual time, nothing is known of the rate.
-SILENT = 10.0
 #: Vectors longer or shorter than expected by this factor are of another unit.
 _OTHER_UNIT = 4.0
 
@@ -171,23 +175,22 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     )
 
 
-def gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
-    """By how much the gyro's samples stand apart from both neighbors, shape (m, 3) [rad/s]."""
-    there = np.isfinite(telemetry.gyro_deg_s[:, 0])
-    noise = gyro_noise(suite, usual_step(telemetry.times[there]))
-    step = np.radians(telemetry.step_of("gyro"))
-    return spikes(np.radians(telemetry.gyro_deg_s[there]), np.maximum(noise, step))
+def without_dark(sensor: Sensor, rows: Floats) -> Floats:
+    """Readings, shape (n, k, 3), of a photodiode without those of a Sun outside its cone.
 
-
-def usual_step(at: Floats) -> float:
-    """Between samples of the gyro [s]."""
-    return float(np.median(np.diff(at)))
-
-
-def gyro_noise(suite: Suite, duration: float) -> Floats:
-    """1-sigma of a rate that is the mean over so many seconds, of each axis [rad/s]."""
-    noise: Floats = np.sqrt(np.array(suite.gyro.diffusion()["theta"]) / duration)
-    return noise
+    Whether it is inside say the samples before and after, since noise of its own that decided
+    would be noise of a sign; where both are missing it says so itself.
+    """
+    if not isinstance(sensor, Photodiode):
+        return rows
+    values = rows[:, 0, 0]
+    around = np.full((2, len(values)), np.nan)
+    around[0, 1:], around[1, :-1] = values[:-1], values[1:]
+    count = np.isfinite(around).sum(axis=0)
+    mean = np.where(count > 0, np.nansum(around, axis=0) / np.maximum(count, 1), values)
+    lit = mean >= np.cos(np.radians(sensor.half_angle_deg))
+    found: Floats = np.where(lit[:, None, None], rows, np.nan)
+    return found
 
 
 def _noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
@@ -203,46 +206,6 @@ def _noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
         step = 2.0 * np.full(3, step.max())
     noise: Floats = np.sqrt(sigma**2 + step**2 / 12.0)
     return noise
-
-
-def rate_steps(
-    times: Floats, at: Floats, rates: Floats, usual: float
-) -> tuple[Floats, Floats, Floats, Bools]:
-    """Rate, its change, variance of the attitude, and whether it is unknown, of steps.
-
-    Within the time that a sample stands for, the rate is that of `gyro_samples.turned`; over all of
-    it the mean is the sample. Elsewhere it does not change.
-
-    Parameters
-    ----------
-    times : array, shape (n + 1,)
-        Between which the steps are.
-    at : array, shape (m,)
-        Times of the gyro's samples.
-    rates : array, shape (m, 3)
-        Mean rates before them [rad/s].
-    usual : float
-        Time between them.
-    """
-    start, end = times[:-1], times[1:]
-    j = np.minimum(np.searchsorted(at, end), len(at) - 1)
-    before = np.maximum(j - 1, 0)
-    since = np.where(j > before, at[j] - at[before], usual)
-    since[end > at[-1]] = usual
-    stands = covered(at)[j]
-    known = np.clip(np.minimum(end, at[j]) - np.maximum(start, at[j] - stands), 0.0, None)
-    missing = (end - start) - known
-    missing[missing < 1e-9 * usual] = 0.0
-    middle, half = 0.5 * (rates[j] + rates[before]), 0.5 * np.abs(rates[j] - rates[before])
-    gyro = (known[:, None] * rates[j] + missing[:, None] * middle) / (end - start)[:, None]
-    # one guess serves all steps of a gap: their errors add up, not their squares
-    variance = missing * np.maximum(since - stands, missing) * (half**2).max(axis=1)
-    angle, inside = turned(at, rates), missing == 0.0
-    part = inside & (known < (1.0 - 1e-9) * stands)
-    if part.any():
-        gyro[part] = (angle(end[part]) - angle(start[part])) / (end - start)[part, None]
-    change = np.where(inside[:, None], np.diff(angle(times, 1), axis=0), 0.0)
-    return gyro, change, variance, (missing > 0.0) & ((since > SILENT * usual) | (j == 0))
 
 
 def _since_epoch(scenario: Scenario, telemetry: Telemetry) -> Telemetry:

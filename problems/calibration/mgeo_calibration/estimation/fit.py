@@ -13,13 +13,17 @@ from scipy.special import chdtri
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.field_strength import start_states
-from mgeo_calibration.estimation.mistakes import check_normalized, check_orders, implausible
+from mgeo_calibration.estimation.mistakes import (
+    check_normalized,
+    check_orders,
+    check_unit_of_rates,
+    implausible,
+)
 from mgeo_calibration.estimation.residuals import Residuals, residuals
 from mgeo_calibration.estimation.smoother import LAST, Solution, solve
 from mgeo_calibration.estimation.start import (
     accumulated,
     carried_for,
-    check_unit_of_rates,
     directions,
     first_attitude,
     stretch,

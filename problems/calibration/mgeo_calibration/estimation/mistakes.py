@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
+from dataclasses import replace
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats
@@ -11,13 +11,13 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.start import accumulated, checked, directions, wahba
+from mgeo_calibration.estimation.start import accumulated, carried_for, directions, wahba
 
 #: Times the scatter of its sensor by which a vector is too long or too short.
 _FAR = 20.0
 #: Lengths that scatter by less than this share of the noise are those of normalized vectors.
 _NORMALIZED = 0.05
-_FEWEST = 10  # vectors that can tell
+_FEWEST = 10  # vectors, or samples, that can tell
 _NORMAL = 1.4826  # 1-sigma of normal numbers over their median absolute deviation
 #: What four numbers may be by mistake: in words, which of them are (x, y, z, scalar), and whether
 #: the rotation is the inverse.
@@ -26,7 +26,19 @@ ORDERS = (
     ("from the body to GCRF", (0, 1, 2, 3), True),
     ("scalar first, from the body to GCRF", (1, 2, 3, 0), True),
 )
-_BETTER = 0.1  # an order is called wrong if another leaves this share of the disagreement
+_BETTER = 0.1  # an order or unit is called wrong if another leaves this share of what disagrees
+_CHECKED = 300  # samples that are looked at, at most
+_ASTRAY = 0.5  # by how much the gyro's bias may turn the attitude in these, 1-sigma [rad]
+#: Units that a gyro's rates may be in by mistake, and what they would have to be multiplied by.
+_UNITS = {"rad/s": np.degrees(1.0), "deg/h": 1.0 / 3600.0, "rev/min": 6.0, "mdeg/s": 1e-3}
+#: The same and scales that are wrong, in words.
+RATE_FACTORS = {f"in {unit}": factor for unit, factor in _UNITS.items()} | {
+    "ten times as large": 10.0,
+    "a tenth as large": 0.1,
+    "a hundred times as large": 100.0,
+    "a hundredth as large": 0.01,
+}
+_CHANCE = 5.0  # prior 1-sigmas of a bias by which rates may be off
 
 
 def implausible(batch: Batch) -> Bools:
@@ -103,7 +115,7 @@ def check_orders(batch: Batch, where: slice, belief: Belief) -> None:
         for words, order, inverse in ORDERS:
             sensors = list(part.sensors)
             sensors[i] = reread(sensors[i], order, inverse)
-            other = dataclasses.replace(part, sensors=tuple(sensors))
+            other = replace(part, sensors=tuple(sensors))
             if _disagreement(other, relative, states) < _BETTER * found:
                 raise ValueError(
                     f"{batch.suite.sensors[i].name}: its quaternions agree with gyro and other "
@@ -127,3 +139,46 @@ def _disagreement(batch: Batch, relative: Floats, states: Floats) -> float:
     rotation, _ = wahba(seen, np.ones(len(seen.samples), dtype=bool))
     square = ((seen.inertial - seen.body @ rotation.T) ** 2).sum(axis=1)
     return max(float(np.median(square[seen.sensor == one])) for one in np.unique(seen.sensor))
+
+
+def check_unit_of_rates(batch: Batch, where: slice, belief: Belief) -> None:
+    """Refuse a gyro of another unit: with another the vectors would turn far more consistently.
+
+    A unit that changes rates by no more than their bias may be is none to refuse.
+
+    Parameters
+    ----------
+    where : slice
+        Samples among which the vectors are far apart, see `start.stretch`.
+    belief : Belief
+        What is known of the gyro's bias.
+
+    Raises
+    ------
+    ValueError
+        Naming that unit.
+    """
+    part, states = checked(batch, where, belief)
+    rate = float(np.median(np.linalg.norm(part.gyro, axis=1)))
+
+    def residual(factor: float) -> float:
+        scaled = replace(part, gyro=factor * part.gyro, change=factor * part.change)
+        seen = directions(scaled, accumulated(scaled, states), states)
+        return wahba(seen, np.ones(len(seen.samples), dtype=bool))[1]
+
+    least = _CHANCE * np.linalg.norm(belief.sigma[3:6])
+    left = {u: residual(f) for u, f in _UNITS.items() if abs(f - 1.0) * rate > least}
+    unit = min(left, key=lambda unit: left[unit], default="")
+    if left and left[unit] < _BETTER * residual(1.0):
+        raise ValueError(
+            f"gyro: the vectors turn as if its rates were in {unit}, not deg/s (a factor of "
+            f"{_UNITS[unit]:.4g})"
+        )
+
+
+def checked(batch: Batch, where: slice, belief: Belief) -> tuple[Batch, Floats]:
+    """Samples about a stretch over which the gyro can be believed, and their prior states."""
+    middle = (where.start + where.stop) // 2
+    half = min(_CHECKED, max(_FEWEST, carried_for(batch, belief.sigma[3:6], _ASTRAY))) // 2
+    part = batch.part(max(0, middle - half), min(len(batch.times), middle + half))
+    return part, np.tile(belief.states, (len(part.times), 1))

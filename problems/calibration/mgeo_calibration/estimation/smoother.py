@@ -23,8 +23,14 @@ from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.kernels import load
 from mgeo_calibration.estimation.kinematics import growth
 from mgeo_calibration.estimation.linearization import Equations, equations
-from mgeo_calibration.estimation.memory import KEPT, row_bytes
-from mgeo_calibration.estimation.trajectory import Partition, Trajectory, moved, spans
+from mgeo_calibration.estimation.trajectory import (
+    KEPT,
+    Partition,
+    Trajectory,
+    moved,
+    row_bytes,
+    spans,
+)
 
 #: A step this small, in 1-sigmas of the constants and in rad, is the last: what it leaves is of the
 #: order of its square.

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.sensors import influenced
+from mgeo_attitude.sensors import Photodiode, Suite, influenced
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.estimation.batch import Batch
-from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.faces import sun_directions
 from mgeo_calibration.estimation.kernels import load
 from mgeo_calibration.estimation.kinematics import turns
 
@@ -19,20 +18,8 @@ from mgeo_calibration.estimation.kinematics import turns
 LENGTHS = (10, 30, 100, 300, 1000, 3000)
 #: Directions have to be this far apart: the second eigenvalue of their mean dyad; 20° between two.
 SPREAD = 0.03
-#: Units that a gyro's rates may be in by mistake, and what they would have to be multiplied by.
-_UNITS = {"rad/s": np.degrees(1.0), "deg/h": 1.0 / 3600.0, "rev/min": 6.0, "mdeg/s": 1e-3}
-#: The same and scales that are wrong, in words.
-RATE_FACTORS = {f"in {unit}": factor for unit, factor in _UNITS.items()} | {
-    "ten times as large": 10.0,
-    "a tenth as large": 0.1,
-    "a hundred times as large": 100.0,
-    "a hundredth as large": 0.01,
-}
-_BETTER = 0.1  # a unit is called wrong if another leaves this share of the residual
-_CHECKED = 300  # samples that are looked at, at most
-_FEWEST = 10
-_ASTRAY = 0.5  # by how much the gyro's bias may turn the attitude there, 1-sigma [rad]
-_CHANCE = 5.0  # prior 1-sigmas of a bias by which rates may be off
+#: Smallest eigenvalue of Σ n nᵀ over normals of lit faces: it is 1 of three at right angles.
+_APART = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,49 +75,6 @@ def carried_for(batch: Batch, sigma: Floats, angle: float) -> int:
     return int(min(len(batch.times), angle / (np.linalg.norm(sigma) * np.median(batch.durations))))
 
 
-def checked(batch: Batch, where: slice, belief: Belief) -> tuple[Batch, Floats]:
-    """Samples about a stretch over which the gyro can be believed, and their prior states."""
-    middle = (where.start + where.stop) // 2
-    half = min(_CHECKED, max(_FEWEST, carried_for(batch, belief.sigma[3:6], _ASTRAY))) // 2
-    part = batch.part(max(0, middle - half), min(len(batch.times), middle + half))
-    return part, np.tile(belief.states, (len(part.times), 1))
-
-
-def check_unit_of_rates(batch: Batch, where: slice, belief: Belief) -> None:
-    """Refuse a gyro of another unit: with another the vectors would turn far more consistently.
-
-    A unit that changes rates by no more than their bias may be is none to refuse.
-
-    Parameters
-    ----------
-    where : slice
-        Samples among which the vectors are far apart, see `stretch`.
-    belief : Belief
-        What is known of the gyro's bias.
-
-    Raises
-    ------
-    ValueError
-        Naming that unit.
-    """
-    part, states = checked(batch, where, belief)
-    rate = float(np.median(np.linalg.norm(part.gyro, axis=1)))
-
-    def residual(factor: float) -> float:
-        scaled = replace(part, gyro=factor * part.gyro, change=factor * part.change)
-        seen = directions(scaled, accumulated(scaled, states), states)
-        return wahba(seen, np.ones(len(seen.samples), dtype=bool))[1]
-
-    least = _CHANCE * np.linalg.norm(belief.sigma[3:6])
-    left = {u: residual(f) for u, f in _UNITS.items() if abs(f - 1.0) * rate > least}
-    unit = min(left, key=lambda unit: left[unit], default="")
-    if left and left[unit] < _BETTER * residual(1.0):
-        raise ValueError(
-            f"gyro: the vectors turn as if its rates were in {unit}, not deg/s (a factor of "
-            f"{_UNITS[unit]:.4g})"
-        )
-
-
 def accumulated(batch: Batch, states: Floats) -> Floats:
     """Rotations from the body axes of every sample to those of the first, shape (N, 3, 3)."""
     _, turn = turns(batch, states)
@@ -181,6 +125,32 @@ def directions(batch: Batch, relative: Floats, states: Floats) -> Directions:
             body.append(turned[some] / lengths[0][some, None])
             inertial.append(known[some] / lengths[1][some, None])
     return Directions(*map(np.concatenate, (samples, sensors, weights, body, inertial)))
+
+
+def sun_directions(suite: Suite, readings: Sequence[Floats], states: Floats) -> Floats:
+    """Where all photodiodes together see the Sun, body axes, shape (N, 3), NaN where they do not.
+
+    By least squares over those that are lit, of which three or more have to look well apart.
+
+    Parameters
+    ----------
+    readings : sequence of array, shape (N, k, 3)
+        Of each sensor of the suite.
+    states : array, shape (N, n_states)
+        Whose errors are taken out.
+    """
+    A, b = np.zeros((len(states), 3, 3)), np.zeros((len(states), 3))
+    for sensor, rows in zip(suite.sensors, readings, strict=True):
+        if isinstance(sensor, Photodiode):
+            first = suite.places(sensor)["sensitivity"]
+            normals = sensor.axes[2] + states[:, first : first + 3] @ sensor.axes
+            seen = np.isfinite(rows[:, 0, 0])
+            A[seen] += normals[seen, :, None] * normals[seen, None]
+            b[seen] += normals[seen] * rows[seen, 0]
+    found = np.full(b.shape, np.nan)
+    apart = np.linalg.eigvalsh(A)[:, 0] > _APART
+    found[apart] = np.linalg.solve(A[apart], b[apart, :, None])[..., 0]
+    return found
 
 
 def stretch(seen: Directions, n: int) -> slice:

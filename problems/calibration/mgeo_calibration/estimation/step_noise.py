@@ -18,8 +18,9 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.fields import DEG_H, Unit
 from mgeo_attitude.sensors import NOISE, GaussMarkov, Gyro, Sensor, Suite
 
-from mgeo_calibration.estimation.batch import Batch, gyro_noise
+from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.telemetry.gyro_samples import gyro_noise
 
 #: Share of its variance by which the state is free of the angle that it adds to: with none their
 #: covariance has no inverse.

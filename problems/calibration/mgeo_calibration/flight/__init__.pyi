@@ -15,6 +15,6 @@ from .flight import at_rest as at_rest
 from .flight import draw as draw
 from .flight import fly_run as fly_run
 from .own import fly as fly
+from .own import other_truth as other_truth
 from .own import sent_down as sent_down
-from .truth import other_truth as other_truth
-from .truth import surroundings as surroundings
+from .own import surroundings as surroundings

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.filter import FilterModel, can_measure, transition
+from mgeo_attitude.filter import FilterModel, availability, can_measure, sampled, transition
 from mgeo_attitude.geometry import matrix, rotation_vector
 from mgeo_attitude.maneuvers import Motion
 from mgeo_attitude.sensors import (
@@ -23,8 +24,6 @@ from mgeo_attitude.sensors import (
 )
 from scipy.linalg import block_diag
 from scipy.signal import lfilter
-
-from mgeo_calibration.flight.truth import in_true_shadow
 
 
 @dataclass(frozen=True)
@@ -230,3 +229,23 @@ def _reported(
     seen[0] = False  # the start is what is believed
     reported = as_array(sensor.with_noise(report, noise[:, : len(sensor.noise())]))
     return np.where(seen[:, None, None], reported, np.nan)
+
+
+def in_true_shadow(model: FilterModel, environment: Environment, varying: Floats) -> FilterModel:
+    """A model whose sensors see the Sun where it truly shines, whoever believes what.
+
+    Parameters
+    ----------
+    environment : Environment
+        Of the orbit that is believed; without its shadow, nothing changes.
+    varying : array, shape (n + 1, n_dynamic - 3)
+        See `Flight.gyro`.
+    """
+    suite = model.suite
+    if not suite.world.has_orbit_error or not environment.shadow:
+        return model
+    first = 3 * suite.blocks.index("world.orbit_error") - 3
+    there = availability(suite, suite.world.displaced(environment, varying[:, first : first + 3]))
+    for column, sensor in zip(there.T, suite.sensors, strict=True):
+        column &= sampled(sensor, model.step, len(there))
+    return dataclasses.replace(model, available=there)

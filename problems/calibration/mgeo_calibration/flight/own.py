@@ -1,4 +1,4 @@
-"""Telemetry out of the simulation."""
+"""Telemetry out of the simulation, of what is believed or another truth."""
 
 from __future__ import annotations
 
@@ -8,16 +8,20 @@ from typing import Any
 import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
+from mgeo_attitude.fields import declared, require_same
 from mgeo_attitude.filter import FilterModel, evaluate
 from mgeo_attitude.geometry import rotation_vector
 from mgeo_attitude.maneuvers import holding
-from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import to_channels
+from mgeo_attitude.scenario import InitialConditions, Scenario
+from mgeo_attitude.sensors import n_vectors, to_channels
 from mgeo_attitude.trajectory import Trajectory
 
 from mgeo_calibration.flight.flight import Draws, Flight, draw, fly_run, moved, unsteady
-from mgeo_calibration.flight.truth import other_truth, surroundings
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
+
+#: Keys of a scenario in which a truth may differ, and those that say nothing of a flight. Of
+#: `initial` that is how well the attitude is known: what is flown starts from the believed one.
+FREE = ("epoch", "eclipse", "orbit", "gyro", "sensors", "world", "initial", "name", "objectives")
 
 
 def fly(
@@ -133,3 +137,33 @@ def true_states(model: FilterModel, flight: Flight) -> Truth:
     states = np.tile(flight.errors, (len(flight.gyro), 1))
     states[:, 3 : model.suite.n_dynamic] = flight.gyro
     return Truth(attitude=flight.motion.attitude @ flight.start, states=states)
+
+
+def other_truth(truth: Scenario, scenario: Scenario, environment: Environment) -> FilterModel:
+    """Tables of a truth for an estimator that believes in a scenario, of which `environment` is.
+
+    Raises
+    ------
+    ValueError
+        Naming a key in which they may not differ and both values, or other sensors or states.
+    """
+    require_same("truth", truth, scenario, [key for key in declared(Scenario) if key not in FREE])
+    start = [key for key in declared(InitialConditions) if key != "attitude_deg"]
+    require_same("truth.initial", truth.initial, scenario.initial, start)
+    real, believed = (one.suite for one in (truth, scenario))
+    for what, found, expected in (
+        ("sensors", *([sensor.name for sensor in suite.sensors] for suite in (real, believed))),
+        ("states", real.blocks, believed.blocks),
+        ("rotations, by number of their first states,", real.rotations, believed.rotations),
+        ("readings", *([*map(n_vectors, suite.sensors)] for suite in (real, believed))),
+    ):
+        if found != expected:
+            raise ValueError(f"truth has the {what} {found}: expected the scenario's {expected}")
+    return FilterModel.from_scenario(truth, surroundings(truth, scenario, environment))
+
+
+def surroundings(truth: Scenario, scenario: Scenario, environment: Environment) -> Environment:
+    """The truth's, without the Earth's shadow if it has none, where the scenario's are given."""
+    if (truth.epoch, truth.orbit) != (scenario.epoch, scenario.orbit):
+        environment = Environment.from_scenario(truth)
+    return environment if truth.eclipse else environment.without_shadow()

@@ -1,6 +1,8 @@
+from .checks import channel_causes as channel_causes
 from .columns import has_columns as has_columns
 from .files import table_of as table_of
 from .gyro_samples import means as means
+from .gyro_samples import rate_steps as rate_steps
 from .gyro_samples import spikes as spikes
 from .mapping import UNITS as UNITS
 from .mapping import Channels as Channels

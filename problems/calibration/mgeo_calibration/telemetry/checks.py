@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from datetime import timedelta
 
 import numpy as np
-from mgeo_attitude._typing import Floats
+from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.environment import DAY, FIELD_MODEL_END, FIELD_MODEL_START
 from mgeo_attitude.fields import InvalidValue, known_names
 from mgeo_attitude.scenario import Scenario
@@ -20,7 +20,11 @@ LONGEST_SILENCE = DAY
 
 _FEWEST = 10  # samples that say whether a channel is stuck
 _CLIPPED = 5  # samples in a row at the same extreme
-_QUANTIZED = 0.01  # share of equal neighbors from which they say nothing
+_OFTEN = 5  # times a number has to repeat
+_MORE = 5  # by how often it does so more than any other
+_LONG = 10  # samples in a row that are the same
+_RARE = 0.01  # share of equal neighbors from which a channel says nothing
+_NEAR = 0.05  # of a channel's range: how far the next number below a limit may be
 
 
 def check_telemetry(telemetry: Telemetry, scenario: Scenario, measured: bool = True) -> None:
@@ -76,8 +80,8 @@ def _check_saturation(rates: Floats) -> None:
     for axis, rate in zip("xyz", rates.T, strict=True):
         same = np.diff(rate) == 0.0
         extreme = same & (np.abs(rate[1:]) == np.abs(rate).max())
-        longest = _longest(extreme) + 1
-        if longest >= _CLIPPED and (same & ~extreme).sum() < _QUANTIZED * len(rate):
+        longest = int(_runs(extreme)[0].max(initial=0)) + 1
+        if longest >= _CLIPPED and (same & ~extreme).sum() < _RARE * len(rate):
             raise ValueError(
                 f"gyro_{axis} = {np.abs(rate).max():.6g} deg/s in {longest} samples one after the "
                 "other, and never beyond: the gyro saturates"
@@ -122,7 +126,73 @@ def _check_changes(name: str, rows: Floats) -> None:
         )
 
 
-def _longest(true: np.ndarray) -> int:
-    """Length of the longest run of True."""
+def channel_causes(telemetry: Telemetry) -> Iterator[str]:
+    """In words, of gyro and sensors."""
+    for name, rows in {"gyro": telemetry.gyro_deg_s, **telemetry.sensors}.items():
+        there = np.isfinite(rows).all(axis=1)
+        if rows.shape[1] == 1:  # many photodiodes read zero in the dark
+            there &= rows[:, 0] != 0.0
+        times, found = telemetry.times[there], rows[there]
+        if len(found) < 2 * _LONG:
+            continue
+        if words := _frozen(times, found):
+            yield f"{name} {words}"
+            continue
+        for column, values in zip(channels(name, rows.shape[1]), found.T, strict=True):
+            if words := _repeated(values):
+                yield f"{column} {words}"
+
+
+def _frozen(times: Floats, rows: Floats) -> str | None:
+    """Of samples that repeat the one before in all channels."""
+    lengths, starts = _runs((np.diff(rows, axis=0) == 0.0).all(axis=1))
+    if not len(lengths):
+        return None
+    longest = int(lengths.argmax())
+    usual = lengths[lengths < _LONG].sum()
+    if (
+        len(lengths) > len(rows) / _LONG / 2
+        and np.median(lengths) >= 1
+        and usual > _RARE * len(rows)
+    ):
+        held = float(np.median(lengths)) + 1.0
+        if (len(lengths) + lengths.sum()) > 0.9 * len(rows):
+            return f"repeats each of its samples {held:g} times: expected empty cells between them"
+        return None
+    if lengths[longest] + 1 < _LONG or usual > _RARE * len(rows):
+        return None
+    total, low = int(lengths[lengths >= _LONG - 1].sum()), starts[longest]
+    return (
+        f"does not change from {times[low]:.6g} to {times[low + lengths[longest]]:.6g} s, "
+        f"{total + 1} samples that stand still: leave them out"
+    )
+
+
+def _repeated(values: Floats) -> str | None:
+    """Of a number that is there more often than a measured one would be."""
+    numbers, counts = np.unique(values, return_counts=True)
+    if len(numbers) < _LONG:
+        return None
+    most = int(counts.argmax())
+    inner = np.delete(counts, [0, most, len(counts) - 1] if 0 < most < len(counts) - 1 else [0, -1])
+    if counts[most] < max(_OFTEN, _MORE * inner.max()):
+        return None
+    value, count = numbers[most], counts[most]
+    rest = numbers[1:-1]
+    if most in (0, len(numbers) - 1):
+        gap = abs(value - numbers[1 if most == 0 else -2])
+        if gap < _NEAR * np.ptp(rest):
+            how = "below" if most == 0 else "above"
+            return (
+                f"is {value:.6g} in {count} of {len(values)} samples and never {how}: it is clipped"
+            )
+    return (
+        f"is {value:.6g} in {count} of {len(values)} samples: a fill value? Expected empty cells "
+        "where nothing was measured"
+    )
+
+
+def _runs(true: np.ndarray) -> tuple[Ints, Ints]:
+    """Lengths of the runs of True, and where they begin."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], true, [False]]).astype(int)))
-    return int((edges[1::2] - edges[::2]).max(initial=0))
+    return edges[1::2] - edges[::2], edges[::2]

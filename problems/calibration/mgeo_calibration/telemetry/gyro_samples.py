@@ -1,16 +1,21 @@
-"""The rate between a gyro's samples."""
+"""A gyro's samples: the rate between them, what is missing, and what stands apart."""
 
 from __future__ import annotations
 
 import numpy as np
-from mgeo_attitude._typing import Floats
+from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors import Suite
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
+
+from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: A gyro's sample stands for the time since the one before, unless that is this many times the
 #: usual time between two: then some are missing.
 MISSING = 1.5
+#: Without a sample for longer than this many times the usual time, nothing is known of the rate.
+SILENT = 10.0
 #: Times its scatter by which a sample that is no motion is off; samples that say how it scatters.
 _FAR, _NEAR = 10.0, 11
 _NORMAL = 1.4826  # 1-sigma of normal numbers over their median absolute deviation
@@ -114,3 +119,62 @@ def spikes(rates: Floats, least: Floats) -> Floats:
         for k in range(many):
             found[first + 1 + k] = off[k, first]
     return found
+
+
+def usual_step(at: Floats) -> float:
+    """Between samples of the gyro [s]."""
+    return float(np.median(np.diff(at)))
+
+
+def gyro_noise(suite: Suite, duration: float) -> Floats:
+    """1-sigma of a rate that is the mean over so many seconds, of each axis [rad/s]."""
+    noise: Floats = np.sqrt(np.array(suite.gyro.diffusion()["theta"]) / duration)
+    return noise
+
+
+def gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
+    """By how much the gyro's samples stand apart from both neighbors, shape (m, 3) [rad/s]."""
+    there = np.isfinite(telemetry.gyro_deg_s[:, 0])
+    noise = gyro_noise(suite, usual_step(telemetry.times[there]))
+    step = np.radians(telemetry.step_of("gyro"))
+    return spikes(np.radians(telemetry.gyro_deg_s[there]), np.maximum(noise, step))
+
+
+def rate_steps(
+    times: Floats, at: Floats, rates: Floats, usual: float
+) -> tuple[Floats, Floats, Floats, Bools]:
+    """Rate, its change, variance of the attitude, and whether it is unknown, of steps.
+
+    Within the time that a sample stands for, the rate is that of `turned`; over all of
+    it the mean is the sample. Elsewhere it does not change.
+
+    Parameters
+    ----------
+    times : array, shape (n + 1,)
+        Between which the steps are.
+    at : array, shape (m,)
+        Times of the gyro's samples.
+    rates : array, shape (m, 3)
+        Mean rates before them [rad/s].
+    usual : float
+        Time between them.
+    """
+    start, end = times[:-1], times[1:]
+    j = np.minimum(np.searchsorted(at, end), len(at) - 1)
+    before = np.maximum(j - 1, 0)
+    since = np.where(j > before, at[j] - at[before], usual)
+    since[end > at[-1]] = usual
+    stands = covered(at)[j]
+    known = np.clip(np.minimum(end, at[j]) - np.maximum(start, at[j] - stands), 0.0, None)
+    missing = (end - start) - known
+    missing[missing < 1e-9 * usual] = 0.0
+    middle, half = 0.5 * (rates[j] + rates[before]), 0.5 * np.abs(rates[j] - rates[before])
+    gyro = (known[:, None] * rates[j] + missing[:, None] * middle) / (end - start)[:, None]
+    # one guess serves all steps of a gap: their errors add up, not their squares
+    variance = missing * np.maximum(since - stands, missing) * (half**2).max(axis=1)
+    angle, inside = turned(at, rates), missing == 0.0
+    part = inside & (known < (1.0 - 1e-9) * stands)
+    if part.any():
+        gyro[part] = (angle(end[part]) - angle(start[part])) / (end - start)[part, None]
+    change = np.where(inside[:, None], np.diff(angle(times, 1), axis=0), 0.0)
+    return gyro, change, variance, (missing > 0.0) & ((since > SILENT * usual) | (j == 0))

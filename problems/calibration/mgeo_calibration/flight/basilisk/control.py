@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from Basilisk.architecture import messaging, sysModel
 from Basilisk.fswAlgorithms import attTrackingError, mrpFeedback, rwMotorTorque
-from Basilisk.simulation import reactionWheelStateEffector
+from Basilisk.simulation import MtbEffector, reactionWheelStateEffector
 from Basilisk.utilities import RigidBodyKinematics, simIncludeRW
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.maneuvers import Motion
 from scipy.spatial.transform import Rotation
 
-from mgeo_calibration.flight.basilisk.vehicle import Vehicle
+from mgeo_calibration.flight.basilisk.vehicle import Coiled, Vehicle
 
 #: Speed at which a wheel stores its greatest momentum [rpm]; it says how heavy the wheel is.
 WHEEL_SPEED = 6000.0
@@ -163,3 +163,73 @@ def control_loop(
     effector.rwMotorCmdInMsg.subscribeTo(motors.rwMotorTorqueOutMsg)
     guidance.kept = (configuration, satellite)  # subscribers only point to messages
     return error, feedback, motors
+
+
+def coil_control(
+    coiled: Coiled,
+    satellite: Any,
+    field: Any,
+    imu: Any,
+    corrected: Callable[[Floats], Floats],
+    bias: Floats,
+    timing: tuple[int, int, Floats],
+) -> tuple[Any, Sequence[Any]]:
+    """Basilisk's torque rods along the body axes, and what commands them.
+
+    Parameters
+    ----------
+    corrected : function
+        Takes what is believed of the gyro out of a rate.
+    bias : array, shape (n, 3)
+        Of the gyro in each step of the simulation [rad/s].
+    timing : int, int, array of shape (3,)
+        Nanoseconds of such a step, how many there are in one of the filter, and the body rate at
+        the start [rad/s].
+    """
+    drive, (nanoseconds, parts, initial_rate) = coiled.drive, timing
+
+    class Controller(sysModel.SysModel):
+        """The cross-product law, by the gyro and the true field; it also lets the bias drift."""
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.ModelTag, self.dipoles = "coils", messaging.MTBCmdMsg()
+            self.off = True
+            self.kept: tuple[Any, ...] = ()
+
+        def Reset(self, now: int) -> None:
+            self.off = True
+            self.dipoles.write(messaging.MTBCmdMsgPayload(), now, self.moduleID)
+
+        def UpdateState(self, now: int) -> None:
+            k = round(now / nanoseconds)
+            imu.senRotBias = bias[min(k, len(bias) - 1)]  # until the next instant
+            if k % parts or k // parts >= len(coiled.rates):
+                return
+            rate = initial_rate
+            if k > 0:
+                rate = corrected(np.array(imu.sensorOutMsg.read().AngVelPlatform))
+            attitude = RigidBodyKinematics.MRP2C(satellite.scStateOutMsg.read().sigma_BN)
+            b = attitude @ np.array(field.envOutMsgs[0].read().magField_N)
+            error = rate - coiled.rates[k // parts]
+            self.off = self.off and not coiled.begins[k // parts]
+            self.off = self.off or bool(np.linalg.norm(error) <= drive.near)
+            torque = np.cross(rate, drive.inertia @ rate) - drive.inertia @ error / drive.response
+            dipole = np.cross(b, torque) / (b @ b)
+            dipole /= max(1.0, float(np.abs(dipole / drive.max_dipole).max()))
+            command = messaging.MTBCmdMsgPayload()
+            command.mtbDipoleCmds = (dipole * (not self.off) + drive.residual_dipole).tolist()
+            self.dipoles.write(command, now, self.moduleID)
+
+    controller, rods = Controller(), MtbEffector.MtbEffector()
+    rods.ModelTag = "torque rods"
+    array = messaging.MTBArrayConfigMsgPayload()
+    array.numMTB, array.GtMatrix_B = 3, np.eye(3).ravel().tolist()
+    array.maxMtbDipoles = (drive.max_dipole + np.abs(drive.residual_dipole)).tolist()
+    parameters = messaging.MTBArrayConfigMsg().write(array)
+    rods.mtbParamsInMsg.subscribeTo(parameters)
+    rods.mtbCmdInMsg.subscribeTo(controller.dipoles)
+    rods.magInMsg.subscribeTo(field.envOutMsgs[0])
+    satellite.addDynamicEffector(rods)
+    controller.kept = (parameters,)  # subscribers only point to messages
+    return rods, (controller,)

@@ -26,11 +26,9 @@ from mgeo_attitude.sensors import (
 )
 from scipy.spatial.transform import Rotation
 
-from mgeo_calibration.flight.basilisk.coils import Coiled
-from mgeo_calibration.flight.basilisk.vehicle import Vehicle
-from mgeo_calibration.flight.flight import columns, draw, fly_run, of_world
+from mgeo_calibration.flight.basilisk.vehicle import Coiled, Vehicle
+from mgeo_calibration.flight.flight import columns, draw, fly_run, in_true_shadow, of_world
 from mgeo_calibration.flight.own import commanded, going_on, sent_down
-from mgeo_calibration.flight.truth import in_true_shadow
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
 #: Sensors that Basilisk has, each with the states that it has there.

@@ -21,10 +21,10 @@ from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import FIELD_UNIT_NT, POSITION_UNIT, Magnetometer, Sensor, Suite
 from scipy.spatial.transform import Rotation
 
-from mgeo_calibration.flight.basilisk.coils import Coiled, coil_control
 from mgeo_calibration.flight.basilisk.control import (
     Guidance,
     Reference,
+    coil_control,
     control_loop,
     reaction_wheels,
 )
@@ -38,7 +38,7 @@ from mgeo_calibration.flight.basilisk.surroundings import (
     middle,
     shadow_model,
 )
-from mgeo_calibration.flight.basilisk.vehicle import Vehicle
+from mgeo_calibration.flight.basilisk.vehicle import Coiled, Vehicle
 from mgeo_calibration.flight.flight import coning
 
 #: Longest step of dynamics and control [s]; the scenario's step is cut into equal parts.

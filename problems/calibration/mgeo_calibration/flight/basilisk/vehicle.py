@@ -1,11 +1,11 @@
-"""A rigid body with reaction wheels."""
+"""A rigid body that reaction wheels or coils turn."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from mgeo_attitude._typing import Floats
+from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.fields import (
     InvalidValue,
     Validated,
@@ -14,11 +14,43 @@ from mgeo_attitude.fields import (
     positive,
     quantity,
 )
-from mgeo_attitude.maneuvers import SlewLimits
+from mgeo_attitude.maneuvers import CoilDrive, SlewLimits, decode, maneuver_steps
 from mgeo_attitude.scenario import Scenario, Wheels, pseudo_inverse
 
 #: How Basilisk shares a torque among wheels.
 SHARED_BY = "pseudo-inverse"
+
+
+@dataclass(frozen=True)
+class Coiled:
+    """What coils of a satellite are asked for.
+
+    Attributes
+    ----------
+    drive : CoilDrive
+    rates : array, shape (n, 3)
+        Body rate that is asked for in each step [rad/s].
+    begins : array of bool, shape (n,)
+        Whether a maneuver begins with the step.
+    """
+
+    drive: CoilDrive
+    rates: Floats
+    begins: Bools
+
+    @classmethod
+    def of(cls, drive: CoilDrive, design: Floats, step: float, n_steps: int) -> Coiled:
+        """Of a design, shape (4 m,), on n steps."""
+        rates, durations = decode(design)
+        starts, _ = maneuver_steps(durations, step)
+        steps = np.arange(n_steps)
+        which = np.searchsorted(starts[0], steps, side="right") - 1
+        return cls(drive, rates[0, which], np.isin(steps, starts[0]))
+
+    @property
+    def inertia(self) -> Floats:
+        """J, shape (3, 3) [kg m²]."""
+        return self.drive.inertia
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ from mgeo_attitude.geometry import exponential
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.start import RATE_FACTORS
+from mgeo_calibration.estimation.mistakes import RATE_FACTORS
 
 #: Windows that are looked at, samples in each, and the angle that the body should turn by [rad].
 _WINDOWS, _SAMPLES, _TURN = 24, 60, 0.5

@@ -17,7 +17,7 @@ from mgeo_attitude.environment import DAY, Environment, instants, to_gcrs
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import FIELD_UNIT_NT, Magnetometer, Sensor, SunSensor, sigma_of
 
-from mgeo_calibration.telemetry import Telemetry
+from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Samples that are looked at, at most.
 _SAMPLES = 200

@@ -1,5 +1,0 @@
-"""Why telemetry is not calibrated: causes that are seen without any attitude, each in a line."""
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
