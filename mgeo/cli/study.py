@@ -54,7 +54,6 @@ def study(
     Finished runs are saved in the folder: a study that was interrupted goes on when the same
     command is given again.
     """
-    from mgeo.cli.dry_run import describe_study
     from mgeo.studies.file import read_study
     from mgeo.studies.study import estimate_study, run_study
 
@@ -65,6 +64,8 @@ def study(
         read = read_study(file, imports=not dry_run).reduced(evaluations, seeds)
         with _workers(jobs, cluster) as n_jobs:
             if dry_run:
+                from mgeo.cli.dry_run import describe_study
+
                 expected = estimate_study(read, folder, n_jobs=n_jobs)
                 describe_study(read, expected, folder, output)
                 return

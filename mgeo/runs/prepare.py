@@ -9,7 +9,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pymoo.core.algorithm import Algorithm
@@ -31,8 +31,10 @@ from mgeo.runs.operators import with_suggested
 from mgeo.runs.solve import State, follow, set_up
 from mgeo.store.reading import parse_json, parse_toml, read_text
 from mgeo.store.run import Notes, Outcome, RunConfiguration
-from mgeo.store.run_persistence import RunPersistence
 from mgeo.validation.tables import checked, errors_of
+
+if TYPE_CHECKING:
+    from mgeo.store.run_persistence import RunPersistence
 
 
 @dataclass(frozen=True, eq=False)

@@ -78,7 +78,8 @@ def resume_run(
     elif generations is not None:
         twin = copy.deepcopy(run)
         twin.n_iter = twin.n_iter or 1
-        budget = generations * len(twin.candidates())  # not of a new judgment of the archive
+        # not of a new judgment of the archive; suggested designs are evaluated in addition
+        budget = generations * len(twin.candidates()) + configuration.starts
     if budget != configuration.evaluations:
         if budget < evaluated:
             raise ValueError(

@@ -21,11 +21,12 @@ from mgeo.runs.operators import fitted, with_suggested
 from mgeo.runs.pymoo_algorithms import seed_archives
 from mgeo.runs.refine import Refinement
 from mgeo.store.run import Hypervolume, Nearest, Notes, Outcome
-from mgeo.store.run_persistence import RunPersistence
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
+
+    from mgeo.store.run_persistence import RunPersistence
 
 IDLE_STEPS = 100  # without an evaluation, after which an algorithm has no new candidate
 

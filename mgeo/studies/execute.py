@@ -20,7 +20,7 @@ from mgeo.studies.comparison import Comparison
 from mgeo.studies.dispatch import Key, Result, run_all
 from mgeo.studies.dispatch import progress as progress_display
 from mgeo.studies.fingerprint import UncertainError, fingerprint
-from mgeo.studies.indicators import NothingToCompareError, indicator_space, trace
+from mgeo.studies.indicators import NothingToCompareError, check_space, indicator_space, trace
 from mgeo.studies.labels import folder_name
 from mgeo.studies.results import FailedRunsWarning, NotReusedWarning, failures
 from mgeo.studies.run import CocoFolder, Failure, Task
@@ -110,6 +110,7 @@ def compare(
     named = _labeled(algorithms)
     n_eval = validate_integer("n_eval", n_eval, low=1)
     steps = _grid(grid, n_eval)
+    check_space(problem, bounds=bounds, reference_front=reference_front, parts=parts)
     keys = list(product(named, seed_numbers(seeds)))
     # here, and not in the processes that make the runs: what a run is known by includes it
     ready = {name: fitted(each, problem, f"algorithms[{name!r}]") for name, each in named.items()}

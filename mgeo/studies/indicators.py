@@ -123,9 +123,8 @@ def indicator_space(
         If a shape does not fit, or bounds, a reference front or parts are given for a single
         objective.
     """
+    check_space(problem, bounds=bounds, reference_front=reference_front, parts=parts)
     n_obj = problem.n_obj
-    if n_obj == 1 and not (bounds is None and reference_front is None and parts is None):
-        raise ValueError("bounds, reference_front, parts: expected none for a single objective")
     known = None if reference_front is None else _checked(reference_front, n_obj)
     union = np.concatenate([np.empty((0, n_obj)), *fronts])
     everything = union if known is None else np.concatenate([union, known])
@@ -140,9 +139,7 @@ def indicator_space(
     origin: Origin = "problem"
     if bounds is not None:
         origin, transform = "given", None
-        ideal, nadir = (np.broadcast_to(np.asarray(b, dtype=float), (n_obj,)) for b in bounds)
-        if not (np.isfinite([ideal, nadir]).all() and (ideal < nadir).all()):
-            raise ValueError(f"bounds = {bounds}: expected finite values, ideal < nadir")
+        ideal, nadir = _ends(bounds, n_obj)
     elif transform is None:
         origin, ideal, nadir = "union", best.min(axis=0), best.max(axis=0)
         reference_point = np.full(n_obj, BEYOND_NADIR)
@@ -154,6 +151,25 @@ def indicator_space(
         whole, points = whole[rows], points[rows]
     own, cuts = _parted(bare, whole, points, parts)
     return replace(bare, reference_front=points, parts=own, cuts=cuts)
+
+
+def check_space(
+    problem: Problem,
+    *,
+    bounds: tuple[ArrayLike, ArrayLike] | None = None,
+    reference_front: ArrayLike | None = None,
+    parts: Sequence[float] | None = None,
+) -> None:
+    """Refuse what `indicator_space` would refuse, before any run is made; raises as that."""
+    n_obj = problem.n_obj
+    if n_obj == 1 and not (bounds is None and reference_front is None and parts is None):
+        raise ValueError("bounds, reference_front, parts: expected none for a single objective")
+    if bounds is not None:
+        _ends(bounds, n_obj)
+    if reference_front is not None:
+        _checked(reference_front, n_obj)
+    if parts is not None:
+        _ascending(parts)
 
 
 def _parted(
@@ -169,9 +185,7 @@ def _parted(
         rows = order[[len(order) * k // _PARTS for k in range(1, _PARTS)]]
         cuts = dict(zip(points[rows, 0], own[rows, 0], strict=True))  # each once, ascending
         return tuple(map(float, cuts.values())), tuple(map(float, cuts))
-    given = validate_list("parts", parts, validate_number)
-    if not given or any(low >= high for low, high in pairwise(given)):
-        raise ValueError(f"parts = {given}: expected one or more ascending values")
+    given = _ascending(parts)
     beside = np.repeat(own[:1], len(given), axis=0)
     beside[:, 0] = given
     return tuple(given), tuple(space(beside)[:, 0].tolist())
@@ -179,6 +193,20 @@ def _parted(
 
 #: The space of a single objective: its values as they are.
 OBJECTIVE_SPACE = IndicatorSpace(np.zeros(1), np.ones(1), np.ones(1), np.empty((0, 1)), "objective")
+
+
+def _ends(bounds: tuple[ArrayLike, ArrayLike], n_obj: int) -> tuple[FloatArray, FloatArray]:
+    ideal, nadir = (np.broadcast_to(np.asarray(b, dtype=float), (n_obj,)) for b in bounds)
+    if not (np.isfinite([ideal, nadir]).all() and (ideal < nadir).all()):
+        raise ValueError(f"bounds = {bounds}: expected finite values, ideal < nadir")
+    return ideal, nadir
+
+
+def _ascending(parts: Sequence[float]) -> list[float]:
+    given = validate_list("parts", parts, validate_number)
+    if not given or any(low >= high for low, high in pairwise(given)):
+        raise ValueError(f"parts = {given}: expected one or more ascending values")
+    return given
 
 
 def _checked(front: ArrayLike, n_obj: int) -> FloatArray:

@@ -23,7 +23,7 @@ from mgeo.studies.conclusions import published_table
 from mgeo.studies.execute import compare, run_files
 from mgeo.studies.file import ProblemConfiguration, Study
 from mgeo.studies.fingerprint.modules import distinct
-from mgeo.studies.indicators import NothingToCompareError
+from mgeo.studies.indicators import NothingToCompareError, check_space
 from mgeo.studies.labels import folder_name
 from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
 from mgeo.studies.report import problem_page, study_page
@@ -173,6 +173,11 @@ def build(study: Study) -> list[tuple[Problem, dict[str, Algorithm]]]:
         If one cannot be built.
     """
     problems = [configuration.build() for configuration in study.problems]
+    for configuration, problem in zip(study.problems, problems, strict=True):
+        try:
+            check_space(problem, parts=configuration.parts)
+        except ValueError as error:
+            raise ValueError(f"{configuration.label}: {error}") from error
     return [(p, {each.label: each.build(p) for each in study.algorithms}) for p in problems]
 
 

@@ -47,6 +47,15 @@ def test_the_configuration_has_the_new_budget(tmp_path):
     assert shorter.solve().evaluations == 104  # the last generation is completed
 
 
+def test_suggested_designs_take_no_generation_from_the_budget(tmp_path):
+    few = {"n_walkers": 4, "max_candidates": 1}
+    run = prepare("cantilever", parameters=few, evaluations=40, starts=4)
+    run.solve(None, RunPersistence(tmp_path, run.configuration, run.algorithm))
+    longer = resume_run(tmp_path, generations=20)
+    longer.solve()
+    assert longer.algorithm.n_generations == 20
+
+
 def test_one_budget_at_a_time(tmp_path):
     begun(tmp_path, 1)
     with pytest.raises(ValueError, match="evaluations and generations are both given"):

@@ -417,6 +417,12 @@ def test_one_objective_has_no_space_to_give(option):
         compare(Sphere(), [GA(pop_size=12)], 24, seeds=1, **option)
 
 
+def test_a_space_that_cannot_be_is_refused_before_any_run(tmp_path):
+    with pytest.raises(ValueError, match="expected one or more ascending values"):
+        compare(PROBLEM, [NSGA2()], 10, folder=tmp_path, parts=[2.0, 1.0])
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_bad_grids_are_refused():
     with pytest.raises(ValueError, match="grid goes to 11: expected at most n_eval = 10"):
         compare(PROBLEM, [NSGA2()], 10, grid=[11])

@@ -166,6 +166,13 @@ def test_what_cannot_be_built_is_found_before_any_run(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_parts_that_cannot_be_are_found_before_any_run(tmp_path):
+    study = parse_study(f"{TWO}[[problems]]\nname = 'pymoo:zdt2'\nparts = [2.0, 1.0]\n", tmp_path)
+    with pytest.raises(ValueError, match="zdt2: parts = "):
+        run_study(study, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_folder_that_cannot_be_written_is_found_before_any_run(tmp_path, monkeypatch):
     def full(folder):
         raise OSError(28, "No space left on device", str(folder))
