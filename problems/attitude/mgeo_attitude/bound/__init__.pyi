@@ -1,5 +1,7 @@
 from .assembly import limit as limit
 from .assembly import limit_of_starts as limit_of_starts
+from .common_mode import Carrier as Carrier
+from .common_mode import cost_of_following as cost_of_following
 from .curves import LimitCurves as LimitCurves
 from .curves import filled as filled
 from .faces import together as together

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.bound.common_mode import Carrier, common_modes
 from mgeo_attitude.bound.curves import (
     Block,
     LimitCurves,
@@ -18,7 +19,7 @@ from mgeo_attitude.bound.curves import (
     unobserved,
 )
 from mgeo_attitude.bound.gyro import Drift, along_attitude, corners, recursion, through_attitude
-from mgeo_attitude.bound.samples import Samples, samples
+from mgeo_attitude.bound.samples import NoLimit, Samples, samples
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.start_times import StartTimes
 from mgeo_attitude.scenario import Scenario
@@ -30,9 +31,9 @@ from mgeo_attitude.sensors.suite import Suite
 def limit(scenario: Scenario, model: FilterModel | None = None) -> LimitCurves:
     """What no plan of a scenario is below, whatever its maneuvers.
 
-    It is a bound of the filter's covariance at each time, for every history of the attitude; a
-    gyro's errors that matter as far as the satellite turns are bounded for the rates that
-    maneuvers may have. Plans are flown exactly.
+    It is a bound of the filter's covariance at each time, for every history of the attitude at
+    rates that maneuvers may have; where coils turn the satellite, at any rate. Plans are flown
+    exactly.
 
     Parameters
     ----------
@@ -82,8 +83,12 @@ def _limit(scenario: Scenario, model: FilterModel, told: Samples) -> LimitCurves
     greatest = np.radians(scenario.maneuvers.max_rate_deg_s)
     rates = np.maximum(greatest, np.abs(model.initial_rate))
     found = dict(_inertial(model, told, known))
-    found |= dict(_of_gyro(model, told, known, rates))
+    free = scenario.turned_by_coils  # which reach a rate, and then let go
+    found |= dict(_of_gyro(model, told, known, rates, free))
     found |= dict(_of_sensors(model, told, known))
+    angle = np.pi if free else float(np.linalg.norm(rates)) * model.step
+    for name, total in _common_modes(model, told, known, angle):
+        found[name] = found[name].or_above_sum(total)
     found |= dict(_considered(model))
     return curves(scenario, model, found, given_away(scenario, model, told))
 
@@ -124,7 +129,7 @@ def harmonic(values: Floats) -> float:
 
 
 def _of_gyro(
-    model: FilterModel, told: Samples, known: Floats, rates: Floats
+    model: FilterModel, told: Samples, known: Floats, rates: Floats, free: bool
 ) -> Iterator[tuple[str, Block]]:
     """Of the gyro's errors: equations (25) and (26)."""
     suite, times = Suite(model.suite.gyro, ()), model.times
@@ -137,7 +142,12 @@ def _of_gyro(
         start = np.inf if known[:3, own].any() else float(np.trace(attitude))
         of_own = known[np.ix_(own, own)]
         block = in_any_axes(through_attitude(times, drift, of_own, told.attitude, start, walk))
-        if (matrices[:, :3, own] == matrices[0, :3, own]).all():  # at whatever rate
+        at_any_rate = (matrices[:, :3, own] == matrices[0, :3, own]).all()
+        if free and not at_any_rate:
+            raise NoLimit(
+                f"{name}: how it turns the attitude depends on the rate, which coils leave free"
+            )
+        if at_any_rate:
             known_all_along = along_attitude(times, drift, of_own, walks[:3].min())
             block = block.or_above(in_any_axes(known_all_along))
         yield name, block
@@ -158,6 +168,23 @@ def _of_sensors(model: FilterModel, told: Samples, known: Floats) -> Iterator[tu
             yield name, least(start, np.cumsum(samples_tell.trace))
 
 
+def _common_modes(
+    model: FilterModel, told: Samples, known: Floats, angle: float
+) -> Iterator[tuple[str, Floats]]:
+    """Of errors that turn with the body and read like others that do not: equation (29)."""
+    suite = model.suite
+    if (model.initial_correlation != np.eye(len(known))).any():
+        return
+    start = {name: known[np.ix_(own, own)] for name, own in _places(suite)}
+    for name in told.inertial:
+        decay, noise = 1.0, suite.diffusion()[:3] * model.step
+        if name != "attitude":
+            decay, noise = suite.processes[name].over(model.step)
+        carrier = Carrier(float(decay), float(np.min(noise)), start[name])
+        looks = [look for look in told.looks if look.carrier == name]
+        yield from common_modes(name, carrier, looks, start, angle)
+
+
 def _considered(model: FilterModel) -> Iterator[tuple[str, Block]]:
     """Of errors that no plan changes, exactly."""
     suite = model.suite
@@ -176,6 +203,10 @@ def _information(model: FilterModel) -> Floats:
     sigma = model.initial_sigma
     information: Floats = np.linalg.inv(model.initial_correlation) / np.outer(sigma, sigma)
     return information
+
+
+def _places(suite: Suite) -> Iterator[tuple[str, np.ndarray]]:
+    return ((name, _states(suite, name)) for name in suite.blocks)
 
 
 def _states(suite: Suite, block: str) -> np.ndarray:

@@ -36,6 +36,12 @@ class Block(NamedTuple):
         """Where two are proved, the higher one."""
         return Block(*map(np.maximum, self, other))
 
+    def or_above_sum(self, total: Floats) -> Block:
+        """Where a sum of the three is proved that is higher, while all else is not known."""
+        return self._replace(
+            total=np.maximum(self.total, total), worst=np.maximum(self.worst, total / 3.0)
+        )
+
 
 def in_any_axes(variances: Floats) -> Block:
     """From least eigenvalues, shape (n, 3), whose axes are not known."""

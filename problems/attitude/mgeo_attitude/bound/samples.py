@@ -13,9 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.bound.common_mode import Look, Turned
 from mgeo_attitude.bound.faces import together as of_faces
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.geometry.rotation import matrix, skew
 from mgeo_attitude.sensors import Photodiode, Sensor
 from mgeo_attitude.sensors.suite import Suite
 
@@ -61,6 +62,8 @@ class Samples:
         Trace of the information about the attitude; not less than there is.
     own : dict of Told
         Of each other block of sensors and the world.
+    looks : tuple of Look
+        Of each sensor at each of `inertial`, and what it may mistake for them.
     uneven : tuple of str
         Sensors whose noise differs by axes so that a bound gives something away.
     """
@@ -69,6 +72,7 @@ class Samples:
     together: Floats
     attitude: Floats
     own: dict[str, Told]
+    looks: tuple[Look, ...]
     uneven: tuple[str, ...]
 
     def part(self, first: int, last: int) -> Samples:
@@ -83,7 +87,8 @@ class Samples:
             name: Told(of(told.trace), None if told.matrix is None else of(told.matrix))
             for name, told in self.own.items()
         }
-        return Samples(self.inertial, of(self.together), of(self.attitude), own, self.uneven)
+        looks = tuple(look.part(first, last) for look in self.looks)
+        return Samples(self.inertial, of(self.together), of(self.attitude), own, looks, self.uneven)
 
 
 def samples(model: FilterModel) -> Samples:
@@ -118,6 +123,7 @@ def samples(model: FilterModel) -> Samples:
         together,
         np.sum([each.attitude for each in found], axis=0),
         _added(told for each in found for told in each.own.items()),
+        tuple(look for each in found for look in each.looks),
         tuple(name for each in found for name in each.uneven),
     )
 
@@ -183,11 +189,27 @@ def _of_sensor(model: FilterModel, index: int, apart: Collection[str] = ()) -> S
             raise NoLimit(_reason(sensor, name))
         trace = np.trace(information, axis1=1, axis2=2)
         each[name] = Told(at_samples(trace), at_samples(information) if same else None)
+    attitudes = [(np.eye(3), straight), *zip(map(matrix, _PROBES), turned, strict=True)]
+    v = looks.vectors[:, 0]
+    constants = [name for name in each if name not in model.suite.processes]
+
+    def mistaken(name: str) -> Look:
+        alike = {
+            block: Turned(each[block].trace, field)
+            for block in constants
+            for field in (None, v)
+            if _alike(attitudes, probed, block, name, field)
+        }
+        own = slice(3 * inertial.index(name), 3 * inertial.index(name) + 3)
+        trace = np.trace(together[:, own, own], axis1=1, axis2=2)
+        return Look(name, at_samples(trace), alike)
+
     return Samples(
         tuple(inertial),
         at_samples(together),
         at_samples(np.trace(attitude, axis1=1, axis2=2)),
         each,
+        tuple(map(mistaken, inertial)),
         (sensor.name,) if uneven else (),
     )
 
@@ -218,6 +240,7 @@ def _of_diodes(model: FilterModel, indices: Sequence[int]) -> Samples:
             f"{sensor.name}.sensitivity": Told(there / sensor.relative_noise**2, None)
             for sensor, there in zip(lit, seen.T, strict=True)
         },
+        (Look("attitude", 2.0 * most, {}),),
         (),
     )
 
@@ -256,6 +279,26 @@ def _same(others: Floats, information: Floats) -> tuple[bool, bool]:
     difference = np.abs(others - information).max(axis=(0, 2, 3), initial=0.0)
     traces = np.trace(others - information, axis1=2, axis2=3)
     return bool((difference <= size).all()), bool((np.abs(traces) <= size).all())
+
+
+def _alike(
+    attitudes: Sequence[tuple[Floats, dict[str, Floats]]],
+    probed: np.ndarray,
+    block: str,
+    carrier: str,
+    v: Floats | None,
+) -> bool:
+    """Whether an error reads as one along GCRS, `carrier`, that turns with the body: see `Look`."""
+    G = np.eye(3) if v is None else np.moveaxis(skew(v[probed].T), -1, 0)
+    found = []
+    for number, (C, looks) in enumerate(attitudes):
+        own, other = (
+            looks[name][probed] if number == 0 else looks[name] for name in (block, carrier)
+        )
+        size = _ROUNDING * np.linalg.norm(own, axis=(1, 2), keepdims=True)
+        turned = other @ G @ C.T
+        found.append([(np.abs(own - sign * turned) <= size).all() for sign in (1.0, -1.0)])
+    return bool(np.all(found, axis=0).any())
 
 
 def _reason(sensor: Sensor, block: str) -> str:
