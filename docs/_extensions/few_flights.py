@@ -3,17 +3,8 @@
 Every kernel begins with it (``PYTHONSTARTUP``), and so does every command of `terminal`.
 """
 
-from typing import Any as _Any
-
 import mgeo_attitude.problem as _problem
 from mgeo_attitude.view.plans import Plans as _Plans
 
-_kept = _Plans._kept
-
-
-def _of_few(plans: _Any, flights: int = 200, *given: _Any, **options: _Any) -> _Any:
-    return _kept(plans, min(flights, 20), *given, **options)
-
-
-_Plans._kept = _of_few  # type: ignore[method-assign]
+_Plans.flights = 20
 _problem._FLIGHTS = 16

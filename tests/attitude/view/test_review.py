@@ -57,6 +57,22 @@ def test_the_timeline_says_what_each_command_buys(plan, review):
     np.testing.assert_allclose(table["then attitude [deg]"], bought[axes].max(axis=1))
 
 
+def test_what_coils_are_still_turning_at_the_end_has_bought_nothing_that_is_told():
+    """A plan is flown for late flights, here those whose last maneuver takes longer."""
+    late = {"count": 2, "duration_error": 30.0}
+    scenario = {"preset": "cubesat_1u", "duration": 1200.0, "flight": late}
+    scenario |= {"convergence": {"rule": "end", "window": 120.0}, "maneuvers": {"count": 2}}
+    problem = AttitudeManeuverProblem(Scenario.from_dict(scenario))
+    design = [0.0, 0.1, 0.0, 300.0, 2.0, -2.0, 1.0, 30.0]
+    view = problem.view([design])
+    assert view.held_until[0] > view.exactly.t_end[0] == 330.0
+    table = section(view.review(), "Timeline").table
+    *before, last = table.index
+    assert last == "ramp to maneuver 2, for late flights"
+    assert table.loc[before, "bought [%]"].notna().all()
+    assert np.isnan(table.loc[last, "bought [%]"])
+
+
 def test_budget_alternatives_and_sensors_are_those_of_the_plan(plan, review):
     why = section(review, "Why")
     np.testing.assert_allclose(why.table, plan.budget())

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from contextlib import suppress
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -108,6 +108,8 @@ class Plans(View):
     """
 
     problem: ManeuverProblem
+    #: Other flights in which is looked at what plans keep.
+    flights: ClassVar[int] = 200
 
     def __init__(self, problem: ManeuverProblem, X: ArrayLike) -> None:
         super().__init__(problem, X)
@@ -186,7 +188,9 @@ class Plans(View):
         sigma: Floats = np.sqrt(np.diagonal(self.exactly.covariance, axis1=1, axis2=2))
         return sigma
 
-    def _kept(self, flights: int = 200, share: float = 0.9, seed: int | None = None) -> Floats:
+    def _kept(
+        self, flights: int | None = None, share: float = 0.9, seed: int | None = None
+    ) -> Floats:
         """Objectives and the 1-sigma of the attitude [deg] that a share of flights keeps.
 
         Beside them the root mean square over the flights of the 1-sigma of each state.
@@ -195,7 +199,7 @@ class Plans(View):
         errors = problem.scenario.flight or FlightErrors()
         errors = dataclasses.replace(
             errors,
-            count=flights,
+            count=flights or self.flights,
             seed=errors.seed + 1 if seed is None else seed,
             quantile=share,
             mean=False,
@@ -215,7 +219,7 @@ class Plans(View):
         return self._cache(errors).complete(self.X, run)
 
     def promises(
-        self, flights: int = 200, share: float = 0.9, seed: int | None = None
+        self, flights: int | None = None, share: float = 0.9, seed: int | None = None
     ) -> pd.DataFrame:
         """What plans promise, and what a share of other flights keeps.
 
@@ -225,6 +229,8 @@ class Plans(View):
 
         Parameters
         ----------
+        flights : int, optional
+            How many others; default: 200.
         seed : int, optional
             Of the others; default: the next after that of the problem's own.
 

@@ -56,7 +56,7 @@ def review(plans: Plans) -> Review:
         else Section("Limits", ("None beside the rates and durations of maneuvers.",)),
         Section(
             "Timeline",
-            table=_timeline(model, list(stamps[:-1]), history, phases, calibration, design),
+            table=_timeline(model, list(stamps[:-1]), history, phases, design),
             note="rates about body axes; bought: the phase's part of the fall of the trace's "
             "logarithm; then: 1-sigma of the worst body axis at its end",
         ),
@@ -102,7 +102,6 @@ def _timeline(
     stamps: list[str],
     history: FilterHistory,
     phases: tuple[Phase, ...],
-    calibration: list[Phase],
     design: Floats,
 ) -> pd.DataFrame:
     """Each command in UTC, with what it buys: the trace's fall, and what is required or asked."""
@@ -120,16 +119,15 @@ def _timeline(
     )
     bought = observability.contributions(model, design, history).iloc[1:]
     shown = {"bought [%]": bought["contribution [%]"]}
-    steps = [round(phase.end / model.step) for phase in calibration]
+    steps = np.rint(bought["time [s]"] / model.step).astype(np.int64)
     sigma = history.sigma[steps].reshape(len(steps), -1, 3).max(axis=2)
     asked = [b for b in range(sigma.shape[1]) if np.isfinite(model.required_sigma[3 * b])]
     for block in sorted({0, *asked}):
         unit = block_units(model.suite)[block]
         values = pd.Series(sigma[:, block] * unit.factor, index=bought.index)
         shown[f"then {unit.label} [{unit.unit}]"] = values
-    missing = len(phases) - len(calibration)  # what follows teaches nothing that is told
-    for name, column in shown.items():
-        table[name] = np.append(column.to_numpy(float), np.full(missing, np.nan))
+    for name, column in shown.items():  # what follows teaches nothing that is told
+        table[name] = column.reindex(table.index)
     return table
 
 
