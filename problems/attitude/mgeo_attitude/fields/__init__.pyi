@@ -1,3 +1,4 @@
+from .checking import Validated as Validated
 from .quantity import DEG as DEG
 from .quantity import DEG_H as DEG_H
 from .quantity import InvalidType as InvalidType
@@ -11,7 +12,6 @@ from .quantity import expect as expect
 from .quantity import known_names as known_names
 from .quantity import positive as positive
 from .quantity import quantity as quantity
-from .section import Validated as Validated
 from .tables import from_table as from_table
 from .tables import require_same as require_same
 from .tables import to_table as to_table

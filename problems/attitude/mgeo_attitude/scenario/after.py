@@ -15,7 +15,7 @@ from mgeo_attitude.environment.time_frames import as_utc, elapsed, instant_after
 from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, expect, from_table, to_table
 from mgeo_attitude.scenario.prior import Prior, prior_of
 from mgeo_attitude.scenario.toml import Table, overridden
-from mgeo_attitude.sensors.base import by_axis
+from mgeo_attitude.sensors.errors import by_axis
 from mgeo_attitude.sensors.suite import Suite
 
 #: What a calibration's document says of where a run goes on.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from mgeo_attitude.fields.checking import section_model
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.toml import PRESETS
 
@@ -20,8 +21,6 @@ def scenario_schema() -> dict[str, Any]:
     >>> scenario_schema()["properties"]["step"]["description"]
     'time step of the filter [s]'
     """
-    from mgeo_attitude.fields.checking import section_model  # imports pydantic
-
     dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     schema = section_model(Scenario, "preset", PRESETS).model_json_schema()
     for section in schema["$defs"].values():

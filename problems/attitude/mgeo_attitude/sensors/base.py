@@ -1,25 +1,28 @@
-"""What a sensor declares: the error states it adds, and what it measures.
-
-Errors that are neither constant nor white are first-order Gauss-Markov processes.
-"""
+"""What a sensor declares: the error states it adds, and what it measures."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
-import numpy as np
-
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields import InvalidValue, Validated, expect, known_names, positive, quantity
+from mgeo_attitude.fields import Validated, expect, positive, quantity
 from mgeo_attitude.fields.quantity import DIMENSIONLESS, Unit
 from mgeo_attitude.geometry.vector import Vec3
-from mgeo_attitude.sensors.influences import Influence
+from mgeo_attitude.sensors.errors import (
+    CONSIDERED,
+    INFLUENCES,
+    Alike,
+    Influence,
+    State,
+    check_considered,
+    check_influences,
+)
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment import Environment
@@ -28,75 +31,7 @@ if TYPE_CHECKING:
 #: A gyro or a sensor.
 Noisy = TypeVar("Noisy")
 
-
-@dataclass(frozen=True)
-class GaussMarkov:
-    """An error e' = -e / τ + white noise, stationary: an Ornstein-Uhlenbeck process.
-
-    In `Sensor.states` it stands where a constant has its initial 1-sigma. Its autocorrelation
-    after a time t is exp(-t / τ) (A. Gelb, Applied Optimal Estimation, 1974, section 2.2).
-
-    Attributes
-    ----------
-    sigma : float or tuple of three
-        1-sigma, of each axis if they differ; the same at all times.
-    correlation_time : float
-        τ [s].
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from mgeo_attitude import GaussMarkov
-    >>> drift = GaussMarkov(sigma=100.0, correlation_time=600.0)
-    >>> round(float(drift.sigma**2 * np.exp(-600.0 / drift.correlation_time)))  # after 600 s
-    3679
-    """
-
-    sigma: float | tuple[float, float, float]
-    correlation_time: float
-
-    @property
-    def density(self) -> Any:
-        """Power spectral density of the noise that drives it, per axis; a number or three."""
-        return 2.0 * np.square(self.sigma) / self.correlation_time
-
-    def over(self, duration: Any) -> tuple[Any, Any]:
-        """Factor by which it decays over a duration [s], and the variance that comes new.
-
-        Of an array of durations arrays; its last axis goes with those of `sigma`, if they differ.
-        """
-        ratio = duration / self.correlation_time
-        return np.exp(-ratio), -np.square(self.sigma) * np.expm1(-2.0 * ratio)
-
-
-@dataclass(frozen=True)
-class Alike:
-    """A constant whose three numbers hardly differ: one number, in a state of 3-vectors.
-
-    Attributes
-    ----------
-    sigma : float
-        Initial 1-sigma of each.
-    correlation : float
-        Of any two of them at the start; they differ by √(2 (1 - correlation)) sigma, 1-sigma.
-    """
-
-    sigma: float
-    correlation: float = 0.9999
-
-
-#: What is declared of a state: the initial 1-sigma of a constant, of each axis, or more.
-State = float | tuple[float, float, float] | GaussMarkov | Alike
-
-
-def sigma_of(state: State) -> float | tuple[float, float, float]:
-    """Initial 1-sigma of a state, of each axis if they differ."""
-    return state.sigma if isinstance(state, GaussMarkov | Alike) else state
-
-
 NAME = "name, unique in the suite; prefixes the sensor's states"
-INFLUENCES = "channels that its bias follows: a temperature, a current"
-CONSIDERED = "its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"
 
 
 @dataclass(frozen=True)
@@ -295,11 +230,6 @@ class Sensor(Validated, ABC):
         return None
 
 
-def by_axis(sigma: float | tuple[float, float, float]) -> tuple[float, float, float]:
-    """Of each axis, where one number may stand for all."""
-    return sigma if isinstance(sigma, tuple) else (sigma, sigma, sigma)
-
-
 def with_noise(part: Noisy, factor: float) -> Noisy:
     """A gyro or sensor with its noise times a factor."""
 
@@ -308,39 +238,6 @@ def with_noise(part: Noisy, factor: float) -> Noisy:
 
     names = part.noise_parameters  # type: ignore[attr-defined]
     return dataclasses.replace(part, **{name: times(getattr(part, name)) for name in names})  # type: ignore[type-var]
-
-
-def misalignment(sigma_deg: float) -> Any:
-    """The field of a sensor's initial misalignment; see `tilt`."""
-    return quantity(
-        sigma_deg,
-        unit="deg",
-        low=0.0,
-        doc="initial misalignment, 1-sigma per axis; 0 leaves the states out: it says what body "
-        "axes are",
-        formerly="misalignment_deg",
-    )
-
-
-def scale_factor() -> Any:
-    """The field of an initial error of three scale factors."""
-    return quantity(
-        0.0,
-        low=0.0,
-        doc="initial scale-factor error, 1-sigma per axis; 0 leaves the states out",
-        formerly="scale_factor",
-    )
-
-
-def nonorthogonality() -> Any:
-    """The field of how far three axes are off right angles; see `vector.shear`."""
-    return quantity(
-        0.0,
-        unit="deg",
-        low=0.0,
-        doc="initial non-orthogonality, half of what two axes are off a right angle, 1-sigma; "
-        "0 leaves the states out",
-    )
 
 
 def boresight() -> Any:
@@ -358,29 +255,3 @@ def exclusion(of: str) -> Any:
         open_high=True,
         doc=f"least angle of the boresight {of} at which it measures",
     )
-
-
-def tilt(misalignment_deg: float) -> dict[str, float]:
-    """States of a sensor's misalignment; none if it is zero: then it says what body axes are."""
-    return {"misalignment": math.radians(misalignment_deg)} if misalignment_deg else {}
-
-
-def check_influences(influences: Sequence[Influence], states: Collection[str], kind: str) -> None:
-    """Refuse, with an InvalidValue, one twice, or of what has no bias that could follow it."""
-    names = [influence.channel for influence in influences]
-    for i, influence in enumerate(influences):
-        key = f"influences[{i}].channel"
-        expect(
-            influence.state in states, key, names[i], f"none: {kind} has no bias that follows it"
-        )
-        expect(names[i] not in names[:i], key, names[i], "each one once")
-
-
-def check_considered(considered: Sequence[str], states: Collection[str]) -> None:
-    """Refuse, with an InvalidValue, what is none of the states, or twice there."""
-    for i, state in enumerate(considered):
-        key = f"considered[{i}]"
-        if state not in states:
-            raise InvalidValue(key, state, f"unknown state{known_names(state, states)}")
-        if state in considered[:i]:
-            raise InvalidValue(key, state, "expected each one once")

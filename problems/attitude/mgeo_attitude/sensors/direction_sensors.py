@@ -17,7 +17,8 @@ from mgeo_attitude.fields.quantity import ARCMIN, DEG, SECOND, Unit
 from mgeo_attitude.geometry.rotation import cross, direction, dot, rotate, tangents
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import NAME, State, boresight, exclusion, misalignment, tilt
+from mgeo_attitude.sensors.base import NAME, boresight, exclusion
+from mgeo_attitude.sensors.errors import State, misalignment, tilt
 from mgeo_attitude.sensors.vector_sensors import SunSensor, VectorSensor, where_it_is
 from mgeo_attitude.sensors.world import POSITION_UNIT
 

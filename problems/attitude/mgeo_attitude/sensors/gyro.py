@@ -15,16 +15,16 @@ from mgeo_attitude.fields.quantity import DEG, DEG_H, PPM, Unit
 from mgeo_attitude.geometry.rotation import rotate, shear, unrotate
 from mgeo_attitude.geometry.vector import Vec3, cross, scale
 from mgeo_attitude.geometry.vector import shear as shear_components
-from mgeo_attitude.sensors.base import (
+from mgeo_attitude.sensors.errors import (
     CONSIDERED,
     INFLUENCES,
+    Influence,
     by_axis,
     check_considered,
     check_influences,
     nonorthogonality,
     scale_factor,
 )
-from mgeo_attitude.sensors.influences import Influence
 
 _ALLAN_PEAK = 0.437
 

@@ -17,7 +17,8 @@ from mgeo_attitude.fields.quantity import SECOND, Unit
 from mgeo_attitude.geometry.rotation import dot, frame
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import NAME, Sensor, State
+from mgeo_attitude.sensors.base import NAME, Sensor
+from mgeo_attitude.sensors.errors import State
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment import Environment

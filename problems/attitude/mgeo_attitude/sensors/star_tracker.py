@@ -17,7 +17,8 @@ from mgeo_attitude.fields.quantity import DEG, SECOND, Unit
 from mgeo_attitude.geometry.rotation import cross, dot, frame, rotate, unrotate
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import NAME, Sensor, State, boresight, exclusion, misalignment, tilt
+from mgeo_attitude.sensors.base import NAME, Sensor, boresight, exclusion
+from mgeo_attitude.sensors.errors import State, misalignment, tilt
 
 _ARCSEC_PER_DEG = 3600.0
 

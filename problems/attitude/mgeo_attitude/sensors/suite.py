@@ -13,9 +13,9 @@ import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.fields.quantity import DEG, DIMENSIONLESS, Unit
 from mgeo_attitude.geometry.vector import Vec3, scale
-from mgeo_attitude.sensors.base import Alike, GaussMarkov, Sensor, State, sigma_of
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.errors import Alike, GaussMarkov, Influence, State, influenced, sigma_of
 from mgeo_attitude.sensors.gyro import Gyro
-from mgeo_attitude.sensors.influences import Influence, influenced
 from mgeo_attitude.sensors.world import World
 
 if TYPE_CHECKING:

@@ -14,11 +14,9 @@ from mgeo_attitude.fields.quantity import ARCMIN, DEG, PPM, SECOND, Unit
 from mgeo_attitude.geometry.rotation import rotate, shear
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import shear as shear_components
-from mgeo_attitude.sensors.base import (
-    NAME,
-    Sensor,
+from mgeo_attitude.sensors.base import NAME, Sensor, boresight
+from mgeo_attitude.sensors.errors import (
     State,
-    boresight,
     by_axis,
     misalignment,
     nonorthogonality,

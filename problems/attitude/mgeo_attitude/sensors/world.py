@@ -16,7 +16,7 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.sun_moon import above_limb, earthlight
 from mgeo_attitude.fields import Validated, expect, positive, quantity
 from mgeo_attitude.fields.quantity import ARCMIN, Unit
-from mgeo_attitude.sensors.base import CONSIDERED, GaussMarkov, check_considered
+from mgeo_attitude.sensors.errors import CONSIDERED, GaussMarkov, check_considered
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment import Environment
