@@ -126,7 +126,6 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         self.objectives = scenario.objectives
         self._count = scenario.flight.count if scenario.flight else 0  # of flights
         self._cache = EvaluationCache()
-        self._begun: dict[int, AttitudeManeuverProblem] = {}
         self.obj_names = tuple(entry.label for entry in self._objectives())
         self.constraint_names = tuple(entry.label for entry in constraints(scenario))
         limits = scenario.maneuvers
@@ -181,6 +180,11 @@ class AttitudeManeuverProblem(ShownByView, Problem):
             return self, design
         (maneuvers,), (number,) = self.start_times.split(design)
         return kept(self._begun, int(number), self._beginning, _MOST_BEGUN), maneuvers
+
+    @cached_property
+    def _begun(self) -> dict[int, AttitudeManeuverProblem]:
+        """Problems of start times by their numbers: a memory, which says nothing of this one."""
+        return {}
 
     def _beginning(self, number: int) -> AttitudeManeuverProblem:
         """The problem of a start time, which shares the tables."""

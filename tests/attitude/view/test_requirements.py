@@ -112,6 +112,17 @@ def test_an_error_that_no_turn_makes_smaller_is_named(required, expected):
     assert ratio.min() < 0.75
 
 
+def test_what_no_sensor_has_seen_anything_of_is_no_source():
+    """A Sun sensor that the Sun is never in view of: nothing is correlated with its errors."""
+    blind = {"kind": "sun-sensor", "name": "sun", "half_angle_deg": 0.01}
+    problem = asked({"attitude_deg": 1e-3}, sensors=[blind, {"kind": "magnetometer"}])
+    X = designs(problem, n=2)
+    P = problem.view(X).exactly.covariance
+    place = 3 * problem.model.suite.blocks.index("sun.misalignment")
+    assert (P[:, :3, place : place + 3] == 0.0).all()
+    assert not any("sun" in line for line in problem.view(X).ways_out())
+
+
 def test_what_more_turns_make_smaller_is_not_named():
     problem = asked({"attitude_deg": 1e-3, "mag.bias_nt": 0.1})
     X = designs(problem, 3)

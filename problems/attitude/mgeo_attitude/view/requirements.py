@@ -88,8 +88,10 @@ def _source(P: Floats, P0: Floats, state: int) -> tuple[int, float, float] | Non
         of = slice(3 * block, 3 * block + 3)
         along = np.linalg.solve(P[of, of], P[of, state])
         part = float(P[state, of] @ along)
+        if part <= _SOURCE * P[state, state]:  # nothing of a block that nothing has been seen of
+            continue
         left = float(np.sqrt(part / (along @ P0[of, of] @ along)))
-        if left > _NOTHING and part > _SOURCE * P[state, state]:
+        if left > _NOTHING:
             if block == state // 3:  # itself needs no other source
                 return block, part, left
             if found is None or part > found[1]:
