@@ -57,7 +57,14 @@ def report(
             "--paper", help="Figures for a paper: 88 mm wide, 8-point serif, no title, as PDF."
         ),
     ] = False,
-    problem: options.Problem = None,
+    problem: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MODULE:CLASS",
+            help="A problem, where it is none by name: no file has a module imported; may be given "
+            "several times.",
+        ),
+    ] = None,
     json: options.Json = False,
     quiet: options.Quiet = False,
     debug: options.Debug = False,
@@ -76,7 +83,7 @@ def report(
     formats = [kind for kind, wanted in (("png", png), ("pdf", pdf or paper)) if wanted]
     if figure and not formats:
         formats = ["png"]
-    only = figure or ()
+    only, named = figure or (), problem or []
     with bad_input():
         if len(sources) > 2:
             raise ValueError(f"{len(sources)} runs: expected one, or two to be compared")
@@ -85,12 +92,14 @@ def report(
         is_study = (sources[0] / STUDY_FILE).is_file() and len(sources) == 1
         if is_study and (out is not None or solution is not None):
             raise ValueError("of a study there are figures only: expected no --out, --solution")
+        if len(sources) == 1 and not is_study and len(named) > 1:
+            raise ValueError(f"--problem is given {len(named)} times: a run has one")
     if len(sources) == 2:
-        _write_comparison(sources[0], sources[1], out, output, problem)
+        _write_comparison(sources[0], sources[1], out, output, named)
     elif is_study:
-        _write_study_figures(sources[0], formats, output, only, paper, problem)
+        _write_study_figures(sources[0], formats, output, only, paper, named)
     else:
-        _write_report(sources[0], out, formats, output, only, paper, solution, problem)
+        _write_report(sources[0], out, formats, output, only, paper, solution, *named)
 
 
 def _write_report(
@@ -101,7 +110,7 @@ def _write_report(
     only: Sequence[str],
     paper: bool,
     solution: int | None,
-    problem: str | None,
+    problem: str | None = None,
 ) -> None:
     """Write the report of a run folder, into it unless `out` is given, and pictures beside it.
 
@@ -144,7 +153,7 @@ def _write_report(
 
 
 def _write_comparison(
-    one: Path, other: Path, out: Path | None, output: Output, problem: str | None
+    one: Path, other: Path, out: Path | None, output: Output, named: Sequence[str]
 ) -> None:
     """Write two runs, or solutions' files, side by side, to `out` or into this folder."""
     from mgeo.report import compare_html
@@ -153,7 +162,7 @@ def _write_comparison(
     path = out or Path(COMPARISON_FILE)
     with bad_input():
         _check_page(path, out)
-        html = compare_html(one, other, problem=problem).encode()
+        html = compare_html(one, other, named=named).encode()
         write_file(path, html)
     output.print(f"written: {path} ({_size(html)})")
     output.result({"compared": [str(one), str(other)], "file": str(path), "bytes": len(html)})
@@ -165,7 +174,7 @@ def _write_study_figures(
     output: Output,
     only: Sequence[str],
     paper: bool,
-    problem: str | None,
+    named: Sequence[str],
 ) -> None:
     """Write figures of a study's folder as pictures into it, or, without formats, tell their names.
 
@@ -177,7 +186,7 @@ def _write_study_figures(
 
     figures = folder / FIGURES_FOLDER
     with bad_input((ValueError, TypeError, OSError, StaticExportError)):
-        found = read_comparisons(folder, named=[problem] if problem else [])
+        found = read_comparisons(folder, named=named)
         chosen = study_figures(found, only)
         check_writable(folder)
         _check_figures(figures)

@@ -60,8 +60,8 @@ class Explorer:
     def __init__(
         self, folder: Path | str, *, save: Path | str | None = None, problem: str | None = None
     ) -> None:
-        folder, self._named = Path(folder), problem
-        self.run, self.problem, chosen, self.title = read_subject(folder, problem)
+        folder, self._named = Path(folder), [problem] if problem else []
+        self.run, self.problem, chosen, self.title = read_subject(folder, self._named)
         outcome = self.run.outcome
         if not len(outcome.X):
             raise ValueError(f"{folder} holds no solution: expected a run that found one")
@@ -78,8 +78,9 @@ class Explorer:
     def another(self) -> Explorer:
         """One of the same run, as it was read, for another thread: its problem is its own."""
         found, configuration = copy(self), self.run.configuration
-        named = (self._named or "",)
-        found.problem = load_problem(configuration.problem, configuration.options, named=named)
+        found.problem = load_problem(
+            configuration.problem, configuration.options, named=self._named
+        )
         outcome = self.run.outcome
         found.view = view_of(found.problem, outcome.X, outcome.F).take(self.numbers)
         found._view = lru_cache(_RECENT)(found._made)

@@ -40,7 +40,8 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module, metadata
@@ -60,6 +61,22 @@ _MODULE_AND_CLASS = re.compile(r"\w+(\.\w+)*:\w+(\.\w+)*")
 
 class PluginError(ValueError):
     """A plugin that does not exist, exists twice, or does not load."""
+
+
+@contextmanager
+def code_of_others(what: str, *own: type[Exception]) -> Iterator[None]:
+    """For calls of it: whatever it raises is a `PluginError` that begins with `what` was asked.
+
+    Errors of the kinds `own` are in its own words, and stay.
+    """
+    try:
+        with foreign():
+            yield
+    except Exception as error:  # it may raise anything
+        if isinstance(error, (PluginError, *own)):
+            raise
+        told = f"{what} {type(error).__name__}: {error}".removesuffix(": ")
+        raise PluginError(told) from error
 
 
 @dataclass(frozen=True)
@@ -91,11 +108,8 @@ class Plugin:
         label = f"{noun} {self.name!r}"
         if self.distribution:
             label += f" of {self.distribution} {self.version}"
-        try:
-            with foreign():
-                loaded = self.entry_point.load()
-        except Exception as error:  # whatever a foreign module raises while it is imported
-            raise PluginError(f"{label} does not load: {type(error).__name__}: {error}") from error
+        with code_of_others(f"{label} does not load:"):
+            loaded = self.entry_point.load()
         if not is_valid(loaded):
             raise PluginError(
                 f"{label}: expected {expected} at {self.entry_point.value!r}, found {loaded!r}"

@@ -8,12 +8,12 @@ from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mgeo._foreign import foreign
 from mgeo.benchmarks.collections import build_benchmark, is_benchmark
 from mgeo.plugins.discovery import (
     PROBLEMS,
     PluginError,
     class_of,
+    code_of_others,
     find_plugin,
     installed_plugins,
 )
@@ -84,15 +84,8 @@ def read_files(
     reader = getattr(cls, "read_files", None)
     if reader is None:
         return options
-    try:
-        with foreign():
-            given = reader(options, folder)
-    except Exception as error:  # whatever foreign code raises
-        if isinstance(error, ValueError | OSError):
-            raise
-        raise PluginError(
-            f"read_files of problem {name!r} raised {type(error).__name__}: {error}"
-        ) from error
+    with code_of_others(f"read_files of problem {name!r} raised", ValueError, OSError):
+        given = reader(options, folder)
     if not isinstance(given, dict):
         raise PluginError(f"read_files of problem {name!r} gives {given!r:.80}: expected a dict")
     return given
@@ -110,15 +103,9 @@ def built(name: str, build: Callable[[], Any]) -> Problem:
     """
     from pymoo.core.problem import Problem
 
-    try:
-        with foreign():
-            problem = build()
-    except Exception as error:  # whatever foreign code raises
-        if isinstance(error, ValueError | TypeError | OSError) and type(error) is not TypeError:
-            raise  # the plugin's own words on an option; a bare TypeError is mostly Python's
-        raise PluginError(
-            f"problem {name!r} cannot be built: {type(error).__name__}: {error}"
-        ) from error
+    # the plugin's own words on an option; a TypeError is mostly Python's
+    with code_of_others(f"problem {name!r} cannot be built:", ValueError, OSError):
+        problem = build()
     if not isinstance(problem, Problem):
         raise PluginError(f"problem {name!r} is built as {problem!r:.80}: expected a pymoo Problem")
     for key, least in (("n_var", 1), ("n_obj", 1), ("n_ieq_constr", 0), ("n_eq_constr", 0)):

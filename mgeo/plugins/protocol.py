@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mgeo._foreign import foreign
 from mgeo._typing import FloatArray
 from mgeo.evaluation.individuals import variable_names
-from mgeo.plugins.discovery import PluginError
+from mgeo.plugins.discovery import PluginError, code_of_others
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -134,28 +133,23 @@ def refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
     owner = f"of problem {type(problem).__name__}"
     if getattr(problem, "refine", None) is None:
         raise PluginError(f"refine {owner} is missing: expected a run without --polish")
-    try:
-        with foreign():
-            steps = iter(problem.refine(X.copy()))
-        least = len(X)
-        while True:
-            with foreign():
-                given = next(steps, None)
-                table = None if given is None else np.array(given, dtype=float)
-            if table is None:
-                return
-            fits = table.ndim == 2 and table.shape[1] == X.shape[1] and len(table) >= least
-            if not (fits and np.isfinite(table).all()):
-                raise PluginError(
-                    f"refine(X) {owner} gives {given!r:.80}: expected finite numbers of shape "
-                    f"({least}, {X.shape[1]}), or more rows"
-                )
-            least = len(table)
-            yield table
-    except PluginError:
-        raise
-    except Exception as error:  # whatever a problem raises: foreign code
-        raise PluginError(f"refine {owner} raised {type(error).__name__}: {error}") from error
+    with code_of_others(f"refine {owner} raised"):
+        steps = iter(problem.refine(X.copy()))
+    least = len(X)
+    while True:
+        with code_of_others(f"refine {owner} raised"):
+            given = next(steps, None)
+            table = None if given is None else np.array(given, dtype=float)
+        if table is None:
+            return
+        fits = table.ndim == 2 and table.shape[1] == X.shape[1] and len(table) >= least
+        if not (fits and np.isfinite(table).all()):
+            raise PluginError(
+                f"refine(X) {owner} gives {given!r:.80}: expected finite numbers of shape "
+                f"({least}, {X.shape[1]}), or more rows"
+            )
+        least = len(table)
+        yield table
 
 
 def refinement_steps(problem: Problem, X: FloatArray) -> int:
@@ -166,12 +160,8 @@ def refinement_steps(problem: Problem, X: FloatArray) -> int:
     PluginError
         If that raises.
     """
-    try:
-        with foreign():
-            return length_hint(problem.refine(X.copy()))
-    except Exception as error:  # whatever a problem raises: foreign code
-        owner = f"of problem {type(problem).__name__}"
-        raise PluginError(f"refine {owner} raised {type(error).__name__}: {error}") from error
+    with code_of_others(f"refine of problem {type(problem).__name__} raised"):
+        return length_hint(problem.refine(X.copy()))
 
 
 class Recommended(NamedTuple):
@@ -254,13 +244,9 @@ def checked_part(
         If it raises, or gives something that is not as expected.
     """
     owner = f"of problem {type(problem).__name__}"
-    try:
-        with foreign():
-            given = made()
-            given = list(given) if isinstance(given, Iterator) else given
-    except Exception as error:  # whatever a problem raises: foreign code
-        raised = f"{type(error).__name__}: {error}".removesuffix(": ")
-        raise PluginError(f"{call.partition('(')[0]} {owner} raised {raised}") from error
+    with code_of_others(f"{call.partition('(')[0]} {owner} raised"):
+        given = made()
+        given = list(given) if isinstance(given, Iterator) else given
     if not is_valid(given):
         sized = isinstance(given, np.ndarray) or hasattr(given, "iloc")
         found = f"{type(given).__name__} of shape {np.shape(given)}" if sized else repr(given)

@@ -11,7 +11,7 @@ folder's front, as a front before it may have left, proves nothing here, and is 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -196,7 +196,7 @@ def report_html(
     >>> page = report_html("runs/first")  # doctest: +SKIP
     """
     folder = Path(folder)
-    run, made, chosen, title = read_subject(folder, problem)
+    run, made, chosen, title = read_subject(folder, [problem] if problem else [])
     nearest = run.outcome.nearest
     found = len(run.outcome.F) > 0 and not nearest
     history = recorded_history(folder, made, run.outcome)
@@ -244,7 +244,7 @@ def _answer(view: View, solution: int | None) -> str:
 
 
 def read_subject(
-    folder: Path, named: str | None = None
+    folder: Path, named: Collection[str] = ()
 ) -> tuple[Run, Problem, list[RepresentativeSolution], str]:
     """The run of a folder, its problem as it is installed, its representative solutions, a title.
 
@@ -261,7 +261,7 @@ def read_subject(
     run = read_run(folder)
     configuration, outcome = run.configuration, run.outcome
     with errors_of(folder / RUN_FILE):
-        problem = load_problem(configuration.problem, configuration.options, named=(named or "",))
+        problem = load_problem(configuration.problem, configuration.options, named=named)
         counts = len(outcome.variables), len(outcome.objectives)
         if counts != (problem.n_var, problem.n_obj):
             raise ValueError(

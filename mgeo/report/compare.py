@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
@@ -40,15 +40,15 @@ class Subject:
     solution: str = ""
 
 
-def compare_html(one: Path | str, other: Path | str, *, problem: str | None = None) -> str:
+def compare_html(one: Path | str, other: Path | str, *, named: Collection[str] = ()) -> str:
     """Two run folders or solutions' files side by side; of a run its default solution.
 
     Parameters
     ----------
     one, other
         That `mgeo solve` wrote, or JSON files of an installed problem with ``solution_of``.
-    problem
-        As of `mgeo.report.report_html`.
+    named
+        Problems ``module:Class`` of which modules may be imported: no file has that done.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def compare_html(one: Path | str, other: Path | str, *, problem: str | None = No
     """
     names = distinct(Path(one), Path(other))
     both = zip((one, other), names, strict=True)
-    subjects = [replace(read(Path(path), problem), name=name) for path, name in both]
+    subjects = [replace(read(Path(path), named), name=name) for path, name in both]
     front = fronts_figure(subjects)
     return render(
         "report/assets/compare.html",
@@ -91,7 +91,7 @@ def distinct(one: Path, other: Path) -> list[str]:
     return [f"{one.name}, once", f"{one.name}, again"]
 
 
-def read(path: Path, named: str | None = None) -> Subject:
+def read(path: Path, named: Collection[str] = ()) -> Subject:
     """A run folder's default solution, or that of a file which an installed problem knows.
 
     Raises

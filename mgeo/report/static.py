@@ -101,7 +101,7 @@ def drawn(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> dict[str,
 
 
 def _pictures(folder: Path, named: str | None) -> dict[str, go.Figure]:
-    run, problem, chosen, title = read_subject(folder, named)
+    run, problem, chosen, title = read_subject(folder, [named] if named else [])
     outcome = run.outcome
     found: dict[str, go.Figure | None] = {}
     view = view_of(problem, outcome.X, outcome.F)

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from mgeo._foreign import foreign
 from mgeo.algorithms import constructors
 from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
 from mgeo.plugins import discovery
@@ -183,15 +182,9 @@ def _class(name: str) -> Any:
 
 
 def _built(name: str, cls: Any, parameters: Mapping[str, Any]) -> Algorithm:
-    try:
-        with foreign():
-            algorithm: Algorithm = cls(**parameters)
-    except Exception as error:  # whatever foreign code raises
-        if isinstance(error, ValueError) or issubclass(cls, ExtremalOptimization):
-            raise  # its own words on a parameter
-        raise discovery.PluginError(
-            f"algorithm {name!r} cannot be built: {type(error).__name__}: {error}"
-        ) from error
+    own = Exception if issubclass(cls, ExtremalOptimization) else ValueError  # on a parameter
+    with discovery.code_of_others(f"algorithm {name!r} cannot be built:", own):
+        algorithm: Algorithm = cls(**parameters)
     return algorithm
 
 

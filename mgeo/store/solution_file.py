@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -40,13 +40,15 @@ def solution_document(problem: Problem, name: str, x: FloatArray) -> dict[str, A
     return {"format": FORMAT, "version": VERSION, **solution}
 
 
-def solution_of(document: Any, named: str | None = None) -> tuple[Problem, Mapping[str, Any], Any]:
+def solution_of(
+    document: Any, named: Collection[str] = ()
+) -> tuple[Problem, Mapping[str, Any], Any]:
     """Problem, options and solution of a file, by the ``solution_of`` of an installed problem.
 
     Parameters
     ----------
     named
-        A problem that may be imported, ``module:Class``.
+        Problems that may be imported, ``module:Class``.
 
     Raises
     ------
@@ -78,13 +80,13 @@ def _known(document: Any) -> tuple[str, Mapping[str, Any], Any] | None:
 
 
 def _own(
-    document: Mapping[str, Any], named: str | None
+    document: Mapping[str, Any], named: Collection[str]
 ) -> tuple[Problem, Mapping[str, Any], FloatArray]:
     if document.get("version") != VERSION or document["version"] is True:
         raise ValueError(f"version = {document.get('version')!r:.80}: expected {VERSION}")
     options = entry(document, "options", dict[str, Any])
     name = entry(document, "problem", str)
-    problem = load_problem(name, options, named=(named or "",))
+    problem = load_problem(name, options, named=named)
     x = np.array(entry(document, "design", list[float]), dtype=float)
     if x.shape != (problem.n_var,):
         raise ValueError(f"design of {len(x)} numbers: expected {problem.n_var}")

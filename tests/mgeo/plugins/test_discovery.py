@@ -192,7 +192,9 @@ def test_a_run_and_a_study_of_ones_own_class(beam, tmp_path):
     assert "own_beam" not in sys.modules
     run("resume", "made", "--problem", beam, "--evaluations", "120")
     run("report", "made", "--problem", beam)
-    run("report", "made", "made", "--problem", beam)
+    others = ["--problem", beam, "--problem", "other:C"]
+    run("report", "made", "made", *others)
+    assert "--problem is given 2 times: a run has one" in run("report", "made", *others, code=2)
     run("study", "study.toml", "--jobs", "1")
     kept = read_comparison("studies/study", named=[beam])
     assert kept.order() == ["mgeo-real"]
