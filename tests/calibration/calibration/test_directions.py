@@ -98,6 +98,8 @@ def test_two_angles_of_a_mounted_sensor_are_read_as_its_directions():
     assert 10 < seen.sum() < len(seen)
     np.testing.assert_allclose(found[seen], telemetry.sensors["sun"][seen], rtol=0, atol=1e-14)
     assert np.isnan(found[~seen]).all()
+    with pytest.raises(ValueError, match=r"sun: an angle of 100 deg: expected less than 90"):
+        read_telemetry(frame.assign(a=np.radians(100.0)), scenario, mapping)
     with pytest.raises(ValueError, match=r"columns of sun = .*expected 3 or 2 names"):
         read_telemetry(
             frame, scenario, TelemetryMapping(sensors=(SensorChannels(name="sun", columns=("a",)),))

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
-from mgeo_calibration import calibrate
+from mgeo_calibration import CannotCalibrate, calibrate
 from mgeo_calibration.estimation import batch, first_attitude
 from mgeo_calibration.telemetry import rate_steps
 from scipy.spatial.transform import Rotation
@@ -154,6 +154,8 @@ def test_telemetry_of_other_sensors_and_a_gate_that_is_none(scenario, telemetry)
     other = dataclasses.replace(telemetry, sensors={"sun": telemetry.sensors["sun"]})
     with pytest.raises(ValueError, match=r"telemetry of \['sun'\]: expected that of"):
         calibrate(scenario, other)
+    with pytest.raises(CannotCalibrate, match="gyro: 1 samples: expected 2 or more"):
+        calibrate(scenario, telemetry.until(1.0))
     with pytest.raises(ValueError, match=r"gate = 1\.0: expected a probability"):
         calibrate(scenario, telemetry, gate=1.0)
 

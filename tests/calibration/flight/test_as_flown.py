@@ -89,6 +89,8 @@ def test_an_own_flight_is_off_by_its_first_attitude(plan):
     assert found.loc["Sun in array", "flown"] == pytest.approx(away.sum(), abs=3)
     assert found.loc["Sun in array", ["bound", "limit", "kept"]].tolist() == ["at most", 900, True]
     shorter = as_flown(plan, telemetry.until(200.0))
+    with pytest.raises(ValueError, match="no sample until nan s"):
+        telemetry.until(float("nan"))
     assert shorter.attrs["time_s"] == 200.0
     with pytest.raises(ValueError, match="telemetry has no truth"):
         as_flown(plan, dataclasses.replace(telemetry, truth=None))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from mgeo_attitude._typing import Floats
 from scipy.special import chdtrc, gammaincinv, ndtri
 
@@ -183,11 +185,24 @@ class PriorTest:
     @property
     def words(self) -> str:
         """By how much it is off."""
-        p = f"p = {self.p:.1g}" if self.p > 1e-300 else "p < 1e-300"
-        off = f"(chi-square {self.chi_square:.4g} of {self.freedom}, {p})"
+        off = beyond(self.chi_square, self.freedom, self.p)
         if self.block == ALL:
             return f"the estimate is not what was believed before {off}"
         return f"{self.block} is {self.sigmas:.3g} of its prior 1-sigmas from the prior {off}"
+
+
+def beyond(chi_square: float, freedom: int, p: float) -> str:
+    """In words, how far a chi-square is from what chance explains."""
+    chance = f"p = {p:.1g}" if p > 1e-300 else "p < 1e-300"
+    return f"(chi-square {chi_square:.4g} of {freedom}, {chance})"
+
+
+def tests_table(kind: type[Any], tests: Sequence[Any], index: str) -> pd.DataFrame:
+    """A row for each test of a kind, also where there are none."""
+    columns = [field.name for field in fields(kind)]
+    rows = [vars(test) for test in tests]
+    frame = pd.DataFrame(rows, columns=columns).set_index(index)
+    return frame.drop(columns="p_least", errors="ignore")
 
 
 def contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, str]]:

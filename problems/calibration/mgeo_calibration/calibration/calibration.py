@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,9 +15,14 @@ from mgeo_attitude.geometry import quaternions
 from mgeo_attitude.scenario import SUPPORTED, Scenario
 from mgeo_attitude.sensors import Suite
 
-from mgeo_calibration.calibration.agreement import PriorTest, SensorTest, contradictions
+from mgeo_calibration.calibration.agreement import (
+    PriorTest,
+    SensorTest,
+    contradictions,
+    tests_table,
+)
 from mgeo_calibration.calibration.corrections import in_units, telemetry_units, uplink
-from mgeo_calibration.calibration.model_tests import ModelTest, model_table, scatter_of
+from mgeo_calibration.calibration.model_tests import ModelTest, scatter_of
 from mgeo_calibration.estimation.residuals import History
 
 if TYPE_CHECKING:
@@ -179,18 +184,15 @@ class Calibration:
 
     def test_table(self) -> pd.DataFrame:
         """A row for each sensor, see `SensorTest`."""
-        frame = pd.DataFrame([vars(test) for test in self.tests])
-        return frame.set_index("sensor")
+        return tests_table(SensorTest, self.tests, "sensor")
 
     def prior_table(self) -> pd.DataFrame:
         """A row for each block of states and one for all, see `PriorTest`."""
-        columns = [field.name for field in fields(PriorTest)]
-        frame = pd.DataFrame([vars(test) for test in self.prior_tests], columns=columns)
-        return frame.set_index("block").drop(columns="p_least")
+        return tests_table(PriorTest, self.prior_tests, "block")
 
     def model_table(self) -> pd.DataFrame:
         """A row for each test of what the scenario says, see `ModelTest`."""
-        return model_table(self.model_tests)
+        return tests_table(ModelTest, self.model_tests, "name")
 
     def rejected_table(self) -> pd.DataFrame:
         """A row for each outlier: ``time``, ``sensor``, ``chi_square``."""

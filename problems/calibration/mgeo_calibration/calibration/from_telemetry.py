@@ -32,7 +32,12 @@ from mgeo_calibration.estimation.smoother import Solution, last_covariance
 from mgeo_calibration.estimation.step_noise import for_delays, with_step_noise, without_step_noise
 from mgeo_calibration.estimation.trajectory import memory_told, spans
 from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
-from mgeo_calibration.telemetry.gyro_samples import gyro_noise, gyro_spikes, usual_step
+from mgeo_calibration.telemetry.gyro_samples import (
+    gyro_noise,
+    gyro_spikes,
+    reported,
+    usual_step,
+)
 from mgeo_calibration.telemetry.quantization import LEAST, matters
 
 #: Probability that a reading without fault is taken for an outlier.
@@ -220,7 +225,7 @@ def _rejected(found: Fit) -> tuple[tuple[float, str, float], ...]:
 
 def _notes(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
     """Of steps in which gyro and sensors count that noise does not hide, and of wild rates."""
-    at = telemetry.times[np.isfinite(telemetry.gyro_deg_s[:, 0])]
+    at, _ = reported(telemetry)
     sigma = gyro_noise(data.suite, usual_step(at))
     seen = {"gyro": (matters(np.radians(telemetry.step_of("gyro")), sigma), "deg/s")}
     for sensor, noise in zip(data.suite.sensors, data.noise, strict=True):

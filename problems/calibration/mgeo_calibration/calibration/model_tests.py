@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-import pandas as pd
 from mgeo_attitude._typing import Floats
 
-from mgeo_calibration.calibration.agreement import LAGS, SIGNIFICANCE, SensorTest
+from mgeo_calibration.calibration.agreement import LAGS, SIGNIFICANCE, SensorTest, beyond
 from mgeo_calibration.calibration.questions import Question, sized
 from mgeo_calibration.estimation.departures import LATE
 from mgeo_calibration.estimation.score import Score, Scores, scores
@@ -66,8 +65,7 @@ class ModelTest:
     @property
     def words(self) -> str:
         """By how much it is off, and what would say it, or what else may be so."""
-        p = f"p = {self.p:.1g}" if self.p > 1e-300 else "p < 1e-300"
-        off = f"(chi-square {self.chi_square:.4g} of {self.freedom}, {p})"
+        off = beyond(self.chi_square, self.freedom, self.p)
         return f"{self.says} {off}: {self.key}" + (f", or {self.rival}" if self.rival else "")
 
 
@@ -123,13 +121,6 @@ def model_tests(
     return tuple(tests), _notes(solution, alone, found, named)
 
 
-def model_table(tests: Sequence[ModelTest]) -> pd.DataFrame:
-    """A row for each."""
-    columns = [field.name for field in fields(ModelTest)]
-    frame = pd.DataFrame([vars(test) for test in tests], columns=columns)
-    return frame.set_index("name").drop(columns="p_least")
-
-
 def scatter_of(tests: Sequence[SensorTest]) -> float:
     """By how much the mean of innovations varies more than the scenario says, at least one.
 
@@ -140,7 +131,7 @@ def scatter_of(tests: Sequence[SensorTest]) -> float:
         for test in tests
     )
     each = (test.nis * (1.0 + more) for test, more in zip(tests, correlated, strict=True))
-    return max(1.0, *each)
+    return max([1.0, *each])
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.scenario import Scenario
 
-from mgeo_calibration.calibration.agreement import MOST_REJECTED
-from mgeo_calibration.calibration.model_tests import ModelTest, model_table, model_tests
+from mgeo_calibration.calibration.agreement import MOST_REJECTED, tests_table
+from mgeo_calibration.calibration.model_tests import ModelTest, model_tests
 from mgeo_calibration.calibration.questions import channels_of, questions
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
@@ -101,7 +101,7 @@ class CannotCalibrate(ValueError):
 
     def model_table(self) -> pd.DataFrame:
         """As of a calibration."""
-        return model_table(self.model_tests)
+        return tests_table(ModelTest, self.model_tests, "name")
 
 
 def of_a_wide_fit(

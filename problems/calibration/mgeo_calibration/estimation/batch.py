@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
@@ -20,6 +20,7 @@ from mgeo_calibration.telemetry.gyro_samples import (
     gyro_noise,
     gyro_spikes,
     rate_steps,
+    reported,
     usual_step,
 )
 from mgeo_calibration.telemetry.mapping import UNITS
@@ -86,15 +87,14 @@ class Batch:
     def part(self, low: int, high: int) -> Batch:
         """Samples low to high - 1."""
         samples, steps = slice(low, high), slice(low, high - 1)
-        return Batch(
-            suite=self.suite,
+        return replace(
+            self,
             times=self.times[samples],
             gyro=self.gyro[steps],
             change=self.change[steps],
             added=self.added[steps],
             breaks=self.breaks[steps],
             sensors=tuple(rows[samples] for rows in self.sensors),
-            noise=self.noise,
             vectors=self.vectors[samples],
             influences=self.influences[samples],
         )
@@ -115,17 +115,18 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     Raises
     ------
     ValueError
-        For telemetry of other sensors, or without a channel that a bias follows; nothing after
+        For telemetry of other sensors, of fewer than two samples of the gyro, or without a channel
+        that a bias follows; nothing after
         the epoch of a scenario that goes on; or vectors of a length that the environment's have
         not.
     """
     if scenario.prior is not None:
         telemetry = _since_epoch(scenario, telemetry)
+    at, rates = reported(telemetry)
     suite = scenario.suite
     readings = telemetry.readings(suite)
     there = np.isfinite(telemetry.gyro_deg_s[:, 0])
     there |= np.any([np.isfinite(rows[:, 0, 0]) for rows in readings], axis=0)
-    at = telemetry.times[np.isfinite(telemetry.gyro_deg_s[:, 0])]
     usual = usual_step(at)
     silent = (np.diff(at) > SILENT * usual).nonzero()[0]
     for last, first in zip(at[silent], at[silent + 1], strict=True):
@@ -143,7 +144,6 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
         for i, rows in enumerate(readings)
     )
     _check_lengths(suite, sensors, vectors)
-    rates = np.radians(telemetry.gyro_deg_s[np.isfinite(telemetry.gyro_deg_s[:, 0])])
     off = gyro_spikes(suite, telemetry)
     rates -= off
     gyro, change, missing, breaks = rate_steps(times, at, rates, usual)

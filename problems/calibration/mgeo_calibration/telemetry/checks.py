@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import timedelta
 
 import numpy as np
@@ -13,6 +13,7 @@ from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Suite
 
 from mgeo_calibration.telemetry.columns import channel_of
+from mgeo_calibration.telemetry.gyro_samples import reported
 from mgeo_calibration.telemetry.telemetry import Telemetry, channels
 
 #: Longest time without any sample [s]; what is longer is a clock that jumped.
@@ -27,33 +28,18 @@ _RARE = 0.01  # share of equal neighbors from which a channel says nothing
 _NEAR = 0.05  # of a channel's range: how far the next number below a limit may be
 
 
-def check_telemetry(telemetry: Telemetry, scenario: Scenario, measured: bool = True) -> None:
+def check_telemetry(telemetry: Telemetry, scenario: Scenario) -> None:
     """Refuse telemetry that nothing can be learned from.
-
-    Parameters
-    ----------
-    measured : bool
-        Whether rates are those of a gyro.
 
     Raises
     ------
     ValueError
-        For a gyro or sensors without samples, a time outside the field model or that jumps, a
-        channel that never changes, or a gyro that saturates: the same largest rate many times in a
-        row, in a channel whose neighbors otherwise differ.
+        For a gyro or sensors without samples, or a time outside the field model or that jumps.
     """
-    times, gyro = telemetry.times, telemetry.gyro_deg_s
-    _check_times(times, scenario)
-    rates = gyro[np.isfinite(gyro[:, 0])]
-    if len(rates) < 2:
-        raise ValueError(f"gyro: {len(rates)} samples: expected 2 or more")
+    _check_times(telemetry.times, scenario)
+    reported(telemetry)
     if not any(np.isfinite(rows).any() for rows in telemetry.sensors.values()):
         raise ValueError(f"{', '.join(telemetry.sensors)}: expected a sample of one of them")
-    for name, rows in telemetry.sensors.items():
-        _check_changes(name, rows)
-    if measured:
-        _check_changes("gyro", gyro)
-        _check_saturation(rates)
 
 
 def followed(suite: Suite, others: Mapping[str, Floats]) -> dict[str, Floats]:
@@ -76,14 +62,22 @@ def followed(suite: Suite, others: Mapping[str, Floats]) -> dict[str, Floats]:
     return found
 
 
-def _check_saturation(rates: Floats) -> None:
-    for axis, rate in zip("xyz", rates.T, strict=True):
+def check_saturation(names: Sequence[str], rates: Floats, unit: str) -> None:
+    """Refuse a gyro that saturates, by its rates along its own axes, shape (n, 3).
+
+    Raises
+    ------
+    ValueError
+        For the same largest rate many times in a row, in a column, by its name, whose neighbors
+        otherwise differ.
+    """
+    for name, rate in zip(names, rates[np.isfinite(rates).all(axis=1)].T, strict=True):
         same = np.diff(rate) == 0.0
-        extreme = same & (np.abs(rate[1:]) == np.abs(rate).max())
+        extreme = same & (np.abs(rate[1:]) == np.abs(rate).max(initial=0.0))
         longest = int(_runs(extreme)[0].max(initial=0)) + 1
         if longest >= _CLIPPED and (same & ~extreme).sum() < _RARE * len(rate):
             raise ValueError(
-                f"gyro_{axis} = {np.abs(rate).max():.6g} deg/s in {longest} samples one after the "
+                f"{name} = {np.abs(rate).max():.6g} {unit} in {longest} samples one after the "
                 "other, and never beyond: the gyro saturates"
             )
 
@@ -111,18 +105,25 @@ def _check_times(times: Floats, scenario: Scenario) -> None:
         )
 
 
-def _check_changes(name: str, rows: Floats) -> None:
+def check_changes(names: Sequence[str], rows: Floats) -> None:
+    """Refuse columns, by their names, of a gyro or sensor of which one never changes.
+
+    Raises
+    ------
+    ValueError
+        For one of three, or all.
+    """
     found = rows[np.isfinite(rows).all(axis=1)]
     if len(found) < _FEWEST:
         return
-    stuck = np.ptp(found, axis=0) == 0.0
-    if rows.shape[1] == 1 and not found.any():  # a photodiode that has seen no Sun
+    if len(names) == 1 and not found.any():  # a photodiode that has seen no Sun
         return
-    if stuck.all() or (stuck.any() and rows.shape[1] == 3):
-        column = channels(name, rows.shape[1])[int(np.argmax(stuck))]
+    stuck = np.ptp(found, axis=0) == 0.0
+    if stuck.all() or (stuck.any() and len(names) == 3):
+        k = int(np.argmax(stuck))
         raise ValueError(
-            f"{column} is {float(found[0, np.argmax(stuck)])!r} in all {len(found)} samples: "
-            "expected a channel that changes"
+            f"{names[k]} is {float(found[0, k])!r} in all {len(found)} samples: expected a channel "
+            "that changes"
         )
 
 

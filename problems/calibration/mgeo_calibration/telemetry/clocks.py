@@ -221,6 +221,8 @@ def _believed(sensor: Sensor) -> dict[str, float]:
 
 def _calendar(scenario: Scenario, times: Floats) -> str | None:
     """Times that are those of the epoch if they are counted from elsewhere."""
+    if len(times) < 2:
+        return None
     step = float(np.median(np.diff(times)))
     for words, (start, unit) in _CALENDARS.items():
         since = times[0] - (_JULIAN if words == "Julian dates" else 0.0)

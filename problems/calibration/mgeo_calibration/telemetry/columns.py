@@ -20,7 +20,8 @@ from mgeo_calibration.telemetry.mapping import Channels
 #: Offsets are looked for at the end alone: from the front one pattern for all takes squared time.
 _CLOCK, _OFFSET = re.compile(r"\d\d:\d\d"), re.compile(r"([+-])(\d\d):?(\d\d)\Z")
 _LONGEST = len("+00:00")
-_OTHER_NAMES = {"µ": "u", "μ": "u", "°": "deg", "dps": "deg/s", "sec": "s", "none": "-", "1": "-"}
+_OTHER_SIGNS = {"µ": "u", "μ": "u", "°": "deg"}
+_OTHER_NAMES = {"dps": "deg/s", "sec": "s", "none": "-", "1": "-"}
 _OTHER_TIMES = ("ms", "us", "min", "h", "d")
 
 
@@ -81,9 +82,9 @@ def with_unit(name: str, entry: Channels, columns: Sequence[Column]) -> Channels
     if len(units) > 1:
         raise ValueError(f"{name}: columns in {', '.join(sorted(units))}: expected one unit")
     (unit,) = units
-    for other, known in _OTHER_NAMES.items():
-        unit = unit.replace(other, known) if len(other) == 1 or unit == other else unit
-    return replace(entry, unit=unit)
+    for sign, known in _OTHER_SIGNS.items():
+        unit = unit.replace(sign, known)
+    return replace(entry, unit=_OTHER_NAMES.get(unit, unit))
 
 
 def numbers(column: pd.Series) -> Floats:
@@ -181,6 +182,8 @@ def seconds(column: pd.Series, form: str, scenario: Scenario) -> Floats:
         times = clock_seconds_after(epoch, unix - epoch.timestamp())
     elif is_number:
         times = numbers(column)
+    elif column.dtype.kind in "bcm":  # durations, say
+        times = np.full(len(column), np.nan)
     elif column.dtype.kind == "M" or not isinstance(column.iloc[0], str):
         at = pd.to_datetime(column, utc=True, errors="coerce")
         clock = (at - pd.Timestamp(epoch)).dt.total_seconds().to_numpy(dtype=float)

@@ -121,6 +121,20 @@ def spikes(rates: Floats, least: Floats) -> Floats:
     return found
 
 
+def reported(telemetry: Telemetry) -> tuple[Floats, Floats]:
+    """When the gyro has reported, shape (m,) [s], and which rates, shape (m, 3) [rad/s].
+
+    Raises
+    ------
+    ValueError
+        For fewer than two samples, between which nothing is known of the attitude.
+    """
+    there = np.isfinite(telemetry.gyro_deg_s[:, 0])
+    if there.sum() < 2:
+        raise ValueError(f"gyro: {there.sum()} samples: expected 2 or more")
+    return telemetry.times[there], np.radians(telemetry.gyro_deg_s[there])
+
+
 def usual_step(at: Floats) -> float:
     """Between samples of the gyro [s]."""
     return float(np.median(np.diff(at)))
@@ -134,10 +148,9 @@ def gyro_noise(suite: Suite, duration: float) -> Floats:
 
 def gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
     """By how much the gyro's samples stand apart from both neighbors, shape (m, 3) [rad/s]."""
-    there = np.isfinite(telemetry.gyro_deg_s[:, 0])
-    noise = gyro_noise(suite, usual_step(telemetry.times[there]))
+    at, rates = reported(telemetry)
     step = np.radians(telemetry.step_of("gyro"))
-    return spikes(np.radians(telemetry.gyro_deg_s[there]), np.maximum(noise, step))
+    return spikes(rates, np.maximum(gyro_noise(suite, usual_step(at)), step))
 
 
 def rate_steps(

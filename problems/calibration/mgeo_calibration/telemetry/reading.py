@@ -14,7 +14,12 @@ from mgeo_attitude.sensors import Sensor
 from scipy.spatial.transform import Rotation
 
 from mgeo.validation import FileError
-from mgeo_calibration.telemetry.checks import check_telemetry, followed
+from mgeo_calibration.telemetry.checks import (
+    check_changes,
+    check_saturation,
+    check_telemetry,
+    followed,
+)
 from mgeo_calibration.telemetry.columns import (
     find_columns,
     has_columns,
@@ -40,8 +45,8 @@ def read_telemetry(
     """Read a table whose columns are those of `Telemetry.frame`, or what `mapping` says.
 
     Rows may stand in any order and repeat each other; those of one time are put together, so that
-    sensors may have rows of their own. An entry is empty where there was no sample; a vector of
-    three zeros is none, either. Other columns of numbers are `others`. Names differ neither
+    sensors may have rows of their own. An entry is empty where there was no sample; a vector or
+    quaternion of zeros is none, either. Other columns of numbers are `others`. Names differ neither
     by case nor by a unit in brackets, which says what is in the column unless the mapping does.
 
     Parameters
@@ -84,11 +89,14 @@ def read_telemetry(
 
 def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping) -> Telemetry:
     names = [sensor.name for sensor in scenario.sensors]
-    given: dict[str, Channels] = {entry.name: entry for entry in mapping.sensors}
+    given: dict[str, Channels] = {}
     for i, entry in enumerate(mapping.sensors):
         if entry.name not in names:
             expected = f"unknown sensor{known_names(entry.name, names)}"
             raise InvalidValue(f"sensors[{i}].name", entry.name, expected)
+        if entry.name in given:
+            raise InvalidValue(f"sensors[{i}].name", entry.name, "is named twice: expected it once")
+        given[entry.name] = entry
     no_gyro = mapping.gyro.holds
     asked: dict[str, tuple[Channels, list[str]]] = {
         "gyro": (mapping.gyro, [] if no_gyro else _asked("gyro", mapping.gyro))
@@ -120,12 +128,13 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
     for name, (_, own) in asked.items():
         found[name] = table[:, first : first + len(own)]
         first += len(own)
-    counted, channel = found.pop("gyro"), asked["gyro"][0]
+    counted, (channel, own) = found.pop("gyro"), asked["gyro"]
     steps = {"gyro": np.zeros(3) if no_gyro else _steps(counted, channel, "deg/s")}
     if no_gyro:
         counted = held(no_gyro, scenario, times)
+    else:
+        _check_range(times, own, counted * channel.factor("deg/s"), mapping.gyro.range_deg_s)
     gyro = _turned(counted, channel, "deg/s")
-    _check_range(times, gyro, mapping.gyro.range_deg_s)
     if mapping.gyro.rate == "instantaneous" or no_gyro:
         there = np.isfinite(gyro).all(axis=1)
         gyro[there] = means(times[there], gyro[there])
@@ -133,6 +142,8 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
     sensors = {}
     for sensor in scenario.sensors:
         rows, channel = found[sensor.name], asked[sensor.name][0]
+        if rows.shape[1] > 2:  # many report zeros so that they see nothing
+            rows[~rows.any(axis=1)] = np.nan
         sensors[sensor.name] = _reported(sensor, rows, channel)
         if rows.shape[1] == 2:
             step = np.radians(channel.factor("deg") * resolution(rows).max())
@@ -147,7 +158,12 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
         steps=steps,
         others=other,
     )
-    check_telemetry(telemetry, scenario, measured=no_gyro is None)
+    check_telemetry(telemetry, scenario)
+    for sensor in scenario.sensors:
+        check_changes(asked[sensor.name][1], found[sensor.name])
+    if not no_gyro:
+        check_changes(own, counted)
+        check_saturation(own, counted, channel.unit or "deg/s")
     return telemetry
 
 
@@ -169,8 +185,8 @@ def _merged(times: Floats, table: Floats, names: Sequence[str]) -> tuple[Floats,
     if (differs := low < high).any():
         row, column = np.argwhere(differs)[0]
         raise ValueError(
-            f"time {times[first[row]]:.6f} s occurs with {names[column]} = {low[row, column]!r} "
-            f"and {high[row, column]!r}: expected one of the two"
+            f"time {times[first[row]]:.6f} s occurs with {names[column]} = "
+            f"{float(low[row, column])!r} and {float(high[row, column])!r}: expected one of the two"
         )
     return times[first], low
 
@@ -207,7 +223,13 @@ def _reported(sensor: Sensor, rows: Floats, entry: Channels) -> Floats:
     """Channels of a sensor, as if it were mounted along the body axes."""
     try:
         if rows.shape[1] == 2:
-            x, y = np.tan(np.radians(entry.factor("deg") * rows.T))
+            angles = entry.factor("deg") * rows
+            if (np.abs(angles) >= 90.0).any():
+                worst = float(np.nanmax(np.abs(angles)))
+                raise ValueError(
+                    f"{sensor.name}: an angle of {worst:.6g} deg: expected less than 90"
+                )
+            x, y = np.tan(np.radians(angles.T))
             along = np.column_stack([x, y, np.ones_like(x)])
             along /= np.linalg.norm(along, axis=1, keepdims=True)
             found: Floats = entry.to_body().apply(along)
@@ -218,9 +240,7 @@ def _reported(sensor: Sensor, rows: Floats, entry: Channels) -> Floats:
                 expect(getattr(entry, key) is None, key, getattr(entry, key), mounted)
             return rows * entry.factor(sensor.channel_unit.text)
         if len(sensor.channels) == 3:
-            found = _turned(rows, entry, sensor.channel_unit.text)
-            found[(rows == 0.0).all(axis=1)] = np.nan  # many report so that they see nothing
-            return found
+            return _turned(rows, entry, sensor.channel_unit.text)
         entry.factor("-")
     except InvalidValue as error:
         raise error.under(sensor.name) from None
@@ -236,11 +256,12 @@ def _reported(sensor: Sensor, rows: Floats, entry: Channels) -> Floats:
     return turned
 
 
-def _check_range(times: Floats, gyro: Floats, most: float | None) -> None:
+def _check_range(times: Floats, names: Sequence[str], gyro: Floats, most: float | None) -> None:
+    """Of rates along the gyro's own axes [deg/s]."""
     saturated = np.abs(gyro) >= (np.inf if most is None else most)
     if saturated.any():
         row, axis = np.argwhere(saturated)[0]
         raise ValueError(
-            f"gyro_{'xyz'[axis]} at time {times[row]:.6f} s = {gyro[row, axis]:.6g} deg/s: the "
+            f"{names[axis]} at time {times[row]:.6f} s = {gyro[row, axis]:.6g} deg/s: the "
             f"gyro saturates at range_deg_s = {most:g}"
         )

@@ -78,8 +78,8 @@ class Telemetry:
     Raises
     ------
     ValueError
-        For an array of another shape, an infinity, a vector that is NaN in part, or times that are
-        not finite or do not increase.
+        For an array of another shape, an infinity, a vector that is NaN in part, no sample, or
+        times that are not finite or do not increase.
 
     Examples
     --------
@@ -102,8 +102,9 @@ class Telemetry:
 
     def __post_init__(self) -> None:
         times = np.array(self.times, dtype=float)
-        if times.ndim != 1 or not np.isfinite(times).all() or (np.diff(times) <= 0.0).any():
-            raise ValueError("times: expected finite numbers in increasing order [s]")
+        one = times.ndim == 1 and len(times) > 0 and bool(np.isfinite(times).all())
+        if not one or (np.diff(times) <= 0.0).any():
+            raise ValueError("times: expected one or more finite numbers in increasing order [s]")
         object.__setattr__(self, "times", times)
         object.__setattr__(self, "gyro_deg_s", self._samples("gyro", self.gyro_deg_s, (3,)))
         sensors = {
@@ -143,7 +144,7 @@ class Telemetry:
             If there is none.
         """
         n = int(np.searchsorted(self.times, time, side="right"))
-        if not n:
+        if not time >= self.times[0]:
             raise ValueError(f"no sample until {time!r} s: the first is at {self.times[0]:.6f} s")
         truth = self.truth
         return Telemetry(

@@ -41,24 +41,19 @@ def forward(moves, seen, sights, growth, kept, readings, first, cost):
         See `sightings.Sightings`.
     growth : array, shape (N, c)
     kept : x, T, P, shapes (N, d), (N, d, q), (N, d, d)
-        Written: e = x + T c, with covariance P, after the readings of a sample.
+        Written: e = x + T c, with covariance P, after the readings of a sample; of the first one
+        they are there, if it is the first of all before its readings.
     readings : Hw, K, w, W, shapes (s, N, 3, p), (s, N, 3, d), (s, N, 3), (s, N, 3, q)
         Written; see `update`.
     first : int
-        0, or 1 to go on from the first sample of `kept`.
+        0, or 1 to go on from the first sample of `kept`, whose readings are in it.
     cost : float
         The sum until then.
     """
     x, T, P = kept
     z, noise = sights[0], sights[2]
-    N, d, q = T.shape
+    N, d, _ = T.shape
     room, y = np.zeros((2 * d + 3, d)), np.empty(d)
-    for i in range(0 if first else d):
-        x[0, i] = 0.0
-        for m in range(q):
-            T[0, i, m] = 1.0 if i == m else 0.0
-        for m in range(d):
-            P[0, i, m] = 0.0
     for k in range(first, N):
         if k:
             predict(moves, k, x, T, P, room)

@@ -143,24 +143,13 @@ def coarse_sun_sensors(
     each = (*sensor.noise(), sensor.noise()[-1])[:3]  # of two angles they are alike
     for axis, bias, noise in zip(mount, errors["bias"], each, strict=True):
         for sign in (1.0, -1.0):
-            head = coarseSunSensor.CoarseSunSensor()
-            head.RNGSeed, head.fov, head.nHat_B = seeds(), math.pi / 2, (sign * axis).tolist()
+            head = _head(sign * axis, sources, seeds())
             head.senBias, head.senNoiseStd = float(sign * bias / 2.0), noise / math.sqrt(2.0)
-            head.setAMatrix([[0.0]])
-            head.walkBounds = head.maxOutput = NO_BOUND
-            head.minOutput = -NO_BOUND
-            head.sunInMsg.subscribeTo(sources.surroundings.unit_sun)
-            head.stateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
             heads.append(head)
     array = coarseSunSensor.CSSConstellation()
     array.ModelTag, array.sensorList = sensor.name, coarseSunSensor.CSSVector(heads)
-    records = {
-        sensor.name: array.constellationOutMsg.recorder(),
-        f"{sensor.name} state": sources.satellite.scStateOutMsg.recorder(),
-        f"{sensor.name} Sun": sources.surroundings.unit_sun.recorder(),
-    }
-    if sources.shadow is not None:
-        records[f"{sensor.name} light"] = sources.shadow.eclipseOutMsgs[0].recorder()
+    records = _records(sensor, array.constellationOutMsg, sources)
+    records[f"{sensor.name} Sun"] = sources.surroundings.unit_sun.recorder()
 
     def vectors(of: Mapping[str, Any]) -> Floats:
         cosines = of[sensor.name].CosValue[:, :6]
@@ -188,21 +177,9 @@ def photodiode(
     """
     along = sensor.axes[2] + errors["sensitivity"] @ sensor.axes
     gain = float(np.linalg.norm(along))
-    head = coarseSunSensor.CoarseSunSensor()
-    head.ModelTag, head.RNGSeed = sensor.name, seeds()
-    head.fov, head.nHat_B, head.scaleFactor = math.pi / 2, (along / gain).tolist(), gain
+    head = _head(along / gain, sources, seeds())
+    head.ModelTag, head.scaleFactor = sensor.name, gain
     head.senNoiseStd = sensor.relative_noise / gain  # which is scaled, too
-    head.setAMatrix([[0.0]])
-    head.walkBounds = head.maxOutput = NO_BOUND
-    head.minOutput = -NO_BOUND
-    head.sunInMsg.subscribeTo(sources.surroundings.unit_sun)
-    head.stateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
-    records = {
-        sensor.name: head.cssDataOutMsg.recorder(),
-        f"{sensor.name} state": sources.satellite.scStateOutMsg.recorder(),
-    }
-    if sources.shadow is not None:
-        records[f"{sensor.name} light"] = sources.shadow.eclipseOutMsgs[0].recorder()
 
     def vectors(of: Mapping[str, Any]) -> Floats:
         found = np.array(of[sensor.name].OutputData)
@@ -215,7 +192,30 @@ def photodiode(
         reported: Floats = np.where(_in_light(sensor, of), found, np.nan)
         return reported[:, None, None]
 
-    return Instrument([head], records, vectors)
+    return Instrument([head], _records(sensor, head.cssDataOutMsg, sources), vectors)
+
+
+def _head(normal: Floats, sources: Sources, seed: int) -> Any:
+    """One of Basilisk's coarse Sun sensors, which sees half of the sky, without any bound."""
+    head = coarseSunSensor.CoarseSunSensor()
+    head.RNGSeed, head.fov, head.nHat_B = seed, math.pi / 2, normal.tolist()
+    head.setAMatrix([[0.0]])
+    head.walkBounds = head.maxOutput = NO_BOUND
+    head.minOutput = -NO_BOUND
+    head.sunInMsg.subscribeTo(sources.surroundings.unit_sun)
+    head.stateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
+    return head
+
+
+def _records(sensor: Sensor, message: Any, sources: Sources) -> dict[str, Any]:
+    """Of its own message, of the satellite, and of the shadow if there is one."""
+    records = {
+        sensor.name: message.recorder(),
+        f"{sensor.name} state": sources.satellite.scStateOutMsg.recorder(),
+    }
+    if sources.shadow is not None:
+        records[f"{sensor.name} light"] = sources.shadow.eclipseOutMsgs[0].recorder()
+    return records
 
 
 def _followed(errors: Errors, n: int) -> Floats:
