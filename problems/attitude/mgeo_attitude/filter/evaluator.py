@@ -6,30 +6,20 @@ import dataclasses
 import os
 import warnings
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.filter.jobs import separate, shared
-from mgeo_attitude.filter.kernel import lanes, load_driver, load_kernel
-from mgeo_attitude.filter.layout import layout, transition_pattern
+from mgeo_attitude.filter.jobs import Batch, Begins, Ran, run
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.symbols import triangle
-from mgeo_attitude.filter.variants import (
-    check_variants,
-    constants_of,
-    dynamics_of,
-    initial_values,
-)
+from mgeo_attitude.filter.variants import check_variants
 from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.maneuvers.schedule import Schedule, decode, maneuver_steps, scheduled
-from mgeo_attitude.sensors.gyro import is_uneven
 
 
 @dataclass(frozen=True)
@@ -81,24 +71,6 @@ class Evaluation:
     wheel_load: Floats
     plan: Schedule
     start: Floats | None = None
-
-
-class Begins(NamedTuple):
-    """Where the variants of a model begin, if not all at the first row of its own table.
-
-    Attributes
-    ----------
-    table : array, shape (n_samples, n_given)
-        A `FilterModel.table` that has the rows of all of them.
-    gated : tuple of bool
-        Of the same model: what a part of its rows does not gate, another one may.
-    rows : array of int, shape (n_variants,)
-        The first of each.
-    """
-
-    table: Floats
-    gated: tuple[bool, ...]
-    rows: Ints
 
 
 def evaluate(
@@ -162,38 +134,26 @@ def evaluate(
     else:
         plan = scheduled([each.schedule for each in variants], designs, np.asarray(which))
     _check_turns(model, plan)
-    n, monitors = len(plan.rates), model.monitors
+    n = len(plan.rates)
     flown_by = np.zeros(n, dtype=np.int64) if which is None else np.asarray(which, dtype=np.int64)
+    batch = Batch(variants, begins, flown_by, plan, threads or available_threads())
+    last = np.full(n, model.n_steps)
     if until is None and model.ends_by_design:
         until = np.clip(plan.over, 1, model.n_steps)
-    stops, run = (
-        np.full(n, model.n_steps),
-        partial(_run, model, variants, begins, flown_by, plan, threads),
-    )
     if until is not None:
-        stops[:] = until
+        last[:] = until
         # all that lasts until then, so that designs of one plan and other ends are told apart
-        plan_until = dataclasses.replace(plan, over=stops)
-        run = partial(_run, model.unending, variants, begins, flown_by, plan_until, threads)
+        lasting = batch._replace(plan=dataclasses.replace(plan, over=last))
+        ran = run(model.unending, lasting, last, history, covariance)
     elif model.rule != "trace":
-        run = partial(_run, model.endless, variants, begins, flown_by, plan, threads)
-        whole = run(stops, factor=model.factor)
+        whole = run(model.endless, batch, last, factor=model.factor)
         settled = whole.settled if model.rule == "settling" else _required_from(whole)
         stops = np.clip(settled, plan.over, model.n_steps)
-    elif soon is not None:
-        stops = soon
-    ran = run(stops, history, covariance)
-    cut = None if soon is None else (ran.end_step >= soon) & (soon < model.n_steps)
-    if cut is not None and cut.any():
-        late = np.flatnonzero(cut)
-        rest = model.schedule(np.atleast_2d(np.asarray(designs, dtype=float))[late])
-        plan = plan.replaced(late, rest)
-        last = np.full(len(late), model.n_steps)
-        again = _run(
-            model, variants, begins, flown_by[late], rest, threads, last, covariance=covariance
-        )
-        for own, new in zip(ran, again, strict=True):
-            own[late[: len(new)]] = new
+        ran = run(model.endless, batch, stops, history, covariance)
+    else:
+        ran = run(model, batch, last if soon is None else soon, history, covariance)
+    if soon is not None:
+        batch = _gone_on(model, batch, designs, soon, ran, covariance)
     t_end, trace = model.step * ran.end_step.astype(float), ran.trace
     lost = np.isnan(trace)
     if lost.any():
@@ -205,27 +165,53 @@ def evaluate(
             stacklevel=2,
         )
         t_end = np.where(lost, np.nan, t_end)
-    path = ran.watched[:, : len(monitors.limits)]
-    path_angle = np.where([watch.inside for watch in monitors.limits], path, -path)
-    plain = [watch.plain for watch in monitors.limits]
-    path_angle = np.where(plain, np.arccos(np.clip(path, -1.0, 1.0)), path_angle)
-    timed = [watch.timed for watch in monitors.limits]
-    path_angle = np.where(timed, model.step * path, path_angle)
     t_required = np.full(n, np.inf)
-    if monitors.states:
+    if model.monitors.states:
         met = ran.watched[:, -1] > 0.0
         t_required[met] = model.step * _required_from(ran)[met]
     full = _symmetric(ran.final, model.suite.n_states)
-    wheel_load = np.full((n, 2), np.nan)
-    if model.budget is not None:
-        of_wheels = partial(wheel_loads, step=model.step, threads=threads or available_threads())
-        if begins is None:
-            wheel_load = of_wheels(model.budget, plan, ran.end_step)
-        for number, each in enumerate(variants if begins else ()):
-            own = np.flatnonzero(flown_by == number)
-            assert each.budget is not None  # variants have what the model has
-            wheel_load[own] = of_wheels(each.budget, plan.take(own), ran.end_step[own])
-    return Evaluation(t_end, trace, ran.record, full, path_angle, t_required, wheel_load, plan)
+    angles, loads = _path_angles(model, ran.watched), _wheel_loads(model, batch, ran.end_step)
+    return Evaluation(t_end, trace, ran.record, full, angles, t_required, loads, batch.plan)
+
+
+def _gone_on(
+    model: FilterModel, batch: Batch, designs: ArrayLike, soon: Ints, ran: Ran, covariance: bool
+) -> Batch:
+    """The batch whose designs that have not converged `soon` are flown to the end, as `ran` is."""
+    late = np.flatnonzero((ran.end_step >= soon) & (soon < model.n_steps))
+    if not late.size:
+        return batch
+    rest = model.schedule(np.atleast_2d(np.asarray(designs, dtype=float))[late])
+    own = batch._replace(flown_by=batch.flown_by[late], plan=rest)
+    again = run(model, own, np.full(len(late), model.n_steps), covariance=covariance)
+    for values, new in zip(ran, again, strict=True):
+        values[late[: len(new)]] = new
+    return batch._replace(plan=batch.plan.replaced(late, rest))
+
+
+def _path_angles(model: FilterModel, watched: Floats) -> Floats:
+    """`Evaluation.path_angle` of what the kernel has kept of path limits."""
+    limits = model.monitors.limits
+    path = watched[:, : len(limits)]
+    angles = np.where([watch.inside for watch in limits], path, -path)
+    plain = [watch.plain for watch in limits]
+    angles = np.where(plain, np.arccos(np.clip(path, -1.0, 1.0)), angles)
+    return np.where([watch.timed for watch in limits], model.step * path, angles)
+
+
+def _wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Floats:
+    """`Evaluation.wheel_load` of runs that end at these steps."""
+    loads = np.full((len(end_step), 2), np.nan)
+    if model.budget is None:
+        return loads
+    of_wheels = partial(wheel_loads, step=model.step, threads=batch.threads)
+    if batch.begins is None:
+        return of_wheels(model.budget, batch.plan, end_step)
+    for number, each in enumerate(batch.variants):
+        own = np.flatnonzero(batch.flown_by == number)
+        assert each.budget is not None  # variants have what the model has
+        loads[own] = of_wheels(each.budget, batch.plan.take(own), end_step[own])
+    return loads
 
 
 def _soon(model: FilterModel, designs: ArrayLike) -> Ints | None:
@@ -254,96 +240,7 @@ def _check_turns(model: FilterModel, plan: Schedule) -> None:
         )
 
 
-class _Ran(NamedTuple):
-    """What the driver leaves of n designs; see `driver.run`."""
-
-    end_step: Ints
-    settled: Ints
-    trace: Floats
-    watched: Floats
-    final: Floats
-    record: Floats
-
-
-def _run(
-    model: FilterModel,
-    variants: Sequence[FilterModel],
-    begins: Begins | None,
-    flown_by: Ints,
-    plan: Schedule,
-    threads: int | None,
-    stops: Ints,
-    history: bool = False,
-    covariance: bool = False,
-    factor: float = 0.0,
-) -> _Ran:
-    """Run the designs until they converge or stop, in whatever threads there are."""
-    suite, n, monitors = model.suite, len(stops), model.monitors
-    if begins is None:
-        begins = Begins(model.table, model.gated, np.zeros(len(variants), dtype=np.int64))
-    kernel, driver = load_kernel(suite, begins.gated, monitors), load_driver()
-    at = layout(suite, begins.gated, monitors)
-    # A history is recorded step by step, so every design is then run by itself from the start.
-    jobs = (
-        separate(flown_by)
-        if history
-        else shared(*(plan.asked or (plan.rates, plan.starts)), plan.over, model.n_steps, flown_by)
-    )
-    n_jobs = len(jobs.design)
-    record = np.full((n if history else 0, model.n_steps + 1, suite.n_states), np.nan)
-    record[:, 0] = np.array([each.initial_sigma**2 for each in variants])[flown_by[: len(record)]]
-    end_step, settled, trace = np.zeros(n, np.int64), np.zeros(n, np.int64), np.empty(n)
-    watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
-    # Room for states that jobs leave, as `driver.save` does; the last ones are those at time zero.
-    left = np.count_nonzero(jobs.snapshot >= 0)
-    states = np.zeros((left + len(variants), at.rotation + model.window_steps + 1))
-    states[left:, : at.rotation + 1] = initial_values(model, variants)[::-1]
-    matrices, densities = dynamics_of(variants)
-    arguments: tuple[Any, ...] = (
-        (kernel.step.address, kernel.check.address, lanes()),
-        tuple(at),
-        (np.zeros(1, dtype=np.int64), np.zeros(n_jobs, dtype=np.int64)),
-        jobs[:5],
-        states,
-        (
-            np.ascontiguousarray(plan.rates),
-            np.ascontiguousarray(plan.starts),
-            plan.over,
-            flown_by,
-            begins.rows,
-        ),
-        (
-            matrices,
-            densities,
-            np.array(transition_pattern(suite)),
-            model.step,
-            (model.by_polynomials or plan.free is not None) and _alike(densities),
-        ),
-        begins.table,
-        constants_of(model, variants),
-        (model.window_steps, model.relative_decrease, model.allow_rise, factor),
-        (stops, end_step, settled),
-        trace,
-        (watched, final),
-        record,
-    )
-    others = min(threads or available_threads(), n_jobs) - 1
-    with ThreadPoolExecutor(max(others, 1)) as pool:  # it makes no thread before it needs one
-        futures = [pool.submit(driver.run, *arguments) for _ in range(others)]
-        driver.run(*arguments)
-    for future in futures:
-        future.result()
-    twin = jobs.twin
-    final = final[twin] if covariance else final
-    return _Ran(end_step[twin], settled[twin], trace[twin], watched[twin], final, record)
-
-
-def _alike(densities: Floats) -> bool:
-    """Whether gyros of a bias alone are as noisy about each axis: see `polynomials`."""
-    return densities.shape[1] == 6 and not is_uneven(densities)
-
-
-def _required_from(ran: _Ran) -> Ints:
+def _required_from(ran: Ran) -> Ints:
     """Step from which on the requirements are met; after the last one if they are not."""
     return ran.end_step + 1 - np.rint(ran.watched[:, -1]).astype(np.int64)
 

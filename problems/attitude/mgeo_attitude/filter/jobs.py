@@ -1,4 +1,4 @@
-"""Splits a batch of designs into jobs, so that what designs begin with in common is run once.
+"""Runs a batch of designs, split into jobs: what designs begin with in common is run once.
 
 The designs of a batch are read as sequences of body rates, one a step. Sorted, designs with a
 common beginning are neighbors, and the steps that neighbors have in common define a tree: a job is
@@ -9,12 +9,20 @@ variable, has much in common; random designs have nothing and give one job each.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
 from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.filter.kernel import lanes, load_driver, load_kernel
+from mgeo_attitude.filter.layout import layout, transition_pattern
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.variants import constants_of, dynamics_of, initial_values
+from mgeo_attitude.maneuvers.schedule import Schedule
+from mgeo_attitude.sensors.gyro import is_uneven
 
 #: Deeper than every point of parting.
 _LEAF = np.iinfo(np.int64).max
@@ -151,3 +159,117 @@ def _nodes(unique: Ints, common: Ints) -> tuple[Ints, Ints, Ints]:
         stack[top] = n
         n += 1
     return depth[:n], parent[:n], design[:n]
+
+
+class Begins(NamedTuple):
+    """Where the variants of a model begin, if not all at the first row of its own table.
+
+    Attributes
+    ----------
+    table : array, shape (n_samples, n_given)
+        A `FilterModel.table` that has the rows of all of them.
+    gated : tuple of bool
+        Of the same model: what a part of its rows does not gate, another one may.
+    rows : array of int, shape (n_variants,)
+        The first of each.
+    """
+
+    table: Floats
+    gated: tuple[bool, ...]
+    rows: Ints
+
+
+class Batch(NamedTuple):
+    """Designs, what flies each of them and in how many threads; see `evaluate`."""
+
+    variants: Sequence[FilterModel]
+    begins: Begins | None
+    flown_by: Ints
+    plan: Schedule
+    threads: int
+
+
+class Ran(NamedTuple):
+    """What the driver leaves of n designs; see `driver.run`."""
+
+    end_step: Ints
+    settled: Ints
+    trace: Floats
+    watched: Floats
+    final: Floats
+    record: Floats
+
+
+def run(
+    model: FilterModel,
+    batch: Batch,
+    stops: Ints,
+    history: bool = False,
+    covariance: bool = False,
+    factor: float = 0.0,
+) -> Ran:
+    """Run the designs until they converge or stop, in whatever threads there are."""
+    variants, begins, flown_by, plan, threads = batch
+    suite, n, monitors = model.suite, len(stops), model.monitors
+    if begins is None:
+        begins = Begins(model.table, model.gated, np.zeros(len(variants), dtype=np.int64))
+    kernel, driver = load_kernel(suite, begins.gated, monitors), load_driver()
+    at = layout(suite, begins.gated, monitors)
+    # A history is recorded step by step, so every design is then run by itself from the start.
+    jobs = (
+        separate(flown_by)
+        if history
+        else shared(*(plan.asked or (plan.rates, plan.starts)), plan.over, model.n_steps, flown_by)
+    )
+    n_jobs = len(jobs.design)
+    record = np.full((n if history else 0, model.n_steps + 1, suite.n_states), np.nan)
+    record[:, 0] = np.array([each.initial_sigma**2 for each in variants])[flown_by[: len(record)]]
+    end_step, settled, trace = np.zeros(n, np.int64), np.zeros(n, np.int64), np.empty(n)
+    watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
+    # Room for states that jobs leave, as `driver.save` does; the last ones are those at time zero.
+    left = np.count_nonzero(jobs.snapshot >= 0)
+    states = np.zeros((left + len(variants), at.rotation + model.window_steps + 1))
+    states[left:, : at.rotation + 1] = initial_values(model, variants)[::-1]
+    matrices, densities = dynamics_of(variants)
+    arguments: tuple[Any, ...] = (
+        (kernel.step.address, kernel.check.address, lanes()),
+        tuple(at),
+        (np.zeros(1, dtype=np.int64), np.zeros(n_jobs, dtype=np.int64)),
+        jobs[:5],
+        states,
+        (
+            np.ascontiguousarray(plan.rates),
+            np.ascontiguousarray(plan.starts),
+            plan.over,
+            flown_by,
+            begins.rows,
+        ),
+        (
+            matrices,
+            densities,
+            np.array(transition_pattern(suite)),
+            model.step,
+            (model.by_polynomials or plan.free is not None) and _alike(densities),
+        ),
+        begins.table,
+        constants_of(model, variants),
+        (model.window_steps, model.relative_decrease, model.allow_rise, factor),
+        (stops, end_step, settled),
+        trace,
+        (watched, final),
+        record,
+    )
+    others = min(threads, n_jobs) - 1
+    with ThreadPoolExecutor(max(others, 1)) as pool:  # it makes no thread before it needs one
+        futures = [pool.submit(driver.run, *arguments) for _ in range(others)]
+        driver.run(*arguments)
+    for future in futures:
+        future.result()
+    twin = jobs.twin
+    final = final[twin] if covariance else final
+    return Ran(end_step[twin], settled[twin], trace[twin], watched[twin], final, record)
+
+
+def _alike(densities: Floats) -> bool:
+    """Whether gyros of a bias alone are as noisy about each axis: see `polynomials`."""
+    return densities.shape[1] == 6 and not is_uneven(densities)

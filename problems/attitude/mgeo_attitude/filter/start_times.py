@@ -148,7 +148,8 @@ class StartTimes:
         vary : function, optional
             A variant of each model, such as one of other noise or rule.
         """
-        from mgeo_attitude.filter.evaluator import Begins, evaluate  # compiles
+        from mgeo_attitude.filter.evaluator import evaluate  # compiles
+        from mgeo_attitude.filter.jobs import Begins
 
         maneuvers, numbers = self.split(designs)
         every, which = np.unique(numbers, return_inverse=True)
