@@ -59,8 +59,7 @@ def attitude_accuracy_deg(covariance: Floats) -> Floats:
     attitude = covariance[..., :3, :3]
     sound = np.asarray(np.isfinite(attitude).all(axis=(-1, -2)))
     largest = np.linalg.eigvalsh(np.where(sound[..., None, None], attitude, 0.0))[..., -1]
-    accuracy: Floats = np.where(sound, DEG.factor * np.sqrt(np.maximum(largest, 0.0)), np.nan)
-    return accuracy
+    return np.where(sound, DEG.factor * np.sqrt(np.maximum(largest, 0.0)), np.nan)
 
 
 @dataclass(frozen=True)
@@ -131,8 +130,7 @@ def _scaled(model: FilterModel, result: Evaluation) -> Floats:
     sigma = model.initial_sigma[of]
     # an index array would leave an order in memory that sums follow
     block = result.covariance.take(of, axis=1).take(of, axis=2)
-    matrix: Floats = block / np.outer(sigma, sigma)
-    return matrix
+    return block / np.outer(sigma, sigma)
 
 
 def _normalized_trace(model: FilterModel, result: Evaluation) -> Floats:
@@ -192,8 +190,7 @@ def _lasting(model: FilterModel, result: Evaluation) -> Ints:
 
 def _sum(values: Floats, result: Evaluation) -> Floats:
     """Of each row from left to right, so that zeros at its end do not change the last bit."""
-    total: Floats = np.where(np.isnan(result.t_end), np.nan, np.cumsum(values, axis=1)[:, -1])
-    return total
+    return np.where(np.isnan(result.t_end), np.nan, np.cumsum(values, axis=1)[:, -1])
 
 
 def _trace_of(names: list[str], suite: Suite) -> Objective:
@@ -209,8 +206,7 @@ def _trace_of(names: list[str], suite: Suite) -> Objective:
 
 def _decades(values: Floats, scenario: Scenario) -> Floats:
     """Five decades above 1e-6 to the interval from 0 to 1."""
-    share: Floats = (np.log10(values) + 6.0) / 5.0
-    return share
+    return (np.log10(values) + 6.0) / 5.0
 
 
 def _share(whole: Callable[[Scenario], float]) -> Callable[[Floats, Scenario], Floats]:

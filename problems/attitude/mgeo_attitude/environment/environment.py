@@ -185,8 +185,7 @@ class Environment:
     @property
     def field_tesla(self) -> Floats:
         """Geomagnetic field [T], shape (n, 3)."""
-        field: Floats = 1e-9 * self.field
-        return field
+        return 1e-9 * self.field
 
     def without_shadow(self) -> Self:
         """The same with the Sun shining always."""

@@ -238,8 +238,7 @@ class FilterModel:
     def initial_covariance(self) -> Floats:
         """Of the errors at the start, shape (n_states, n_states)."""
         sigma = self.initial_sigma
-        covariance: Floats = sigma[:, None] * self.initial_correlation * sigma
-        return covariance
+        return sigma[:, None] * self.initial_correlation * sigma
 
     def at_samples(self, samples: slice, **changes: Any) -> FilterModel:
         """The same with the tables of some samples, and with other changes."""
@@ -259,8 +258,7 @@ class FilterModel:
     @property
     def times(self) -> Floats:
         """Sample times [s], shape (n_steps + 1,)."""
-        times: Floats = self.step * np.arange(self.n_steps + 1, dtype=float)
-        return times
+        return self.step * np.arange(self.n_steps + 1, dtype=float)
 
     @cached_property
     def influences(self) -> Floats:

@@ -193,8 +193,7 @@ def schmidt(P: Floats, H: Floats, R: Floats, considered: Ints) -> Floats:
     K = np.linalg.solve(H @ P @ H.T + R, H @ P).T
     K[considered] = 0.0
     rest = np.eye(len(P)) - K @ H
-    updated: Floats = rest @ P @ rest.T + K @ R @ K.T
-    return updated
+    return rest @ P @ rest.T + K @ R @ K.T
 
 
 def has_converged(before: float, now: float, relative_decrease: float, allow_rise: bool) -> bool:

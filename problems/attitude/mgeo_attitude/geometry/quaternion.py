@@ -65,5 +65,4 @@ def _signs(q: Floats) -> Floats:
     """
     order = q[:, [3, 0, 1, 2]]
     first = np.argmax(np.abs(order) > 1e-9, axis=1)
-    signs: Floats = np.where(order[np.arange(len(q)), first] < 0.0, -1.0, 1.0)
-    return signs
+    return np.where(order[np.arange(len(q)), first] < 0.0, -1.0, 1.0)

@@ -324,8 +324,7 @@ def flown(design: ArrayLike, t_end: float, step: float, limits: Turning = None) 
 
 def _places(counts: Ints) -> Ints:
     """Places from 0 in groups of so many, one group after the other."""
-    places: Ints = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    return places
+    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 def _shares(begin: Floats, step: float, time: Floats) -> tuple[Floats, Floats]:

@@ -63,8 +63,7 @@ class Channel(Validated):
     def at(self, times: Floats, sunlit: Bools) -> Floats:
         """Its values at n samples, shape (n,); of a step counts if the Sun shines at its end."""
         if self.times:
-            found: Floats = np.interp(times, self.times, self.values)
-            return found
+            return np.interp(times, self.times, self.values)
         assert self.in_sunlight is not None
         assert self.in_shadow is not None
         assert self.time_constant is not None

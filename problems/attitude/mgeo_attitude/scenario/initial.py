@@ -35,8 +35,7 @@ class Sight(Protocol):
 
 
 def _momentum(at: Sight) -> Floats:
-    momentum: Floats = np.cross(at.position, at.velocity)
-    return momentum
+    return np.cross(at.position, at.velocity)
 
 
 def _orbital_rate(at: Sight) -> Floats:
@@ -176,8 +175,7 @@ class InitialConditions(Validated):
     def rate(self, at: Sight) -> Floats:
         """Body rate at the first instant [rad/s], shape (3,)."""
         given = self.rate_deg_s
-        rate: Floats = self.law_rate(at)[0] if given is None else np.radians(given)
-        return rate
+        return self.law_rate(at)[0] if given is None else np.radians(given)
 
     def _fixed(self) -> Floats:
         from scipy.spatial.transform import Rotation

@@ -76,8 +76,7 @@ class Prior(Validated):
     @property
     def sigma(self) -> Floats:
         """1-sigma of every state, shape (n_states,)."""
-        sigma: Floats = np.sqrt(np.diag(np.array(self.covariance)))
-        return sigma
+        return np.sqrt(np.diag(np.array(self.covariance)))
 
     @property
     def correlation(self) -> Floats:

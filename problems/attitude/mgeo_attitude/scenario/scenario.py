@@ -234,8 +234,7 @@ class Scenario(Validated):
         """Of the attitude error at the epoch [rad²], shape (3, 3)."""
         if self.prior is None:
             return float(np.radians(self.initial.attitude_deg)) ** 2 * np.eye(3)
-        covariance: Floats = np.array(self.prior.covariance)[:3, :3]
-        return covariance
+        return np.array(self.prior.covariance)[:3, :3]
 
     @staticmethod
     def paper() -> Scenario:

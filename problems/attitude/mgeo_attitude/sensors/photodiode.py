@@ -130,8 +130,7 @@ class Photodiode(Sensor):
     def gradient(self, environment: Environment) -> Floats:
         """Light from the Earth."""
         light, sun = environment.earthlight, environment.sun
-        found: Floats = (np.zeros_like(sun) if light is None else light)[:, :, None]
-        return found
+        return (np.zeros_like(sun) if light is None else light)[:, :, None]
 
     def views(self) -> tuple[Cone, ...]:
         return (Cone("", unit(self.normal), math.radians(self.half_angle_deg), inside=True),)

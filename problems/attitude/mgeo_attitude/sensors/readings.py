@@ -48,8 +48,7 @@ class Readings:
 def as_array(report: Any) -> Floats:
     """What `Sensor.measured` returns as one array, shape (..., k, 3)."""
     vectors = report if isinstance(report, tuple) else (report,)
-    array: Floats = np.stack(np.broadcast_arrays(*vectors), axis=-2)
-    return array
+    return np.stack(np.broadcast_arrays(*vectors), axis=-2)
 
 
 def as_reported(array: Floats) -> Any:
@@ -105,8 +104,7 @@ def taken(
 
 def in_threes(numbers: Iterable[Sequence[float] | Floats]) -> Floats:
     """What is said of the numbers of each of s sensors, shape (s, 3); ones where one has fewer."""
-    rows: Floats = np.array([[*row, 1.0, 1.0][:3] for row in numbers])
-    return rows
+    return np.array([[*row, 1.0, 1.0][:3] for row in numbers])
 
 
 def to_channels(sensor: Sensor, vectors: Floats) -> Floats:

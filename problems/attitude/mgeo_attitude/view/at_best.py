@@ -126,8 +126,7 @@ def under(problem: ManeuverProblem, t_end: Floats) -> Floats:
     curves = np.column_stack([found.trace, np.degrees(found.sigma("attitude"))])
     if problem.scenario.flight:
         curves = np.minimum.accumulate(curves)
-    limit: Floats = np.column_stack([found.times, curves])[shown]
-    return limit
+    return np.column_stack([found.times, curves])[shown]
 
 
 def beside(model: FilterModel, found: LimitCurves, history: FilterHistory) -> pd.DataFrame:

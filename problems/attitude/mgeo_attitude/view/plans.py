@@ -185,8 +185,7 @@ class Plans(View):
         """
         if self.problem.scenario.turned_by_coils:
             return self._kept()[:, self.problem.n_obj + 1 :]
-        sigma: Floats = np.sqrt(np.diagonal(self.exactly.covariance, axis1=1, axis2=2))
-        return sigma
+        return np.sqrt(np.diagonal(self.exactly.covariance, axis1=1, axis2=2))
 
     def _kept(
         self, flights: int | None = None, share: float = 0.9, seed: int | None = None
@@ -328,8 +327,7 @@ class Plans(View):
 
 def spread(n: int) -> Ints:
     """Rows of n that are looked at, up to `MOST` at even distances."""
-    rows: Ints = np.unique(np.linspace(0, n - 1, min(n, MOST)).round().astype(np.int64))
-    return rows
+    return np.unique(np.linspace(0, n - 1, min(n, MOST)).round().astype(np.int64))
 
 
 def looked_at(rows: Ints, n: int) -> str:

@@ -151,8 +151,7 @@ def normalized(model: FilterModel, covariance: ArrayLike) -> Floats:
     sigma it would be the correlation matrix, which no longer knows what was learned.)
     """
     sigma = model.initial_sigma
-    scaled: Floats = checked_covariance(model, covariance) / np.outer(sigma, sigma)
-    return scaled
+    return checked_covariance(model, covariance) / np.outer(sigma, sigma)
 
 
 def least_observable(model: FilterModel, covariance: ArrayLike, count: int = 3) -> pd.DataFrame:
