@@ -206,6 +206,19 @@ def test_bad_arguments(run, flight, monkeypatch, arguments, message):
     assert done.stderr.count("\n") == 1
 
 
+def test_a_scenario_that_looks_like_a_slip_or_is_wrong_is_named_with_its_file(run, tmp_path):
+    wild = 'preset = "paper"\nduration = 900.0\nwheels = {inertia = [18000.0, 15000.0, 12000.0]}\n'
+    (tmp_path / "wild.toml").write_text(wild)
+    (tmp_path / "t.csv").write_text("time\n1\n")
+    command = ("calibrate", tmp_path / "t.csv", "--scenario", tmp_path / "wild.toml")
+    note, error = run(*command, code=2).stderr.split("Error: ")
+    assert re.match(r"Note: .*wild\.toml: wheels\.inertia = 18000 kg", note.replace("\n", ""))
+    assert "missing columns" in error
+    (tmp_path / "wild.toml").write_text(wild.replace("duration", "durations"))
+    error = run(*command, code=2).stderr
+    assert re.match(r"Error: .*wild\.toml: durations: unknown key", error.replace("\n", ""))
+
+
 def test_bad_telemetry_leaves_nothing(run, flight, tmp_path):
     folder, _, _ = flight
     text = (folder / "telemetry.csv").read_text()

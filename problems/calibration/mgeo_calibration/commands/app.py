@@ -236,6 +236,8 @@ def calibrate(
     If the innovations do not support it, the exit code is 3. Nothing has to be known of the
     attitude. Outliers are left out, and listed.
     """
+    from mgeo_attitude.scenario import Implausible
+
     from mgeo_calibration.calibration import calibrate as calibrated
     from mgeo_calibration.calibration.added import calibrate_with
     from mgeo_calibration.calibration.alone import calibrate_alone
@@ -246,10 +248,15 @@ def calibrate(
     with bad_input(USERS):
         if out:
             command.check_folder(out, overwrite)
-        picked = command.flown_plan(plan, pick, time, solution, scenario)
-        flown = picked.plan if picked else None
+        output = Output(quiet, json)
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always", Implausible)
+            picked = command.flown_plan(plan, pick, time, solution, scenario)
+            flown = picked.plan if picked else None
+            of = command.scenario_of(scenario, flown)
+        for line in dict.fromkeys(str(warning.message) for warning in told):
+            output.note(f"Note: {line}")
         read = TelemetryMapping.from_toml(mapping) if mapping else None
-        of, output = command.scenario_of(scenario, flown), Output(quiet, json)
         if read is not None and read.gyro.holds == "unknown":
             if out:
                 raise ValueError('--out: expected none: holds = "unknown" leaves only a table')

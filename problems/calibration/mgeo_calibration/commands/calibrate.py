@@ -11,7 +11,6 @@ from mgeo_attitude.environment import utc_text
 from mgeo_attitude.scenario import Scenario
 
 from mgeo.cli import Output
-from mgeo.runs import read_scenario
 from mgeo.store import check_writable, write_files
 from mgeo.terminal import plain
 from mgeo_calibration.calibration import Calibration, to_json
@@ -40,13 +39,23 @@ def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
     OSError, ValueError, TypeError
         If neither is given, or it cannot be read, or both are and begin at other times: the plan
         was promised, and seconds of telemetry are counted, from its own epoch.
+
+    Warns
+    -----
+    Implausible
+        Of what looks like a slip in a file.
     """
     if text is None:
         if plan is None:
             raise ValueError("--scenario FILE.toml|PRESET: expected it, or --plan, which has one")
         return plan.scenario
-    # a problem, with all that searches for plans, is not asked for the files that it names
-    scenario = Scenario.from_dict(read_scenario("", text), Path(text).parent)
+    path = Path(text)
+    if path.suffix != ".toml" and len(path.parts) == 1:
+        scenario = Scenario.from_dict({"preset": text})
+    elif path.is_file():
+        scenario = Scenario.from_toml(path)
+    else:
+        raise FileNotFoundError(f"there is no scenario file {path}")
     if plan is not None and plan.scenario.epoch != scenario.epoch:
         raise ValueError(
             f"--scenario {text}: its epoch is {utc_text(scenario.epoch, 0.0)}; expected that of "
