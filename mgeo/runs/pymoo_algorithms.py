@@ -142,6 +142,11 @@ class MOCMAES(UnitBox):
         self.pop_size = validate_integer("pop_size", pop_size, low=4)
         self.sigma = validate_number("sigma", sigma, above=0)
 
+    def _setup(self, problem: Any, **options: Any) -> None:
+        super()._setup(problem, **options)
+        if problem.n_obj < 2:
+            raise ValueError("MO-CMA-ES: 1 objective, expected 2 or more")
+
     def _initialize_infill(self) -> Population:
         self._offspring = list(map(Point, self.drawn(self.pop_size)))
         return self.scaled(self._offspring)

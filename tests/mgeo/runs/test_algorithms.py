@@ -84,6 +84,8 @@ def test_names_parameters_and_values_are_checked():
 def test_problems_an_algorithm_cannot_treat_are_refused():
     with pytest.raises(ValueError, match="'moead' does not treat constraints"):
         build_algorithm("moead", {}, BNH())
+    with pytest.raises(ValueError, match="'nsga2' needs bounds, which this problem does not have"):
+        build_algorithm("nsga2", {}, Problem(n_var=2, n_obj=2))
     with pytest.raises(ValueError, match="needs 2 or more objectives"):
         build_algorithm("nsga3", {}, Sphere())
     with pytest.raises(ValueError, match="population = 4: expected >= 5"):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from deap.cma import StrategyMultiObjective
 from pymoo.optimize import minimize
+from pymoo.problems.single import Sphere
 
 from mgeo.runs import MOCMAES, Point, fitness_of, least_contributor
 
@@ -39,6 +40,11 @@ def test_it_goes_as_deaps_own_loop(monkeypatch):
     assert algorithm.pop.get("F") == pytest.approx(
         np.array([point.fitness.values for point in strategy.parents]), rel=1e-5
     )
+
+
+def test_of_one_objective_there_is_no_front():
+    with pytest.raises(ValueError, match="1 objective, expected 2 or more"):
+        MOCMAES(4).setup(Sphere(), termination=("n_gen", 1), seed=1)
 
 
 def test_the_least_contributor_is_that_of_deap():
