@@ -9,7 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from mgeo.figures.style import literal
+from mgeo.figures.style import GRID, literal
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,7 +25,6 @@ _COLOR = "#1f5fa8"
 _MARKER = {"size": 7, "color": _COLOR, "line": {"width": 0.5, "color": "white"}}
 _MARKER_3D = {"size": 4, "color": _COLOR}
 _BOUNDARY = {"shape": "hv", "width": 1, "color": "#9db7d5"}
-_GRID = "#e3e6ea"
 
 
 def front_figure(
@@ -127,7 +126,7 @@ def axis(name: str, values: NDArray[np.float64], *, in_space: bool = False) -> d
         "type": "log" if log else "linear",
         "dtick": "D2" if narrow else None,  # labels at 1, 2 and 5
         "exponentformat": "none" if not log and 1e-3 <= largest < 1e5 else "power",
-        "gridcolor": _GRID,
+        "gridcolor": GRID,
     }
 
 

@@ -31,5 +31,5 @@ from .pymoo_algorithms import fitness_of as fitness_of
 from .pymoo_algorithms import least_contributor as least_contributor
 from .resume import resume_run as resume_run
 from .solve import State as State
+from .solve import follow as follow
 from .solve import set_up as set_up
-from .solve import solve as solve

@@ -69,7 +69,7 @@ class PreparedRun:
         callback: Callable[[State], object] | None = None,
         persistence: RunPersistence | None = None,
     ) -> Outcome:
-        """Run it to the end of its budget (see `mgeo.runs.solve.solve`)."""
+        """Run it to the end of its budget (see `mgeo.runs.solve.follow`)."""
         run = self.configuration
         algorithm = self.algorithm
         if self.notes is None:

@@ -145,34 +145,6 @@ class State:
         self.evaluations = self._algorithm.evaluator.n_eval
 
 
-def solve(
-    problem: Problem,
-    algorithm: Algorithm,
-    evaluations: int,
-    seed: int,
-    callback: Callable[[State], object] | None = None,
-    persistence: RunPersistence | None = None,
-) -> Outcome:
-    """Run a copy of `algorithm` on `problem` until it has made `evaluations` or is stopped.
-
-    The last generation is completed, so slightly more evaluations may be made; and fewer, where an
-    algorithm finds no design that it has not tried. `callback` is
-    called after every step and may call ``state.stop()``. A KeyboardInterrupt ends the run at
-    once; what was found up to the last whole step is returned, with status "interrupted".
-    Evaluations that fail cost the candidates concerned (see `mgeo.TolerantEvaluator`).
-    `persistence` writes what is needed to go on after a crash.
-
-    Raises
-    ------
-    ValueError
-        As `set_up`.
-    EvaluationError
-        If every candidate fails.
-    """
-    ready = set_up(problem, algorithm, evaluations, seed)
-    return follow(problem, ready, evaluations, callback, persistence)
-
-
 def follow(
     problem: Problem,
     algorithm: Algorithm,
@@ -183,17 +155,31 @@ def follow(
     *,
     polish: bool = False,
 ) -> Outcome:
-    """Go on with an algorithm that is set up or resumed, as `solve` does.
+    """Run an algorithm that is set up or resumed until it has used its budget, or is stopped.
+
+    The last generation is completed, so slightly more evaluations may be made; and fewer, where an
+    algorithm finds no design that it has not tried. A KeyboardInterrupt ends the run at once; what
+    was found up to the last whole step is returned, with status "interrupted". Evaluations that
+    fail cost the candidates concerned (see `mgeo.TolerantEvaluator`).
 
     Parameters
     ----------
     budget
         Evaluations that the algorithm's termination stands for.
+    callback
+        Called after every step; it may call ``state.stop()``.
+    persistence
+        Writes what is needed to go on after a crash.
     notes
         Of the checkpoint from which it is resumed; None for a new run.
     polish
         Whether the problem refines what was found, once the budget is used. No checkpoint holds
         that: a run that ended amid it, and is resumed, begins it again, to the same end.
+
+    Raises
+    ------
+    EvaluationError
+        If every candidate fails.
     """
     state = State(problem, algorithm, budget, notes)
     state.to_refine = polish

@@ -27,8 +27,9 @@ from pymoo.problems.multi import ZDT1
 
 import mgeo
 from mgeo import Checkpoint, MGEOReal
-from mgeo.runs import State, solve
+from mgeo.runs import State
 from mgeo.store import RunConfiguration, RunPersistence
+from tests.mgeo.solved import solve
 
 from .table import markdown, processor
 

@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 from mgeo.figures import style
 from mgeo.figures.front import axis
 from mgeo.figures.page import HEIGHT
-from mgeo.figures.style import COLORS, SYMBOLS
+from mgeo.figures.style import COLORS, symbol
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -39,9 +39,7 @@ def looks(algorithms: tuple[str, ...]) -> dict[str, Look]:
     """A look for each, by position: different ones for up to 21 algorithms."""
     n = len(COLORS)
     return {
-        name: Look(
-            COLORS[i % n], _DASHES[i // n % len(_DASHES)], SYMBOLS[(i + i // n) % len(SYMBOLS)]
-        )
+        name: Look(COLORS[i % n], _DASHES[i // n % len(_DASHES)], symbol(i))
         for i, name in enumerate(algorithms)
     }
 

@@ -10,8 +10,8 @@ from pymoo.problems.multi import BNH, ZDT1
 
 from mgeo import MGEODirected, MGEOStaged, compare
 from mgeo.evaluation import nondominated
-from mgeo.runs import solve
 from mgeo.testing import check_algorithm
+from tests.mgeo.solved import solve
 
 
 class Estimated(Problem):

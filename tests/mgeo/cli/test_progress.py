@@ -8,8 +8,8 @@ from pymoo.problems.multi import ZDT1
 from rich.console import Console
 
 from mgeo.cli import Progress, StopRequest, clock
-from mgeo.runs import solve
 from mgeo.store import Hypervolume
+from tests.mgeo.solved import solve
 
 #: Hypervolumes that compare with those of other runs, and that do not.
 COMPARABLE, OWN = (Hypervolume(value=0.81234, space=space) for space in ("problem", "seen"))

@@ -24,8 +24,8 @@ from mgeo.runs import (
     default_evaluations,
     limits,
     set_up,
-    solve,
 )
+from tests.mgeo.solved import solve
 
 from ..algorithms.test_mixed import Rod as Strict
 

@@ -5,7 +5,8 @@ from pymoo.problems import get_problem
 
 from mgeo.algorithms import MGEODirected
 from mgeo.plugins import view_of
-from mgeo.runs import answer, nearest_kept, solve
+from mgeo.runs import answer, nearest_kept
+from tests.mgeo.solved import solve
 
 from .test_limits import Heights, Told
 

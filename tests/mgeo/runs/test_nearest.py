@@ -10,9 +10,10 @@ from pymoo.core.problem import Problem
 from mgeo import MGEOReal, view_of
 from mgeo.evaluation import nondominated
 from mgeo.plugins import TOLERANCE
-from mgeo.runs import MOST, dead_end, prepare, solve
+from mgeo.runs import MOST, dead_end, prepare
 from mgeo.store import Run, read_run, write_run
 from mgeo.validation import FileError
+from tests.mgeo.solved import solve
 
 from .test_limits import Told
 
