@@ -94,6 +94,9 @@ from mgeo_calibration import calibrate
 
 rooms = {f"mgeo_calibration.{room}" for room in ("flight", "simulation", "commands")}
 assert not {"mgeo.algorithms", file, *rooms} & {*sys.modules}
+import mgeo_calibration.commands.calibrate
+
+assert not {"mgeo.runs", "mgeo_attitude.bound", "plotly", "scipy.stats", file} & {*sys.modules}
 import mgeo.report.static
 
 assert not {"mgeo.algorithms", "mgeo.studies"} & {*sys.modules}

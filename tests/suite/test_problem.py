@@ -183,3 +183,15 @@ def test_designs_that_are_none_are_refused(problem, points):
         problem.view(X).describe()
     with pytest.raises(ValueError, match=r"X of shape \(2, 5\): expected \(n, 17\)"):
         problem.view(X[:, :5]).describe()
+    X[1, 0] = np.nan
+    with pytest.raises(ValueError, match=r"gyro = nan: expected a whole number"):
+        problem.split(X)
+    (design,) = designs_of(problem, points[:1])
+    for wrong, message in (
+        ({**design, "gyro": "none"}, "gyro = 'none': unknown option"),
+        ({**design, "gyro": ["poor"]}, r"gyro = \['poor'\]: unknown option"),
+        ({"gyro": "poor"}, r"\{'gyro': 'poor'\}: expected a dict of \['gyro', 'magnetometer'"),
+        (3, r"3: expected a dict of"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            problem.split(np.array([wrong], dtype=object))

@@ -21,7 +21,7 @@ from pymoo.core.variable import Choice, Real
 
 from mgeo_suite.catalog import Catalog
 from mgeo_suite.objectives import OBJECTIVES, SuiteObjective, check_objectives
-from mgeo_suite.suites import SuiteModels
+from mgeo_suite.suites import Place, SuiteModels
 
 if TYPE_CHECKING:
     from mgeo_attitude import Evaluation
@@ -120,7 +120,8 @@ class SensorSuiteProblem(ShownByView, Problem):
         ValueError or TypeError for what is neither (n,) dicts nor (n, n_var) numbers in range.
         """
         k, numbers = len(self.suites.places), self.numbers(X)
-        choices = numbers[:, :k].astype(np.int64)
+        with np.errstate(invalid="ignore"):  # of what is no number
+            choices = numbers[:, :k].astype(np.int64)
         for j, place in enumerate(self.suites.places):
             wrong = (numbers[:, j] != choices[:, j]) | (choices[:, j] < 0)
             wrong |= choices[:, j] >= len(place.options)
@@ -162,7 +163,9 @@ class SensorSuiteProblem(ShownByView, Problem):
         if designs.dtype == object and designs.ndim == 1:
             rows = []
             for design in designs:
-                row = [place.options.index(design[place.name]) for place in self.suites.places]
+                if not isinstance(design, Mapping) or not design.keys() >= set(self.var_names):
+                    raise ValueError(f"{design!r:.80}: expected a dict of {list(self.var_names)}")
+                row = [_number(place, design[place.name]) for place in self.suites.places]
                 rows.append(row + [design[name] for name in self.var_names[len(row) :]])
             designs = np.array(rows, dtype=float).reshape(-1, self.n_var)
         numbers = np.atleast_2d(designs.astype(float))
@@ -237,3 +240,11 @@ class SensorSuiteProblem(ShownByView, Problem):
         from mgeo_suite.view import SuiteView
 
         return SuiteView(self, X)
+
+
+def _number(place: Place, option: Any) -> int:
+    """Of an option of a place, by its name."""
+    if option not in place.options:
+        known = known_names(str(option), place.options)
+        raise InvalidValue(place.name, option, f"unknown option{known}")
+    return place.options.index(option)

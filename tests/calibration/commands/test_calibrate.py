@@ -237,7 +237,7 @@ def test_bad_telemetry_leaves_nothing(run, flight, tmp_path):
 def test_all_that_is_tested_and_what_is_added_is_printed(run, flight):
     folder, _, _ = flight
     command = ("calibrate", folder / "telemetry.csv", "--plan", folder / "plan.json")
-    printed = run(*command, "--diagnose", "--fit", "mag.scale_factor").stdout
+    printed = run(*command, "--diagnose", "--fit", " mag.scale_factor").stdout
     titles = ("Beside what the scenario says", "Estimate and prior", "With and without what was")
     assert all(title in printed for title in titles)
     assert "orbit.along_track" in printed

@@ -403,6 +403,8 @@ def test_arrays_that_are_no_telemetry():
         ({"times": [], "gyro_deg_s": np.zeros((0, 3))}, "increasing order"),
         ({"gyro_deg_s": [[1.0, 2.0]]}, r"gyro: expected an array of shape \(2, 3\)"),
         ({"sensors": {"mag": [[1.0, np.nan, 2.0], [1.0, 2.0, 3.0]]}}, "all of its numbers or none"),
+        ({"others": {"temp": [1.0, np.nan]}}, "temp: expected 2 finite numbers"),
+        ({"others": {"temp": [1.0]}}, "temp: expected 2 finite numbers"),
         ({"sensors": {"mag": [[np.inf, 1.0, 2.0], [1.0, 2.0, 3.0]]}}, "finite"),
     ):
         good = {"times": [0.0, 1.0], "gyro_deg_s": np.zeros((2, 3))}

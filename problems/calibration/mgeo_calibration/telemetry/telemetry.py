@@ -70,7 +70,8 @@ class Telemetry:
     truth : Truth, optional
         Beside what a simulation reports; it is no part of tables and files.
     others : mapping of str to array, shape (n,)
-        What else was measured at these times, such as temperatures and currents, in any unit.
+        What else was measured at these times, such as temperatures and currents, in any unit;
+        between samples of its own by lines.
     steps : mapping of str to array, shape (3,), (4,) or (1,)
         In which ``gyro`` and sensors count, where that cannot be seen, as they were mounted
         otherwise; see `step_of`.
@@ -113,6 +114,11 @@ class Telemetry:
         object.__setattr__(self, "sensors", sensors)
         if self.position is not None:
             object.__setattr__(self, "position", self._samples("position", self.position, (3,)))
+        others = {name: np.array(values, dtype=float) for name, values in self.others.items()}
+        for name, values in others.items():
+            if values.shape != times.shape or not np.isfinite(values).all():
+                raise ValueError(f"{name}: expected {len(times)} finite numbers")
+        object.__setattr__(self, "others", others)
 
     def frame(self) -> pd.DataFrame:
         """The table: ``time``, ``gyro_x``..., the channels of every sensor, and `others`."""
