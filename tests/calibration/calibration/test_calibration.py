@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from datetime import timedelta
 
 import numpy as np
 import pandas as pd
@@ -216,6 +217,9 @@ def test_what_a_plan_promised(scenario, calibration):
     other = dataclasses.replace(scenario, sensors=scenario.sensors[:1])
     with pytest.raises(ValueError, match="the plan is for a satellite with the states"):
         calibration.compare(ManeuverPlan(other, PLAN))
+    later = dataclasses.replace(scenario, epoch=scenario.epoch + timedelta(hours=1))
+    with pytest.raises(ValueError, match=r"the plan begins at .* expected the calibration's epoch"):
+        calibration.compare(ManeuverPlan(later, PLAN))
 
 
 @pytest.mark.slow

@@ -85,7 +85,7 @@ def test_units_of_a_row_count_unless_the_mapping_says_others(telemetry, frame, t
         ("s,rad/s,rad/s,rad/s,-,-,-,V,V,V", "mag.unit = 'V': unknown unit"),
         (
             "s,rad s-1,rad s-1,rad s-1,-,-,-,uT,uT,uT",
-            "unit = 'rad s-1': unknown unit; did you mean",
+            "gyro.unit = 'rad s-1': unknown unit; did you mean",
         ),
         ("s,rad/s,deg/s,rad/s,-,-,-,uT,uT,uT", "gyro: columns in deg/s, rad/s: expected one unit"),
         ("min,rad/s,rad/s,rad/s,-,-,-,uT,uT,uT", "expected seconds since the epoch"),

@@ -263,7 +263,7 @@ class Calibration:
         Raises
         ------
         ValueError
-            For a plan of a satellite with other states.
+            For a plan of a satellite with other states, or from another epoch.
         """
         from mgeo_attitude.filter import filter_history
         from mgeo_attitude.view import exactly
@@ -274,6 +274,11 @@ class Calibration:
             raise ValueError(
                 f"the plan is for a satellite with the states {list(model.suite.blocks)}: expected "
                 f"the calibration's {list(suite.blocks)}"
+            )
+        if plan.scenario.epoch != self.scenario.epoch:
+            raise ValueError(
+                f"the plan begins at {plan.scenario.epoch.isoformat()}: expected the calibration's "
+                f"epoch, {self.scenario.epoch.isoformat()}"
             )
         history = filter_history(model.endless, plan.trajectory.commanded)
         k = int(np.argmin(np.abs(history.times - self.time)))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -129,22 +130,27 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
         found[name] = table[:, first : first + len(own)]
         first += len(own)
     counted, (channel, own) = found.pop("gyro"), asked["gyro"]
-    steps = {"gyro": np.zeros(3) if no_gyro else _steps(counted, channel, "deg/s")}
-    if no_gyro:
-        counted = held(no_gyro, scenario, times)
-    else:
-        _check_range(times, own, counted * channel.factor("deg/s"), mapping.gyro.range_deg_s)
-    gyro = _turned(counted, channel, "deg/s")
+    with _named("gyro"):
+        steps = {"gyro": np.zeros(3) if no_gyro else _steps(counted, channel, "deg/s")}
+        if no_gyro:
+            counted = held(no_gyro, scenario, times)
+        else:
+            _check_range(times, own, counted * channel.factor("deg/s"), mapping.gyro.range_deg_s)
+        gyro = _turned(counted, channel, "deg/s")
     if mapping.gyro.rate == "instantaneous" or no_gyro:
         there = np.isfinite(gyro).all(axis=1)
         gyro[there] = means(times[there], gyro[there])
     where = found.pop("position", None)
+    if where is not None:
+        with _named("position"):
+            where = _turned(where, asked["position"][0], "m")
     sensors = {}
     for sensor in scenario.sensors:
         rows, channel = found[sensor.name], asked[sensor.name][0]
         if rows.shape[1] > 2:  # many report zeros so that they see nothing
             rows[~rows.any(axis=1)] = np.nan
-        sensors[sensor.name] = _reported(sensor, rows, channel)
+        with _named(sensor.name):
+            sensors[sensor.name] = _reported(sensor, rows, channel)
         if rows.shape[1] == 2:
             step = np.radians(channel.factor("deg") * resolution(rows).max())
             steps[sensor.name] = np.full(3, step)
@@ -154,7 +160,7 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
         times=times,
         gyro_deg_s=gyro,
         sensors=sensors,
-        position=None if where is None else _turned(where, asked["position"][0], "m"),
+        position=where,
         steps=steps,
         others=other,
     )
@@ -165,6 +171,15 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
         check_changes(own, counted)
         check_saturation(own, counted, channel.unit or "deg/s")
     return telemetry
+
+
+@contextmanager
+def _named(name: str) -> Iterator[None]:
+    """Puts whose it is before the key of what is wrong with a mapping."""
+    try:
+        yield
+    except InvalidValue as error:
+        raise error.under(name) from None
 
 
 def _asked(name: str, entry: Channels, width: int = 3, *others: int) -> list[str]:
@@ -221,29 +236,24 @@ def _steps(rows: Floats, entry: Channels, unit: str) -> Floats:
 
 def _reported(sensor: Sensor, rows: Floats, entry: Channels) -> Floats:
     """Channels of a sensor, as if it were mounted along the body axes."""
-    try:
-        if rows.shape[1] == 2:
-            angles = entry.factor("deg") * rows
-            if (np.abs(angles) >= 90.0).any():
-                worst = float(np.nanmax(np.abs(angles)))
-                raise ValueError(
-                    f"{sensor.name}: an angle of {worst:.6g} deg: expected less than 90"
-                )
-            x, y = np.tan(np.radians(angles.T))
-            along = np.column_stack([x, y, np.ones_like(x)])
-            along /= np.linalg.norm(along, axis=1, keepdims=True)
-            found: Floats = entry.to_body().apply(along)
-            return found
-        if len(sensor.channels) == 1:
-            for key in ("quaternion", "dcm"):
-                mounted = f"none: how {sensor.name} is mounted says sensors.normal of the scenario"
-                expect(getattr(entry, key) is None, key, getattr(entry, key), mounted)
-            return rows * entry.factor(sensor.channel_unit.text)
-        if len(sensor.channels) == 3:
-            return _turned(rows, entry, sensor.channel_unit.text)
-        entry.factor("-")
-    except InvalidValue as error:
-        raise error.under(sensor.name) from None
+    if rows.shape[1] == 2:
+        angles = entry.factor("deg") * rows
+        if (np.abs(angles) >= 90.0).any():
+            worst = float(np.nanmax(np.abs(angles)))
+            raise ValueError(f"{sensor.name}: an angle of {worst:.6g} deg: expected less than 90")
+        x, y = np.tan(np.radians(angles.T))
+        along = np.column_stack([x, y, np.ones_like(x)])
+        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        found: Floats = entry.to_body().apply(along)
+        return found
+    if len(sensor.channels) == 1:
+        for key in ("quaternion", "dcm"):
+            mounted = f"none: how {sensor.name} is mounted says sensors.normal of the scenario"
+            expect(getattr(entry, key) is None, key, getattr(entry, key), mounted)
+        return rows * entry.factor(sensor.channel_unit.text)
+    if len(sensor.channels) == 3:
+        return _turned(rows, entry, sensor.channel_unit.text)
+    entry.factor("-")
     there = np.isfinite(rows).all(axis=1)
     lengths = np.linalg.norm(rows[there], axis=1)
     if (np.abs(lengths - 1.0) > _UNIT_LENGTH).any():
