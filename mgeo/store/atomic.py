@@ -13,6 +13,7 @@ import re
 import secrets
 import stat
 import tempfile
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -35,6 +36,7 @@ except ImportError:  # Windows
         msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
 
 
+_TICK = 0.05  # seconds until a lock is tried again
 _PROBE = 2**16  # bytes that must have room: tables of a small front
 
 
@@ -173,25 +175,30 @@ LOCK_FILE = ".mgeo-lock"
 
 
 @contextmanager
-def lock(folder: Path) -> Iterator[None]:
+def lock(folder: Path, patience: float = 0.0) -> Iterator[None]:
     """Keep other processes that ask out of a folder, while the context lasts.
 
     The operating system releases the lock when the process ends, in whatever way, and nobody else
     can take it before. A file is locked, not the folder itself: network file systems lock only
     what is open for writing.
 
+    Parameters
+    ----------
+    patience
+        Time [s] to wait for another process.
+
     Raises
     ------
     ValueError
-        If another process has it.
+        If another process has it, still.
     OSError
         If nothing can be written into the folder.
     """
-    path = folder / LOCK_FILE
-    descriptor = _locked(path)
+    path, until = folder / LOCK_FILE, time.monotonic() + patience
+    descriptor = _locked(path, until)
     while not _is_same(path, descriptor):  # who had it before has removed it meanwhile
         os.close(descriptor)
-        descriptor = _locked(path)
+        descriptor = _locked(path, until)
     try:
         yield
     finally:
@@ -201,20 +208,25 @@ def lock(folder: Path) -> Iterator[None]:
             _removed(path)
 
 
-def _locked(path: Path) -> int:
+def _locked(path: Path, until: float) -> int:
     no_follow = getattr(os, "O_NOFOLLOW", None)
     if no_follow is None and path.is_symlink():
         raise OSError(errno.ELOOP, "is a symbolic link", str(path))
-    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | (no_follow or 0), 0o666)
-    try:
-        _lock(descriptor)
-    except (BlockingIOError, PermissionError) as error:
-        os.close(descriptor)
-        raise ValueError(f"{path.parent} is in use: another process is running there") from error
-    except BaseException:
-        os.close(descriptor)
-        raise
-    return descriptor
+    while True:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | (no_follow or 0), 0o666)
+        try:
+            _lock(descriptor)
+        except (BlockingIOError, PermissionError) as error:
+            os.close(descriptor)
+            if time.monotonic() >= until:
+                told = f"{path.parent} is in use: another process is running there"
+                raise ValueError(told) from error
+        except BaseException:
+            os.close(descriptor)
+            raise
+        else:
+            return descriptor
+        time.sleep(_TICK)
 
 
 def _removed(path: Path) -> bool:

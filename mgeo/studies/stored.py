@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 TABLE, FINAL, RUNS, FRONTS = "table.csv", "final.csv", "runs.csv", "fronts.csv"
 PROVENANCE = "provenance.json"
+_PATIENCE = 10.0  # seconds
 _INTEGERS = ("seed", "failed_evaluations", "evaluations", "points")
 
 TEXT = "study.toml"
@@ -263,7 +264,7 @@ def claim(folder: Path, study: Study) -> None:
     """
     content = _content(study)
     folder.mkdir(parents=True, exist_ok=True)
-    with lock(folder):
+    with lock(folder, _PATIENCE):  # another study's, for the time of a claim
         check(folder, study)
         write_files(folder, {TEXT: study.text.encode(), STUDY_FILE: content})
 

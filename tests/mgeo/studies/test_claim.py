@@ -1,11 +1,13 @@
 """A folder belongs to one study, which may grow."""
 
 from pathlib import Path
+from threading import Thread
 
 import pytest
 from typer.testing import CliRunner
 
 from mgeo.cli import app
+from mgeo.store import lock
 from mgeo.studies import Failure, check, claim, parse_study, record, run_study
 
 STUDY = """
@@ -29,6 +31,17 @@ def study(text=STUDY):
 
 def files(folder):
     return {p: (p.read_bytes(), p.stat().st_mtime_ns) for p in folder.rglob("*") if p.is_file()}
+
+
+def test_a_claim_waits_for_that_of_another(tmp_path):
+    with lock(tmp_path):
+        waiting = Thread(target=claim, args=(tmp_path, study()))
+        waiting.start()
+        waiting.join(0.2)
+        assert waiting.is_alive()
+    waiting.join()
+    check(tmp_path, study())
+    assert {path.name for path in tmp_path.iterdir()} == {"study.toml", "study.json"}
 
 
 @pytest.fixture
