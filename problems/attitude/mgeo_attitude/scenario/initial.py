@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,37 +14,27 @@ from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.fields import InvalidValue, Validated, expect, quantity
 
 if TYPE_CHECKING:
-    from mgeo_attitude.environment.environment import Course
+    from mgeo_attitude.environment.directions import Place
+    from mgeo_attitude.environment.environment import Course, Environment
 
 #: Unit vectors and right angles may be off by this: numbers are typed with four digits.
 _TOLERANCE = 1e-3
 
 #: A position or velocity, a direction: one vector of a `Place`, and what follows from it.
-_Vectors = Callable[["Sight"], Floats]
+_Vectors = Callable[["Environment | Place"], Floats]
 
 
-class Sight(Protocol):
-    """Positions, velocities and directions to the Sun, each (n, 3), GCRS: an `Environment` say."""
-
-    @property
-    def position(self) -> Floats: ...
-    @property
-    def velocity(self) -> Floats: ...
-    @property
-    def sun(self) -> Floats: ...
-
-
-def _momentum(at: Sight) -> Floats:
+def _momentum(at: Environment | Place) -> Floats:
     return np.cross(at.position, at.velocity)
 
 
-def _orbital_rate(at: Sight) -> Floats:
+def _orbital_rate(at: Environment | Place) -> Floats:
     """Of the radius vector [rad/s], GCRS."""
     rate: Floats = _momentum(at) / (at.position**2).sum(axis=1, keepdims=True)
     return rate
 
 
-def _rate_of_velocity(at: Sight) -> Floats:
+def _rate_of_velocity(at: Environment | Place) -> Floats:
     """Of the velocity under the central acceleration -μ r / r³ [rad/s], GCRS."""
     cube = np.linalg.norm(at.position, axis=1, keepdims=True) ** 3
     square = (at.velocity**2).sum(axis=1, keepdims=True)
@@ -125,7 +115,7 @@ class InitialConditions(Validated):
             sound = abs(length - 1.0) <= _TOLERANCE
             expect(sound, "axis", self.axis, f"a length of 1, not {length:.6g}")
 
-    def attitude(self, at: Sight) -> Floats:
+    def attitude(self, at: Environment | Place) -> Floats:
         """The law, GCRS to body, shape (n, 3, 3).
 
         Raises
@@ -146,7 +136,7 @@ class InitialConditions(Validated):
             expected = f"expected another pointing: {error}"
             raise InvalidValue("initial.pointing", self.pointing, expected) from None
 
-    def law_rate(self, at: Sight) -> Floats:
+    def law_rate(self, at: Environment | Place) -> Floats:
         """Body rate of the law [rad/s], shape (n, 3); zero if it is inertial or at the Sun.
 
         Of a Keplerian orbit; what turns its plane, and the Sun's degree a day, is left out.
@@ -155,7 +145,7 @@ class InitialConditions(Validated):
             return np.zeros((len(at.position), 3))
         return self._turning(self.attitude(at), at)
 
-    def _turning(self, attitude: Floats, at: Sight) -> Floats:
+    def _turning(self, attitude: Floats, at: Environment | Place) -> Floats:
         rates: Floats = np.einsum("kij,kj->ki", attitude, _LAWS[self.pointing][2](at))
         return rates
 
@@ -172,7 +162,7 @@ class InitialConditions(Validated):
         attitude = self.attitude(at)
         return attitude[0], self._turning(attitude, at)[0]
 
-    def rate(self, at: Sight) -> Floats:
+    def rate(self, at: Environment | Place) -> Floats:
         """Body rate at the first instant [rad/s], shape (3,)."""
         given = self.rate_deg_s
         return self.law_rate(at)[0] if given is None else np.radians(given)

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from mgeo_attitude.maneuvers.schedule import Turning
 from mgeo_attitude.scenario.actuators import Coils, Wheels, assumed, slew_limits
 from mgeo_attitude.scenario.after import going_on
 from mgeo_attitude.scenario.channels import Channel
-from mgeo_attitude.scenario.initial import InitialConditions, Sight
+from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.settings import (
     NAMES,
@@ -51,6 +51,10 @@ from mgeo_attitude.scenario.toml import ScenarioFileError, on_preset, read_toml,
 from mgeo_attitude.scenario.windows import Contact, FlightErrors, Window, deadlines, start_times
 from mgeo_attitude.sensors import SENSORS, Gyro, Sensor, World
 from mgeo_attitude.sensors.suite import Suite
+
+if TYPE_CHECKING:
+    from mgeo_attitude.environment.directions import Place
+    from mgeo_attitude.environment.environment import Environment
 
 _NO_GYRO = (
     "expected a table of its keys: the filter needs a gyro, see 'Without a gyro' in docs/errors.md"
@@ -221,11 +225,11 @@ class Scenario(Validated):
         """Sample times k * step since the epoch [s], shape (n_steps + 1,)."""
         return self.step * np.arange(self.n_steps + 1, dtype=np.float64)
 
-    def initial_attitude(self, at: Sight) -> Floats:
+    def initial_attitude(self, at: Environment | Place) -> Floats:
         """GCRS to body at the epoch, of which `at` is; shape (3, 3)."""
         return self.initial.attitude(at)[0] if self.prior is None else self.prior.attitude
 
-    def initial_rate(self, at: Sight) -> Floats:
+    def initial_rate(self, at: Environment | Place) -> Floats:
         """Body rate at the epoch [rad/s], shape (3,)."""
         return self.initial.rate(at) if self.prior is None else self.prior.rate
 
