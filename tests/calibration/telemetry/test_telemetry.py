@@ -288,16 +288,17 @@ def test_a_gyro_saturates_and_a_sensor_is_stuck_along_its_own_axes(frame):
     table = own.assign(gyro_x=rates[:, 0], gyro_y=rates[:, 1], gyro_z=rates[:, 2])
     most = float(np.nanmax(np.abs(rates)))
     assert np.nanmax(np.abs(flown)) > 1.01 * most
+    mag = SensorChannels(name="mag", unit="nT")
     within = dataclasses.replace(body, range_deg_s=1.001 * most)
     assert len(read_telemetry(table, PAPER, TelemetryMapping(gyro=within)).times) == 301
     for wrong, mapping, message in (
         (table, dataclasses.replace(body, range_deg_s=most), "saturates at range_deg_s"),
         (table.assign(gyro_x=table["gyro_x"].clip(upper=float(table["gyro_x"].median()))), body,
-         "gyro_x = .* and never beyond: the gyro saturates"),
+         r"gyro_x = \d\.\d+ deg/s in .* and never beyond: the gyro saturates"),
         (table.assign(gyro_y=0.1), body, "gyro_y is 0.1 in all"),
     ):  # fmt: skip
         with pytest.raises(ValueError, match=message):
-            read_telemetry(wrong.loc[1:], PAPER, TelemetryMapping(gyro=mapping))
+            read_telemetry(wrong.loc[1:], PAPER, TelemetryMapping(gyro=mapping, sensors=(mag,)))
 
 
 @pytest.mark.parametrize("kind", ["timedelta64[s]", "bool"])

@@ -89,26 +89,7 @@ def read_telemetry(
 
 
 def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping) -> Telemetry:
-    names = [sensor.name for sensor in scenario.sensors]
-    given: dict[str, Channels] = {}
-    for i, entry in enumerate(mapping.sensors):
-        if entry.name not in names:
-            expected = f"unknown sensor{known_names(entry.name, names)}"
-            raise InvalidValue(f"sensors[{i}].name", entry.name, expected)
-        if entry.name in given:
-            raise InvalidValue(f"sensors[{i}].name", entry.name, "is named twice: expected it once")
-        given[entry.name] = entry
-    no_gyro = mapping.gyro.holds
-    asked: dict[str, tuple[Channels, list[str]]] = {
-        "gyro": (mapping.gyro, [] if no_gyro else _asked("gyro", mapping.gyro))
-    }
-    for sensor in scenario.sensors:
-        channel = given.get(sensor.name, Channels())
-        widths = (3, 2) if sensor.unit_length else (len(sensor.channels),)
-        asked[sensor.name] = channel, _asked(sensor.name, channel, *widths)
-    position = _asked("position", mapping.position)
-    if "position" not in names and (mapping.position.columns or has_columns(frame, position)):
-        asked["position"] = mapping.position, position
+    no_gyro, asked = mapping.gyro.holds, _entries(frame, scenario, mapping)
     wanted = [mapping.time, *(column for _, columns in asked.values() for column in columns)]
     columns = find_columns(frame, wanted)
     asked = {
@@ -125,10 +106,8 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
     followed(scenario.suite, other)
     other = _merged_channels(times, other)
     times, table = _merged(times, table, wanted[1:])
-    found, first = {}, 0
-    for name, (_, own) in asked.items():
-        found[name] = table[:, first : first + len(own)]
-        first += len(own)
+    ends = np.cumsum([len(own) for _, own in asked.values()])
+    found = dict(zip(asked, np.hsplit(table, ends[:-1]), strict=True))
     counted, (channel, own) = found.pop("gyro"), asked["gyro"]
     with _named("gyro"):
         steps = {"gyro": np.zeros(3) if no_gyro else _steps(counted, channel, "deg/s")}
@@ -169,8 +148,34 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
         check_changes(asked[sensor.name][1], found[sensor.name])
     if not no_gyro:
         check_changes(own, counted)
-        check_saturation(own, counted, channel.unit or "deg/s")
+        check_saturation(own, counted, asked["gyro"][0].unit or "deg/s")
     return telemetry
+
+
+def _entries(
+    frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping
+) -> dict[str, tuple[Channels, list[str]]]:
+    """What a mapping says of gyro, sensors and, if it is there, position, and their columns."""
+    names = [sensor.name for sensor in scenario.sensors]
+    given: dict[str, Channels] = {}
+    for i, entry in enumerate(mapping.sensors):
+        if entry.name not in names:
+            expected = f"unknown sensor{known_names(entry.name, names)}"
+            raise InvalidValue(f"sensors[{i}].name", entry.name, expected)
+        if entry.name in given:
+            raise InvalidValue(f"sensors[{i}].name", entry.name, "is named twice: expected it once")
+        given[entry.name] = entry
+    asked: dict[str, tuple[Channels, list[str]]] = {
+        "gyro": (mapping.gyro, [] if mapping.gyro.holds else _asked("gyro", mapping.gyro))
+    }
+    for sensor in scenario.sensors:
+        channel = given.get(sensor.name, Channels())
+        widths = (3, 2) if sensor.unit_length else (len(sensor.channels),)
+        asked[sensor.name] = channel, _asked(sensor.name, channel, *widths)
+    position = _asked("position", mapping.position)
+    if "position" not in names and (mapping.position.columns or has_columns(frame, position)):
+        asked["position"] = mapping.position, position
+    return asked
 
 
 @contextmanager
