@@ -12,7 +12,6 @@ from mgeo.cli import options
 from mgeo.cli.errors import bad_input
 from mgeo.cli.output import Output
 
-REPORT_FILE = "report.html"
 FIGURES_FOLDER = "figures"
 COMPARISON_FILE = "comparison.html"
 
@@ -118,6 +117,7 @@ def _write_report(
     """
     from mgeo.report import StaticExportError, report_html, static_figures
     from mgeo.store.atomic import write_file
+    from mgeo.store.run_folder import REPORT_FILE
 
     path = out or folder / REPORT_FILE
     figures = path.parent / FIGURES_FOLDER
@@ -182,6 +182,7 @@ def _write_study_figures(
     """
     from mgeo.report import StaticExportError, drawn, shaped
     from mgeo.store.atomic import check_writable
+    from mgeo.store.run_folder import REPORT_FILE
     from mgeo.studies import read_comparisons, study_figures
 
     figures = folder / FIGURES_FOLDER

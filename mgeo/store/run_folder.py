@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 FORMAT = 2
 _ARRAYS = ("X", "F", "nearest")  # in files of their own
-RUN_FILE, FRONT_FILE, FIGURE_FILE = "run.json", "front.csv", "front.html"
+RUN_FILE, FRONT_FILE = "run.json", "front.csv"
+FIGURE_FILE, REPORT_FILE = "front.html", "report.html"
 CHECKPOINT_FILE, RECORD_FOLDER = "run.checkpoint", "evaluations"
 #: What comes nearest to the constraints, of a run that found nothing that keeps them.
 NEAREST_FILE = "nearest.csv"
@@ -70,7 +71,7 @@ def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
 def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
     """Write ``front.csv``, ``run.json`` and, if need be, ``nearest.csv``, whole or not at all.
 
-    A figure of an earlier run in the folder is removed; other files are left alone.
+    Figure and report of an earlier run in the folder are removed; other files are left alone.
 
     Raises
     ------
@@ -85,7 +86,8 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
     write_files(folder, {**tables, RUN_FILE: document})
     if not nearest:
         (folder / NEAREST_FILE).unlink(missing_ok=True)
-    (folder / FIGURE_FILE).unlink(missing_ok=True)
+    for page in (FIGURE_FILE, REPORT_FILE):
+        (folder / page).unlink(missing_ok=True)
 
 
 def read_run(folder: Path | str) -> Run:

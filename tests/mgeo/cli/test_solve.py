@@ -178,6 +178,7 @@ def test_quiet_prints_nothing(mgeo):
 def test_an_existing_run_is_refused_unless_told(mgeo):
     assert mgeo("solve", "cantilever", *SHORT, "--out", "a").exit_code == 0
     before = Path("a/run.json").read_bytes()
+    Path("a/report.html").write_text("of the run before")
     refused = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--seed", 2)
     assert refused.exit_code == 2
     assert refused.stderr == "Error: a is not empty: choose another folder or allow --overwrite\n"
@@ -186,6 +187,7 @@ def test_an_existing_run_is_refused_unless_told(mgeo):
         mgeo("solve", "cantilever", *SHORT, "--out", "a", "--seed", 2, "--overwrite").exit_code == 0
     )
     assert read_run("a").configuration.seed == 2
+    assert not Path("a/report.html").exists()
 
 
 @pytest.mark.parametrize(
