@@ -1,6 +1,7 @@
 """The commands as part of ``mgeo``, as a process, and their help."""
 
 import json
+import os
 import re
 import shlex
 import subprocess
@@ -31,6 +32,7 @@ def test_process(tmp_path):
         capture_output=True,
         text=True,
         timeout=120,
+        env=dict(os.environ),  # without the COLUMNS that readline, which pytest loads, has set in C
     )
     assert done.returncode == 2
     assert done.stdout == ""
