@@ -59,6 +59,13 @@ def test_what_needs_the_field_is_refused_then(needs):
         Scenario.from_dict(LATE | SHORT | needs)
 
 
+def test_a_flight_may_not_begin_after_the_last_year_of_the_field():
+    last = {"preset": "paper", "epoch": "2029-12-31T00:00:00Z", "duration": 600.0} | SHORT
+    with pytest.raises(InvalidValue, match=r"duration = 600\.0 s, begun as late as it may be, in"):
+        Scenario.from_dict(last | {"flight": {"start_delay": 86000.0}})
+    Scenario.from_dict(last | {"flight": {"start_delay": 85000.0}})
+
+
 def test_a_course_of_ones_own_is_refused_as_ever():
     from types import SimpleNamespace
 

@@ -134,8 +134,9 @@ def _check_epoch(scenario: Fields) -> None:
     zone = epoch.utcoffset() is not None
     expect(zone, "epoch", epoch.isoformat(), "a UTC offset, such as a Z at the end")
     inside = start <= epoch <= end and scenario.latest_end <= (end - epoch).total_seconds()
+    late = ", begun as late as it may be," if scenario.latest_end > scenario.duration else ""
     years = (
-        f"a run of duration = {scenario.duration!r} s inside the field model IGRF-14, from "
+        f"a run of duration = {scenario.duration!r} s{late} inside the field model IGRF-14, from "
         f"{start:%Y-%m-%d} to {end:%Y-%m-%d} UTC, or nothing that needs the field, as "
         "magnetometers, coils that turn the satellite and a residual dipole do"
     )
