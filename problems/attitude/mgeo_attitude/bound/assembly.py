@@ -1,4 +1,4 @@
-"""The limit of a scenario, equations (20) to (27), and what it does not ask for, by name."""
+"""The limit of a scenario, equations (20) to (29), and what it does not ask for, by name."""
 
 from __future__ import annotations
 
@@ -171,7 +171,7 @@ def _of_sensors(model: FilterModel, told: Samples, known: Floats) -> Iterator[tu
 def _common_modes(
     model: FilterModel, told: Samples, known: Floats, angle: float
 ) -> Iterator[tuple[str, Floats]]:
-    """Of errors that turn with the body and read like others that do not: equation (29)."""
+    """Of errors that turn with the body and read like others that do not: equation (28)."""
     suite = model.suite
     if (model.initial_correlation != np.eye(len(known))).any():
         return

@@ -79,7 +79,7 @@ class Carrier(NamedTuple):
 
 
 def cost_of_following(carrier: Carrier, angle: float, v: Floats | None, n: int) -> Floats:
-    """What it costs a carrier to follow an error of the body, until each of n samples: (28).
+    """What it costs a carrier to follow an error of the body until each sample: equation (29).
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def cost_of_following(carrier: Carrier, angle: float, v: Floats | None, n: int) 
 def common_modes(
     name: str, carrier: Carrier, looks: Sequence[Look], known: dict[str, Floats], angle: float
 ) -> Iterator[tuple[str, Floats]]:
-    """Least sums of variances: of each error that reads like a carrier, and of the carrier: (29).
+    """Least sums of variances of errors that read like a carrier, and of it: equation (28).
 
     Parameters
     ----------
