@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.maneuvers import decode, maneuver_steps
-from mgeo_attitude.refine import with_partial_steps
+from mgeo_attitude.refine import at_time, on_steps, with_partial_steps
 
 
 def flown(designs, step, n_steps):
@@ -48,3 +49,16 @@ def test_maneuvers_that_end_on_steps_are_flown_as_they_are():
     assert found.shape == (1, 20)
     np.testing.assert_array_equal(flown(found, 2.0, 9), flown(designs, 2.0, 9))
     np.testing.assert_array_equal(with_partial_steps(designs[:, :4], 2.0), designs[:, :4])
+
+
+@pytest.mark.parametrize("step", [1.0, 4.0])
+def test_maneuvers_end_on_the_nearest_steps(step):
+    at = at_time(AttitudeManeuverProblem(Scenario.from_dict({"preset": "paper", "step": step})))
+    designs = np.random.default_rng(4).random((50, 20)) * 40.0
+    found = on_steps(at, designs)
+    ends = np.cumsum(designs[:, 3::4], axis=1) / step
+    starts, over = maneuver_steps(found[:, 3::4], step)
+    np.testing.assert_array_equal(np.column_stack([starts[:, 1:], over]), np.rint(ends))
+    np.testing.assert_array_equal(
+        np.delete(found, np.s_[3::4], 1), np.delete(designs, np.s_[3::4], 1)
+    )

@@ -1,5 +1,6 @@
 from .at_time import AtTime as AtTime
 from .at_time import at_time as at_time
+from .at_time import on_steps as on_steps
 from .at_time import slowed as slowed
 from .at_time import with_partial_steps as with_partial_steps
 from .descent import Descent as Descent

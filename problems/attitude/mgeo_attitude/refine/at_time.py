@@ -182,6 +182,22 @@ def slowed(designs: Floats, factors: Floats | float, longest: float, greatest: f
     return found
 
 
+def on_steps(at: AtTime, designs: Floats) -> Floats:
+    """Designs, shape (n, 4 m), whose maneuvers end on the steps nearest to their ends.
+
+    They are flown until the next ones, half a step late in the mean. Rates that change slowly begin
+    on steps: nothing is changed there.
+    """
+    if at.model.slew_limits is not None:
+        return designs
+    found, step = designs.copy(), at.model.step
+    durations = durations_of(found)
+    ends = np.maximum(np.rint(np.cumsum(durations, axis=1) / step) - _EARLY, 0.0)
+    longest = at.scenario.maneuvers.max_duration
+    durations[:] = np.minimum(step * np.diff(ends, axis=1, prepend=0.0), longest)
+    return found
+
+
 def with_partial_steps(designs: Floats, step: float) -> Floats:
     """Designs, shape (n, 4 m), as ones that end on steps, shape (n, 4 (2 m - 1)).
 

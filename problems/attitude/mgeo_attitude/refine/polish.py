@@ -20,6 +20,7 @@ from mgeo_attitude.refine.at_time import (
     begins_with,
     ending_at,
     judged_by,
+    on_steps,
     parts,
     slowed,
     stretched,
@@ -294,7 +295,7 @@ def _nearest(at: AtTime, plans: Floats, time: float, most: int) -> Ints:
 def _ended(roughly: Roughly, learned: Floats, time: float, judge: Judge | None) -> Floats:
     """What is learned until a time [s], with rates held until the filter has converged."""
     if not _holds(roughly.exact):
-        return learned[None]
+        return on_steps(roughly.exact, learned[None])
     return until_converged(roughly.exact, learned, judge, roughly.at(time))
 
 
@@ -319,7 +320,9 @@ def _at_other_times(roughly: Roughly, plans: Floats, times: Floats) -> Floats:
     bodies = _ending_then(at, plans[which, :size], until)
     tails = np.tile(plans[which, size:], (len(bodies) // len(which), 1))
     best = roughly.best_of_each(bodies, np.resize(until, len(bodies)), alike * _TAKEN)
-    distinct: Floats = np.unique(np.hstack([bodies, tails])[best], axis=0)
+    bodies, tails = bodies[best], tails[best]
+    found = np.hstack([bodies, tails]) if _holds(at) else on_steps(at, bodies)
+    distinct: Floats = np.unique(found, axis=0)
     return distinct
 
 
