@@ -12,7 +12,13 @@ import sys
 import numpy as np
 from mgeo_attitude import FilterModel, limit
 
-from tests.attitude.bound.plans import documented, hard, least_ratios, random_plans
+from tests.attitude.bound.plans import (
+    documented,
+    hard,
+    least_ratios,
+    random_plans,
+    without_albedo,
+)
 
 ROUNDING = 1e-9
 #: Plans of a batch: their histories are in memory together.
@@ -24,6 +30,8 @@ def main(plans: int, seed: int = 1, step: float = 20.0) -> None:
     scenarios = documented(None) if step == 1.0 else documented(step) | hard(step)
     rng = np.random.default_rng(seed)
     for name, scenario in scenarios.items():
+        if name == "photodiodes.toml":  # with light from the Earth it has no limit
+            scenario = without_albedo(scenario)
         model = FilterModel.from_scenario(scenario)
         found, least, done = limit(scenario, model), dict[str, float](), 0
         while done < plans / len(scenarios):
