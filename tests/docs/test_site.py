@@ -49,6 +49,8 @@ NUMBERS = {
     "drift": 25,
     "bias": 26,
     "ending": 27,
+    "alike": 28,
+    "follow": 29,
 }
 
 pytestmark = pytest.mark.slow
