@@ -155,7 +155,7 @@ def test_one_objective_too():
 @pytest.mark.parametrize("top", [0.0, 1.0, 3.0])
 def test_a_run_ends_where_there_are_few_designs(top, monkeypatch):
     # C-TAEA begins with fewer than it has directions, if equal designs are left out at first
-    monkeypatch.setitem(solve.__globals__, "IDLE_STEPS", 3)
+    monkeypatch.setattr("mgeo.runs.solve.IDLE_STEPS", 3)
     problem = Whole()
     problem.xu = np.full(3, top)
     for algorithm in (CTAEA(DIRECTIONS), NSGA2(pop_size=12)):
