@@ -175,7 +175,8 @@ def _common_modes(
     suite = model.suite
     if (model.initial_correlation != np.eye(len(known))).any():
         return
-    start = {name: known[np.ix_(own, own)] for name, own in _places(suite)}
+    states = {name: _states(suite, name) for name in suite.blocks}
+    start = {name: known[np.ix_(own, own)] for name, own in states.items()}
     for name in told.inertial:
         decay, noise = 1.0, suite.diffusion()[:3] * model.step
         if name != "attitude":
@@ -203,10 +204,6 @@ def _information(model: FilterModel) -> Floats:
     sigma = model.initial_sigma
     information: Floats = np.linalg.inv(model.initial_correlation) / np.outer(sigma, sigma)
     return information
-
-
-def _places(suite: Suite) -> Iterator[tuple[str, np.ndarray]]:
-    return ((name, _states(suite, name)) for name in suite.blocks)
 
 
 def _states(suite: Suite, block: str) -> np.ndarray:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.bound.common_mode import Look, Turned
+from mgeo_attitude.bound.common_mode import Look, Turned, begun
 from mgeo_attitude.bound.faces import together as of_faces
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import matrix, skew
@@ -79,9 +79,7 @@ class Samples:
         """Of a run that begins at a sample, before which it takes none."""
 
         def of(values: Floats) -> Floats:
-            own = values[first:last].copy()
-            own[0] = 0.0
-            return own
+            return begun(values, first, last)
 
         own = {
             name: Told(of(told.trace), None if told.matrix is None else of(told.matrix))
@@ -189,7 +187,8 @@ def _of_sensor(model: FilterModel, index: int, apart: Collection[str] = ()) -> S
             raise NoLimit(_reason(sensor, name))
         trace = np.trace(information, axis1=1, axis2=2)
         each[name] = Told(at_samples(trace), at_samples(information) if same else None)
-    attitudes = [(np.eye(3), straight), *zip(map(matrix, _PROBES), turned, strict=True)]
+    unturned = {name: H[probed] for name, H in straight.items()}
+    attitudes = [(np.eye(3), unturned), *zip(map(matrix, _PROBES), turned, strict=True)]
     v = looks.vectors[:, 0]
     constants = [name for name in each if name not in model.suite.processes]
 
@@ -198,7 +197,7 @@ def _of_sensor(model: FilterModel, index: int, apart: Collection[str] = ()) -> S
             block: Turned(each[block].trace, field)
             for block in constants
             for field in (None, v)
-            if _alike(attitudes, probed, block, name, field)
+            if _alike(attitudes, block, name, None if field is None else field[probed])
         }
         own = slice(3 * inertial.index(name), 3 * inertial.index(name) + 3)
         trace = np.trace(together[:, own, own], axis1=1, axis2=2)
@@ -283,20 +282,16 @@ def _same(others: Floats, information: Floats) -> tuple[bool, bool]:
 
 def _alike(
     attitudes: Sequence[tuple[Floats, dict[str, Floats]]],
-    probed: np.ndarray,
     block: str,
     carrier: str,
     v: Floats | None,
 ) -> bool:
     """Whether an error reads as one along GCRS, `carrier`, that turns with the body: see `Look`."""
-    G = np.eye(3) if v is None else np.moveaxis(skew(v[probed].T), -1, 0)
+    G = np.eye(3) if v is None else np.moveaxis(skew(v.T), -1, 0)
     found = []
-    for number, (C, looks) in enumerate(attitudes):
-        own, other = (
-            looks[name][probed] if number == 0 else looks[name] for name in (block, carrier)
-        )
+    for C, looks in attitudes:
+        own, turned = looks[block], looks[carrier] @ G @ C.T
         size = _ROUNDING * np.linalg.norm(own, axis=(1, 2), keepdims=True)
-        turned = other @ G @ C.T
         found.append([(np.abs(own - sign * turned) <= size).all() for sign in (1.0, -1.0)])
     return bool(np.all(found, axis=0).any())
 
