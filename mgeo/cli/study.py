@@ -94,8 +94,8 @@ def schema(
 
 def _show(study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output) -> int:
     """Show what was found; the exit code tells if runs failed."""
+    from mgeo.store.run_folder import REPORT_FILE
     from mgeo.studies.conclusions import conclusions, published_table
-    from mgeo.studies.study import REPORT
 
     for label, comparison in comparisons.items():
         shown, said = comparison.overview(), conclusions(comparison, study.control)
@@ -105,12 +105,12 @@ def _show(study: Study, comparisons: dict[str, Comparison], folder: Path, output
         if published is not None and study.published is not None:
             beside = table(["", *published.columns], published.itertuples(name=None))
             output.print(f"beside {study.published.source}:", beside)
-    output.print(f"\nwritten: {folder / REPORT}")
+    output.print(f"\nwritten: {folder / REPORT_FILE}")
     output.result(
         {
             "title": study.title,
             "folder": str(folder),
-            "report": str(folder / REPORT),
+            "report": str(folder / REPORT_FILE),
             "evaluations": study.evaluations,
             "per_variable": study.per_variable,
             "seeds": list(study.seeds),

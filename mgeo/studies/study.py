@@ -18,6 +18,7 @@ from mgeo.figures.page import LIBRARY
 from mgeo.plugins.problems import is_own_class
 from mgeo.runs.prepare import estimate
 from mgeo.store.atomic import check_writable, to_json, write_files
+from mgeo.store.run_folder import REPORT_FILE
 from mgeo.studies.comparison import Comparison, markdown, problems_table
 from mgeo.studies.conclusions import published_table
 from mgeo.studies.execute import compare, run_files
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
 RECORDS = "runs"  # folder of the finished runs
-REPORT = "report.html"
 VALUES = "values.csv"
 RANKS = "ranks.csv"
 TARGETS = "targets.csv"
@@ -154,7 +154,7 @@ def run_study(
             VALUES: values.to_csv(index=False, lineterminator="\n"),
             RANKS: standings.to_csv(index=False, lineterminator="\n"),
             TARGETS: reached.to_csv(index=False, lineterminator="\n"),
-            REPORT: page,
+            REPORT_FILE: page,
         }
         write_files(folder, {name: text.encode() for name, text in texts.items()})
     if without:
@@ -192,7 +192,7 @@ def _contents(
         "tests.csv": tests.reset_index(0).to_csv(index=False, lineterminator="\n"),
         "summary.md": _summary(study, comparison),
         "summary.tex": comparison.to_latex(),
-        REPORT: problem_page(study, problem.label, comparison),
+        REPORT_FILE: problem_page(study, problem.label, comparison),
     }
     last = {PROVENANCE: to_json(_provenance(study, problem, comparison))}
     encoded = {name: text.encode() for name, text in texts.items()}
