@@ -30,6 +30,8 @@ def test_the_step_of_a_channel():
     np.testing.assert_allclose(resolution(rows), steps, rtol=1e-6)
     np.testing.assert_allclose(resolution(rows.round(6)), steps, atol=2e-6)
     np.testing.assert_allclose(resolution(rows[:, :1].astype(np.float32)), steps[:1], rtol=1e-5)
+    filled = np.where(np.arange(3000)[:, None] % 500, rows, 1e250)
+    np.testing.assert_allclose(resolution(filled), steps, rtol=1e-6)
     assert resolution(noise).tolist() == [0.0] * 3
     assert resolution(rows[:10]).tolist() == [0.0] * 3
     rests = rows.copy()

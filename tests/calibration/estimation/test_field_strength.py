@@ -6,6 +6,7 @@ import itertools
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario
+from mgeo_attitude.sensors import with_noise
 from mgeo_calibration import Telemetry, calibrate, calibrate_alone, fly
 from mgeo_calibration.estimation import fit_field_strength, response
 from scipy.optimize import least_squares
@@ -104,3 +105,8 @@ def test_a_bias_as_large_as_the_field_is_found(seed, bias):
         off = (rows["estimate"].to_numpy() - true - bias) / rows["sigma"].to_numpy()
         assert np.abs(off).max() < 5.0
     assert not alone.failures
+    assert not alone.notes
+    sensors = tuple(with_noise(sensor, 2.0) for sensor in of.sensors)
+    noisy = calibrate_alone(dataclasses.replace(of, sensors=sensors), telemetry)
+    assert not noisy.failures
+    assert "sigmas are too large by 2" in noisy.notes[0]

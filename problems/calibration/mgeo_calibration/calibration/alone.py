@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +36,8 @@ class StrengthCalibration:
         By magnetometer, of those blocks in the filter's units.
     failures : list of str
         What residuals say against it; none is what one wants.
+    notes : list of str
+        Noise that is less than was said: the estimate is better than its 1-sigmas say.
 
     Examples
     --------
@@ -51,6 +53,7 @@ class StrengthCalibration:
     table: pd.DataFrame
     covariance: dict[str, np.ndarray]
     failures: list[str]
+    notes: list[str] = field(default_factory=list)
 
     @property
     def conclusion(self) -> str:
@@ -91,7 +94,7 @@ def calibrate_alone(
         telemetry = read_telemetry(telemetry, scenario, mapping)
     suite = Suite(scenario.gyro, scenario.sensors)
     data, belief, units = batch(scenario, telemetry), Belief.of(scenario), telemetry_units(suite)
-    rows, covariances, failures = [], {}, []
+    rows, covariances, failures, notes = [], {}, [], []
     magnetometers = [k for k, s in enumerate(suite.sensors) if isinstance(s, Magnetometer)]
     if not magnetometers:
         raise ValueError(
@@ -113,18 +116,19 @@ def calibrate_alone(
                 k, unit = 3 * number + i, units[block]
                 values = found.values[k], sigma[k], belief.sigma[first + i]
                 rows.append((block, axis, unit.text, *(float(v) * unit.factor for v in values)))
-        failures += _failures(name, found.residuals, 2 * len(magnetometers))
+        tests = 2 * len(magnetometers)
+        failures += _failures(name, found.residuals, tests)
+        notes += _notes(name, found.residuals, tests)
     columns = ["block", "axis", "unit", "estimate", "sigma", "prior_sigma"]
-    return StrengthCalibration(pd.DataFrame(rows, columns=columns), covariances, failures)
+    return StrengthCalibration(pd.DataFrame(rows, columns=columns), covariances, failures, notes)
 
 
 def _failures(name: str, residuals: np.ndarray, tests: int) -> list[str]:
     found, square = [], float((residuals**2).mean())
     low, high = nis_bounds(len(residuals), tests)
-    if not low <= square <= high:
-        how = "more" if square > 1.0 else "less"
+    if not square <= high:
         found.append(
-            f"the strength that {name} measures scatters {how} than its noise (chi-square "
+            f"the strength that {name} measures scatters more than its noise (chi-square "
             f"{square:.3f} a reading, expected {low:.3f} to {high:.3f})"
         )
     next_to = abs(float((residuals[1:] * residuals[:-1]).mean())) / square
@@ -135,3 +139,14 @@ def _failures(name: str, residuals: np.ndarray, tests: int) -> list[str]:
             f"{most:.3f}): sigmas are too small, about {less:.2g} times"
         )
     return found
+
+
+def _notes(name: str, residuals: np.ndarray, tests: int) -> list[str]:
+    """As `SensorTest.notes`."""
+    square = float((residuals**2).mean())
+    if square >= nis_bounds(len(residuals), tests)[0]:
+        return []
+    return [
+        f"{name}: sigmas are too large by {1.0 / np.sqrt(square):.3g}; its noise is less than the "
+        "scenario says"
+    ]

@@ -203,6 +203,7 @@ def print_alone(found: StrengthCalibration, output: Output) -> None:
     """Print what the strength of the field says."""
     output.print(
         *titled("Errors of magnetometers", found.table.set_index("block")),
+        *map(note, found.notes),
         "",
         plain(found.conclusion, "bold"),
     )
@@ -213,6 +214,7 @@ def alone_document(found: StrengthCalibration) -> dict[str, Any]:
     return {
         "table": found.table.to_dict("records"),
         "covariance": {name: P.tolist() for name, P in found.covariance.items()},
+        "notes": found.notes,
         "conclusion": found.conclusion,
         "supported": not found.failures,
     }

@@ -12,6 +12,7 @@ _SAME = 1e-7  # numbers that differ by this share of a large one are one that wa
 _MOST = 0.9  # share of numbers that are not larger than that
 _OFF = 0.05  # how far a difference may be from a multiple of the step, in steps
 _REGULAR = 0.99  # share of differences that are not farther
+_COUNTED = 2.0**53  # steps that a number can tell; what is farther is no count, such as 1e150
 _PARTS = 25  # steps in the smallest difference, at most
 _RESTS = 5  # numbers that do not say much of a step
 #: A step whose variance is a smaller share of the noise's is none.
@@ -42,6 +43,7 @@ def _step(channel: Floats) -> float:
     """Zero if numbers hardly repeat and are no multiples; not finite if they do and do not say."""
     apart = np.diff(np.sort(channel))
     apart = apart[apart > _SAME * np.quantile(np.abs(channel), _MOST)]  # few may be absurd
+    apart = apart[apart < _COUNTED * apart.min(initial=np.inf)]
     repeat = 2 * len(apart) <= len(channel)
     for parts in range(1, _PARTS if repeat else 2) if len(apart) else ():
         multiples = np.rint(apart / apart.min() * parts)
