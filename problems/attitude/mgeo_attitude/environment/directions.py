@@ -21,7 +21,7 @@ from mgeo_attitude.environment.sun_moon import (
     sun_direction,
     sun_position,
 )
-from mgeo_attitude.environment.time_frames import instants
+from mgeo_attitude.environment.times import instants
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Course, Environment

@@ -16,7 +16,8 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import DAY, EARTH_MU, EARTH_RADIUS
-from mgeo_attitude.environment.time_frames import Instants, instants, rotate, teme_to_gcrs, utc_text
+from mgeo_attitude.environment.frames import rotate, teme_to_gcrs
+from mgeo_attitude.environment.times import Instants, instants, utc_text
 from mgeo_attitude.fields import InvalidValue, Validated, expect, positive, quantity
 
 if TYPE_CHECKING:

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
 from mgeo_attitude.environment.field import dipole_gradient, field_gradient, geomagnetic_field
+from mgeo_attitude.environment.frames import gcrs_to_itrs, rotate
 from mgeo_attitude.environment.orbit import AnyOrbit
 from mgeo_attitude.environment.sun_moon import lit_fraction, sun_direction, sun_position
-from mgeo_attitude.environment.time_frames import gcrs_to_itrs, instants, rotate
+from mgeo_attitude.environment.times import instants
 from mgeo_attitude.fields import require_same
 
 #: What the tables follow from, of a `Scenario`.

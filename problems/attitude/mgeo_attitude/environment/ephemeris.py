@@ -13,7 +13,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_MU, EARTH_RADIUS
 from mgeo_attitude.environment.kepler import orbital_period
-from mgeo_attitude.environment.time_frames import elapsed, utc_text
+from mgeo_attitude.environment.times import elapsed, utc_text
 from mgeo_attitude.fields import Validated, expect, quantity
 
 if TYPE_CHECKING:

@@ -16,7 +16,8 @@ from mgeo_attitude.environment.ephemeris import (
     points,
 )
 from mgeo_attitude.environment.ephemeris_formats import Origin, Segment
-from mgeo_attitude.environment.time_frames import frame_name, instants, to_gcrs, utc_text
+from mgeo_attitude.environment.frames import frame_name, to_gcrs
+from mgeo_attitude.environment.times import instants, utc_text
 
 
 @dataclass(frozen=True)

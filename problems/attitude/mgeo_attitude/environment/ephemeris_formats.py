@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.time_frames import of_epoch
-from mgeo_attitude.environment.time_stamps import seconds_after
+from mgeo_attitude.environment.frames import of_epoch
+from mgeo_attitude.environment.times import seconds_after
 
 
 @dataclass(frozen=True, eq=False)

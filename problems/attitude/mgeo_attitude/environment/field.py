@@ -9,7 +9,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Complexes, Floats
 from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
-from mgeo_attitude.environment.time_frames import as_utc
+from mgeo_attitude.environment.times import as_utc
 
 # East and south are undefined on the axis. 1e-7° beside it (1 cm) they are, and the field vector
 # is the same to 1e-4 nT as long as these directions are taken at the same point.

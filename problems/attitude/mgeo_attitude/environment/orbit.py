@@ -16,6 +16,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit, angle
 from mgeo_attitude.environment.ephemeris import MOST_DEGREE, EphemerisOrbit
+from mgeo_attitude.environment.frames import frame_name
 from mgeo_attitude.environment.kepler import (
     Elements,
     advanced,
@@ -24,7 +25,6 @@ from mgeo_attitude.environment.kepler import (
     secular_rates,
     two_body,
 )
-from mgeo_attitude.environment.time_frames import frame_name
 from mgeo_attitude.fields import InvalidValue, Kinds, Validated, expect, positive, quantity
 
 #: Functions of Keplerian elements and times, by the ``propagator`` that names them.

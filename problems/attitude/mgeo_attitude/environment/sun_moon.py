@@ -16,7 +16,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT, DAY, EARTH_RADIUS, SUN_RADIUS
-from mgeo_attitude.environment.time_frames import Instants
+from mgeo_attitude.environment.times import Instants
 
 _INCIDENCES = 32  # points of the integral over the lit Earth, which is then good to 1e-4
 _MANY = 20000  # instants

@@ -17,7 +17,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from mgeo_attitude.environment.time_stamps import utc_texts
+from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.geometry.quaternion import quaternion_derivatives
 from mgeo_attitude.plan.attitudes import Attitudes, Frame, attitudes
 from mgeo_attitude.plan.plan import ManeuverPlan

@@ -12,8 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.time_frames import as_utc
-from mgeo_attitude.environment.time_stamps import utc_texts
+from mgeo_attitude.environment.times import as_utc, utc_texts
 from mgeo_attitude.geometry.quaternion import body_rates, sampled_quaternions
 from mgeo_attitude.maneuvers.motion import Phase
 from mgeo_attitude.plan.plan import ManeuverPlan

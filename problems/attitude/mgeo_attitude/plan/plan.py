@@ -14,7 +14,7 @@ from typing_extensions import deprecated
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound import NoLimit
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
-from mgeo_attitude.environment.time_stamps import utc_texts
+from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.fields import InvalidValue, Validated, expect, quantity
 from mgeo_attitude.fields.quantity import DEG
 from mgeo_attitude.filter.history import FilterHistory, filter_history

@@ -13,8 +13,7 @@ from types import ModuleType
 import numpy as np
 
 from mgeo_attitude.environment.constants import DAY
-from mgeo_attitude.environment.time_frames import instants
-from mgeo_attitude.environment.time_stamps import utc_texts
+from mgeo_attitude.environment.times import instants, utc_texts
 from mgeo_attitude.plan.attitudes import attitudes, matrices_of, warnings
 from mgeo_attitude.plan.plan import ManeuverPlan
 

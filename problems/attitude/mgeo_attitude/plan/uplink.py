@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pandas as pd
 
-from mgeo_attitude.environment.time_stamps import utc_texts
+from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.maneuvers.motion import HELD, RAMP, Phase
 from mgeo_attitude.plan.plan import ManeuverPlan
 

@@ -16,7 +16,7 @@ import numpy as np
 from mgeo.store import write_file
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.orbit import ORBITS, AnyOrbit
-from mgeo_attitude.environment.time_frames import instant_after
+from mgeo_attitude.environment.times import instant_after
 from mgeo_attitude.fields import (
     InvalidType,
     InvalidValue,

@@ -13,7 +13,7 @@ from mgeo.evaluation import nondominated
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound import NoLimit
 from mgeo_attitude.criteria.objectives import OBJECTIVES
-from mgeo_attitude.environment.time_stamps import utc_texts
+from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.settings import PAPER

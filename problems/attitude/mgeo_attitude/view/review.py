@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from mgeo.plugins import Review, Section
-from mgeo_attitude.environment.time_stamps import utc_texts
+from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.fields import declared
 from mgeo_attitude.filter.history import filter_history
 from mgeo_attitude.maneuvers.motion import Phase

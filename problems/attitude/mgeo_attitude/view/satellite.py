@@ -9,7 +9,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
-from mgeo_attitude.environment.time_stamps import utc_texts
+from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario.validity import examined, validity
 

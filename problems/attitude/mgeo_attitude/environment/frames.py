@@ -1,4 +1,4 @@
-"""Time scales, and rotations between GCRS, TEME, the rotating Earth (ITRS) and frames of others.
+"""Rotations between GCRS, TEME, the rotating Earth (ITRS) and frames of others.
 
 No Earth orientation parameters are used: UT1 = UTC (they differ by less than 0.9 s, 0.004° of
 Earth rotation) and no polar motion (below 1 arc second). On the ground that is up to 420 m.
@@ -8,81 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from datetime import UTC, datetime, timedelta
-from typing import NamedTuple
 
 import erfa
 import numpy as np
-from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.constants import DAY
-
-_MJD_ZERO = 2400000.5
-_MJD_START = datetime(1858, 11, 17, tzinfo=UTC)
-
-
-class Instants(NamedTuple):
-    """Julian dates in two parts: one midnight for all, and days after it, shape (n,).
-
-    `ut` counts SI seconds from the UTC epoch, standing for UTC and UT1 alike; it runs on through a
-    leap second, as UT1 does. `tt` is terrestrial time (TDB is within 2 ms).
-    """
-
-    midnight: float
-    ut: Floats
-    tt: Floats
-
-
-def as_utc(epoch: datetime) -> datetime:
-    """The epoch in UTC; without a UTC offset it is a ValueError."""
-    if epoch.utcoffset() is None:
-        raise ValueError(f"epoch = {epoch.isoformat()}: expected a UTC offset, such as tzinfo=UTC")
-    return epoch.astimezone(UTC)
-
-
-def instants(epoch: datetime, times: ArrayLike) -> Instants:
-    """Julian dates at `times` [s], shape (n,), after an epoch with a UTC offset.
-
-    Leap seconds are those of erfa. It has none before 1960, when UTC did not exist, and none yet
-    announced for years to come: TT is then off by up to 40 s and by the leap seconds still to be
-    added, which turns the Sun by less than 0.0005°.
-    """
-    utc = as_utc(epoch)
-    midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
-    day_fraction = (utc - midnight).total_seconds() / DAY
-    ut = day_fraction + np.asarray(times, dtype=np.float64) / DAY
-    return Instants(
-        midnight=_MJD_ZERO + (midnight - _MJD_START).days,
-        ut=ut,
-        tt=ut + (tai_minus_utc(utc) + erfa.TTMTAI) / DAY,
-    )
-
-
-def elapsed(since: datetime, until: datetime) -> float:
-    """SI seconds from one instant to another, with the leap seconds between them."""
-    start, end = as_utc(since), as_utc(until)
-    return (end - start).total_seconds() + tai_minus_utc(end) - tai_minus_utc(start)
-
-
-def instant_after(epoch: datetime, seconds: float) -> datetime:
-    """The instant some SI seconds after an epoch, UTC, with the leap seconds between them."""
-    instant = as_utc(epoch) + timedelta(seconds=seconds)
-    return instant - timedelta(seconds=elapsed(epoch, instant) - seconds)
-
-
-def utc_text(epoch: datetime, seconds: float) -> str:
-    """An instant some seconds after an epoch, for messages: 2018-06-05T00:00:00.000Z."""
-    instant = as_utc(epoch) + timedelta(seconds=float(seconds))
-    return instant.isoformat(timespec="milliseconds").replace("+00:00", "Z")
-
-
-def tai_minus_utc(utc: datetime) -> float:
-    """Seconds by which TAI is ahead of UTC then, see `instants`."""
-    midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
-    # erfa.dat would warn of some years, and filters of warnings are shared by all threads
-    fraction = (utc - midnight).total_seconds() / DAY
-    return float(erfa.ufunc.dat(utc.year, utc.month, utc.day, fraction)[0])
+from mgeo_attitude.environment.times import Instants
 
 
 def gcrs_to_itrs(at: Instants) -> Floats:
