@@ -9,7 +9,7 @@ see `layout.py`. `driver.py` feeds the lanes.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import partial
+from functools import partial, reduce
 from itertools import count, islice
 from typing import TYPE_CHECKING, Any
 
@@ -50,33 +50,63 @@ def step_parts(
     loops of such. `CHECK`, which is no part of the step, finds the covariance's last pivot. The
     compiler's time grows faster than a function: hence several parts.
     """
-    at, n = layout(suite, gated, monitors), suite.n_states
-    considered = frozenset(suite.considered.tolist())
-    parts: dict[str, Code] = {}
-    following = count(at.constants)
+    step = _Step(suite, gated, monitors)
+    _propagate(step)
+    if monitors.limits:
+        # before the measurements: the attitude was flown on what was known until now
+        _watch_path(step)
+    for index in range(len(suite.sensors)):
+        _update(step, index)
+    if monitors.states:
+        _watch_states(step)
+    _sum_trace(step)
+    code = step.part(CHECK)
+    code.store(step.at.pivot, covariance.last_pivot(step.covariance(code), suite.n_states))
+    return {name: code.text for name, code in step.parts.items()}
 
-    def part(name: str) -> Code:
-        return parts.setdefault(name, Code())
 
-    def constants(code: Code, number: int) -> list[Symbol]:
+class _Step:
+    """The parts of a step that is being written, and what they find in the workspace."""
+
+    def __init__(self, suite: Suite, gated: tuple[bool, ...], monitors: Monitors) -> None:
+        self.suite, self.gated, self.monitors = suite, gated, monitors
+        self.at = layout(suite, gated, monitors)
+        self.parts: dict[str, Code] = {}
+        self._columns = given_columns(suite, gated, monitors)
+        self._constants = count(self.at.constants)
+
+    def part(self, name: str) -> Code:
+        return self.parts.setdefault(name, Code())
+
+    def covariance(self, code: Code) -> Triangle:
+        """As it is amid a step."""
+        return Triangle(code, self.at.scratch)
+
+    def constants(self, code: Code, number: int) -> list[Symbol]:
         """The next ones, in the order of `variants.constants_of`."""
-        return [code.slot(k) for k in islice(following, number)]
+        return [code.slot(k) for k in islice(self._constants, number)]
 
-    def to_body(code: Code, vector: Iterable[Any]) -> Vec3:
-        C, v = code.slots(at.attitude, 9), tuple(vector)
+    def numbers(self, code: Code, part: str, first: int, count: int) -> Sequence[Symbol]:
+        """Numbers that are given, from this column of a part on."""
+        return code.slots(self.at.given + self._columns[part] + first, count)
+
+    def to_body(self, code: Code, vector: Iterable[Any]) -> Vec3:
+        C, v = code.slots(self.at.attitude, 9), tuple(vector)
         return Vec3(*(sum(C[3 * i + k] * v[k] for k in range(3)) for i in range(3)))
 
-    columns = given_columns(suite, gated, monitors)
-
-    def in_body_axes(code: Code, part: str, index: int = 0) -> Vec3:
+    def in_body_axes(self, code: Code, part: str, index: int = 0) -> Vec3:
         """One of the vectors that are given, the first or another one of a part of them."""
-        return to_body(code, code.slots(at.given + columns[part] + 3 * index, 3))
+        return self.to_body(code, self.numbers(code, part, 3 * index, 3))
 
-    def numbers(code: Code, part: str, first: int, count: int) -> Sequence[Symbol]:
-        """Numbers that are given, from this column of a part on."""
-        return code.slots(at.given + columns[part] + first, count)
+    def gate(self, code: Code, index: int) -> Any:
+        """Whether a sensor is available, 1 or 0."""
+        if not self.gated[index]:
+            return 1.0
+        return code.slot(self.at.constants - sum(self.gated[index:]))
 
-    code = part("propagate")
+
+def _propagate(step: _Step) -> None:
+    code, at, suite = step.part("propagate"), step.at, step.suite
     C, dC = code.slots(at.attitude, 9), code.slots(at.rotation, 9)
     for j in range(3):
         column = [sum(dC[3 * i + k] * C[3 * k + j] for k in range(3)) for i in range(3)]
@@ -84,101 +114,100 @@ def step_parts(
             code.store(at.attitude + 3 * i + j, column[i])
     F = {entry: code.slot(at.F + k) for k, entry in enumerate(transition_pattern(suite))}
     for k, followed in enumerate(suite.following):
-        (value,) = numbers(code, "influences", k, 1)
+        (value,) = step.numbers(code, "influences", k, 1)
         own = range(followed.start, followed.stop)
         F |= {(i, j): factor * value for (i, j), factor in F.items() if i != j and j in own}
     m = suite.n_kinematic
     Q = {(i, j): code.slot(at.Q + slot_of(i, j)) for i in range(m) for j in range(i + 1)}
     for first in range(m, suite.n_dynamic, 3):
-        decay, *variances = constants(code, 4)
+        decay, *variances = step.constants(code, 4)
         F |= {(i, i): decay for i in range(first, first + 3)}
         Q |= {(first + i, first + i): variance for i, variance in enumerate(variances)}
-    covariance.predict(Triangle(code, at.scratch), n, F, Q)
+    covariance.predict(step.covariance(code), suite.n_states, F, Q)
 
-    if monitors.limits:
-        # before the measurements: the attitude was flown on what was known until now
-        code = part("watch_path")
-        x, y, z, *angle = code.slots(at.turn, 6)
-        turn = Turn(Vec3(x, y, z), *angle)
-        passages = {
-            name: [in_body_axes(code, f"off {name}", index) for index in range(2)]
-            for name in watched_directions(monitors)
-        }
-        for k, watch in enumerate(monitors.limits):
-            v, moved = passages[watch.direction]
-            value, axis = code.slot(at.monitors + k), Vec3(*constants(code, 3))
-            appears, *limb_given = numbers(code, f"off {watch.direction}", 6, 1 + 2 * watch.disc)
-            there = nearest_code(axis, watch.inside, turn, v, moved, appears)
-            here = there.back(axis), there.seen(v, moved)
-            if watch.plain:
-                value = dot(*here).maximum(value)
+
+def _watch_path(step: _Step) -> None:
+    """The worst of each path limit so far, or the time in which it was broken."""
+    code, at, limits = step.part("watch_path"), step.at, step.monitors.limits
+    x, y, z, *angle = code.slots(at.turn, 6)
+    turn = Turn(Vec3(x, y, z), *angle)
+    passages = {
+        name: [step.in_body_axes(code, f"off {name}", index) for index in range(2)]
+        for name in watched_directions(step.monitors)
+    }
+    for k, watch in enumerate(limits):
+        v, moved = passages[watch.direction]
+        value, axis = code.slot(at.monitors + k), Vec3(*step.constants(code, 3))
+        disc = 2 * watch.disc
+        appears, *limb_given = step.numbers(code, f"off {watch.direction}", 6, 1 + disc)
+        there = nearest_code(axis, watch.inside, turn, v, moved, appears)
+        here = there.back(axis), there.seen(v, moved)
+        if watch.plain:
+            value = dot(*here).maximum(value)
+        else:
+            sigmas = step.constants(code, 1)[0] if watch.margin else None
+            limb = None
+            if watch.disc:
+                radius, grown = limb_given
+                limb = radius - there.share * grown
+            P, end = Triangle(code), (axis, v)
+            if watch.timed:
+                now = excess_code(here, end, sigmas, limb, P, watch.inside, NO_EXCESS)
+                value = value + now.choose(step.constants(code, 1)[0], 1.0, 0.0)
             else:
-                sigmas = constants(code, 1)[0] if watch.margin else None
-                limb = None
-                if watch.disc:
-                    radius, grown = limb_given
-                    limb = radius - there.share * grown
-                P, end = Triangle(code), (axis, v)
-                if watch.timed:
-                    now = excess_code(here, end, sigmas, limb, P, watch.inside, NO_EXCESS)
-                    value = value + now.choose(constants(code, 1)[0], 1.0, 0.0)
-                else:
-                    value = excess_code(here, end, sigmas, limb, P, watch.inside, value)
-            code.store(at.monitors + k, value)
+                value = excess_code(here, end, sigmas, limb, P, watch.inside, value)
+        code.store(at.monitors + k, value)
 
-    gates = count(at.constants - sum(gated))
-    for index, sensor in enumerate(suite.sensors):
-        code = part(f"update_{index}")
-        rate = Vec3(*code.slots(at.omega, 3))
-        v = in_body_axes(code, "references", index)
-        variances = constants(code, len(sensor.noise()))
-        rows = suite.gradient_rows(index)
-        gradient = [in_body_axes(code, "references", k) for k in range(rows.start, rows.stop)]
-        gate: Any = code.slot(next(gates)) if gated[index] else 1.0
-        for view in sensor.views():
-            boresight, (bound,) = Vec3(*constants(code, 3)), constants(code, 1)
-            if view.disc:  # the cosine of the half-angle and the radius together
-                cosine, sine = numbers(code, f"view {view.direction}", 3, 2)
-                bound = bound * cosine - constants(code, 1)[0] * sine
-            looked_at = in_body_axes(code, f"view {view.direction}") if view.direction else v
-            inside = float(view.inside)
-            gate = gate * dot(boresight, looked_at).choose(bound, inside, 1.0 - inside)
-        if sensor.max_rate() < np.inf:
-            gate = gate * constants(code, 1)[0].choose(code.slot(at.rate), 1.0, 0.0)
-        follows = suite.influence_columns(sensor)
-        measure = partial(
-            suite.measure,
-            sensor,
-            v,
-            to_body=partial(to_body, code),
-            gradient=gradient,
-            rate=rate,
-            influences=numbers(code, "influences", follows.start, follows.stop - follows.start),
-        )
-        P = Triangle(code, at.scratch)
-        covariance.update(P, n, measure, variances, gate, considered)
 
-    if monitors.states:
-        code = part("watch")
-        ratios = [
-            code.slot(slot_of(i, i)) * weight
-            for i, weight in zip(
-                monitors.states, constants(code, len(monitors.states)), strict=True
-            )
-        ]
-        worst = ratios[0]
-        for ratio in ratios[1:]:
-            worst = worst.maximum(ratio)
-        samples = at.monitors + len(monitors.limits)
-        met = (-worst).choose(-1.0, code.slot(samples) + 1.0, 0.0)
-        code.store(samples, met)
+def _update(step: _Step, index: int) -> None:
+    """With what a sensor measures, where it is available and sees what it looks at."""
+    suite, sensor, code = step.suite, step.suite.sensors[index], step.part(f"update_{index}")
+    rate = Vec3(*code.slots(step.at.omega, 3))
+    v = step.in_body_axes(code, "references", index)
+    variances = step.constants(code, len(sensor.noise()))
+    rows = suite.gradient_rows(index)
+    gradient = [step.in_body_axes(code, "references", k) for k in range(rows.start, rows.stop)]
+    gate = step.gate(code, index)
+    for view in sensor.views():
+        boresight, (bound,) = Vec3(*step.constants(code, 3)), step.constants(code, 1)
+        if view.disc:  # the cosine of the half-angle and the radius together
+            cosine, sine = step.numbers(code, f"view {view.direction}", 3, 2)
+            bound = bound * cosine - step.constants(code, 1)[0] * sine
+        looked_at = step.in_body_axes(code, f"view {view.direction}") if view.direction else v
+        inside = float(view.inside)
+        gate = gate * dot(boresight, looked_at).choose(bound, inside, 1.0 - inside)
+    if sensor.max_rate() < np.inf:
+        gate = gate * step.constants(code, 1)[0].choose(code.slot(step.at.rate), 1.0, 0.0)
+    follows = suite.influence_columns(sensor)
+    measure = partial(
+        suite.measure,
+        sensor,
+        v,
+        to_body=partial(step.to_body, code),
+        gradient=gradient,
+        rate=rate,
+        influences=step.numbers(code, "influences", follows.start, follows.stop - follows.start),
+    )
+    considered = frozenset(suite.considered.tolist())
+    P = step.covariance(code)
+    covariance.update(P, suite.n_states, measure, variances, gate, considered)
 
-    code = part("sum_trace")
-    P, weights = Triangle(code), constants(code, n)
-    code.store(at.trace, sum(weights[i] * P[i, i] for i in range(n)))
-    code = part(CHECK)
-    code.store(at.pivot, covariance.last_pivot(Triangle(code, at.scratch), n))
-    return {name: code.text for name, code in parts.items()}
+
+def _watch_states(step: _Step) -> None:
+    """At how many samples in a row the required 1-sigmas have been met."""
+    code, states = step.part("watch"), step.monitors.states
+    weights = step.constants(code, len(states))
+    ratios = [code.slot(slot_of(i, i)) * each for i, each in zip(states, weights, strict=True)]
+    worst = reduce(Symbol.maximum, ratios)
+    samples = step.at.monitors + len(step.monitors.limits)
+    met = (-worst).choose(-1.0, code.slot(samples) + 1.0, 0.0)
+    code.store(samples, met)
+
+
+def _sum_trace(step: _Step) -> None:
+    code, n = step.part("sum_trace"), step.suite.n_states
+    P, weights = Triangle(code), step.constants(code, n)
+    code.store(step.at.trace, sum(weights[i] * P[i, i] for i in range(n)))
 
 
 def instrument_constants(suite: Suite, step: float, limits: Sequence[PathLimit] = ()) -> np.ndarray:
