@@ -7,7 +7,7 @@ import mgeo_suite
 import numpy as np
 import pytest
 import tomlkit
-from mgeo_suite.designs import conclusions
+from mgeo_suite.view import conclusions
 from typer.testing import CliRunner
 
 from mgeo.cli import app

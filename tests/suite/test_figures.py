@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 from mgeo_attitude import evaluate
-from mgeo_suite.designs import suite_text
 
 
 def test_a_suite_in_words(problem):
-    assert suite_text(problem, np.array([0, 1, 0, 0, 0])) == "poor gyro, better magnetometer"
-    assert suite_text(problem, np.array([1, 0, 1, 2, 2])) == (
+    assert problem.suites.text(np.array([0, 1, 0, 0, 0])) == "poor gyro, better magnetometer"
+    assert problem.suites.text(np.array([1, 0, 1, 2, 2])) == (
         "good gyro, mag magnetometer, tracker star tracker, 2 fine Sun sensors (+x, -z)"
     )
-    assert suite_text(problem, np.array([1, 0, 0, 0, 1])).endswith("1 coarse Sun sensor (-z)")
+    assert problem.suites.text(np.array([1, 0, 0, 0, 1])).endswith("1 coarse Sun sensor (-z)")
 
 
 @pytest.mark.slow

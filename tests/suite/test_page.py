@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_suite import SensorSuiteProblem
-from mgeo_suite.designs import conclusions
 from mgeo_suite.objectives import OBJECTIVES
 from mgeo_suite.problem import PRESETS
+from mgeo_suite.view import conclusions
 from typer.testing import CliRunner
 
 from mgeo.cli import app

@@ -2,51 +2,52 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria import attitude_accuracy_deg
-from mgeo_attitude.filter import Evaluation
+from mgeo_attitude.filter import Evaluation, FilterModel
 from mgeo_attitude.view import maneuver_texts
 from mgeo_attitude.view.figures import line, title
 
 from mgeo.figures import COLORS, SYMBOLS, finished, literal, log_axis
 from mgeo_suite.catalog import NONE
-from mgeo_suite.designs import Designs, SuiteProblem, suite_text
+from mgeo_suite.suites import SuiteModels
 
 _SAMPLES = 200  # of a curve against time
-_TOGETHER = 50  # histories held in memory at once
 
 
-def figures(designs: Designs) -> dict[str, go.Figure]:
+def figures(
+    suites: SuiteModels, choices: Ints, maneuvers: Floats, price: Floats, result: Evaluation
+) -> dict[str, go.Figure]:
     """``front``, price against accuracy by star tracker, and ``sensors``, which appear where.
 
     Points and columns are numbered by their rows; designs without result are left out.
     """
-    problem, choices, result = designs.problem, designs.choices, designs.result
-    price = designs.resources[:, 0]
     accuracy = attitude_accuracy_deg(result.covariance)
     rows = np.flatnonzero(np.isfinite(result.t_end) & np.isfinite(accuracy))
     order = rows[np.argsort(price[rows], kind="stable")]
     return {
-        "front": _front(problem, choices, designs.maneuvers, price, accuracy, result, order),
-        "sensors": _sensors(problem, choices, price, order),
+        "front": _front(suites, choices, maneuvers, price, accuracy, result, order),
+        "sensors": _sensors(suites, choices, price, order),
     }
 
 
-def solution_figures(designs: Designs) -> list[dict[str, go.Figure]]:
-    """For each design its body rates and how the attitude comes to be known, until t_end."""
-    problem, found = designs.problem, []
-    for first in range(0, len(designs.X), _TOGETHER):
-        result = problem.evaluation(designs.X[first : first + _TOGETHER], history=True)
-        found += [_of_plan(problem, result, i) for i in range(len(result.t_end))]
-    return found
+def solution_figures(
+    model: FilterModel, results: Iterable[Evaluation]
+) -> list[dict[str, go.Figure]]:
+    """For each design its body rates and how the attitude comes to be known, until t_end.
+
+    Of some designs at a time, with their histories.
+    """
+    return [_of_plan(model, each, i) for each in results for i in range(len(each.t_end))]
 
 
 def _front(
-    problem: SuiteProblem,
+    suites: SuiteModels,
     choices: Ints,
     maneuvers: Floats,
     price: Floats,
@@ -55,7 +56,7 @@ def _front(
     order: Ints,
 ) -> go.Figure:
     figure = go.Figure()
-    names = [problem.suites.names(choice) for choice in choices]
+    names = [suites.names(choice) for choice in choices]
     trackers = [each.get("star tracker", NONE) for each in names]
     for k, tracker in enumerate(dict.fromkeys(trackers[row] for row in order)):
         own = [int(row) for row in order if trackers[row] == tracker]
@@ -65,7 +66,7 @@ def _front(
                     f"<b>solution {row}</b>",
                     f"{price[row]:.4g} kEUR, attitude {accuracy[row]:.3g} deg after "
                     f"{result.t_end[row]:.6g} s",
-                    *map(literal, suite_text(problem, choices[row]).split(", ")),
+                    *map(literal, suites.text(choices[row]).split(", ")),
                     "maneuvers, x / y / z [deg/s] for duration [s]:",
                     *maneuver_texts(maneuvers[row]),
                 ]
@@ -89,9 +90,9 @@ def _front(
     return figure
 
 
-def _sensors(problem: SuiteProblem, choices: Ints, price: Floats, order: Ints) -> go.Figure:
+def _sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints) -> go.Figure:
     """Which option each place has, a column a solution, the cheapest first."""
-    places = problem.suites.places[::-1]
+    places = suites.places[::-1]
     numbers = choices[order][:, ::-1].T
     texts = [
         [literal(place.options[n]) for n in row] for place, row in zip(places, numbers, strict=True)
@@ -115,8 +116,8 @@ def _sensors(problem: SuiteProblem, choices: Ints, price: Floats, order: Ints) -
     return figure
 
 
-def _of_plan(problem: SuiteProblem, result: Evaluation, i: int) -> dict[str, go.Figure]:
-    model, t_end = problem.suites.model, result.t_end[i]
+def _of_plan(model: FilterModel, result: Evaluation, i: int) -> dict[str, go.Figure]:
+    t_end = result.t_end[i]
     end = round(t_end / model.step) if np.isfinite(t_end) else 0
     steps = np.unique(np.linspace(0, end, _SAMPLES).round().astype(np.int64))
     sigma = np.degrees(np.sqrt(result.variances[i, steps, :3].max(axis=1)))

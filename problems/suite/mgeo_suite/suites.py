@@ -125,6 +125,21 @@ class SuiteModels:
             for place, number in zip(self.places, choice, strict=True)
         }
 
+    def text(self, choice: Ints) -> str:
+        """A suite in words: ``mems gyro, boom magnetometer, 2 fine Sun sensors (+x, -z)``."""
+        names = self.names(choice)
+        parts = [f"{names['gyro']} gyro", f"{names['magnetometer']} magnetometer"]
+        if (tracker := names.get("star tracker", NONE)) != NONE:
+            parts.append(f"{tracker} star tracker")
+        heads: dict[str, list[str]] = {}
+        for place, grade in names.items():
+            if place.startswith("Sun sensor") and grade != NONE:
+                heads.setdefault(grade, []).append(place.removeprefix("Sun sensor "))
+        for grade, faces in heads.items():
+            many = "s" if len(faces) > 1 else ""
+            parts.append(f"{len(faces)} {grade} Sun sensor{many} ({', '.join(faces)})")
+        return ", ".join(parts)
+
     def _made(self, choice: Ints) -> FilterModel:
         form = self.form_of(choice)
         chosen = (p.instruments[n] for p, n in zip(self.places, choice, strict=True))

@@ -1,23 +1,69 @@
-"""Suites and their plans in an engineer's terms."""
+"""Suites and their plans in an engineer's terms, each evaluated once for all that is told of it."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from mgeo_attitude import Scenario
+from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria import attitude_accuracy_deg, constraints
 from mgeo_attitude.view import maneuver_texts, span, two_digits
 from numpy.typing import ArrayLike
 
-from mgeo_suite.designs import BUDGETED_DEG, Designs, suite_text
+from mgeo.plugins import View
+from mgeo_suite.catalog import NONE
+from mgeo_suite.suites import SuiteModels
 
 if TYPE_CHECKING:
     import pandas as pd
     import plotly.graph_objects as go
+    from mgeo_attitude import Evaluation
+
+#: Accuracies [deg] of which a front's least price is told.
+BUDGETED_DEG = (1.0, 0.1, 0.03)
+_TOGETHER = 50  # histories held in memory at once
 
 
-class SuiteView(Designs):
-    """Suites and their plans as people are shown them; see `mgeo.View`."""
+class SuiteProblem(Protocol):
+    """A problem whose designs are a suite of sensors each, and maneuvers of one scenario."""
+
+    scenario: Scenario
+    suites: SuiteModels
+    objectives: tuple[str, ...]
+
+    def split(self, X: ArrayLike) -> tuple[Ints, Floats]: ...
+    def evaluation(self, X: ArrayLike, history: bool = False) -> Evaluation: ...
+
+
+class SuiteView(View):
+    """Designs, shape (n, n_var), suites and their plans, as people are shown them.
+
+    See `mgeo.View`.
+    """
+
+    problem: SuiteProblem
+
+    @cached_property
+    def choices(self) -> Ints:
+        """Numbers of options, shape (n, n_places)."""
+        return self.problem.split(self.X)[0]
+
+    @cached_property
+    def maneuvers(self) -> Floats:
+        """Shape (n, 4 m)."""
+        return self.problem.split(self.X)[1]
+
+    @cached_property
+    def resources(self) -> Floats:
+        """Price [kEUR], mass [g] and power [mW], shape (n, 3)."""
+        return self.problem.suites.resources(self.choices)
+
+    @cached_property
+    def result(self) -> Evaluation:
+        """Filter runs."""
+        return self.problem.evaluation(self.X)
 
     def describe(self) -> pd.DataFrame:
         """One row per design.
@@ -35,7 +81,7 @@ class SuiteView(Designs):
             "power [mW]": resources[:, 2],
             "attitude 1-sigma [deg]": np.where(np.isnan(result.t_end), np.nan, sigma),
             "t_end [s]": result.t_end,
-            "suite": [suite_text(problem, choice) for choice in self.choices],
+            "suite": [problem.suites.text(choice) for choice in self.choices],
         }
         for k, place in enumerate(problem.suites.places):
             columns[place.name] = [place.options[number] for number in self.choices[:, k]]
@@ -56,7 +102,7 @@ class SuiteView(Designs):
             accuracy = two_digits(float(attitude_accuracy_deg(self.result.covariance[i])))
             lines.append(
                 f"{self.resources[i, 0]:.4g} kEUR; attitude {accuracy} deg (1-sigma, worst of all "
-                f"axes) after {span(t_end)}; {suite_text(self.problem, choice)}"
+                f"axes) after {span(t_end)}; {self.problem.suites.text(choice)}"
             )
         return lines
 
@@ -72,13 +118,16 @@ class SuiteView(Designs):
         """``front`` by suite, and which sensors appear where."""
         from mgeo_suite.figures import figures
 
-        return figures(self)
+        price = self.resources[:, 0]
+        return figures(self.problem.suites, self.choices, self.maneuvers, price, self.result)
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
         """For each design its plan and how the attitude comes to be known along it."""
         from mgeo_suite.figures import solution_figures
 
-        return solution_figures(self)
+        rows = [self.X[k : k + _TOGETHER] for k in range(0, len(self.X), _TOGETHER)]
+        results = (self.problem.evaluation(some, history=True) for some in rows)
+        return solution_figures(self.problem.suites.model, results)
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
         """The least price at which each of `BUDGETED_DEG` is reached, where it is."""
@@ -92,3 +141,39 @@ class SuiteView(Designs):
             for least in BUDGETED_DEG
             if (accuracy <= least).any()
         }
+
+
+def conclusions(problem: SuiteProblem, X: ArrayLike, F: Floats, budgets: Floats) -> list[str]:
+    """What a front of price against accuracy says, in sentences.
+
+    For each budget [kEUR] the best suite within it; and for each of the accuracies `BUDGETED_DEG`
+    the least price, and whether a suite without star tracker reaches it.
+    """
+    choices, _ = problem.split(X)
+    price, accuracy = (F[:, problem.objectives.index(n)] for n in ("price", "attitude"))
+    names = [problem.suites.names(choice) for choice in choices]
+    blind = np.array([each.get("star tracker", NONE) == NONE for each in names])
+    lines = []
+    for budget in budgets:
+        within = np.flatnonzero(price <= budget)
+        if not len(within):
+            lines.append(f"Within {budget:g} kEUR there is no suite.")
+            continue
+        best = within[np.argmin(accuracy[within])]
+        lines.append(
+            f"Within {budget:g} kEUR the best is {two_digits(accuracy[best])} deg, for "
+            f"{price[best]:.4g}: {problem.suites.text(choices[best])}."
+        )
+    for least in BUDGETED_DEG:
+        reach = accuracy <= least
+        if not reach.any():
+            lines.append(f"Nothing that was found reaches {least:g} deg.")
+            continue
+        cheapest = np.flatnonzero(reach)[np.argmin(price[reach])]
+        told = f"{least:g} deg takes {price[cheapest]:.4g} kEUR"
+        if (reach & blind).any():
+            told += f", and no star tracker from {price[reach & blind].min():.4g} kEUR on"
+        else:
+            told += "; nothing without a star tracker reaches it"
+        lines.append(f"{told}.")
+    return lines

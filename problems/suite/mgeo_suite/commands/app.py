@@ -67,8 +67,8 @@ def conclude(
 
     from mgeo.plugins import load_problem
     from mgeo.store import read_run
-    from mgeo_suite.designs import conclusions
     from mgeo_suite.problem import SensorSuiteProblem
+    from mgeo_suite.view import conclusions
 
     with bad_input():
         found = read_run(run)
