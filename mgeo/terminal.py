@@ -13,11 +13,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from numbers import Integral, Real
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from rich.console import Console, ConsoleOptions
 from rich.table import Table
 from rich.text import Text
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _GAP = 3  # between columns
 
@@ -43,6 +46,17 @@ def table(titles: Iterable[object], rows: Iterable[Sequence[object]], digits: in
         cells = tuple(plain(_shown(row[i], digits)) for row in entries)
         columns.append(_Column(plain(title), cells, "left" if texts else "right"))
     return Columns(tuple(columns))
+
+
+def titled(title: str, frame: pd.DataFrame, digits: int = 4) -> tuple[Text, Columns]:
+    """A `table` of a frame, with its index, under a title."""
+    rows = frame.itertuples(name=None)
+    return plain(f"\n{title}", "bold"), table(["", *frame.columns], rows, digits)
+
+
+def note(text: str) -> Text:
+    """What explains a table."""
+    return plain(text, "dim")
 
 
 def pairs(texts: Mapping[str, str]) -> Table:

@@ -19,5 +19,6 @@ from .options import parse_settings as parse_settings
 from .options import toml_files as toml_files
 from .output import Output as Output
 from .output import json_text as json_text
+from .output import rows as rows
 from .progress import Progress as Progress
 from .progress import clock as clock

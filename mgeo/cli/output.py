@@ -9,13 +9,16 @@ import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import typer
 from rich.console import RenderableType
 from rich.text import Text
 
 from mgeo.terminal import broken, console, folded, line_width, plain
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _C_LIBRARY = "ucrtbase" if os.name == "nt" else None  # None: what this process has loaded
 _kept: list[TextIO] = []  # stdout itself, while it is reserved
@@ -69,6 +72,14 @@ def json_text(document: Mapping[str, Any]) -> str:
 
     finite = to_jsonable_python(dict(document), inf_nan_mode="null")
     return json.dumps(finite, indent=2, allow_nan=False)
+
+
+def rows(frame: pd.DataFrame) -> list[dict[Any, Any]]:
+    """The rows of a table for a document, with its index unless that only counts them."""
+    import pandas as pd
+
+    named = frame if isinstance(frame.index, pd.RangeIndex) else frame.reset_index()
+    return named.to_dict("records")
 
 
 @contextmanager

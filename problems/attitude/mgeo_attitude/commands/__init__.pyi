@@ -13,6 +13,3 @@ from .show import plan_document as plan_document
 from .show import print_plan as print_plan
 from .show import promised as promised
 from .show import write_figures as write_figures
-from .tables import note as note
-from .tables import rows as rows
-from .tables import titled as titled

@@ -10,13 +10,12 @@ from typing import Any
 import pandas as pd
 from rich.text import Text
 
-from mgeo.cli import Output
+from mgeo.cli import Output, rows
 from mgeo.figures import report_page
 from mgeo.store import write_file
-from mgeo.terminal import Columns, plain
+from mgeo.terminal import Columns, note, plain, titled
 from mgeo_attitude.bound import NoLimit
 from mgeo_attitude.commands.files import Picked
-from mgeo_attitude.commands.tables import note, rows, titled
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.figures import plan_figures

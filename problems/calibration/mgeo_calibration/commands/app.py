@@ -20,6 +20,7 @@ from mgeo.cli import (
     bad_input,
     epilog,
     json_text,
+    rows,
     toml_files,
 )
 
@@ -158,7 +159,7 @@ def fly(
     from the scenario, unless --after says whose they are; the same seed draws the same for both
     simulators.
     """
-    from mgeo_attitude.commands import check_targets, load_plan, rows
+    from mgeo_attitude.commands import check_targets, load_plan
 
     from mgeo_calibration.commands import fly as command
     from mgeo_calibration.flight.as_flown import as_flown

@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
-from mgeo_attitude.commands import note, rows, titled
 from mgeo_attitude.environment import utc_text
 from mgeo_attitude.scenario import Scenario
 
-from mgeo.cli import Output
+from mgeo.cli import Output, rows
 from mgeo.store import check_writable, write_files
-from mgeo.terminal import plain
+from mgeo.terminal import note, plain, titled
 from mgeo_calibration.calibration import Calibration, to_json
 from mgeo_calibration.calibration.added import beside, noise_of
 from mgeo_calibration.calibration.alone import StrengthCalibration

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from mgeo_attitude.commands import Picked, note, titled
+from mgeo_attitude.commands import Picked
 from mgeo_attitude.environment import elapsed
 from mgeo_attitude.fields import expect
 from mgeo_attitude.geometry import quaternions
@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from mgeo.cli import Output
 from mgeo.store import write_file
-from mgeo.terminal import plain
+from mgeo.terminal import note, plain, titled
 from mgeo.validation import entry
 from mgeo_calibration.calibration.corrections import in_units, telemetry_units
 from mgeo_calibration.telemetry import Telemetry, Truth

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mgeo_attitude.commands import Picked, note, promised, rows, titled
+from mgeo_attitude.commands import Picked, promised
 from mgeo_attitude.plan import PROBLEM, ManeuverPlan
 
-from mgeo.cli import Output
+from mgeo.cli import Output, rows
 from mgeo.store import RUN_FILE, read_run
-from mgeo.terminal import plain
+from mgeo.terminal import note, plain, titled
 from mgeo_calibration.commands.fly import limited
 from mgeo_calibration.flight.as_flown import told
 from mgeo_calibration.verification import (
