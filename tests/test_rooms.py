@@ -57,7 +57,7 @@ OF_CALIBRATION = {
 }
 #: What stands beside the rooms, and any of them may import.
 SINGLE = {
-    *("_foreign", "_typing", "terminal"),
+    *("_compiled", "_foreign", "_typing", "terminal"),
     "files",
 }
 

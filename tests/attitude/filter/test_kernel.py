@@ -1,5 +1,6 @@
 """Where kernels are kept, and what happens when they cannot be."""
 
+import inspect
 import os
 import re
 import stat
@@ -18,7 +19,14 @@ from mgeo_calibration.estimation import kernels
 from numba.core.caching import NullCache
 from numba.core.dispatcher import Dispatcher
 
-SMOOTHER = [each.name for each in iter_modules(kernels.__path__) if each.name != "algebra"]
+NO_LOOPS = ("algebra", "signatures")
+SMOOTHER = [
+    pytest.param(partial(kernels.load, name), id=name, marks=[pytest.mark.slow] * slow)
+    for _, name, _ in iter_modules(kernels.__path__)
+    if name not in NO_LOOPS
+    # no other fast test has it compiled
+    for slow in [name == "process_noise"]
+]
 
 SCRIPT = textwrap.dedent(
     """
@@ -107,18 +115,27 @@ def test_threads_that_start_at_once_do_not_trip_whether_the_kernel_is_there_or_n
     assert run(tmp_path / "cache", THREADS).stderr == ""
 
 
-@pytest.mark.parametrize(
-    "module", [load_driver, *(partial(kernels.load, name) for name in SMOOTHER)]
-)
-def test_what_a_kept_module_calls_is_kept_nowhere_else(module):
-    # Of two that are compiled in two processes numba may take what one returns for the other's:
-    # "In 'NRT_adapt_ndarray_to_python', 'descr' is NULL" after an installation anew.
-    called = [
-        each
-        for each in vars(module()).values()
-        if isinstance(each, Dispatcher) and each.__module__ != module().__name__
-    ]
-    assert all(isinstance(each._cache, NullCache) for each in called)
+@pytest.mark.parametrize("module", [load_driver, *SMOOTHER])
+def test_what_is_kept_of_one_process_fits_what_is_kept_of_another(module):
+    """See `_compiled`: a test that lets processes compile shows the contrary once in many runs."""
+    loaded = module()
+    functions = {each for each in vars(loaded).values() if isinstance(each, Dispatcher)}
+    kept = {each for each in functions if not isinstance(each._cache, NullCache)}
+    assert kept
+    assert all(len(each.signatures) == 1 and not each._can_compile for each in kept)
+    while more := {each for one in functions for each in called(one)} - functions:
+        functions |= more
+    # "In 'NRT_adapt_ndarray_to_python', 'descr' is NULL" after an installation anew
+    assert all(isinstance(each._cache, NullCache) for each in functions - kept)
+    names = {(each.__module__, each.__qualname__) for each in functions}
+    assert len(names) == len(functions)
+
+
+def called(function):
+    """Compiled functions that another knows."""
+    names = inspect.getclosurevars(function.py_func)
+    known = [*names.nonlocals.values(), *names.globals.values()]
+    return {each for each in known if isinstance(each, Dispatcher)}
 
 
 @pytest.mark.parametrize("usable", [True, False])

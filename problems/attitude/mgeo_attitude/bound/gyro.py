@@ -6,8 +6,8 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from mgeo_attitude._compiled import entry
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.curves import filled
 
@@ -106,12 +106,7 @@ def recursion(start: Floats, decay: Floats, noise: Floats, information: Floats) 
     return found
 
 
-@njit(
-    "void(float64[:,::1], float64[::1], float64[::1], float64[:,:,:], float64[:,:,::1])",
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
+@entry("void(float64[:,::1], float64[::1], float64[::1], float64[:,:,:], float64[:,:,::1])")
 def _covariances(start: Floats, decay: Floats, noise: Floats, told: Floats, out: Floats) -> None:
     """`recursion`, compiled: a limit has one, a free start thousands. Written to `out`."""
     k = len(start)

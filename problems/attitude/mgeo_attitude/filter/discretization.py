@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 
+from mgeo_attitude._compiled import P, T, helper
 from mgeo_attitude._typing import Floats
 
 #: |(A dt)²|^½ up to which the series is summed directly; beyond, the step is halved first. It is
@@ -18,16 +18,16 @@ _NEGLIGIBLE = 1e-18
 #: More terms than the series can need.
 _TERMS = 30
 
-#: Functions that are compiled into those that call them. They have no cache of their own: numba
-#: knows what a function returns to Python by a name that is unique in one process alone, so that a
-#: cached function breaks when another that is cached elsewhere, at another time, has it inside.
-helper = njit(error_model="numpy")
-
 
 def _of_size(size: int) -> Callable[[Floats, Floats, float], tuple[Floats, Floats]]:
     """`discretize` for n states of a size that its loops know, or for any if that is zero."""
 
-    @helper
+    def part(function: Callable[P, T]) -> Callable[P, T]:
+        function.__qualname__ += f"_{size}"  # no two compiled functions have one name
+        compiled: Callable[P, T] = helper(function)
+        return compiled
+
+    @part
     def multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
         """out ← factor A B. At this size plain loops beat a BLAS call; most of A is zero."""
         n = size or A.shape[0]
@@ -40,7 +40,7 @@ def _of_size(size: int) -> Callable[[Floats, Floats, float], tuple[Floats, Float
                     for j in range(n):
                         out[i, j] += entry * B[k, j]
 
-    @helper
+    @part
     def norm(A: Floats) -> float:
         """Largest sum of magnitudes of a row, without numpy's arrays, which cost more than all."""
         n, largest = size or A.shape[0], 0.0
@@ -51,7 +51,7 @@ def _of_size(size: int) -> Callable[[Floats, Floats, float], tuple[Floats, Float
             largest = max(largest, total)
         return largest
 
-    @helper
+    @part
     def series(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
         n = size or A.shape[0]
         room = np.zeros((6, n, n))

@@ -8,6 +8,7 @@ import math
 import numpy as np
 from numba import njit
 
+from mgeo_attitude._compiled import helper
 from mgeo_attitude.filter.discretization import discretize, turn
 from mgeo_attitude.filter.lanewise import call, fetch_add, load_acquire, store_release
 from mgeo_attitude.filter.polynomials import discretize_alike
@@ -23,7 +24,7 @@ NEVER = 2**62
 KEPT = 256
 
 
-@njit(cache=True)
+@helper
 def workspace(n_slots, lanes):
     """Zeros that begin with a cache line: vectors across two lines load at half the speed."""
     line = 8
@@ -32,7 +33,7 @@ def workspace(n_slots, lanes):
     return buffer[skip : skip + n_slots * lanes].reshape(n_slots, lanes)
 
 
-@njit(cache=True)
+@helper
 def ring(window, lanes):
     """Room for the trace of all lanes over a window; a power of two, so that rows are found fast.
 
@@ -44,13 +45,17 @@ def ring(window, lanes):
     return np.zeros((size, lanes))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(
+    "Tuple((float64[:,::1], float64[:,::1]))(float64[:,::1], float64[::1], float64)",
+    error_model="numpy",
+    cache=True,
+)
 def discretized(A, density, dt):
     """`discretize`, kept on disk for Python."""
     return discretize(A, density, dt)
 
 
-@njit(cache=True, error_model="numpy")
+@helper
 def write_maneuver(values, omega, dynamics):
     """Write a maneuver's turn per step, exact transition and process noise, in a lane's order."""
     parts, density, pattern, dt, by_polynomials = dynamics
@@ -77,7 +82,7 @@ def write_maneuver(values, omega, dynamics):
             k += 1
 
 
-@njit(cache=True)
+@helper
 def place_of(key):
     """Where the values of a maneuver are kept: a hash of its variant and rate, as bits."""
     found = np.uint64(0)
@@ -87,7 +92,7 @@ def place_of(key):
     return np.int64(found % np.uint64(KEPT))
 
 
-@njit(cache=True, error_model="numpy")
+@helper
 def load_maneuver(W, lane, rotation, omega, dynamics, variant, kept):
     """Write them to a lane. Many designs of a batch have maneuvers in common: they are kept."""
     keys, known = kept
@@ -103,7 +108,7 @@ def load_maneuver(W, lane, rotation, omega, dynamics, variant, kept):
         W[rotation + k, lane] = values[k]
 
 
-@njit(cache=True)
+@helper
 def load_turn(W, lane, slot, omega, dt):
     """Write the unit axis of a maneuver's turn per step, its angle, sine and cosine to a lane."""
     rate = math.sqrt(omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2)
@@ -113,7 +118,7 @@ def load_turn(W, lane, slot, omega, dt):
     W[slot + 4, lane], W[slot + 5, lane] = math.sin(rate * dt), math.cos(rate * dt)
 
 
-@njit(cache=True)
+@helper
 def save(W, lane, n_values, recent, now, n, state):
     """Store a lane's covariance, attitude, monitors and the last n values of its trace."""
     for j in range(n_values):
@@ -122,7 +127,7 @@ def save(W, lane, n_values, recent, now, n, state):
         state[n_values + j] = recent[(now - j) % len(recent), lane]
 
 
-@njit(cache=True)
+@helper
 def restore(W, lane, n_values, recent, now, n, state):
     """Inverse of `save`."""
     for j in range(n_values):
@@ -131,7 +136,7 @@ def restore(W, lane, n_values, recent, now, n, state):
         recent[(now - j) % len(recent), lane] = state[n_values + j]
 
 
-@njit(cache=True, error_model="numpy")
+@helper
 def converged(recent, lane, now, window, decrease, allow_rise):
     """Whether the trace fell by less than the least decrease, and did not rise, equation (6).
 
@@ -142,7 +147,7 @@ def converged(recent, lane, now, window, decrease, allow_rise):
     return not (fall >= decrease * before or (fall < 0.0 and not allow_rise))
 
 
-@njit(cache=True)
+@helper
 def settled_for(recent, lane, now, k, factor):
     """For how many of the last k steps the trace was within a factor of what it is now."""
     limit, n = factor * recent[now, lane], 0

@@ -14,8 +14,8 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from mgeo_attitude._compiled import entry
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.kernel import lanes, load_driver, load_kernel
 from mgeo_attitude.filter.layout import layout, transition_pattern
@@ -133,7 +133,7 @@ def _tree(unique: Ints, common: Ints, twin: Ints) -> Jobs:
     )
 
 
-@njit(cache=True)
+@entry("UniTuple(int64[::1], 3)(int64[::1], int64[::1])")
 def _nodes(unique: Ints, common: Ints) -> tuple[Ints, Ints, Ints]:
     """Depths, parents and designs of the nodes of the tree.
 

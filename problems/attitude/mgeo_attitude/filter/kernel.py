@@ -30,6 +30,7 @@ import numpy as np
 import platformdirs
 
 from mgeo.store import write_file
+from mgeo_attitude import _compiled
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter import discretization, polynomials
 from mgeo_attitude.filter.codegen import module_source
@@ -71,7 +72,7 @@ def load_kernel(
 def load_driver() -> ModuleType:
     """Compiled module of the text of `driver.py`; see its function ``run``."""
     source = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
-    return load_module("driver", source, [discretization, polynomials, lanewise])
+    return load_module("driver", source, [_compiled, discretization, polynomials, lanewise])
 
 
 def load_module(

@@ -8,7 +8,7 @@ own. The noise is alike about all axes, or else it is no polynomial.
 
 import math
 
-from mgeo_attitude.filter.discretization import helper
+from mgeo_attitude._compiled import helper
 
 #: |ω| dt up to which the series converges fast; beyond, the step is halved first.
 SERIES = 0.5

@@ -20,8 +20,8 @@ import math
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from numba import njit
 
+from mgeo_attitude._compiled import entry, helper
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.filter.discretization import turn
@@ -61,7 +61,7 @@ def wheel_loads(
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@helper
 def gravity_gradient(inertia: Floats, position: Floats, out: Floats) -> None:
     """out ← 3 μ / r⁵ r × J r [N m], for the position from the Earth's center in body axes [m]."""
     square = position[0] ** 2 + position[1] ** 2 + position[2] ** 2
@@ -71,7 +71,14 @@ def gravity_gradient(inertia: Floats, position: Floats, out: Floats) -> None:
         out[i] *= 3.0 * EARTH_MU / (square * square * math.sqrt(square))
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry(
+    "void(Tuple((float64[:,:,::1], float64[:,:,::1], int64[:,::1])), int64[::1], float64,"
+    "Tuple((float64[:,::1], float64[::1], float64[::1], int64)),"
+    "Tuple((float64[:,::1], float64[:,::1], float64[::1])),"
+    "Tuple((Array(float64, 2, 'C', readonly=True), float64[:,::1], float64[::1], float64,"
+    "float64)),"
+    "Tuple((float64[::1], float64)), float64[:,::1])"
+)
 def _greatest(plan, end_steps, step, start, wheels, outside, coils, found):  # type: ignore[no-untyped-def]
     """`wheel_loads`, written to `found`."""
     rates, end_rates, starts = plan
@@ -142,7 +149,7 @@ def _greatest(plan, end_steps, step, start, wheels, outside, coils, found):  # t
                 assign(vector, C[:, a])
 
 
-@njit(cache=True, error_model="numpy")
+@helper
 def _give(dipole, b, C, time, torque, unloaded):  # type: ignore[no-untyped-def]
     """torque ← m × b, body axes; unloaded, GCRS, has what it gives in a time besides."""
     cross(dipole, b, torque)
@@ -151,7 +158,7 @@ def _give(dipole, b, C, time, torque, unloaded):  # type: ignore[no-untyped-def]
             unloaded[a] += time * C[c, a] * torque[c]
 
 
-@njit(cache=True, error_model="numpy")
+@helper
 def _load(rate, acceleration, own, extra, torque, given, wheels, margin, room, found):  # type: ignore[no-untyped-def]
     """Raise `found` to the momentum and torque of the most loaded wheel, if they are greater.
 
@@ -177,7 +184,7 @@ def _load(rate, acceleration, own, extra, torque, given, wheels, margin, room, f
         found[1] = max(found[1], abs(effort) + margin * abs(its_disturbance))
 
 
-@njit(cache=True, error_model="numpy")
+@helper
 def _accelerate(before, mean, end, step, out):  # type: ignore[no-untyped-def]
     """Angular acceleration of a step [rad/s²], and whether it is one of a ramp.
 

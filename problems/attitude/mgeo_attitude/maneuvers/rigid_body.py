@@ -13,7 +13,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from mgeo_attitude._compiled import entry, helper
 
 #: Terms of the series, and the angle [rad] up to which they are more than enough.
 _TERMS, _ANGLE = 20, 0.25
@@ -21,7 +22,12 @@ _TERMS, _ANGLE = 20, 0.25
 _NEGLIGIBLE = 1e-17
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry(
+    "void(Tuple((float64[:,::1], float64[:,::1], float64[:,::1], float64[::1])),"
+    "Tuple((float64[::1], float64[::1], float64, float64)), float64[:,::1],"
+    "Tuple((float64[:,:,::1], int64[:,::1], int64[::1])), float64,"
+    "float64[:,:,::1], float64[:,:,::1], boolean[:,::1])"
+)
 def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-untyped-def]
     """`CoilDrive.rates`, written to the last three."""
     inertia, inverse, initial_attitude, initial_rate = body
@@ -76,7 +82,7 @@ def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-un
                     )
 
 
-@njit(error_model="numpy")
+@helper
 def limited(b, torque, largest, dipole):  # type: ignore[no-untyped-def]
     """dipole ← b × τ / |b|², smaller where a coil cannot."""
     cross(b, torque, dipole)
@@ -89,7 +95,7 @@ def limited(b, torque, largest, dipole):  # type: ignore[no-untyped-def]
         dipole[a] /= most
 
 
-@njit(error_model="numpy")
+@helper
 def _move(rate, b, dipole, inertia, inverse, step, q, room):  # type: ignore[no-untyped-def]
     """Move `rate` and the field `b` in body axes by a step, and write its turn to `q`."""
     w, f, s, momentum = room[0], room[1], room[2], room[3]
@@ -150,7 +156,7 @@ def _move(rate, b, dipole, inertia, inverse, step, q, room):  # type: ignore[no-
         q[a] /= length
 
 
-@njit(error_model="numpy")
+@helper
 def _rotation_vector(q, out):  # type: ignore[no-untyped-def]
     """Axis times angle of a turn by less than half a turn, scalar first."""
     sine = math.sqrt(q[1] ** 2 + q[2] ** 2 + q[3] ** 2)
@@ -159,7 +165,7 @@ def _rotation_vector(q, out):  # type: ignore[no-untyped-def]
         out[a] = factor * q[1 + a]
 
 
-@njit(error_model="numpy")
+@helper
 def _to_body(q, out):  # type: ignore[no-untyped-def]
     """From the axes at the start of a step to those at its end."""
     w, x, y, z = q[0], q[1], q[2], q[3]
@@ -170,31 +176,31 @@ def _to_body(q, out):  # type: ignore[no-untyped-def]
     out[1, 2], out[2, 1] = 2.0 * (y * z + w * x), 2.0 * (y * z - w * x)
 
 
-@njit(error_model="numpy")
+@helper
 def _distance(a, b):  # type: ignore[no-untyped-def]
     return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
 
 
-@njit(error_model="numpy")
+@helper
 def product(A, x, out):  # type: ignore[no-untyped-def]
     for i in range(3):
         out[i] = A[i, 0] * x[0] + A[i, 1] * x[1] + A[i, 2] * x[2]
 
 
-@njit(error_model="numpy")
+@helper
 def cross(a, b, out):  # type: ignore[no-untyped-def]
     x, y, z = b[0], b[1], b[2]
     out[0], out[1], out[2] = a[1] * z - a[2] * y, a[2] * x - a[0] * z, a[0] * y - a[1] * x
 
 
-@njit(error_model="numpy")
+@helper
 def assign(x, out):  # type: ignore[no-untyped-def]
     """out ← x; numba takes seconds for `out[:] = x`, whose shapes might differ."""
     for i in range(len(out)):
         out[i] = x[i]
 
 
-@njit(error_model="numpy")
+@helper
 def assign_matrix(A, out):  # type: ignore[no-untyped-def]
     for i in range(len(out)):
         assign(A[i], out[i])

@@ -8,10 +8,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from mgeo_attitude._compiled import entry, helper
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry(
+    "float64[:,::1](float64[:,::1], float64[::1], float64[:,::1], int64[::1], float64,"
+    "Tuple((float64, float64, float64[:,::1])))"
+)
 def arrival(attitude, rate, rates, lengths, step, limits):  # type: ignore[no-untyped-def]
     """Attitude, GCRS to body, shape (3, 3), after k maneuvers.
 
@@ -46,7 +50,7 @@ def arrival(attitude, rate, rates, lengths, step, limits):  # type: ignore[no-un
     return reached
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@helper
 def _ramp_time(change, limits):  # type: ignore[no-untyped-def]
     """`SlewLimits.ramp_time`."""
     acceleration, torque, demands = limits
@@ -57,13 +61,13 @@ def _ramp_time(change, limits):  # type: ignore[no-untyped-def]
     return time
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@helper
 def _made(after, time):  # type: ignore[no-untyped-def]
     """Share of a change that is made `after` seconds of a ramp that takes `time`."""
     return min(max(after / time, 0.0), 1.0) if time > 0.0 else 1.0
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@helper
 def _turn(attitude, rate, time):  # type: ignore[no-untyped-def]
     """Turn a body at a constant rate: Rodrigues' formula on each column of its attitude."""
     x, y, z = -rate[0] * time, -rate[1] * time, -rate[2] * time
@@ -80,7 +84,7 @@ def _turn(attitude, rate, time):  # type: ignore[no-untyped-def]
         attitude[2, j] += sine * r + versine * (x * q - y * p)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry("float64[::1](float64[:,::1], float64[:,::1])")
 def missing(target, reached):  # type: ignore[no-untyped-def]
     """Rotation vector [rad], shape (3,), from an attitude to a target, by its quaternion.
 

@@ -175,7 +175,9 @@ def _kinematic(
     densities, kernel = (density[0], density[3]), load("kinematics")
     kernel.discretized(suite.gyro.bias_decay, densities, unit, turning, durations, F, Q)
     if is_uneven(density):
-        kernel.process_noise(suite.gyro.bias_decay, density[:6], turning, durations, Q)
+        load("process_noise").process_noise(
+            suite.gyro.bias_decay, density[:6], turning, durations, Q
+        )
     if suite.following:
         constant = np.zeros((2, n, 6, 6))
         kernel.discretized(0.0, densities, unit[:, :, :0], turning, durations, *constant)

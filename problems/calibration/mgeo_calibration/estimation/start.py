@@ -79,7 +79,7 @@ def accumulated(batch: Batch, states: Floats) -> Floats:
     """Rotations from the body axes of every sample to those of the first, shape (N, 3, 3)."""
     _, turn = turns(batch, states)
     R = np.empty((len(turn) + 1, 3, 3))
-    load("kinematics").accumulated(turn, R)
+    load("kinematics").accumulated(np.ascontiguousarray(turn), R)
     return R
 
 

@@ -8,11 +8,11 @@ from types import ModuleType
 
 from mgeo_attitude.filter import discretization, load_module, polynomials
 
-from mgeo_calibration.estimation.kernels import algebra
+from mgeo_calibration.estimation.kernels import algebra, signatures
 
 
 @cache
 def load(name: str) -> ModuleType:
     """Compiled module of the text of a file beside this one, by its name."""
     source = resources.files(__package__).joinpath(f"{name}.py").read_text(encoding="utf-8")
-    return load_module("smoother", source, [algebra, discretization, polynomials])
+    return load_module("smoother", source, [algebra, signatures, discretization, polynomials])

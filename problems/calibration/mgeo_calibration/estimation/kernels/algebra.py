@@ -4,8 +4,6 @@ import math
 
 from numba import njit
 
-#: Functions that are called, and kept once they are compiled.
-loop = njit(cache=True, error_model="numpy", nogil=True)
 #: Functions that are compiled into those that call them.
 helper = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 #: Its sums may be taken in another order.

@@ -12,13 +12,50 @@ import numpy as np
 from mgeo_calibration.estimation.kernels.algebra import (
     TOGETHER,
     helper,
-    loop,
     reflect,
     square_up,
 )
+from mgeo_calibration.estimation.kernels.signatures import READINGS, loop
 
 
-@loop
+@helper
+def predict(F, k, moves, moved, T, turned):
+    """T after a step; rows of F from the fourth on are of a diagonal."""
+    d, m = T.shape
+    for i in range(3):
+        for j in range(m):
+            turned[i, j] = 0.0
+        for a in range(0, d, 3):
+            f0, f1, f2 = F[k, i, a], F[k, i, a + 1], F[k, i, a + 2]
+            if f0 != 0.0 or f1 != 0.0 or f2 != 0.0:
+                for j in range(m):
+                    turned[i, j] += f0 * T[a, j] + f1 * T[a + 1, j] + f2 * T[a + 2, j]
+        for a in range(len(moved)):
+            turned[i, moved[a]] += moves[k, i, a]
+    for i in range(d):
+        f = F[k, i, i]
+        for j in range(m):
+            T[i, j] = turned[i, j] if i < 3 else f * T[i, j]
+
+
+@helper
+def factor(K, H, noise, nd, columns, L):
+    """L of V = H P Hᵀ + R = L Lᵀ, of K = L⁻¹ H P: that times Hᵀ is Lᵀ - L⁻¹ R."""
+    for i in range(3):
+        for j in range(i, 3):
+            total = 0.0
+            for a in range(nd):
+                total += K[i, columns[a]] * H[j, a]
+            L[j, i] = total
+        L[i, i] = 0.5 * (L[i, i] + math.sqrt(L[i, i] * L[i, i] + 4.0 * noise[i] * noise[i]))
+
+
+@loop(
+    "void(float64[:,:,::1], float64[:,:,::1], int64[::1], boolean[:,::1], "
+    "Tuple((float64[:,:,:,::1], float64[:,::1], int64[:,::1], int64[:,::1])), "
+    f"float64[:,:,:,::1], int64[::1], int64[:,::1], {READINGS}, int64, float64[:,::1], "
+    "float64[:,::1], float64[:,::1])"
+)
 def beside(F, moves, moved, seen, sights, reads, widths, read, readings, first, T, R, gram):
     """Some samples, with m coefficients.
 
@@ -92,35 +129,3 @@ def beside(F, moves, moved, seen, sights, reads, widths, read, readings, first, 
                 A[j, i] = 0.0
         reflect(A, R, room)
         square_up(A, q, gram)
-
-
-@helper
-def predict(F, k, moves, moved, T, turned):
-    """T after a step; rows of F from the fourth on are of a diagonal."""
-    d, m = T.shape
-    for i in range(3):
-        for j in range(m):
-            turned[i, j] = 0.0
-        for a in range(0, d, 3):
-            f0, f1, f2 = F[k, i, a], F[k, i, a + 1], F[k, i, a + 2]
-            if f0 != 0.0 or f1 != 0.0 or f2 != 0.0:
-                for j in range(m):
-                    turned[i, j] += f0 * T[a, j] + f1 * T[a + 1, j] + f2 * T[a + 2, j]
-        for a in range(len(moved)):
-            turned[i, moved[a]] += moves[k, i, a]
-    for i in range(d):
-        f = F[k, i, i]
-        for j in range(m):
-            T[i, j] = turned[i, j] if i < 3 else f * T[i, j]
-
-
-@helper
-def factor(K, H, noise, nd, columns, L):
-    """L of V = H P Hᵀ + R = L Lᵀ, of K = L⁻¹ H P: that times Hᵀ is Lᵀ - L⁻¹ R."""
-    for i in range(3):
-        for j in range(i, 3):
-            total = 0.0
-            for a in range(nd):
-                total += K[i, columns[a]] * H[j, a]
-            L[j, i] = total
-        L[i, i] = 0.5 * (L[i, i] + math.sqrt(L[i, i] * L[i, i] + 4.0 * noise[i] * noise[i]))

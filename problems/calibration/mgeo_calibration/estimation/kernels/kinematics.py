@@ -1,12 +1,12 @@
 """Many steps, each at a rate of its own: turns one after the other, discretization; compiled."""
 
 import numpy as np
-from mgeo_attitude.filter import discretize, discretize_alike
+from mgeo_attitude.filter import discretize_alike
 
-from mgeo_calibration.estimation.kernels.algebra import loop
+from mgeo_calibration.estimation.kernels.signatures import loop
 
 
-@loop
+@loop("void(float64[:,:,::1], float64[:,:,::1])")
 def accumulated(turn, R):
     """R, shape (n + 1, 3, 3), from I on: each is the one before times a transposed turn."""
     for i in range(3):
@@ -19,7 +19,10 @@ def accumulated(turn, R):
                 R[k + 1, i, j] = a * turn[k, j, 0] + b * turn[k, j, 1] + c * turn[k, j, 2]
 
 
-@loop
+@loop(
+    "void(float64, UniTuple(float64, 2), float64[:,:,::1], float64[:,::1], float64[::1], "
+    "float64[:,:,::1], float64[:,:,::1])"
+)
 def discretized(decay, densities, others, rates, durations, F, Q):
     """F and Q of n steps, equation (7), as `filter.discretization.discretize`.
 
@@ -48,30 +51,3 @@ def discretized(decay, densities, others, rates, durations, F, Q):
                 for i in range(3):
                     F[n, i, 6 + m] += J[i, j] * f
             F[n, 6 + m, 6 + m] = 1.0
-
-
-@loop
-def process_noise(decay, density, rates, durations, Q):
-    """Q of n steps of a gyro that is noisier about some axes than others, equation (7).
-
-    That is no polynomial in the rate, as `discretized` has it.
-
-    Parameters
-    ----------
-    decay : float
-        Of the bias [1/s].
-    density : array, shape (6,)
-        Of the noise that drives attitude and bias, about each axis.
-    rates, durations : arrays, shapes (n, 3) and (n,)
-    Q : array, shape (n, l, l), l >= 6
-        Its first six rows and columns are written.
-    """
-    A = np.zeros((6, 6))
-    for i in range(3):
-        A[i, 3 + i], A[3 + i, 3 + i] = -1.0, -decay
-    for n in range(len(rates)):
-        x, y, z = rates[n, 0], rates[n, 1], rates[n, 2]
-        A[0, 1], A[1, 0] = z, -z
-        A[1, 2], A[2, 1] = x, -x
-        A[2, 0], A[0, 2] = y, -y
-        Q[n, :6, :6] = discretize(A, density, durations[n])[1]

@@ -4,83 +4,8 @@ import math
 
 import numpy as np
 
-from mgeo_calibration.estimation.kernels.algebra import cholesky, helper, loop, square
-
-
-@loop
-def all_others(
-    there, used, sights, growth, e, common, given, slope, root, first, residuals, found, sigma
-):
-    """Square of residuals to what all other readings say, over its covariance.
-
-    Parameters
-    ----------
-    there, used : arrays of bool, shape (s, N)
-        Where there is a reading, and where the smoother has taken it.
-    sights : z, H, noise, counts, columns
-        See `sightings.Sightings`.
-    e, common : arrays, shapes (N, d) and (q,)
-        Smoothed errors.
-    given, slope : arrays, shapes (N, n, n) and (N, n, q)
-        See `smoother.Spread`; of all errors that readings depend on.
-    root : array, shape (q, q)
-        S, an upper triangle, with S Sᵀ the covariance of c.
-    first : int
-        Sample to begin with.
-    residuals, found : arrays, shapes (s, N, 3) and (s, N)
-        Written.
-    sigma : array, shape (N, 3)
-        Written: 1-sigma of the first three errors.
-    """
-    z, H, noise, counts, columns = sights
-    (N, d), q = e.shape, slope.shape[2]
-    total, spread, V, r = np.empty((3, q)), np.empty((3, q)), np.empty((3, 3)), np.empty(3)
-    for k in range(first, N):
-        for i in range(3):
-            for j in range(q):
-                total[i, j] = slope[k, i, j]
-        times(total, root, spread)
-        for i in range(3):
-            value = given[k, i, i]
-            for j in range(q):
-                value += spread[i, j] * spread[i, j]
-            sigma[k, i] = math.sqrt(value)
-    for s in range(len(there)):
-        nd, nc = counts[s]
-        for k in range(first, N):
-            if not there[s, k]:
-                continue
-            for i in range(3):
-                r[i] = z[s, k, i]
-                for j in range(q):
-                    total[i, j] = 0.0
-                for a in range(nd):
-                    f, row = H[s, k, i, a], columns[s, a]
-                    r[i] -= f * e[k, row]
-                    for j in range(q):
-                        total[i, j] += f * slope[k, row, j]
-                for a in range(nc):
-                    row = columns[s, nd + a]
-                    f = H[s, k, i, nd + a] * growth[k, row]
-                    r[i] -= f * common[d + row]
-                    total[i, d + row] += f
-            times(total, root, spread)
-            sign = -1.0 if used[s, k] else 1.0
-            for i in range(3):
-                for j in range(i + 1):
-                    value = 0.0
-                    for m in range(q):
-                        value += spread[i, m] * spread[j, m]
-                    for a in range(nd):
-                        partial, row = 0.0, columns[s, a]
-                        for b in range(nd):
-                            partial += given[k, row, columns[s, b]] * H[s, k, j, b]
-                        value += H[s, k, i, a] * partial
-                    V[i, j] = sign * value
-                V[i, i] += noise[s, i] * noise[s, i]
-                residuals[s, k, i] = r[i]
-            cholesky(V, 3)
-            found[s, k] = square(V, r, 3)
+from mgeo_calibration.estimation.kernels.algebra import cholesky, helper, square
+from mgeo_calibration.estimation.kernels.signatures import KEPT, READINGS, SIGHTS, loop
 
 
 @helper
@@ -96,34 +21,6 @@ def times(A, root, out):
             out[0, j] += f0 * root[m, j]
             out[1, j] += f1 * root[m, j]
             out[2, j] += f2 * root[m, j]
-
-
-@loop
-def those_before(seen, readings, kept, root, common, first, white, errors, until):
-    """The filter of e and c together, from that of a known c.
-
-    Potter's square root of the covariance of c, by one number of a whitened reading at a time
-    (G. J. Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, chapter II).
-
-    Parameters
-    ----------
-    root, common : arrays, shapes (q, q) and (q,)
-        Of what is believed of c; in the end of what all readings say.
-    first : int
-        Sample to begin with.
-    white : array, shape (s, N, 3)
-        Written: innovations, whitened.
-    errors, until : arrays, shapes (N, n) and (N, n, n), or empty
-        Written: estimates of the n leading errors at every sample, and their covariance.
-    """
-    N, _, q = kept[1].shape
-    phi, small, spread = np.empty((3, q)), np.empty((4, 3)), np.empty((errors.shape[1], q))
-    for k in range(first, N):
-        for s in range(len(seen)):
-            if seen[s, k]:
-                potter(s, k, readings, root, common, white, phi, small)
-        if len(until):
-            estimate(k, kept, root, common, spread, errors, until)
 
 
 @helper
@@ -217,3 +114,114 @@ def dot(A, i, n):
         s1 += A[i, j + 1] * A[n, j + 1]
         s2 += A[i, j + 2] * A[n, j + 2]
     return s0 + s1 + s2
+
+
+@loop(
+    f"void(boolean[:,::1], boolean[:,::1], {SIGHTS}, float64[:,::1], float64[:,::1], "
+    "float64[::1], float64[:,:,::1], float64[:,:,::1], float64[:,::1], int64, "
+    "float64[:,:,::1], float64[:,::1], float64[:,::1])"
+)
+def all_others(
+    there, used, sights, growth, e, common, given, slope, root, first, residuals, found, sigma
+):
+    """Square of residuals to what all other readings say, over its covariance.
+
+    Parameters
+    ----------
+    there, used : arrays of bool, shape (s, N)
+        Where there is a reading, and where the smoother has taken it.
+    sights : z, H, noise, counts, columns
+        See `sightings.Sightings`.
+    e, common : arrays, shapes (N, d) and (q,)
+        Smoothed errors.
+    given, slope : arrays, shapes (N, n, n) and (N, n, q)
+        See `smoother.Spread`; of all errors that readings depend on.
+    root : array, shape (q, q)
+        S, an upper triangle, with S Sᵀ the covariance of c.
+    first : int
+        Sample to begin with.
+    residuals, found : arrays, shapes (s, N, 3) and (s, N)
+        Written.
+    sigma : array, shape (N, 3)
+        Written: 1-sigma of the first three errors.
+    """
+    z, H, noise, counts, columns = sights
+    (N, d), q = e.shape, slope.shape[2]
+    total, spread, V, r = np.empty((3, q)), np.empty((3, q)), np.empty((3, 3)), np.empty(3)
+    for k in range(first, N):
+        for i in range(3):
+            for j in range(q):
+                total[i, j] = slope[k, i, j]
+        times(total, root, spread)
+        for i in range(3):
+            value = given[k, i, i]
+            for j in range(q):
+                value += spread[i, j] * spread[i, j]
+            sigma[k, i] = math.sqrt(value)
+    for s in range(len(there)):
+        nd, nc = counts[s]
+        for k in range(first, N):
+            if not there[s, k]:
+                continue
+            for i in range(3):
+                r[i] = z[s, k, i]
+                for j in range(q):
+                    total[i, j] = 0.0
+                for a in range(nd):
+                    f, row = H[s, k, i, a], columns[s, a]
+                    r[i] -= f * e[k, row]
+                    for j in range(q):
+                        total[i, j] += f * slope[k, row, j]
+                for a in range(nc):
+                    row = columns[s, nd + a]
+                    f = H[s, k, i, nd + a] * growth[k, row]
+                    r[i] -= f * common[d + row]
+                    total[i, d + row] += f
+            times(total, root, spread)
+            sign = -1.0 if used[s, k] else 1.0
+            for i in range(3):
+                for j in range(i + 1):
+                    value = 0.0
+                    for m in range(q):
+                        value += spread[i, m] * spread[j, m]
+                    for a in range(nd):
+                        partial, row = 0.0, columns[s, a]
+                        for b in range(nd):
+                            partial += given[k, row, columns[s, b]] * H[s, k, j, b]
+                        value += H[s, k, i, a] * partial
+                    V[i, j] = sign * value
+                V[i, i] += noise[s, i] * noise[s, i]
+                residuals[s, k, i] = r[i]
+            cholesky(V, 3)
+            found[s, k] = square(V, r, 3)
+
+
+@loop(
+    f"void(boolean[:,::1], {READINGS}, {KEPT}, float64[:,::1], float64[::1], int64, "
+    "float64[:,:,::1], float64[:,::1], float64[:,:,::1])"
+)
+def those_before(seen, readings, kept, root, common, first, white, errors, until):
+    """The filter of e and c together, from that of a known c.
+
+    Potter's square root of the covariance of c, by one number of a whitened reading at a time
+    (G. J. Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, chapter II).
+
+    Parameters
+    ----------
+    root, common : arrays, shapes (q, q) and (q,)
+        Of what is believed of c; in the end of what all readings say.
+    first : int
+        Sample to begin with.
+    white : array, shape (s, N, 3)
+        Written: innovations, whitened.
+    errors, until : arrays, shapes (N, n) and (N, n, n), or empty
+        Written: estimates of the n leading errors at every sample, and their covariance.
+    """
+    N, _, q = kept[1].shape
+    phi, small, spread = np.empty((3, q)), np.empty((4, 3)), np.empty((errors.shape[1], q))
+    for k in range(first, N):
+        for s in range(len(seen)):
+            if seen[s, k]:
+                potter(s, k, readings, root, common, white, phi, small)
+        if len(until):
+            estimate(k, kept, root, common, spread, errors, until)

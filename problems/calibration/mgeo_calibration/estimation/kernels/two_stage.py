@@ -19,85 +19,14 @@ from mgeo_calibration.estimation.kernels.algebra import (
     TOGETHER,
     cholesky,
     helper,
-    loop,
     reflect,
     square,
 )
+from mgeo_calibration.estimation.kernels.signatures import KEPT, MOVES, READINGS, SIGHTS, loop
 
 #: From where on the variance of a predicted reading is so much above its noise that subtracting
 #: what is learned would leave few digits; then Joseph's sum of squares is taken.
 LARGE = 100.0
-
-
-@loop
-def forward(moves, seen, sights, growth, kept, readings, first, cost):
-    """The filter over some samples; the sum of squares of steps and readings.
-
-    Parameters
-    ----------
-    moves : F, G, Q, defect, shapes (n, d, d), (n, 3, c), (n, d, d), (n, d)
-    seen : array of bool, shape (s, N)
-    sights : z, H, noise, counts, columns
-        See `sightings.Sightings`.
-    growth : array, shape (N, c)
-    kept : x, T, P, shapes (N, d), (N, d, q), (N, d, d)
-        Written: e = x + T c, with covariance P, after the readings of a sample; of the first one
-        they are there, if it is the first of all before its readings.
-    readings : Hw, K, w, W, shapes (s, N, 3, p), (s, N, 3, d), (s, N, 3), (s, N, 3, q)
-        Written; see `update`.
-    first : int
-        0, or 1 to go on from the first sample of `kept`, whose readings are in it.
-    cost : float
-        The sum until then.
-    """
-    x, T, P = kept
-    z, noise = sights[0], sights[2]
-    N, d, _ = T.shape
-    room, y = np.zeros((2 * d + 3, d)), np.empty(d)
-    for k in range(first, N):
-        if k:
-            predict(moves, k, x, T, P, room)
-            cost += squares(moves[2], moves[3], k - 1, room, y)
-        for s in range(len(seen)):
-            if seen[s, k]:
-                for i in range(3):
-                    cost += (z[s, k, i] / noise[s, i]) ** 2
-                update(sights, s, k, growth, kept, readings, room)
-    return cost
-
-
-@loop
-def learn(seen, readings, first, R):
-    """Put whitened readings into the triangle of c, `TOGETHER` rows at a time.
-
-    Parameters
-    ----------
-    seen, readings, first
-        As of `forward`.
-    R : array, shape (q, q + 1)
-        Triangle of the equations of c and their right sides: what is believed of c, in the end
-        what all readings say.
-    """
-    w, W = readings[2], readings[3]
-    q, n = len(R), 0
-    A, room = np.zeros((q + 1, TOGETHER)), np.empty((q, 2))
-    for k in range(first, seen.shape[1]):
-        for s in range(len(seen)):
-            if not seen[s, k]:
-                continue
-            for i in range(3):
-                for m in range(q):
-                    A[m, n + i] = W[s, k, i, m]
-                A[q, n + i] = w[s, k, i]
-            n += 3
-            if n == TOGETHER:
-                reflect(A, R, room)
-                n = 0
-    if n:
-        for m in range(q + 1):
-            for i in range(n, TOGETHER):
-                A[m, i] = 0.0
-        reflect(A, R, room)
 
 
 @helper
@@ -259,3 +188,77 @@ def squares(Q, defect, k, L, y):
             L[i, j] = Q[k, i, j]
     cholesky(L, d)
     return square(L, y, d)
+
+
+@loop(
+    f"float64({MOVES}, boolean[:,::1], {SIGHTS}, float64[:,::1], {KEPT}, {READINGS}, int64, "
+    "float64)"
+)
+def forward(moves, seen, sights, growth, kept, readings, first, cost):
+    """The filter over some samples; the sum of squares of steps and readings.
+
+    Parameters
+    ----------
+    moves : F, G, Q, defect, shapes (n, d, d), (n, 3, c), (n, d, d), (n, d)
+    seen : array of bool, shape (s, N)
+    sights : z, H, noise, counts, columns
+        See `sightings.Sightings`.
+    growth : array, shape (N, c)
+    kept : x, T, P, shapes (N, d), (N, d, q), (N, d, d)
+        Written: e = x + T c, with covariance P, after the readings of a sample; of the first one
+        they are there, if it is the first of all before its readings.
+    readings : Hw, K, w, W, shapes (s, N, 3, p), (s, N, 3, d), (s, N, 3), (s, N, 3, q)
+        Written; see `update`.
+    first : int
+        0, or 1 to go on from the first sample of `kept`, whose readings are in it.
+    cost : float
+        The sum until then.
+    """
+    x, T, P = kept
+    z, noise = sights[0], sights[2]
+    N, d, _ = T.shape
+    room, y = np.zeros((2 * d + 3, d)), np.empty(d)
+    for k in range(first, N):
+        if k:
+            predict(moves, k, x, T, P, room)
+            cost += squares(moves[2], moves[3], k - 1, room, y)
+        for s in range(len(seen)):
+            if seen[s, k]:
+                for i in range(3):
+                    cost += (z[s, k, i] / noise[s, i]) ** 2
+                update(sights, s, k, growth, kept, readings, room)
+    return cost
+
+
+@loop(f"void(boolean[:,::1], {READINGS}, int64, float64[:,::1])")
+def learn(seen, readings, first, R):
+    """Put whitened readings into the triangle of c, `TOGETHER` rows at a time.
+
+    Parameters
+    ----------
+    seen, readings, first
+        As of `forward`.
+    R : array, shape (q, q + 1)
+        Triangle of the equations of c and their right sides: what is believed of c, in the end
+        what all readings say.
+    """
+    w, W = readings[2], readings[3]
+    q, n = len(R), 0
+    A, room = np.zeros((q + 1, TOGETHER)), np.empty((q, 2))
+    for k in range(first, seen.shape[1]):
+        for s in range(len(seen)):
+            if not seen[s, k]:
+                continue
+            for i in range(3):
+                for m in range(q):
+                    A[m, n + i] = W[s, k, i, m]
+                A[q, n + i] = w[s, k, i]
+            n += 3
+            if n == TOGETHER:
+                reflect(A, R, room)
+                n = 0
+    if n:
+        for m in range(q + 1):
+            for i in range(n, TOGETHER):
+                A[m, i] = 0.0
+        reflect(A, R, room)

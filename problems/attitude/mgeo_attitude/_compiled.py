@@ -1,0 +1,49 @@
+"""Two kinds of compiled functions: parts of others, and those that Python calls, kept on disk.
+
+numba keeps machine code under names that are unique in one process alone: a function's own name and
+a number that counts what the process has compiled. Where two functions have one name, such as two
+closures of one text, code that one process has written may call the other's that another process
+has written (numba/numba#10486), and nothing says so. A file that is kept for one signature may hold
+the code of another that a second process compiled at the same time. Hence no two compiled functions
+have the same name, and what is kept has one signature.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache, wraps
+from typing import ParamSpec, TypeVar
+
+from numba import njit
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+#: Functions that are compiled into those that call them. They have no file of their own.
+helper = njit(error_model="numpy")
+
+
+def entry(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """Compile a function for one signature when Python first calls it, and keep it on disk.
+
+    Parameters
+    ----------
+    signature : str
+        In numba's words, such as "float64(float64[:,::1])". Other arguments raise TypeError.
+    """
+
+    def decorate(function: Callable[P, T]) -> Callable[P, T]:
+        @cache
+        def compiled() -> Callable[P, T]:
+            made: Callable[P, T] = njit(signature, cache=True, error_model="numpy", nogil=True)(
+                function
+            )
+            return made
+
+        @wraps(function)
+        def call(*args: P.args, **kwargs: P.kwargs) -> T:
+            return compiled()(*args, **kwargs)
+
+        return call
+
+    return decorate

@@ -1,0 +1,33 @@
+"""Process noise of many steps, each at a rate of its own; compiled."""
+
+import numpy as np
+from mgeo_attitude.filter import discretize
+
+from mgeo_calibration.estimation.kernels.signatures import loop
+
+
+@loop("void(float64, float64[::1], float64[:,::1], float64[::1], float64[:,:,::1])")
+def process_noise(decay, density, rates, durations, Q):
+    """Q of n steps of a gyro that is noisier about some axes than others, equation (7).
+
+    That is no polynomial in the rate, as `discretized` has it.
+
+    Parameters
+    ----------
+    decay : float
+        Of the bias [1/s].
+    density : array, shape (6,)
+        Of the noise that drives attitude and bias, about each axis.
+    rates, durations : arrays, shapes (n, 3) and (n,)
+    Q : array, shape (n, l, l), l >= 6
+        Its first six rows and columns are written.
+    """
+    A = np.zeros((6, 6))
+    for i in range(3):
+        A[i, 3 + i], A[3 + i, 3 + i] = -1.0, -decay
+    for n in range(len(rates)):
+        x, y, z = rates[n, 0], rates[n, 1], rates[n, 2]
+        A[0, 1], A[1, 0] = z, -z
+        A[1, 2], A[2, 1] = x, -x
+        A[2, 0], A[0, 2] = y, -y
+        Q[n, :6, :6] = discretize(A, density, durations[n])[1]
