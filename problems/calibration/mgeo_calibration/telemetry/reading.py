@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -31,7 +32,7 @@ from mgeo_calibration.telemetry.columns import (
 )
 from mgeo_calibration.telemetry.files import read_table
 from mgeo_calibration.telemetry.gyro_samples import held, means
-from mgeo_calibration.telemetry.mapping import Channels, TelemetryMapping
+from mgeo_calibration.telemetry.mapping import Channels, GyroChannels, TelemetryMapping
 from mgeo_calibration.telemetry.quantization import resolution
 from mgeo_calibration.telemetry.telemetry import Telemetry, channels
 
@@ -88,68 +89,98 @@ def read_telemetry(
         raise ValueError(f"{path}: {error}") from error
 
 
+class _Rows(NamedTuple):
+    """What a table has of gyro, position or a sensor, and how its columns are called."""
+
+    rows: Floats
+    entry: Channels
+    columns: list[str]
+
+
 def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping) -> Telemetry:
-    no_gyro, asked = mapping.gyro.holds, _entries(frame, scenario, mapping)
-    wanted = [mapping.time, *(column for _, columns in asked.values() for column in columns)]
+    times, found, others = _read(frame, scenario, mapping)
+    gyro, position = found["gyro"], found.get("position")
+    with _named("gyro"):
+        rates, step = _rates(times, gyro, mapping.gyro, scenario)
+    steps, where = {"gyro": step}, None
+    if position is not None:
+        with _named("position"):
+            where = _turned(position.rows, position.entry, "m")
+    sensors = {}
+    for sensor in scenario.sensors:
+        with _named(sensor.name):
+            sensors[sensor.name], steps[sensor.name] = _readings(sensor, found[sensor.name])
+    telemetry = Telemetry(
+        times=times,
+        gyro_deg_s=rates,
+        sensors=sensors,
+        position=where,
+        steps=steps,
+        others=others,
+    )
+    check_telemetry(telemetry, scenario)
+    for sensor in scenario.sensors:
+        check_changes(found[sensor.name].columns, found[sensor.name].rows)
+    if not mapping.gyro.holds:
+        check_changes(gyro.columns, gyro.rows)
+        check_saturation(gyro.columns, gyro.rows, gyro.entry.unit or "deg/s")
+    return telemetry
+
+
+def _read(
+    frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping
+) -> tuple[Floats, dict[str, _Rows], dict[str, Floats]]:
+    """Times in order, what there is at each of gyro, position and sensors, and other columns."""
+    asked = _entries(frame, scenario, mapping)
+    wanted = [mapping.time, *(column for _, own in asked.values() for column in own)]
     columns = find_columns(frame, wanted)
-    asked = {
-        name: (with_unit(name, entry, [columns[column] for column in own]), own)
-        for name, (entry, own) in asked.items()
-    }
     times = seconds(frame.iloc[:, columns[mapping.time].place], mapping.time_format, scenario)
     table = np.column_stack(
         [column.sign * numbers(frame.iloc[:, column.place]) for column in [*columns.values()][1:]]
     )
-    wanted_channels = {each.channel for each in scenario.suite.influence_keys.values()}
+    followed_channels = {each.channel for each in scenario.suite.influence_keys.values()}
     used = {column.place for column in columns.values()}
-    other = other_columns(frame, used, wanted_channels)
-    followed(scenario.suite, other)
-    other = _merged_channels(times, other)
+    others = other_columns(frame, used, followed_channels)
+    followed(scenario.suite, others)
+    others = _merged_channels(times, others)
     times, table = _merged(times, table, wanted[1:])
     ends = np.cumsum([len(own) for _, own in asked.values()])
-    found = dict(zip(asked, np.hsplit(table, ends[:-1]), strict=True))
-    counted, (channel, own) = found.pop("gyro"), asked["gyro"]
-    with _named("gyro"):
-        steps = {"gyro": np.zeros(3) if no_gyro else _steps(counted, channel, "deg/s")}
-        if no_gyro:
-            counted = held(no_gyro, scenario, times)
-        else:
-            _check_range(times, own, counted * channel.factor("deg/s"), mapping.gyro.range_deg_s)
-        gyro = _turned(counted, channel, "deg/s")
-    if mapping.gyro.rate == "instantaneous" or no_gyro:
-        there = np.isfinite(gyro).all(axis=1)
-        gyro[there] = means(times[there], gyro[there])
-    where = found.pop("position", None)
-    if where is not None:
-        with _named("position"):
-            where = _turned(where, asked["position"][0], "m")
-    sensors = {}
-    for sensor in scenario.sensors:
-        rows, channel = found[sensor.name], asked[sensor.name][0]
-        if rows.shape[1] > 2:  # many report zeros so that they see nothing
-            rows[~rows.any(axis=1)] = np.nan
-        with _named(sensor.name):
-            sensors[sensor.name] = _reported(sensor, rows, channel)
-        if rows.shape[1] == 2:
-            step = np.radians(channel.factor("deg") * resolution(rows).max())
-            steps[sensor.name] = np.full(3, step)
-        else:
-            steps[sensor.name] = _steps(rows, channel, sensor.channel_unit.text)
-    telemetry = Telemetry(
-        times=times,
-        gyro_deg_s=gyro,
-        sensors=sensors,
-        position=where,
-        steps=steps,
-        others=other,
-    )
-    check_telemetry(telemetry, scenario)
-    for sensor in scenario.sensors:
-        check_changes(asked[sensor.name][1], found[sensor.name])
-    if not no_gyro:
-        check_changes(own, counted)
-        check_saturation(own, counted, asked["gyro"][0].unit or "deg/s")
-    return telemetry
+    found = {
+        name: _Rows(rows, with_unit(name, entry, [columns[column] for column in own]), own)
+        for (name, (entry, own)), rows in zip(
+            asked.items(), np.hsplit(table, ends[:-1]), strict=True
+        )
+    }
+    return times, found, others
+
+
+def _rates(
+    times: Floats, read: _Rows, gyro: GyroChannels, scenario: Scenario
+) -> tuple[Floats, Floats]:
+    """Mean rates [deg/s] about body axes, and the steps in which the gyro counts."""
+    rows, entry, columns = read
+    if gyro.holds:
+        rates, step = _turned(held(gyro.holds, scenario, times), entry, "deg/s"), np.zeros(3)
+    else:
+        step = _steps(rows, entry, "deg/s")
+        _check_range(times, columns, rows * entry.factor("deg/s"), gyro.range_deg_s)
+        rates = _turned(rows, entry, "deg/s")
+    if gyro.holds or gyro.rate == "instantaneous":
+        there = np.isfinite(rates).all(axis=1)
+        rates[there] = means(times[there], rates[there])
+    return rates, step
+
+
+def _readings(sensor: Sensor, read: _Rows) -> tuple[Floats, Floats]:
+    """What a sensor has reported, and the steps in which it counts."""
+    rows, entry, _ = read
+    if rows.shape[1] == 2:
+        step = np.radians(entry.factor("deg") * resolution(rows).max())
+        return _reported(sensor, rows, entry), np.full(3, step)
+    if rows.shape[1] > 2:  # many report zeros so that they see nothing
+        rows[~rows.any(axis=1)] = np.nan
+    reported = _reported(sensor, rows, entry)
+    return reported, _steps(rows, entry, sensor.channel_unit.text)
 
 
 def _entries(
