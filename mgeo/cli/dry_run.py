@@ -13,7 +13,8 @@ from mgeo.figures import MOST_OBJECTIVES
 from mgeo.plugins.protocol import problem_size
 from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, is_own, view_of
-from mgeo.runs.prepare import PreparedRun, estimate
+from mgeo.runs.estimate import estimate
+from mgeo.runs.prepare import PreparedRun
 from mgeo.store.run_folder import CHECKPOINT_FILE, FIGURE_FILE, FRONT_FILE, RECORD_FOLDER, RUN_FILE
 from mgeo.store.run_persistence import RunPersistence
 from mgeo.terminal import pairs

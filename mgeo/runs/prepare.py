@@ -1,13 +1,11 @@
-"""Runs that are ready to be solved, from names and scenarios or made again, and their time."""
+"""Runs that are ready to be solved: new ones, from names and scenarios, and those of a folder."""
 
 from __future__ import annotations
 
+import copy
 import json
-import time
 from collections.abc import Callable, Collection, Mapping
-from contextlib import closing
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,22 +13,24 @@ import numpy as np
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 
-from mgeo._typing import FloatArray
-from mgeo.algorithms.staged import MGEOStaged
-from mgeo.evaluation.individuals import as_numbers
+from mgeo.algorithms.starting import SuggestedSampling
+from mgeo.algorithms.state import end_at
+from mgeo.benchmarks.collections import is_benchmark
 from mgeo.plugins import protocol
 from mgeo.plugins.problems import load_problem, read_files
-from mgeo.plugins.protocol import refinement, refinement_steps
 from mgeo.runs.algorithms import (
     build_algorithm,
     complete_parameters,
     default_algorithm,
     default_evaluations,
+    keeps_checkpoints,
 )
 from mgeo.runs.operators import with_suggested
 from mgeo.runs.solve import State, follow, set_up
+from mgeo.store.checkpoint import read_notes, resume
 from mgeo.store.reading import parse_json, parse_toml, read_text
 from mgeo.store.run import Notes, Outcome, RunConfiguration
+from mgeo.store.run_folder import CHECKPOINT_FILE, RUN_FILE, read_run
 from mgeo.validation.tables import checked, errors_of
 
 if TYPE_CHECKING:
@@ -170,75 +170,99 @@ def prepare(
     return run
 
 
-@dataclass(frozen=True)
-class RunTime:
-    """Times in seconds: elapsed, and of the processors (more, where several work).
+def resume_run(
+    folder: Path | str,
+    *,
+    evaluations: int | None = None,
+    generations: int | None = None,
+    algorithm: str | None = None,
+    problem: str | None = None,
+    check: bool = True,
+) -> PreparedRun:
+    """The run of a folder, as its last checkpoint has it.
 
-    They were measured on `timed` evaluations. Of the elapsed time `polish` is that of a
-    refinement, None where its problem does not say how long it will be.
-    """
-
-    elapsed: float
-    processor: float
-    timed: int
-    polish: float | None = 0.0
-
-
-def estimate(
-    problem: Problem, algorithm: Algorithm, evaluations: int, seed: int, polish: bool = False
-) -> RunTime:
-    """Make two generations of a run, and think of the second as typical.
-
-    The first, in which much is done for the first time, counts once. Of a staged search the second
-    one's candidates tell what a later stage takes. Of a `polish` the first step is made, with what
-    was found, and all are as long as the problem says. Whatever the run makes is forgotten.
+    Parameters
+    ----------
+    folder
+        Of a run that was saved by a `RunPersistence`, finished or not.
+    evaluations, generations
+        A new budget, counted from the beginning of the run; at most one of them.
+    algorithm, problem
+        The run's, if that is ``module:Class``: a file alone has no module imported.
+    check
+        Whether a few points are evaluated again and compared (see `mgeo.resume`).
 
     Raises
     ------
-    ValueError
-        As `mgeo.runs.solve.set_up`.
+    FileNotFoundError
+        If the folder holds nothing to go on from.
+    ValueError, TypeError
+        If the checkpoint is damaged, the problem gives other values than it did, or the new
+        budget is below what was made already.
     """
-    run = set_up(problem, algorithm, evaluations, seed)
-    total = _time(run.next)
-    first = run.evaluator.n_eval
-    second = _time(run.next) if run.has_next() else total
-    made = run.evaluator.n_eval
-    ends = [*run.stages, 1.0] if isinstance(run, MGEOStaged) and not run.is_precise else [1.0]
-    left = max(0.0, ends[0] * evaluations - first)
-    total = total + left * second / max(1, made - first)
-    for stage, (begin, end) in enumerate(pairwise(ends), 1):
-        run.state.stage = stage
-        judged = len(run.front) + (end - begin) * evaluations  # the front anew as it begins
-        total = total + judged * _time_of_a_design(run)
-    refined = _time_of_polish(problem, run.pop.get("X")) if polish else np.zeros(2)
-    elapsed, processor = (total + (0.0 if refined is None else refined)).tolist()
-    return RunTime(elapsed, processor, made, None if refined is None else float(refined[0]))
+    folder = Path(folder)
+    path = folder / CHECKPOINT_FILE
+    if not path.is_file():
+        raise FileNotFoundError(f"{folder} cannot be resumed: {_reason(folder)}")
+    found = read_notes(path)
+    with errors_of(path):
+        notes = checked(Notes, found)
+        configuration = notes.configuration
+        _check_named("algorithm", configuration.algorithm, algorithm)
+        _check_named("problem", configuration.problem, problem)
+        named = () if problem is None else (problem,)
+        made = load_problem(configuration.problem, configuration.options, named=named)
+        same = build_algorithm(configuration.algorithm, configuration.parameters, made)
+        if notes.seen and [len(side) for side in notes.seen] != [made.n_obj] * 2:
+            raise ValueError(f"seen = {notes.seen!r:.80}: expected 2 x {made.n_obj} numbers")
+        width = made.n_var + made.n_obj + made.n_ieq_constr + made.n_eq_constr
+        if any(len(row) != width for row in notes.nearest):
+            raise ValueError(f"nearest = {notes.nearest!r:.80}: expected rows of {width} numbers")
+    budget = configuration.evaluations
+    run = resume(path, made, ("n_eval", budget), algorithm=same, check=check)
+    run.evaluator.warn = False  # the outcome tells
+    if configuration.starts:  # walkers are at them already; what is left is to evaluate them
+        run.sampling = SuggestedSampling(configuration.starts)
+    evaluated = run.evaluator.n_eval
+    if evaluations is not None and generations is not None:
+        raise ValueError("evaluations and generations are both given: expected one of them")
+    if evaluations is not None:
+        budget = evaluations
+    elif generations is not None:
+        twin = copy.deepcopy(run)
+        twin.n_iter = twin.n_iter or 1
+        # not of a new judgment of the archive; suggested designs are evaluated in addition
+        budget = generations * len(twin.candidates()) + configuration.starts
+    if budget != configuration.evaluations:
+        if budget < evaluated:
+            raise ValueError(
+                f"the new budget is {budget} evaluations: expected at least the {evaluated} that "
+                "were made already"
+            )
+        end_at(run, ("n_eval", budget))
+    return PreparedRun(configuration.model_copy(update={"evaluations": budget}), made, run, notes)
 
 
-def _time_of_polish(problem: Problem, X: FloatArray) -> FloatArray | None:
-    designs = as_numbers(problem, X).astype(float)
-    steps = refinement_steps(problem, designs)
-    if not steps:
-        return None
-    with closing(refinement(problem, designs)) as tables:
-        return steps * _time(lambda: next(tables, None))
+def _check_named(key: str, name: str, named: str | None) -> None:
+    """Refuse to import a class that is not installed, unless the caller names it, too."""
+    if named not in (None, name):
+        raise ValueError(f"{key} = {name!r}: expected {named!r}, as asked for")
+    if ":" in name and not is_benchmark(name) and named is None:
+        raise ValueError(
+            f"{key} = {name!r}: its module is imported only if it is named: --{key} {name}"
+        )
 
 
-def _time_of_a_design(run: Algorithm) -> FloatArray:
-    problem, X = run.problem, run.pop.get("X")
-    problem.evaluate(X[:1], algorithm=run)  # much is done for the first time
-    return _time(lambda: problem.evaluate(X, algorithm=run)) / len(X)
-
-
-def _time(work: Callable[[], object]) -> FloatArray:
-    """Elapsed time, and that of the processors."""
-    start = _clocks()
-    work()
-    return np.subtract(_clocks(), start)
-
-
-def _clocks() -> tuple[float, float]:
-    return time.perf_counter(), time.process_time()
+def _reason(folder: Path) -> str:
+    if not (folder / RUN_FILE).is_file():
+        return f"there is no {CHECKPOINT_FILE} in it"
+    algorithm = read_run(folder).configuration.algorithm
+    if keeps_checkpoints(algorithm):
+        return (
+            f"there is no {CHECKPOINT_FILE} in it; {algorithm} keeps one where it is run by mgeo "
+            "solve, and that was removed or left behind"
+        )
+    return f"{algorithm} keeps no checkpoints; only algorithms of the MGEO family do"
 
 
 #: Largest result to go on from [bytes].

@@ -16,7 +16,7 @@ from plotly.offline import get_plotlyjs
 
 from mgeo.figures.page import LIBRARY
 from mgeo.plugins.problems import is_own_class
-from mgeo.runs.prepare import estimate
+from mgeo.runs.estimate import estimate
 from mgeo.store.atomic import check_writable, to_json, write_files
 from mgeo.store.run_folder import REPORT_FILE
 from mgeo.studies.comparison import Comparison, markdown, problems_table
@@ -140,22 +140,7 @@ def run_study(
         comparisons[label] = comparison
         failed += failures(comparison.failures(), label)
     if len(study.problems) > 1 and comparisons:
-        values = problem_values(comparisons, study.per_variable)
-        standings = ranks_over_problems(values, study.control)
-        reached = targets_reached(comparisons)
-        ranked = friedman_over_problems(values)
-        failed += without
-        page = study_page(study, comparisons, ranked, standings, reached, failed)
-        marked = problems_table(comparisons)
-        texts = {
-            "summary.md": marked.markdown() + "".join(f"\n{text}\n" for text in failed),
-            "summary.tex": marked.latex(),
-            "summary.csv": marked.table.to_csv(lineterminator="\n"),
-            VALUES: values.to_csv(index=False, lineterminator="\n"),
-            RANKS: standings.to_csv(index=False, lineterminator="\n"),
-            TARGETS: reached.to_csv(index=False, lineterminator="\n"),
-            REPORT_FILE: page,
-        }
+        texts = _over_problems(study, comparisons, failed + without)
         write_files(folder, {name: text.encode() for name, text in texts.items()})
     if without:
         raise NothingToCompareError("; ".join(without))
@@ -179,6 +164,26 @@ def build(study: Study) -> list[tuple[Problem, dict[str, Algorithm]]]:
         except ValueError as error:
             raise ValueError(f"{configuration.label}: {error}") from error
     return [(p, {each.label: each.build(p) for each in study.algorithms}) for p in problems]
+
+
+def _over_problems(
+    study: Study, comparisons: Mapping[str, Comparison], failed: list[str]
+) -> dict[str, str]:
+    """Files about all problems together."""
+    values = problem_values(comparisons, study.per_variable)
+    standings = ranks_over_problems(values, study.control)
+    reached = targets_reached(comparisons)
+    ranked = friedman_over_problems(values)
+    marked = problems_table(comparisons)
+    return {
+        "summary.md": marked.markdown() + "".join(f"\n{text}\n" for text in failed),
+        "summary.tex": marked.latex(),
+        "summary.csv": marked.table.to_csv(lineterminator="\n"),
+        VALUES: values.to_csv(index=False, lineterminator="\n"),
+        RANKS: standings.to_csv(index=False, lineterminator="\n"),
+        TARGETS: reached.to_csv(index=False, lineterminator="\n"),
+        REPORT_FILE: study_page(study, comparisons, ranked, standings, reached, failed),
+    }
 
 
 def _contents(
@@ -247,7 +252,7 @@ class StudyEstimate:
 def estimate_study(study: Study, folder: Path | str, *, n_jobs: int | None = None) -> StudyEstimate:
     """Look at a study that is to be run by `run_study`; nothing is written.
 
-    Each algorithm is tried on each problem, by `mgeo.runs.prepare`. A run is expected to keep one
+    Each algorithm is tried on each problem, by `mgeo.runs.estimate`. A run is expected to keep one
     process busy for as long as all processors together work for it here. What fails when it is
     tried, as its runs would, is told and left out. So is what the study names ``module:Class``: a
     look at a file has no module imported that it names.
