@@ -75,49 +75,16 @@ def front_figure(
     kept = np.full((len(solutions.X), 3), np.nan) if kept is None else kept
     values = np.column_stack([solutions.F, solutions.sigma_deg])
     span = _span(scenario, values[:, 0], kept[:, 0])
-    groups = _groups(scenario, values[:, 0], longest, papers=papers)
     hover = np.array([_hover_text(solutions, i, scenario, kept[i]) for i in range(len(values))])
-
-    def traces(scale: _Scale) -> Iterator[dict[str, Any]]:
-        at = [0, scale.column]
-        yield _stairs(values[:, at], "boundary", {"width": 1, "color": "#b9c2cc"}) | {
-            "xaxis": "x2",  # which plotly draws only if it has data
-            "showlegend": False,
-        }
-        for name, group, color, symbol in groups:
-            # no outline: where points overlap it would hide their color
-            look = {"color": color, "symbol": symbol, "size": 8, "opacity": 0.8}
-            yield {
-                **_points(values[group][:, at], name),
-                "marker": look | {"line": {"width": 0}},
-                "customdata": solutions.numbers[group],
-                "hovertext": hover[group],
-                "hoverinfo": "text",
-                "showlegend": bool(group.any()),
-            }
-        line = {"width": 1.5, "color": COLORS[2], "dash": "dot"}
-        yield _stairs(kept[:, at], f"kept by {MOST_SAMPLES}", line)
-        yield {
-            **_line(least[:, at], "no maneuver can beat", {"width": 1.5, "color": GRAY}),
-            "hovertemplate": "no maneuver can beat %{y:.4g} after %{x:.6g} s<extra></extra>",
-        }
-        required = np.array([[time, scale.required] for time in span if scale.required < math.inf])
-        line = {"width": 1.5, "color": COLORS[3], "dash": "dash"}
-        yield _line(required.reshape(-1, 2), f"required, {scale.required:.4g} deg", line)
-        knee = values[[] if bend is None else [bend]][:, at]
-        ring = {"symbol": "circle-open", "size": 16, "color": COLORS[6], "line": {"width": 2}}
-        yield {
-            **_points(knee, "knee"),
-            "mode": "markers+text",
-            "text": ["knee"] * len(knee),
-            "textposition": "bottom left",
-            "marker": ring,
-            "hoverinfo": "skip",
-            "showlegend": False,
-        }
-
+    groups = []
+    for name, group, color, symbol in _groups(scenario, values[:, 0], longest, papers=papers):
+        # no outline: where points overlap it would hide their color
+        look = {"color": color, "symbol": symbol, "size": 8, "opacity": 0.8, "line": {"width": 0}}
+        more = {"marker": look, "customdata": solutions.numbers[group], "hovertext": hover[group]}
+        groups.append((name, group, more))
+    knee = values[[] if bend is None else [bend]]
     scales = _scales(scenario, values, papers=papers)
-    drawn = [list(traces(scale)) for scale in scales]
+    drawn = [list(_traces(scale, values, groups, kept, least, knee, span)) for scale in scales]
     axes = [
         _axis(scale, [each["y"] for each in some])
         for scale, some in zip(scales, drawn, strict=True)
@@ -149,6 +116,45 @@ def front_figure(
         xaxis2=_upper_axis(scenario, span, orbits=papers),
         updatemenus=[_buttons(scales, drawn, axes)],
     )
+
+
+def _traces(
+    scale: _Scale,
+    values: Floats,
+    groups: list[tuple[str, Bools, dict[str, Any]]],
+    kept: Floats,
+    least: Floats,
+    knee: Floats,
+    span: list[float],
+) -> Iterator[dict[str, Any]]:
+    """All that is drawn by one of the scales, of tables whose columns it knows."""
+    at = [0, scale.column]
+    yield _stairs(values[:, at], "boundary", {"width": 1, "color": "#b9c2cc"}) | {
+        "xaxis": "x2",  # which plotly draws only if it has data
+        "showlegend": False,
+    }
+    for name, group, more in groups:
+        shown = {"hoverinfo": "text", "showlegend": bool(group.any())}
+        yield {**_points(values[group][:, at], name), **more, **shown}
+    line = {"width": 1.5, "color": COLORS[2], "dash": "dot"}
+    yield _stairs(kept[:, at], f"kept by {MOST_SAMPLES}", line)
+    yield {
+        **_line(least[:, at], "no maneuver can beat", {"width": 1.5, "color": GRAY}),
+        "hovertemplate": "no maneuver can beat %{y:.4g} after %{x:.6g} s<extra></extra>",
+    }
+    required = np.array([[time, scale.required] for time in span if scale.required < math.inf])
+    line = {"width": 1.5, "color": COLORS[3], "dash": "dash"}
+    yield _line(required.reshape(-1, 2), f"required, {scale.required:.4g} deg", line)
+    ring = {"symbol": "circle-open", "size": 16, "color": COLORS[6], "line": {"width": 2}}
+    yield {
+        **_points(knee[:, at], "knee"),
+        "mode": "markers+text",
+        "text": ["knee"] * len(knee),
+        "textposition": "bottom left",
+        "marker": ring,
+        "hoverinfo": "skip",
+        "showlegend": False,
+    }
 
 
 def of_the_paper(scenario: Scenario) -> bool:
