@@ -24,11 +24,11 @@ from .settings import ManeuverLimits as ManeuverLimits
 from .settings import PathLimit as PathLimit
 from .settings import RequiredSigma as RequiredSigma
 from .settings import TraceWeights as TraceWeights
-from .together import Implausible as Implausible
-from .together import implausible as implausible
 from .toml import PRESETS as PRESETS
 from .toml import ScenarioFileError as ScenarioFileError
+from .validity import Implausible as Implausible
 from .validity import OutsideValidity as OutsideValidity
+from .validity import implausible as implausible
 from .validity import validity as validity
 from .windows import Contact as Contact
 from .windows import FlightErrors as FlightErrors

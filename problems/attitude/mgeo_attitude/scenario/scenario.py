@@ -48,6 +48,7 @@ from mgeo_attitude.scenario.settings import (
 )
 from mgeo_attitude.scenario.together import check_together
 from mgeo_attitude.scenario.toml import ScenarioFileError, on_preset, read_toml, to_toml, updated
+from mgeo_attitude.scenario.validity import Implausible, implausible
 from mgeo_attitude.scenario.windows import Contact, FlightErrors, Window, deadlines, start_times
 from mgeo_attitude.sensors import SENSORS, Gyro, Sensor, World
 from mgeo_attitude.sensors.suite import Suite
@@ -337,8 +338,6 @@ class Scenario(Validated):
         Implausible
             Of what looks like a slip; see `implausible`.
         """
-        from mgeo_attitude.scenario.together import Implausible, implausible
-
         origin, folder, table = read_toml(source)
         try:
             scenario = Scenario.from_dict(table, folder)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from mgeo_attitude.criteria.constraints import constraints
 from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.scenario.settings import PAPER
+from mgeo_attitude.scenario.validity import implausible, validity
 from mgeo_attitude.view import at_best, describe, requirements
 from mgeo_attitude.view.plans import MOST_SAMPLES, Plans, looked_at, spread
 
@@ -128,9 +129,6 @@ class ManeuverView(Plans):
 
     def notes(self) -> list[str]:
         """What looks like a slip or is assumed, and where the covariance was not found true."""
-        from mgeo_attitude.scenario.together import implausible
-        from mgeo_attitude.scenario.validity import validity  # imports scipy
-
         scenario = self.problem.scenario
         found = [f"{line} (docs/consistency.md): verify a plan" for line in validity(scenario)]
         return [*implausible(scenario), *scenario.assumed, *found]
