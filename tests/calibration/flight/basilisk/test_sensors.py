@@ -32,7 +32,7 @@ pytestmark = pytest.mark.basilisk
 QUIET = (
     SunSensor(noise_deg=1e-9),
     Magnetometer(noise_nt=1e-6),
-    StarTracker(noise_arcsec=1e-6, roll_noise_arcsec=1e-6),
+    StarTracker(name="state", noise_arcsec=1e-6, roll_noise_arcsec=1e-6),  # as a record is called
 )
 
 
@@ -84,7 +84,7 @@ def test_a_magnetometer_turned_by_a_quarter_reports_the_field_turned(quiet):
 
 
 def test_a_tracker_turned_by_a_quarter_reports_the_axes_of_gcrs_turned(quiet):
-    found = reported(quiet, tracker__misalignment=QUARTER).sensors[2][1:]
+    found = reported(quiet, state__misalignment=QUARTER).sensors[2][1:]
     for axis in range(3):
         expected = np.tile(TURNED[:, axis], (len(found), 1))
         np.testing.assert_allclose(found[:, axis], expected, rtol=0, atol=1e-10)

@@ -212,30 +212,45 @@ def simulate(
             records["wheels"] = spins
         if field is not None:
             records["field"] = field.envOutMsgs[0].recorder()
-        for instrument in instruments:
-            records |= instrument.records
-        run = SimulationBaseClass.SimBaseClass()
-        run.SetProgressBar(False)
-        run.CreateNewProcess("flight").addTask(run.CreateNewTask("step", nanoseconds))
-        for priority, module in enumerate(reversed([*modules, *records.values()])):
-            run.AddModelToTask("step", module, priority)
-        run.InitializeSimulation()
+        # by names of sensors, which may be any
+        reported = {key: one for each in instruments for key, one in each.records.items()}
+        recorders = [*records.values(), *reported.values()]
+        run = _initialized([*modules, *recorders], nanoseconds)
     run.ConfigureStopTime(n * parts * nanoseconds)
     run.ExecuteSimulation()
-    state, turns = records["state"], records["gyro"].DRFramePlatform[1:].reshape(n, parts, 3)
-    attitude = Rotation.from_mrp(state.sigma_BN[::parts]).inv().as_matrix()
+    wheels = np.zeros((n + 1, 0))
+    if isinstance(vehicle, Vehicle):
+        wheels = _held(vehicle, spins, configuration)[::parts]
+    vectors = [_after_start(one.vectors(reported)[::parts]) for one in instruments]
+    return _seen(records, vectors, wheels, scenario.step, parts)
+
+
+def _initialized(modules: list[Any], nanoseconds: int) -> Any:
+    """A simulation that runs modules in this order at every step."""
+    run = SimulationBaseClass.SimBaseClass()
+    run.SetProgressBar(False)
+    run.CreateNewProcess("flight").addTask(run.CreateNewTask("step", nanoseconds))
+    for priority, module in enumerate(reversed(modules)):
+        run.AddModelToTask("step", module, priority)
+    run.InitializeSimulation()
+    return run
+
+
+def _seen(
+    records: dict[str, Any], vectors: list[Floats], wheels: Floats, step: float, parts: int
+) -> Seen:
+    """What was recorded of satellite, field and gyro in the parts of steps [s], at the samples."""
+    state, field = records["state"], records.get("field")
     # it tells the turn since its last step
+    turns = records["gyro"].DRFramePlatform[1:].reshape(-1, parts, 3)
     rates = state.omega_BN_B[::parts]
-    gyro = _composed(turns) / scenario.step + coning(rates[:-1], rates[1:], scenario.step)
     return Seen(
-        attitude,
-        state.r_BN_N[::parts],
-        1e9 * records["field"].magField_N[::parts] if field else np.zeros((0, 3)),
-        gyro,
-        tuple(_after_start(one.vectors(records)[::parts]) for one in instruments),
-        _held(vehicle, spins, configuration)[::parts]
-        if isinstance(vehicle, Vehicle)
-        else np.zeros((n + 1, 0)),
+        attitude=Rotation.from_mrp(state.sigma_BN[::parts]).inv().as_matrix(),
+        position=state.r_BN_N[::parts],
+        field=np.zeros((0, 3)) if field is None else 1e9 * field.magField_N[::parts],
+        gyro=_composed(turns) / step + coning(rates[:-1], rates[1:], step),
+        sensors=tuple(vectors),
+        wheels=wheels,
     )
 
 
