@@ -60,8 +60,9 @@ def compare(
     `grid`, to the exact evaluation. A run that fails is reported and the others go on.
 
     Runs are spread by joblib: over processes with `n_jobs`, or as ``joblib.parallel_config``
-    says, such as over a Dask cluster. The table does not depend on it. The default backend (loky)
-    and Dask survive a process that dies.
+    says, such as over a Dask cluster. The table does not depend on it, if ``OPENBLAS_NUM_THREADS``
+    is the same everywhere: the command sets it to 1, loky to a share of the processors. The default
+    backend (loky) and Dask survive a process that dies.
 
     Parameters
     ----------

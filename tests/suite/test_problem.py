@@ -15,6 +15,7 @@ from pymoo.optimize import minimize
 
 from mgeo import MGEODirected
 from mgeo.algorithms import designs_of
+from mgeo.studies.fingerprint import fingerprint
 from mgeo.testing import check_problem
 
 from ..three import three
@@ -116,6 +117,14 @@ def test_values_do_not_depend_on_what_else_is_in_the_batch(problem, points):
     assert np.array_equal(
         SensorSuiteProblem.from_options(problem.options()).evaluate(points), together
     )
+
+
+def test_use_does_not_change_it(scenario, table, points):
+    """Or a study would not find the runs that it has made."""
+    alike = [SensorSuiteProblem(scenario, Catalog.from_dict(table), threads=1) for _ in range(2)]
+    before = fingerprint(alike[0])
+    alike[0].evaluate(points)
+    assert fingerprint(alike[0]) == before == fingerprint(alike[1])
 
 
 @pytest.mark.slow

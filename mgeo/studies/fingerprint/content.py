@@ -143,19 +143,24 @@ class _Hasher(NumpyHasher):
         super().save(obj)
 
     def save_reduce(
-        self, func: Any, args: Any, state: Any = None, *more: Any, **named: Any
+        self, func: Any, args: Any, state: Any = None, *more: Any, obj: Any = None
     ) -> None:
-        """Write an object; in which order its attributes were set says nothing of it."""
+        """Write an object; what it has kept, and the order of its attributes, say nothing of it."""
         # those with slots have two: the dictionary, and that of the slots
         parts = state if isinstance(state, tuple) else (state,)
-        parts = tuple(dict(sorted(each.items())) if _names(each) else each for each in parts)
+        parts = tuple(_told(obj, each) if _names(each) else each for each in parts)
         state = parts if isinstance(state, tuple) else parts[0]
-        super().save_reduce(func, args, state, *more, **named)
+        super().save_reduce(func, args, state, *more, obj=obj)
 
     def _batch_setitems(self, items: Any, *more: Any) -> None:
         # joblib's, which leaves out the order of keys, takes any TypeError for that of sorting
         # them, also that of a value which cannot be pickled
         super(Hasher, self)._batch_setitems(items, *more)
+
+
+def _told(value: Any, state: dict[str, Any]) -> dict[str, Any] | None:
+    # none of an object without attributes, as pickle has it
+    return {key: state[key] for key in sorted(state) if not _is_memory(value, key)} or None
 
 
 def _names(state: Any) -> bool:

@@ -60,7 +60,7 @@ class SuiteModels:
     """
 
     def __init__(self, scenario: Scenario, catalog: Catalog) -> None:
-        self.places = tuple(places(catalog))
+        self.catalog, self.places = catalog, tuple(places(catalog))
         gyro, *sensors = (place.instruments[-1] for place in self.places)
         self.scenario = _complete(scenario, gyro, tuple(sensors))
         on_face: Bools = np.array([place.on_face for place in self.places])
@@ -70,6 +70,10 @@ class SuiteModels:
         self._optional: Bools = np.array([place.options[0] == NONE for place in self.places])
         self._forms: dict[int, FilterModel] = {}
         self._known: dict[bytes, FilterModel] = {}
+
+    def __reduce__(self) -> tuple[type[SuiteModels], tuple[Scenario, Catalog]]:
+        # a copy, in another process or a history, knows no models yet
+        return SuiteModels, (self.scenario, self.catalog)
 
     @cached_property
     def model(self) -> FilterModel:

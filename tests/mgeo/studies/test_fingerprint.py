@@ -61,6 +61,14 @@ class Optional(Problem):
         out["F"] = self.scale * X * [1, -1] + self.offset
 
 
+class Asked:
+    """It keeps what it was asked for."""
+
+    @functools.cached_property
+    def answer(self):
+        return np.ones(2)
+
+
 class Restored:
     """Its copy has its attributes in another order, as that of a spline since SciPy 1.18."""
 
@@ -156,6 +164,13 @@ def test_use_does_not_change_a_problem():
     problem.pareto_front()
     problem.evaluate(np.zeros((2, 5)))
     assert fingerprint(problem) == before
+
+
+def test_what_is_kept_below_a_problem_does_not_change_it():
+    problem = Holder(parts=(Asked(),))
+    before = fingerprint(problem)
+    assert problem.parts[0].answer.any()
+    assert fingerprint(problem) == before == fingerprint(Holder(parts=(Asked(),)))
 
 
 @pytest.mark.slow
