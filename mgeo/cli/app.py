@@ -249,6 +249,9 @@ def main() -> None:
             typer.echo(f"Note: {message}", err=True)
 
     warnings.showwarning = show
+    # before NumPy is imported: with several threads BLAS adds in another order, so that the same
+    # seed would give another front where there are more processors, and a study with other --jobs
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     app()
 
 

@@ -1,5 +1,6 @@
 """The command as a process of its own: pipes, signals, start-up."""
 
+import os
 import re
 import signal
 import subprocess
@@ -40,6 +41,31 @@ def wait_for_progress(process):
         if re.search(r"\d of [\d,]+ evaluations", line):  # the first line says what is to be done
             return
     raise RuntimeError(f"the run ended early: {process.stdout.read()}")
+
+
+BLAS = """
+import atexit, os, sys
+from mgeo.cli import main
+assert "numpy" not in sys.modules
+atexit.register(lambda: print(os.environ["OPENBLAS_NUM_THREADS"]))
+sys.argv = ["mgeo", "--no-color", "schema", "study"]
+main()
+"""
+
+
+def test_blas_has_one_thread_however_many_processors_there_are():
+    """It adds in another order in several: a seed's front and a study's tables would differ."""
+    environment = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
+    for given, expected in (({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3")):
+        done = subprocess.run(
+            [sys.executable, "-c", BLAS],
+            env=environment | given,
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=100,
+        )
+        assert done.stdout.splitlines()[-1] == expected
 
 
 @pytest.mark.parametrize(
