@@ -43,16 +43,16 @@ def test_slopes_are_those_of_the_trace(problem):
     # off the bounds, and off the steps of 2 s
     z = descent.variables(receding_horizon(at, 3, 400.0) * 0.9)
     z[9:] += [0.0011, 0.0, -0.0007]
-    found, slopes = descent.known(z)
-    assert slopes.shape == (1, 12)
+    found, slopes = descent.taken(z[None])
+    assert slopes.shape == (1, 1, 12)
     (on_steps,), _ = at.values(descent.designs(z), 200)
-    assert found[0] == pytest.approx(on_steps, abs=0.01)
+    assert found[0, 0] == pytest.approx(on_steps, abs=0.01)
     for k in range(12):
         ahead, behind = z.copy(), z.copy()
         ahead[k] += 1e-4
         behind[k] -= 1e-4
-        up, down = (descent.value(each)[0] for each in (ahead, behind))
-        assert slopes[0, k] == pytest.approx((up - down) / 2e-4, rel=2e-2, abs=2e-3)
+        up, down = descent.taken(np.array([ahead, behind]))[0][:, 0]
+        assert slopes[0, 0, k] == pytest.approx((up - down) / 2e-4, rel=2e-2, abs=2e-3)
 
 
 def test_what_is_longer_than_a_maneuver_may_be_goes_to_the_others(problem):

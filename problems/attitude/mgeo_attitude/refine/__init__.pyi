@@ -19,3 +19,4 @@ from .starts import rate_grid as rate_grid
 from .starts import receding_horizon as receding_horizon
 from .starts import starts as starts
 from .starts import until_converged as until_converged
+from .within_limits import minimizing_within as minimizing_within

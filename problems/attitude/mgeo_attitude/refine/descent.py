@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.refine.at_time import AtTime
 from mgeo_attitude.refine.quasi_newton import minimizing
+from mgeo_attitude.refine.within_limits import minimizing_within
 
 #: Change of a rate, of the greatest, by which slopes are taken; of a duration, of a step.
 _SMALL, _PART = 1e-5, 1e-2
@@ -44,7 +46,6 @@ class Descent:
     at: AtTime
     times: float | Floats
     count: int
-    _known: dict[bytes, tuple[Floats, Floats]] = field(default_factory=dict)
 
     @property
     def steps(self) -> Ints:
@@ -86,21 +87,11 @@ class Descent:
         durations = np.minimum(durations, limits.max_duration) + given * room
         return np.concatenate([rates, durations[:, :, None]], axis=2).reshape(n, -1)
 
-    def value(self, z: Floats) -> tuple[float, Floats]:
-        """The value alone and its slopes, shape (4 m,)."""
-        found, slopes = self.known(z)
-        return float(found[0]), slopes[0]
-
-    def known(self, z: Floats) -> tuple[Floats, Floats]:
-        """Value and margins, shape (1 + k,), and their slopes, shape (1 + k, 4 m)."""
-        key = z.tobytes()
-        if key not in self._known:
-            found, slopes = self.taken(z[None])
-            self._known = {key: (found[0], slopes[0])}
-        return self._known[key]
-
     def taken(self, variables: Floats) -> tuple[Floats, Floats]:
-        """The same of rows of variables by one batch of the kernel, which costs less than each."""
+        """Values and margins, shape (n, 1 + k), and their slopes, shape (n, 1 + k, 4 m).
+
+        Of rows of variables, by one batch of the kernel, which costs less than each.
+        """
         model, (n, size) = self.at.model, variables.shape
         smooth = model.slew_limits is None  # or else ramps begin on steps
         times = np.broadcast_to(self.times, n)
@@ -118,30 +109,27 @@ class Descent:
         return found[:, 0], np.moveaxis(differences / steps[:, :, None], 1, 2)
 
 
-def descend(at: AtTime, designs: Floats, time: float, iterations: int) -> Floats:
-    """Designs that are worth more at a time [s], within all limits, as far as can be found.
+def descend(at: AtTime, designs: Floats, times: float | Floats, iterations: int) -> Floats:
+    """Designs that are worth more at their times [s], within all limits, as far as can be found.
 
-    Each by itself, side by side. Slopes are differences. With limits steps are those of SLSQP
-    (D. Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28, 1988), or
-    else of `quasi_newton`.
+    Each by itself, side by side. Slopes are differences. Steps are those of `within_limits` where
+    there are limits, or else of `quasi_newton`.
 
     Parameters
     ----------
     designs : array, shape (n, 4 m)
         Whose maneuvers are over by then.
+    times : float or array, shape (n,)
     """
     count = designs.shape[1] // VARIABLES_PER_MANEUVER
-    problem = Descent(at, np.full(len(designs), time), count)
+    problem = Descent(at, np.broadcast_to(times, len(designs)), count)
     begins = problem.variables(designs)
-    if at.limits or at.requirements:
-        one = Descent(at, time, count)
-        ends = np.array([_within_limits(one, z, iterations) for z in begins])
-    else:
+    with warnings.catch_warnings():
+        # SLSQP's line search may leave the bounds by rounding, and says so
+        warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
         ends = _side_by_side(problem, begins, iterations)
-    sound = np.isfinite(ends).all(axis=1)
-    return np.where(
-        sound[:, None], problem.designs(np.where(sound[:, None], ends, begins)), designs
-    )
+    sound: Bools = np.asarray(np.isfinite(ends).all(axis=1))[:, None]
+    return np.where(sound, problem.designs(np.where(sound, ends, begins)), designs)
 
 
 def descend_from_best(
@@ -175,16 +163,19 @@ def _side_by_side(
 ) -> Floats:
     """Where each ends; of groups one that is left, and comes first, as they are halved."""
     ends, least = begins.copy(), np.full(len(begins), np.inf)
-    ways = [minimizing(z, problem.bounds, iterations, _ENOUGH) for z in begins]
+    limited = bool(problem.at.limits or problem.at.requirements)
+    method: Any = minimizing_within if limited else minimizing
+    ways = [method(z, problem.bounds, iterations, _ENOUGH) for z in begins]
     asked = {row: next(way) for row, way in enumerate(ways)}
     points, halved = 0, _HALVED
     while asked:
         rows = list(asked)
         values, slopes = problem.of(rows).taken(np.array(list(asked.values())))
-        for row, value, slope in zip(rows, values[:, 0], slopes[:, 0], strict=True):
-            least[row] = min(least[row], value)
+        for row, value, slope in zip(rows, values, slopes, strict=True):
+            least[row] = min(least[row], value[0])
             try:
-                asked[row] = ways[row].send((float(value), slope))
+                answer = (value, slope) if limited else (float(value[0]), slope[0])
+                asked[row] = ways[row].send(answer)
             except StopIteration as end:
                 ends[row] = end.value
                 del asked[row]
@@ -199,26 +190,3 @@ def _side_by_side(
     for group in groups:
         group.sort(key=lambda row: least[row])
     return ends
-
-
-def _within_limits(problem: Descent, z: Floats, iterations: int) -> Floats:
-    from scipy.optimize import minimize  # which takes long to import
-
-    margins = {
-        "type": "ineq",
-        "fun": lambda z: problem.known(z)[0][1:],
-        "jac": lambda z: problem.known(z)[1][1:],
-    }
-    with warnings.catch_warnings():
-        # its line search may leave the bounds by rounding, and says so
-        warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
-        found: Floats = minimize(
-            problem.value,
-            z,
-            jac=True,
-            bounds=problem.bounds,
-            constraints=[margins],
-            method="SLSQP",
-            options={"maxiter": iterations, "ftol": _ENOUGH},
-        ).x
-    return found

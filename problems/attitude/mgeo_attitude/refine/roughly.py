@@ -84,26 +84,31 @@ class Roughly:
         samplings = [self.at(time) for time in times]
         for at in self._known.values():
             rows = [row for row, each in enumerate(samplings) if each is at]
+            if not rows:
+                continue
             tried = [
                 at.best(begins[row], self.steps(times[row]), most, within_steps=True)
                 for row in rows
             ]
             if self.exact.limits or self.exact.requirements:
-                for row, each in zip(rows, tried, strict=True):
-                    found[row] = self._within_limits(each, times[row], iterations)
-            elif rows:
+                found[rows] = self._within_limits(at, tried, times[rows], iterations)
+            else:
                 which = np.repeat(np.arange(len(rows)), [len(each) for each in tried])
                 designs = np.vstack(tried)
                 found[rows] = descend_from_best(at, designs, times[rows], which, iterations)
         return found
 
-    def _within_limits(self, tried: Floats, time: float, iterations: int) -> Floats:
-        at, steps, share = self.at(time), self.steps(time), _SHARE
-        while len(tried) > 1:
-            each = max(round(share * iterations), 1)
-            tried = descend(at, tried, time, each)
-            tried = at.best(tried, steps, len(tried) // 2, within_steps=True)
+    def _within_limits(
+        self, at: AtTime, tried: list[Floats], times: Floats, iterations: int
+    ) -> Floats:
+        steps, share = [self.steps(time) for time in times], _SHARE
+        while several := [row for row, each in enumerate(tried) if len(each) > 1]:
+            sizes = [len(tried[row]) for row in several]
+            designs = np.vstack([tried[row] for row in several])
+            until = np.repeat(times[several], sizes)
+            ends = descend(at, designs, until, max(round(share * iterations), 1))
+            for row, own in zip(several, np.split(ends, np.cumsum(sizes)[:-1]), strict=True):
+                tried[row] = at.best(own, steps[row], len(own) // 2, within_steps=True)
             share = min(2.0 * share, 1.0)
-        found = descend(at, tried, time, iterations)
-        best: Floats = descend(self.exact, found, time, _EXACT)[0]
-        return best
+        found = descend(at, np.vstack(tried), times, iterations)
+        return descend(self.exact, found, times, _EXACT)
