@@ -56,7 +56,8 @@ def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
     """Write several files of one folder; all reach the disk before the first takes its name.
 
     So a full disk leaves the folder as it was. They take their names in the order given: what
-    tells a reader that the others are complete goes last.
+    tells a reader that the others are complete goes last. Of several, an old one of its name goes
+    first, or who is killed in between would leave it beside what it does not belong to.
 
     Raises
     ------
@@ -76,6 +77,10 @@ def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
+        *others, last = staged.values()
+        if others:
+            with _named(last):
+                last.unlink(missing_ok=True)
         for temporary, path in staged.items():
             with _named(path):
                 os.replace(temporary, path)

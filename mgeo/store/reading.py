@@ -101,6 +101,18 @@ def read_json(path: Path | str) -> Any:
         return parse_json(text)
 
 
+def check_unchanged(path: Path | str, document: Any) -> None:
+    """Refuse other files that were read after this one, if they may belong to another by now.
+
+    Raises
+    ------
+    ValueError, FileNotFoundError
+        If its content is no longer this document: somebody wrote all of them anew meanwhile.
+    """
+    if read_json(path) != document:
+        raise FileError(f"{path} was written anew while the files beside it were read: try again")
+
+
 def _finite(text: str) -> float:
     value = float(text)
     if not math.isfinite(value):

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import ConfigDict
 
 from mgeo.store.atomic import LOCK_FILE, to_json, write_files
-from mgeo.store.reading import read_json, read_numbers, to_csv
+from mgeo.store.reading import check_unchanged, read_json, read_numbers, to_csv
 from mgeo.store.run import Nearest, Outcome, Run, RunConfiguration
 from mgeo.validation.tables import Table, checked, entry, errors_of
 
@@ -127,6 +127,7 @@ def read_run(folder: Path | str) -> Run:
             )
     X, F = np.hsplit(front.to_numpy(float), [len(outcome.variables)])
     found = {"X": X, "F": F, "nearest": _read_nearest(folder, outcome, told.nearest)}
+    check_unchanged(path, data)
     return Run(told.configuration, outcome.model_copy(update=found), told.versions)
 
 

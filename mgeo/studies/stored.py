@@ -16,7 +16,7 @@ from mgeo.plugins.problems import load_problem
 from mgeo.plugins.protocol import column_names
 from mgeo.store.atomic import lock, to_json, write_files
 from mgeo.store.provenance import difference
-from mgeo.store.reading import read_json, read_texts, to_csv
+from mgeo.store.reading import check_unchanged, read_json, read_texts, to_csv
 from mgeo.store.run_folder import STUDY_FILE
 from mgeo.store.study_run import StudyRun
 from mgeo.studies.comparison import Comparison
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 TABLE, FINAL, RUNS, FRONTS = "table.csv", "final.csv", "runs.csv", "fronts.csv"
 PROVENANCE = "provenance.json"
-_PATIENCE = 10.0  # seconds
+PATIENCE = 10.0  # seconds for another process that writes there
 _INTEGERS = ("seed", "failed_evaluations", "evaluations", "points")
 
 TEXT = "study.toml"
@@ -112,6 +112,7 @@ def read_comparison(folder: Path | str, *, named: Collection[str] = ()) -> Compa
             for row in runs.to_dict("records")
             if row["status"] == "finished"
         }
+    check_unchanged(path, data)
     return Comparison(problem, algorithms, n_eval, table, runs, records, space)
 
 
@@ -264,7 +265,7 @@ def claim(folder: Path, study: Study) -> None:
     """
     content = _content(study)
     folder.mkdir(parents=True, exist_ok=True)
-    with lock(folder, _PATIENCE):  # another study's, for the time of a claim
+    with lock(folder, PATIENCE):  # another study's, for the time of a claim
         check(folder, study)
         write_files(folder, {TEXT: study.text.encode(), STUDY_FILE: content})
 

@@ -17,7 +17,7 @@ from plotly.offline import get_plotlyjs
 from mgeo.figures.page import LIBRARY
 from mgeo.plugins.problems import is_own_class
 from mgeo.runs.estimate import estimate
-from mgeo.store.atomic import check_writable, to_json, write_files
+from mgeo.store.atomic import check_writable, lock, to_json, write_files
 from mgeo.store.run_folder import REPORT_FILE
 from mgeo.studies.comparison import Comparison, markdown, problems_table
 from mgeo.studies.conclusions import published_table
@@ -30,7 +30,7 @@ from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_ov
 from mgeo.studies.report import problem_page, study_page
 from mgeo.studies.results import failures, targets_reached
 from mgeo.studies.run import Task, told
-from mgeo.studies.stored import PROVENANCE, check, claim, stored_tables
+from mgeo.studies.stored import PATIENCE, PROVENANCE, check, claim, stored_tables
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -132,16 +132,18 @@ def run_study(
             continue
         contents = _contents(study, configuration, comparison)
         claim(folder, study)
-        if len(study.problems) > 1 and not comparisons:
-            write_files(folder, {LIBRARY: get_plotlyjs().encode()})
         place = folder if len(study.problems) == 1 else folder / folder_name(label)
         place.mkdir(parents=True, exist_ok=True)
-        write_files(place, contents)
+        with lock(folder, PATIENCE):  # or tables of two processes would be mixed
+            if len(study.problems) > 1 and not comparisons:
+                write_files(folder, {LIBRARY: get_plotlyjs().encode()})
+            write_files(place, contents)
         comparisons[label] = comparison
         failed += failures(comparison.failures(), label)
     if len(study.problems) > 1 and comparisons:
         texts = _over_problems(study, comparisons, failed + without)
-        write_files(folder, {name: text.encode() for name, text in texts.items()})
+        with lock(folder, PATIENCE):
+            write_files(folder, {name: text.encode() for name, text in texts.items()})
     if without:
         raise NothingToCompareError("; ".join(without))
     return comparisons

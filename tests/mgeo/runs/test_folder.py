@@ -1,9 +1,11 @@
 import csv
 import json
+import os
 import platform
 from importlib.metadata import version
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from mgeo.runs import PreparedRun, prepare
@@ -123,6 +125,32 @@ def test_overwriting_replaces_the_run_and_its_figure_and_nothing_else(run, tmp_p
     write_run(tmp_path, Run(run.configuration, shorter, run.versions), overwrite=True)
     assert sorted(contents(tmp_path)) == ["front.csv", "notes.txt", "run.json"]
     assert len(read_run(tmp_path).outcome.F) == 3
+
+
+def test_a_front_is_never_read_with_the_configuration_of_another_run(run, tmp_path, monkeypatch):
+    other = Run(run.configuration.model_copy(update={"seed": 3}), run.outcome, run.versions)
+    write_run(tmp_path, run)
+    with monkeypatch.context() as during:  # who reads is overtaken by who writes
+
+        def late(path):
+            write_run(tmp_path, other, overwrite=True)
+            return pd.read_csv(path)
+
+        during.setattr("mgeo.store.run_folder.read_numbers", late)
+        with pytest.raises(ValueError, match=r"run\.json was written anew while"):
+            read_run(tmp_path)
+    assert read_run(tmp_path).configuration.seed == 3
+    with monkeypatch.context() as during:  # who writes is killed after the first file
+
+        def killed(source, target, replace=os.replace):
+            replace(source, target)
+            raise KeyboardInterrupt
+
+        during.setattr(os, "replace", killed)
+        with pytest.raises(KeyboardInterrupt):
+            write_run(tmp_path, run, overwrite=True)
+    with pytest.raises(FileNotFoundError, match="holds no run"):
+        read_run(tmp_path)
 
 
 def test_a_file_in_place_of_the_folder_is_refused(run, tmp_path):

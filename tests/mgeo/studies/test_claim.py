@@ -7,8 +7,8 @@ import pytest
 from typer.testing import CliRunner
 
 from mgeo.cli import app
-from mgeo.store import lock
-from mgeo.studies import Failure, check, claim, parse_study, record, run_study
+from mgeo.store import lock, write_files
+from mgeo.studies import Comparison, Failure, check, claim, parse_study, record, run_study
 
 STUDY = """
 title = "one"
@@ -42,6 +42,22 @@ def test_a_claim_waits_for_that_of_another(tmp_path):
     waiting.join()
     check(tmp_path, study())
     assert {path.name for path in tmp_path.iterdir()} == {"study.toml", "study.json"}
+
+
+def test_no_other_process_writes_tables_meanwhile(tmp_path, monkeypatch):
+    """Those of two studies, of other seeds say, would be mixed."""
+    written = []
+
+    def watched(folder, contents, write=write_files):
+        with pytest.raises(ValueError, match="is in use"), lock(tmp_path):
+            pass
+        written.extend(contents)
+        write(folder, contents)
+
+    monkeypatch.setattr("mgeo.studies.study.write_files", watched)
+    monkeypatch.setattr(Comparison, "figures", lambda self: {})
+    run_study(study(TWO), tmp_path, progress=False)
+    assert {"table.csv", "provenance.json", "summary.csv"} < set(written)
 
 
 @pytest.fixture
