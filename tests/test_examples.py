@@ -56,6 +56,12 @@ def changes(section):
             yield path, old, new
 
 
+def test_the_ways_through_the_code_lead_to_files():
+    files = re.findall(r"`(\S+\.py)`", TEXT.partition("## Where to begin")[2].partition("##")[0])
+    assert len(files) > 20
+    assert [file for file in files if not (ROOT / file).is_file()] == []
+
+
 @pytest.mark.parametrize(("title", "section"), SECTIONS, ids=[title for title, _ in SECTIONS])
 def test_each_touches_few_files_and_lines(title, section):
     found = list(changes(section))
