@@ -112,9 +112,10 @@ def solve(
     """
     from mgeo.algorithms.staged import has_stages
     from mgeo.runs.algorithms import ROBUST, default_algorithm
-    from mgeo.runs.prepare import prepare, read_scenario
+    from mgeo.runs.prepare import prepare
     from mgeo.store.run_folder import check_folder
     from mgeo.store.run_persistence import RunPersistence
+    from mgeo.store.scenario_file import read_scenario
 
     given, algorithm = algorithm, algorithm or default_algorithm(robust)
     # of a collection, coco:bbob/f1/d10/i1, and of a class, module:Class

@@ -16,7 +16,8 @@ from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures import page
 from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, front_of, view_of
-from mgeo.runs.prepare import PreparedRun, resume_run
+from mgeo.runs.prepare import PreparedRun
+from mgeo.runs.resume import resume_run
 from mgeo.store.atomic import check_writable, lock, write_file
 from mgeo.store.provenance import installed_versions
 from mgeo.store.run import Outcome, Run

@@ -22,14 +22,13 @@ from .operators import SeededComparison as SeededComparison
 from .operators import fitted as fitted
 from .prepare import PreparedRun as PreparedRun
 from .prepare import prepare as prepare
-from .prepare import read_scenario as read_scenario
-from .prepare import resume_run as resume_run
 from .pymoo_algorithms import COMOCMAES as COMOCMAES
 from .pymoo_algorithms import MOCMAES as MOCMAES
 from .pymoo_algorithms import FrontRVEA as FrontRVEA
 from .pymoo_algorithms import Point as Point
 from .pymoo_algorithms import fitness_of as fitness_of
 from .pymoo_algorithms import least_contributor as least_contributor
+from .resume import resume_run as resume_run
 from .solve import State as State
 from .solve import follow as follow
 from .solve import set_up as set_up

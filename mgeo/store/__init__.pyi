@@ -25,6 +25,7 @@ from .run_folder import front_table as front_table
 from .run_folder import read_run as read_run
 from .run_folder import write_run as write_run
 from .run_persistence import RunPersistence as RunPersistence
+from .scenario_file import read_scenario as read_scenario
 from .solution_file import is_solution as is_solution
 from .solution_file import solution_document as solution_document
 from .solution_file import solution_of as solution_of

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 from mgeo.benchmarks.collections import expanded, short_name
 from mgeo.plugins.problems import load_problem
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
-from mgeo.runs.prepare import read_scenario
 from mgeo.store.reading import parse_toml, read_text
+from mgeo.store.scenario_file import read_scenario
 from mgeo.studies.execute import MOST
 from mgeo.studies.labels import distinct, filled
 from mgeo.studies.pooled import KEYS

@@ -16,7 +16,7 @@ from mgeo_calibration import Calibration, Telemetry, TelemetryMapping, calibrate
 from mgeo_calibration.calibration import read_json, to_json
 from mgeo_calibration.telemetry import read_telemetry, table_of
 
-from mgeo.runs import read_scenario
+from mgeo.store import read_scenario
 
 from .harness import Attempt, Box, kind
 from .mutations import spoiled_bytes, spoiled_table

@@ -13,8 +13,8 @@ from mgeo_attitude import Scenario
 from mgeo_attitude.plan import read_json
 
 from mgeo.plugins import load_problem
-from mgeo.runs import prepare, read_scenario
-from mgeo.store import StudyRun
+from mgeo.runs import prepare
+from mgeo.store import StudyRun, read_scenario
 from mgeo.studies import read_comparison, read_study
 
 from .harness import Attempt, Box, kind

@@ -21,7 +21,7 @@ from sgp4 import exporter, omm
 from sgp4.api import Satrec
 
 from mgeo.plugins import load_problem
-from mgeo.runs import read_scenario
+from mgeo.store import read_scenario
 
 from ..scenario.test_orbit import ISS_1, ISS_2, VANGUARD_1, VANGUARD_2, with_checksum
 

@@ -22,7 +22,7 @@ from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile
 
 from mgeo.plugins import load_problem
-from mgeo.runs import read_scenario
+from mgeo.store import read_scenario
 
 from ..scenario.test_orbit import ISS_1, ISS_2
 

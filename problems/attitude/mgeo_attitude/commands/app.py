@@ -236,7 +236,7 @@ def check(
     """
     import numpy as np
 
-    from mgeo.runs import read_scenario
+    from mgeo.store import read_scenario
     from mgeo_attitude.filter.reference import agreement
     from mgeo_attitude.plan.run_folder import PROBLEM
     from mgeo_attitude.problem import AttitudeManeuverProblem

@@ -1,6 +1,6 @@
 import pytest
 
-from mgeo.runs import read_scenario
+from mgeo.store import read_scenario
 
 
 def test_nothing_a_preset_and_a_file(tmp_path):
