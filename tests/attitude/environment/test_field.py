@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mgeo_attitude.environment import geomagnetic_field
+from threadpoolctl import threadpool_limits
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "igrf14_geocentric.txt"
 _DATE = datetime(2020, 6, 19, tzinfo=UTC)
@@ -100,3 +101,14 @@ def test_first_and_last_date(date: datetime, capsys: pytest.CaptureFixture[str])
 def test_naive_date_is_refused() -> None:
     with pytest.raises(ValueError, match="expected a UTC offset"):
         geomagnetic_field(np.array([[7e6, 0.0, 0.0]]), datetime(2020, 1, 1))
+
+
+def test_it_is_the_same_to_the_last_bit_in_however_many_threads_blas_has() -> None:
+    position = np.random.default_rng(0).normal(size=(5001, 3))
+    position *= 7e6 / np.linalg.norm(position, axis=1, keepdims=True)
+    found = []
+    for threads in (1, 2, 3):
+        with threadpool_limits(threads, user_api="blas"):
+            found.append(geomagnetic_field(position, _DATE))
+    assert (found[0] == found[1]).all()
+    assert (found[0] == found[2]).all()

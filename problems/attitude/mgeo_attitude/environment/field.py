@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from datetime import datetime
+from threading import Lock
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from mgeo_attitude._typing import Complexes, Floats
 from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
@@ -17,6 +19,10 @@ _NEAREST_TO_POLE = np.radians(1e-7)
 
 # ppigrf takes 13 kB a point, so that not all points of long telemetry are evaluated at once.
 _AT_ONCE = 20000
+
+# In several threads BLAS adds in another order: the last bit of the field, and with it what a seed
+# finds, would differ with the number of processors. The limit is one of the whole process.
+_one_by_one = Lock()
 
 #: Degree and order of IGRF, and its reference radius [m].
 FIELD_DEGREE = 13
@@ -31,7 +37,8 @@ def geomagnetic_field(position: Floats, date: datetime) -> Floats:
     """
     utc = _covered(date)
     pieces = range(0, max(len(position), 1), _AT_ONCE)
-    return np.concatenate([_field(position[k : k + _AT_ONCE], utc) for k in pieces])
+    with _one_by_one, threadpool_limits(1, user_api="blas"):
+        return np.concatenate([_field(position[k : k + _AT_ONCE], utc) for k in pieces])
 
 
 def field_gradient(position: Floats, date: datetime) -> Floats:
