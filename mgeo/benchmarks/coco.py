@@ -8,8 +8,8 @@ Its own observer writes data of a run that its post-processing, `cocopp`, reads.
 
 from __future__ import annotations
 
-import os
 import re
+import secrets
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -242,8 +242,7 @@ def coco_data(problem: CocoProblem, place: Path, algorithm: str, n_eval: int) ->
     What takes each batch that has been evaluated.
     """
     # not within the algorithm's folder: what a killed process leaves there would be read
-    part = place.parent.with_name(f".{place.parent.name}-{place.name}-{os.getpid()}")
-    shutil.rmtree(part, ignore_errors=True)
+    part = place.parent.with_name(f".{place.parent.name}-{place.name}-{secrets.token_hex(8)}")
     left = n_eval
     with observed(problem, part, algorithm) as function:
 
@@ -260,4 +259,9 @@ def coco_data(problem: CocoProblem, place: Path, algorithm: str, n_eval: int) ->
             raise
     shutil.rmtree(place, ignore_errors=True)
     place.parent.mkdir(parents=True, exist_ok=True)
-    part.rename(place)
+    try:
+        part.rename(place)
+    except OSError:
+        if not place.is_dir():
+            raise
+        shutil.rmtree(part)  # another process has just made the same run

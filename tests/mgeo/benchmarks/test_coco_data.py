@@ -1,5 +1,6 @@
 """Data of runs for COCO's post-processing, against its own observer and `cocopp`."""
 
+import shutil
 import warnings
 
 import cocoex
@@ -77,6 +78,18 @@ def test_a_run_is_made_again_where_its_data_are_missing(tmp_path):
     again = compare(problem, algorithms, 100, coco_data=tmp_path / "data", **options)
     assert contents(of_algorithm) == before
     assert again.table.equals(first.table)
+
+
+def test_a_run_that_another_process_makes_at_once_is_no_failure(tmp_path, monkeypatch):
+    place = tmp_path / "algorithm" / "run"
+    task = Task(load_problem(NAME), NSGA2(pop_size=20), 60, 1, CocoFolder(place, "a"))
+    assert not isinstance(run(task), Failure)
+    made, remove = contents(tmp_path), shutil.rmtree
+    monkeypatch.setattr(  # the other puts its own there as soon as it is removed
+        shutil, "rmtree", lambda path, **options: path == place or remove(path, **options)
+    )
+    assert not isinstance(run(task), Failure)
+    assert contents(tmp_path) == made
 
 
 def test_a_run_that_fails_leaves_no_data(tmp_path):
