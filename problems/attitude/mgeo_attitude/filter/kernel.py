@@ -76,7 +76,10 @@ def load_driver() -> ModuleType:
 
 
 def load_module(
-    kind: str, source: str, ingredients: Iterable[ModuleType | Callable[..., object]]
+    kind: str,
+    source: str,
+    ingredients: Iterable[ModuleType | Callable[..., object]],
+    part: str = "",
 ) -> ModuleType:
     """A module from memory, the user's cache or its source.
 
@@ -90,6 +93,8 @@ def load_module(
         Its text.
     ingredients : modules, or a function for all of its module
         Whose compiled functions it calls: a change there must not find an old module.
+    part : str
+        Of several of a kind, what is told of it.
     """
     parts = [source, numba.__version__, llvmlite.__version__, np.__version__, sys.version]
     parts += [inspect.getsource(inspect.getmodule(each) or each) for each in ingredients]
@@ -97,13 +102,14 @@ def load_module(
     name = f"{kind}_{digest[:16]}"
     with _loading:
         if name not in sys.modules:
-            _load(kind, name, source)
+            _load(kind, name, source, part)
         return sys.modules[name]
 
 
-def _load(kind: str, name: str, source: str) -> None:
+def _load(kind: str, name: str, source: str, part: str) -> None:
     folder = Path(os.environ.get("MGEO_CACHE_DIR") or platformdirs.user_cache_dir("mgeo"))
-    message = f"compiling the {kind} of the filter, once per machine (some seconds)"
+    what = f"the {kind} of the filter{part and f' ({part})'}"
+    message = f"compiling {what}, once per machine (some seconds)"
     begun = time.perf_counter()
     try:
         path = _stored(folder / f"{kind}s", name, source)

@@ -15,4 +15,5 @@ from mgeo_calibration.estimation.kernels import algebra, signatures
 def load(name: str) -> ModuleType:
     """Compiled module of the text of a file beside this one, by its name."""
     source = resources.files(__package__).joinpath(f"{name}.py").read_text(encoding="utf-8")
-    return load_module("smoother", source, [algebra, signatures, discretization, polynomials])
+    ingredients = [algebra, signatures, discretization, polynomials]
+    return load_module("smoother", source, ingredients, name.replace("_", " "))
