@@ -140,77 +140,51 @@ def _added(found: Iterable[tuple[str, Told]]) -> dict[str, Told]:
 
 def _of_sensor(model: FilterModel, index: int, apart: Collection[str] = ()) -> Samples:
     """The same of one sensor, without some errors that vary among those `inertial`."""
-    sensor = model.suite.sensors[index]
-    seen = model.available[:, index].copy()
-    seen[0] = False  # the filter's first update is a step after the start
-    here = np.flatnonzero(seen)
-    probed = here[np.linspace(0, len(here) - 1, min(len(here), _PROBED)).astype(int)]
-    looks = _Looks(model, index)
-    straight = looks.at(np.eye(3))
-    turned = [looks.at(matrix(probe), probed, probe) for probe in _PROBES]
-
+    suite, sensor = model.suite, model.suite.sensors[index]
+    probed = _Probed(model, index)
     precision = 1.0 / np.array(sensor.noise())
     most = np.full(len(precision), precision.max())  # noise that is nowhere more than it is
-    own = list(model.suite.blocks_of(sensor).values())
-    uneven = False
-
-    def told(names: list[str], weights: Floats) -> tuple[Floats, bool, bool]:
-        """Information about blocks; whether an attitude changes it, or its trace."""
-        information = _gram(straight, names, weights)
-        others = np.array([_gram(each, names, weights) for each in turned])
-        return information, *_same(others, information[probed])
-
-    def at_samples(values: Floats) -> Floats:
-        """Zero where there is none."""
-        return np.where(seen.reshape(-1, *[1] * (values.ndim - 1)), values, 0.0)
-
-    varying = [name for name in own if name in model.suite.processes and name not in apart]
-    for inertial in (["attitude", *varying], ["attitude"]):
-        together, same, _ = told(inertial, most)
-        if same:
-            break
-    else:
-        raise NoLimit(_reason(sensor, "attitude"))
-    attitude, _, same = told(["attitude"], precision)
+    own = list(suite.blocks_of(sensor).values())
+    varying = [name for name in own if name in suite.processes and name not in apart]
+    inertial, together = _in_these_axes(probed, varying, most)
+    attitude, _, same = probed.told(["attitude"], precision)
     if not same:
         attitude = together[:, :3, :3]
-    uneven |= bool((precision != most).any())
-
-    each: dict[str, Told] = {}
-    for name in own:
-        if name in inertial:
-            continue
-        information, same, same_trace = told([name], precision)
-        if not same_trace:
-            information, same, same_trace = told([name], most)
-        if not same_trace:
-            raise NoLimit(_reason(sensor, name))
-        trace = np.trace(information, axis1=1, axis2=2)
-        each[name] = Told(at_samples(trace), at_samples(information) if same else None)
-    unturned = {name: H[probed] for name, H in straight.items()}
-    attitudes = [(np.eye(3), unturned), *zip(map(matrix, _PROBES), turned, strict=True)]
-    v = looks.vectors[:, 0]
-    constants = [name for name in each if name not in model.suite.processes]
-
-    def mistaken(name: str) -> Look:
-        alike = {
-            block: Turned(each[block].trace, field)
-            for block in constants
-            for field in (None, v)
-            if _alike(attitudes, block, name, None if field is None else field[probed])
-        }
-        own = slice(3 * inertial.index(name), 3 * inertial.index(name) + 3)
-        trace = np.trace(together[:, own, own], axis1=1, axis2=2)
-        return Look(name, at_samples(trace), alike)
-
+    each = {name: _of_error(probed, name, precision, most) for name in own if name not in inertial}
+    constants = {name: told.trace for name, told in each.items() if name not in suite.processes}
+    blocks = np.split(np.diagonal(together, axis1=1, axis2=2), len(inertial), axis=1)
     return Samples(
-        tuple(inertial),
-        at_samples(together),
-        at_samples(np.trace(attitude, axis1=1, axis2=2)),
+        inertial,
+        probed.where_seen(together),
+        probed.where_seen(np.trace(attitude, axis1=1, axis2=2)),
         each,
-        tuple(map(mistaken, inertial)),
-        (sensor.name,) if uneven else (),
+        tuple(
+            Look(name, probed.where_seen(block.sum(axis=1)), probed.mistaken(name, constants))
+            for name, block in zip(inertial, blocks, strict=True)
+        ),
+        (sensor.name,) if (precision != most).any() else (),
     )
+
+
+def _in_these_axes(
+    probed: _Probed, varying: list[str], most: Floats
+) -> tuple[tuple[str, ...], Floats]:
+    """Attitude and errors that vary, or else the attitude alone: names and information."""
+    for names in (["attitude", *varying], ["attitude"]):
+        together, same, _ = probed.told(names, most)
+        if same:
+            return tuple(names), together
+    raise NoLimit(_reason(probed.sensor, "attitude"))
+
+
+def _of_error(probed: _Probed, name: str, precision: Floats, most: Floats) -> Told:
+    """Of one of the sensor's errors; if turns change its trace, with the best axis' noise."""
+    for weights in (precision, most):
+        information, same, same_trace = probed.told([name], weights)
+        if same_trace:
+            trace = probed.where_seen(np.trace(information, axis1=1, axis2=2))
+            return Told(trace, probed.where_seen(information) if same else None)
+    raise NoLimit(_reason(probed.sensor, name))
 
 
 def _of_diodes(model: FilterModel, indices: Sequence[int]) -> Samples:
@@ -244,25 +218,53 @@ def _of_diodes(model: FilterModel, indices: Sequence[int]) -> Samples:
     )
 
 
-class _Looks:
-    """H of one sensor at each sample, from whatever attitude; a dict of its blocks."""
+class _Probed:
+    """H of one sensor: at each sample of an unturned body, at some of others, `_PROBES`."""
 
     def __init__(self, model: FilterModel, index: int) -> None:
         self.sensor = model.suite.sensors[index]
-        self.suite = Suite(model.suite.gyro, (self.sensor,), model.suite.world)
-        self.vectors = model.references[:, model.suite.looks(index)]
-        self.follows = model.influences[:, model.suite.influence_columns(self.sensor)]
+        self._suite = Suite(model.suite.gyro, (self.sensor,), model.suite.world)
+        self._vectors = model.references[:, model.suite.looks(index)]
+        self._follows = model.influences[:, model.suite.influence_columns(self.sensor)]
+        self._seen = model.available[:, index].copy()
+        self._seen[0] = False  # the filter's first update is a step after the start
+        here = np.flatnonzero(self._seen)
+        self._some = here[np.linspace(0, len(here) - 1, min(len(here), _PROBED)).astype(int)]
+        self._unturned = self._at(np.eye(3))
+        self._turned = [self._at(matrix(probe), self._some, probe) for probe in _PROBES]
 
-    def at(
+    def _at(
         self, C: Floats, which: slice | np.ndarray = slice(None), rate: Floats | None = None
     ) -> dict[str, Floats]:
         """Columns of H by blocks, those of the attitude error in axes of GCRS."""
-        v, *gradient = np.moveaxis(self.vectors[which] @ C.T, 1, 0)
+        v, *gradient = np.moveaxis(self._vectors[which] @ C.T, 1, 0)
         rates = None if rate is None else np.broadcast_to(rate, v.shape)
-        follows = [*self.follows[which].T]
-        H = self.suite.measurement_matrix(self.sensor, v, C, gradient, rates, follows)
-        blocks = {name: H[..., 3 * i : 3 * i + 3] for i, name in enumerate(self.suite.blocks)}
+        follows = [*self._follows[which].T]
+        H = self._suite.measurement_matrix(self.sensor, v, C, gradient, rates, follows)
+        blocks = {name: H[..., 3 * i : 3 * i + 3] for i, name in enumerate(self._suite.blocks)}
         return blocks | {"attitude": blocks["attitude"] @ C}
+
+    def told(self, names: list[str], weights: Floats) -> tuple[Floats, bool, bool]:
+        """Information about blocks; whether all attitudes leave it, and its trace, the same."""
+        information = _gram(self._unturned, names, weights)
+        others = np.array([_gram(each, names, weights) for each in self._turned])
+        return information, *_same(others, information[self._some])
+
+    def where_seen(self, values: Floats) -> Floats:
+        """Zero where there is no sample."""
+        return np.where(self._seen.reshape(-1, *[1] * (values.ndim - 1)), values, 0.0)
+
+    def mistaken(self, carrier: str, traces: dict[str, Floats]) -> dict[str, Turned]:
+        """Errors, of what is told of each, that read as one along GCRS does: see `Look`."""
+        unturned = {name: H[self._some] for name, H in self._unturned.items()}
+        attitudes = [(np.eye(3), unturned), *zip(map(matrix, _PROBES), self._turned, strict=True)]
+        v = self._vectors[:, 0]
+        return {
+            block: Turned(trace, field)
+            for block, trace in traces.items()
+            for field in (None, v)
+            if _alike(attitudes, block, carrier, None if field is None else field[self._some])
+        }
 
 
 def _gram(looks: dict[str, Floats], names: list[str], precision: Floats) -> Floats:
