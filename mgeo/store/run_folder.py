@@ -202,8 +202,14 @@ def check_verification(found: Any) -> None:
             raise ValueError(f"rows[{i}] = {row!r:.80}: expected {n} numbers or strings")
 
 
-def remove_verifications(folder: Path) -> None:
-    """Remove those of the run before; a file of such a name that is none is somebody's own."""
+def remove_results(folder: Path) -> None:
+    """Remove what the run before has found, as soon as another has begun in its folder.
+
+    If that was killed, its record and its checkpoint would be taken for those of the one before. A
+    file that is called as a verification and is none is somebody's own.
+    """
+    for name in (RUN_FILE, FRONT_FILE, NEAREST_FILE, FIGURE_FILE, REPORT_FILE):
+        (folder / name).unlink(missing_ok=True)
     for path in folder.glob(VERIFICATION_FILES):
         try:
             found = read_json(path)

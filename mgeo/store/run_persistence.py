@@ -15,7 +15,7 @@ from mgeo.store import record_file
 from mgeo.store.checkpoint import Checkpoint
 from mgeo.store.recorder import Recorder
 from mgeo.store.run import RunConfiguration
-from mgeo.store.run_folder import CHECKPOINT_FILE, RECORD_FOLDER, remove_verifications
+from mgeo.store.run_folder import CHECKPOINT_FILE, RECORD_FOLDER, remove_results
 
 
 class RunPersistence:
@@ -107,7 +107,7 @@ class RunPersistence:
             self.path.unlink(missing_ok=True)
         self._began = begins
         if begins:
-            remove_verifications(self.folder)
+            remove_results(self.folder)
         if self.record:
             self._recorder = Recorder(self.folder / RECORD_FOLDER, overwrite=begins)
             callbacks.insert(0, self._recorder)

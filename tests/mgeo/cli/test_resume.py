@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from mgeo import read_record
-from mgeo.store import CHECKPOINT_FILE, lock, read_notes, read_run, write_file
+from mgeo.store import CHECKPOINT_FILE, LOCK_FILE, lock, read_notes, read_run, write_file
 
 SHORT = ["--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]  # 8 evaluations a generation
 
@@ -146,6 +146,24 @@ def test_a_folder_that_somebody_works_in_is_left_alone(mgeo):
             assert (refused.exit_code, refused.stdout) == (2, "")
             assert refused.stderr == "Error: a is in use: another process is running there\n"
     assert {path: path.read_bytes() for path in Path("a").iterdir()} == before
+
+
+def test_a_run_under_way_is_not_beside_what_another_has_found(mgeo, monkeypatch):
+    """If it was killed, a report would show its record as that of the other."""
+    import stand_in
+
+    sound, seen = stand_in.Cantilever._evaluate, []
+
+    def look(self, X, out, *args, **kwargs):
+        seen.append({path.name for path in Path("a").iterdir()})
+        sound(self, X, out, *args, **kwargs)
+
+    solve(mgeo, "a", 160, "--record")
+    assert mgeo("report", "a").exit_code == 0
+    monkeypatch.setattr(stand_in.Cantilever, "_evaluate", look)
+    solve(mgeo, "a", 160, "--record", "--overwrite", "--seed", 2)
+    assert seen[-1] == {LOCK_FILE, CHECKPOINT_FILE, "evaluations"}
+    assert read_run("a").configuration.seed == 2
 
 
 def test_another_algorithm_leaves_no_checkpoint_of_the_run_before(mgeo):
