@@ -21,6 +21,7 @@ from types import (
 )
 from typing import Any
 
+import numpy as np
 from joblib.hashing import Hasher, NumpyHasher
 from pymoo.core.problem import Problem
 
@@ -135,6 +136,8 @@ class _Hasher(NumpyHasher):
             obj = ("module", obj.__name__, code_of(obj.__name__))
         elif kind in _LOCKS:
             obj = kind.__name__
+        elif kind is np.ndarray:  # a part of another one is what it shows, as its copy is
+            obj = np.array(obj, order="C")
         elif kind in (set, frozenset):  # whose order says nothing
             each = [digest(item, "an item", vouched=self._vouched) for item in obj]
             obj = (kind.__name__, sorted(each))

@@ -173,6 +173,14 @@ def test_what_is_kept_below_a_problem_does_not_change_it():
     assert fingerprint(problem) == before == fingerprint(Holder(parts=(Asked(),)))
 
 
+def test_a_part_of_a_table_counts_by_what_it_shows():
+    table = np.arange(12.0).reshape(3, 4)
+    parts = table[:, ::2], table.T, table[::-1], np.broadcast_to(1.0, (3,)), np.array(["a", 1, {}])
+    found = [fingerprint(Holder(part=part)) for part in parts]
+    assert found == [fingerprint(Holder(part=part.copy())) for part in parts]
+    assert len({*found, fingerprint(Holder(part=table[:, 1::2]))}) == 6
+
+
 @pytest.mark.slow
 def test_tables_that_a_problem_fills_do_not_change_it():
     attitude = pytest.importorskip("mgeo_attitude")
