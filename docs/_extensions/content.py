@@ -24,7 +24,7 @@ def digest(root: Path, sources: Iterable[str] = SOURCES) -> str:
     """A name for all of it: the same as long as no page could show anything else."""
     state = hashlib.sha256()
     state.update(platform.python_version().encode())
-    state.update(os.environ.get("MGEO_NOTEBOOK_SMALL", "").encode())
+    state.update(b"small" if "MGEO_NOTEBOOK_SMALL" in os.environ else b"")  # whatever it says
     for package in _PACKAGES:
         state.update(f"{package} {version(package)}\n".encode())
     for source in sources:
