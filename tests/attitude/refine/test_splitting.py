@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import split, without_unneeded
-from mgeo_attitude.refine import Roughly, at_time, n_commands
+from mgeo_attitude.refine import n_commands
 
 from .conftest import short
 
@@ -66,13 +66,16 @@ def test_what_was_split_is_joined_again(problem):
     assert ((found >= problem.xl) & (found <= problem.xu)).all()
 
 
-def test_few_samples_tell_which_plans_need_not_be_judged(problem):
-    X = split(plans(12, 2), 4)
-    X[:6, :3] += 0.3  # of half of them the first maneuver is needed
-    few = Roughly(at_time(problem))
-    found = without_unneeded(problem, X, few)
-    assert (found != X).any()
-    np.testing.assert_array_equal(found, without_unneeded(problem, X))
+def test_maneuvers_are_left_out_that_turn_about_as_a_neighbor_does():
+    X = plans(100, 2)
+    X[:, 3::4] /= 5.0
+    found = without_unneeded(short(2, "end"), X)
+    left_out = (found != X).any(axis=1)
+    first = (found[:, :3] != X[:, :3]).any(axis=1)  # of the two
+    apart = np.abs(X[:, :3] - X[:, 4:7]).max(axis=1)
+    turned = apart * np.where(first, X[:, 3], X[:, 7])
+    assert left_out.any()
+    assert (turned[left_out] <= 20.0).all()
 
 
 def test_no_maneuver_gets_longer_than_the_longest():

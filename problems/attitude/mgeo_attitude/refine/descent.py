@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,8 +21,8 @@ _SMALL, _PART = 1e-5, 1e-2
 _MARGIN = 1e-6
 #: A change of the logarithm of the value that is not worth another iteration.
 _ENOUGH = 3e-5
-#: After how many points half of several descents are left, and how many times as many later again.
-_HALVED, _LONGER = 3, 2.5
+#: After how many points which share of several descents is left.
+_LEFT = {3: 1 / 3, 8: 1 / 2, 20: 1 / 2}
 #: A share of the time that is none.
 _NOTHING = 1e-12
 #: What stands for an infinite value.
@@ -137,8 +136,8 @@ def descend_from_best(
 ) -> Floats:
     """The best that `descend` finds from several designs for each of some times, without limits.
 
-    All side by side. After a few points the better half of each time's goes on, and again until
-    one is left.
+    All side by side. After a few points the better third of each time's goes on, then the better
+    half of these, and again.
 
     Parameters
     ----------
@@ -161,13 +160,13 @@ def descend_from_best(
 def _side_by_side(
     problem: Descent, begins: Floats, iterations: int, groups: Sequence[list[int]] = ()
 ) -> Floats:
-    """Where each ends; of groups one that is left, and comes first, as they are halved."""
+    """Where each ends; of groups the best that are left, the very best first."""
     ends, least = begins.copy(), np.full(len(begins), np.inf)
     limited = bool(problem.at.limits or problem.at.requirements)
     method: Any = minimizing_within if limited else minimizing
     ways = [method(z, problem.bounds, iterations, _ENOUGH) for z in begins]
     asked = {row: next(way) for row, way in enumerate(ways)}
-    points, halved = 0, _HALVED
+    points = 0
     while asked:
         rows = list(asked)
         values, slopes = problem.of(rows).taken(np.array(list(asked.values())))
@@ -180,13 +179,13 @@ def _side_by_side(
                 ends[row] = end.value
                 del asked[row]
         points += 1
-        if points == halved:
+        if points in _LEFT:
             for group in groups:
                 group.sort(key=lambda row: least[row])
-                for row in group[max(len(group) // 2, 1) :]:
+                left = max(int(_LEFT[points] * len(group)), 1)
+                for row in group[left:]:
                     asked.pop(row, None)
-                del group[max(len(group) // 2, 1) :]
-            halved = math.ceil(_LONGER * halved)
+                del group[left:]
     for group in groups:
         group.sort(key=lambda row: least[row])
     return ends

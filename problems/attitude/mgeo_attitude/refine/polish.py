@@ -47,7 +47,7 @@ _LATE_BEAMS: tuple[Beam, ...] = ((3, 15, 0.9), (3, 15, 0.8))
 _OF_BEAM = 8
 #: Of the plans that are polished first, and of those between them: from how many each is begun, its
 #: share of the iterations, and whether from beams.
-_ROUNDS = (6, 0.6, True), (3, 0.4, False)
+_ROUNDS = (16, 0.6, True), (3, 0.4, False)
 #: Of plans with rates held after them, those judged over flights, and those tried at other times.
 _FLOWN, _HELD = 4, 6
 #: How many of the polished plans are tried at another time, and how many of what comes of them.
@@ -192,8 +192,7 @@ def _tables(
     front.settle()
     yield front.plans
     if learned and not flown:
-        few = None if problem.start_times else Roughly(at)
-        yield without_unneeded(problem, front.plans, few)
+        yield without_unneeded(problem, front.plans)
 
 
 def _alike(

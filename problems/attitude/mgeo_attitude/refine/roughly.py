@@ -16,8 +16,9 @@ from mgeo_attitude.refine.descent import descend, descend_from_best
 #: How many samples are taken as one, at most so that there are as many of them and that a step
 #: turns by no more than so many degrees.
 _EVERY, _SAMPLES, _TURN_DEG = (20, 10, 5, 2), 100, 20.0
-#: Share of the iterations after which half of the plans are left, until one is.
-_SHARE = 0.15
+#: Of plans within limits, whose descents take longer, how many are tried at most, and after which
+#: share of the iterations half of them are left, until one is.
+_WITHIN, _SHARE = 6, 0.15
 #: Iterations on all samples where there are limits, to which few do not tell the way.
 _EXACT = 5
 
@@ -82,6 +83,8 @@ class Roughly:
         """
         found = np.empty((len(times), begins[0].shape[1]))
         samplings = [self.at(time) for time in times]
+        limited = bool(self.exact.limits or self.exact.requirements)
+        most = min(most, _WITHIN) if limited else most
         for at in self._known.values():
             rows = [row for row, each in enumerate(samplings) if each is at]
             if not rows:
@@ -90,7 +93,7 @@ class Roughly:
                 at.best(begins[row], self.steps(times[row]), most, within_steps=True)
                 for row in rows
             ]
-            if self.exact.limits or self.exact.requirements:
+            if limited:
                 found[rows] = self._within_limits(at, tried, times[rows], iterations)
             else:
                 which = np.repeat(np.arange(len(rows)), [len(each) for each in tried])

@@ -8,10 +8,9 @@ from numpy.typing import ArrayLike
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
 from mgeo_attitude.refine.at_time import PlanProblem, judged_by, parts
-from mgeo_attitude.refine.roughly import Roughly
 
-#: By how much the logarithm of a value differs at most because few samples tell it.
-_HARDLY = 0.02
+#: A maneuver whose rate turns by more than this from a neighbor's is of use [deg].
+_TURN = 20.0
 
 
 def split(designs: ArrayLike, count: int) -> Floats:
@@ -55,21 +54,18 @@ def split(designs: ArrayLike, count: int) -> Floats:
     return maneuvers.reshape(len(table), -1)
 
 
-def without_unneeded(
-    problem: PlanProblem, designs: ArrayLike, roughly: Roughly | None = None
-) -> Floats:
+def without_unneeded(problem: PlanProblem, designs: ArrayLike) -> Floats:
     """Plans with fewer commands and values that are as good, in place of those with more.
 
-    A maneuver is left out where a neighbor takes its time and no objective is worse for it. Its
-    place in the design stays, with no duration and a neighbor's rate.
+    A maneuver is left out where a neighbor takes its time and no objective is worse for it, if that
+    turns by at most 20 deg more or less. Its place in the design stays, with no duration and a
+    neighbor's rate.
 
     Parameters
     ----------
     problem : AttitudeManeuverProblem
         By whose objectives and limits.
     designs : array_like, shape (n, n_var)
-    roughly : Roughly, optional
-        Few samples, by which plans that are far worse need not be judged by all.
 
     Returns
     -------
@@ -96,12 +92,6 @@ def without_unneeded(
     while len(rows):
         maneuvers, begins = parts(problem, found[rows])
         left_out, which = _each_left_out(maneuvers, longest)
-        if roughly is not None and len(which):
-            times = F[rows, problem.objectives.index("t_end")]
-            known, _ = roughly.of_each(maneuvers, times)
-            tried, _ = roughly.of_each(left_out, times[which])
-            hardly = tried <= known[which] + _HARDLY
-            left_out, which = left_out[hardly], which[hardly]
         if not len(which):
             break
         left_out = np.hstack([left_out, begins[which]])
@@ -139,16 +129,21 @@ def _flown(durations: Floats) -> Bools:
 def _each_left_out(designs: Floats, longest: float) -> tuple[Floats, Ints]:
     """Designs without one of their flown maneuvers, whose time a neighbor takes; and of which.
 
-    None in which a maneuver would be longer than the `longest`.
+    None in which a maneuver would be longer than the `longest`, or that turn otherwise by much.
     """
     maneuvers = designs.reshape(len(designs), -1, VARIABLES_PER_MANEUVER)
     row, place = np.nonzero(_flown(maneuvers[:, :, 3]))
     pairs = np.flatnonzero(row[1:] == row[:-1])
     together = maneuvers[row[pairs], place[pairs], 3] + maneuvers[row[pairs], place[pairs + 1], 3]
     pairs = np.repeat(pairs[together <= longest], 2)  # either of the two keeps its rate
-    which, left, right = row[pairs], place[pairs], place[pairs + 1]
-    each, keeps = np.arange(len(pairs)), np.where(np.arange(len(pairs)) % 2, right, left)
-    found = maneuvers[which]
+    left, right = place[pairs], place[pairs + 1]
+    keeps, gone = np.where(np.arange(len(pairs)) % 2, (right, left), (left, right))
+    rates, lasts = maneuvers[row[pairs], :, :3], maneuvers[row[pairs], gone, 3]
+    each = np.arange(len(pairs))
+    turned = lasts * np.abs(rates[each, left] - rates[each, right]).max(axis=1)
+    near = turned <= _TURN
+    which, left, right, keeps = row[pairs][near], left[near], right[near], keeps[near]
+    each, found = np.arange(len(which)), maneuvers[which]
     found[each, right, 3] += found[each, left, 3]
     found[each, left, 3] = 0.0
     places = np.arange(found.shape[1])
