@@ -30,8 +30,9 @@ from mgeo.runs.answer import (
 from mgeo.runs.prepare import PreparedRun
 from mgeo.runs.resume import resume_run
 from mgeo.store.atomic import check_writable, lock, write_file
+from mgeo.store.checkpoint import read_notes
 from mgeo.store.provenance import installed_versions
-from mgeo.store.run import Outcome, Run
+from mgeo.store.run import Notes, Outcome, Run
 from mgeo.store.run_folder import (
     CHECKPOINT_FILE,
     FIGURE_FILE,
@@ -45,6 +46,7 @@ from mgeo.store.run_folder import (
 )
 from mgeo.store.run_persistence import RunPersistence
 from mgeo.terminal import Columns, console, plain, table
+from mgeo.validation.tables import checked
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -62,6 +64,10 @@ def resumed(folder: Path, output: Output, **options: Any) -> tuple[PreparedRun, 
         output.note(f"Note: {warning.message}")
     record = run.notes is not None and run.notes.record
     return run, RunPersistence(folder, run.configuration, run.algorithm, record=record)
+
+
+def _saved(persistence: RunPersistence) -> Notes:
+    return checked(Notes, read_notes(persistence.path))
 
 
 def run_to_folder(
@@ -94,6 +100,11 @@ def run_to_folder(
             stack.enter_context(lock(folder))
             # another run may have ended there since somebody looked
             check_folder(folder, overwrite=overwrite)
+            if run.notes is not None and run.notes != _saved(persistence):
+                raise ValueError(
+                    f"{folder}: another process has gone on with the run, or begun one, since it "
+                    "was read: resume it again"
+                )
             check_writable(folder)
         seen = None if output.quiet else console(stderr=True)
         progress = Progress(

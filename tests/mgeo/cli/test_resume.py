@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from mgeo import read_record
+from mgeo.runs import resume_run
 from mgeo.store import CHECKPOINT_FILE, LOCK_FILE, lock, read_notes, read_run, write_file
 
 SHORT = ["--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]  # 8 evaluations a generation
@@ -146,6 +147,23 @@ def test_a_folder_that_somebody_works_in_is_left_alone(mgeo):
             assert (refused.exit_code, refused.stdout) == (2, "")
             assert refused.stderr == "Error: a is in use: another process is running there\n"
     assert {path: path.read_bytes() for path in Path("a").iterdir()} == before
+
+
+def test_what_another_process_has_made_since_it_was_read_is_not_replaced(mgeo, monkeypatch):
+    solve(mgeo, "a", 160)
+
+    def late(folder, **options):
+        run = resume_run(folder, **options)
+        during.undo()
+        assert mgeo("resume", "a", "--evaluations", 320).exit_code == 0
+        return run
+
+    with monkeypatch.context() as during:
+        during.setattr("mgeo.cli.solve.resume_run", late)
+        refused = mgeo("resume", "a", "--evaluations", 240)
+    assert refused.exit_code == 2
+    assert "another process has gone on with the run, or begun one, since" in refused.stderr
+    assert read_run("a").outcome.evaluations == 320
 
 
 def test_a_run_under_way_is_not_beside_what_another_has_found(mgeo, monkeypatch):
