@@ -17,7 +17,10 @@ SOURCES = (
     "docs/_extensions",
 )
 _KINDS = {".py", ".pyi", ".toml", ".csv", ".json", ".jsonl", ".html", ".js", ".css", ".npz"}
-_PACKAGES = ("numpy", "pandas", "plotly", "pymoo", "moocore", "numba", "scipy", "myst-nb")
+_PACKAGES = (
+    *("numpy", "pandas", "plotly", "pymoo", "moocore", "numba", "scipy", "myst-nb"),
+    *("ppigrf", "pyerfa", "sgp4"),  # field, Sun and orbits
+)
 
 
 def digest(root: Path, sources: Iterable[str] = SOURCES) -> str:
