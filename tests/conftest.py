@@ -73,6 +73,16 @@ def _cover_each_test_once(items):
         seen.add(test)
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Look for no garbage while modules are imported and tests are found, which all stay."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+
+
 def pytest_collection_finish():
     """Keep the garbage collector from going through thousands of modules and tests ever again."""
     gc.collect()
