@@ -3,6 +3,7 @@
 The notebooks of ``../notebooks`` are pages of it, through the link ``docs/notebooks``.
 """
 
+import gc
 import os
 import sys
 from importlib.metadata import version as installed
@@ -13,6 +14,10 @@ sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
 
 from content import digest
 from jupyter_cache import get_cache
+
+# Trees of pages are full of cycles and live to the end: looked through at the usual times for
+# garbage, they take a quarter of the time.
+gc.set_threshold(1_000_000)
 
 project = "mgeo"
 author = "mgeo developers"
