@@ -18,10 +18,6 @@ from mgeo import MGEOReal, compare
 from mgeo.cli import app
 from mgeo.studies import WorkerError
 
-distributed = pytest.importorskip(
-    "distributed", reason="needs the extra: pip install 'mgeo[distributed]'"
-)
-
 PROBLEM = ZDT1(n_var=6)
 ALGORITHMS = {
     "MGEO": MGEOReal(sigma=0.3, n_walkers=5, perturbation="range"),
@@ -32,6 +28,9 @@ STUDY = {"n_eval": 2000, "seeds": 5, "grid": 4}
 
 @pytest.fixture
 def client():
+    distributed = pytest.importorskip(
+        "distributed", reason="needs the extra: pip install 'mgeo[distributed]'"
+    )
     # pytest turns warnings into errors, and Dask's are about this machine's memory and ports
     cluster = distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50
