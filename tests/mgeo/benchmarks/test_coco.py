@@ -22,7 +22,7 @@ def points(n, n_var=10, seed=0):
     return np.random.default_rng(seed).uniform(-5, 5, (n, n_var))
 
 
-@pytest.mark.cases(0)
+@pytest.mark.cases(0, 2)
 @pytest.mark.parametrize(
     ("function", "dimension", "instance"), [(1, 2, 1), (12, 10, 3), (55, 20, 15)]
 )
