@@ -25,7 +25,7 @@ _EXACT = 5
 
 @dataclass(frozen=True)
 class Roughly:
-    """Values at times of `exact`, of as few samples as will do, in one thread."""
+    """Values at times of `exact`, of as few samples as will do."""
 
     exact: AtTime
     _known: dict[int, AtTime] = field(default_factory=dict)
@@ -34,9 +34,7 @@ class Roughly:
         """That for a time [s]."""
         model, every = self.exact.model, self.every(time)
         if every not in self._known:
-            self._known[every] = dataclasses.replace(
-                self.exact, model=thinned(model, every), threads=1
-            )
+            self._known[every] = dataclasses.replace(self.exact, model=thinned(model, every))
         return self._known[every]
 
     def every(self, time: float) -> int:
