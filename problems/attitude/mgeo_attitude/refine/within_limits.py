@@ -45,15 +45,16 @@ def minimizing_within(
             last = {z.tobytes(): answer}
         return last[z.tobytes()]
 
-    def solve() -> None:
-        from scipy.optimize import minimize  # which takes long to import
+    margins = {
+        "type": "ineq",
+        "fun": lambda z: known(z)[0][1:],
+        "jac": lambda z: known(z)[1][1:],
+    }
 
-        margins = {
-            "type": "ineq",
-            "fun": lambda z: known(z)[0][1:],
-            "jac": lambda z: known(z)[1][1:],
-        }
+    def solve() -> None:
         try:
+            from scipy.optimize import minimize  # which takes long to import
+
             found = minimize(
                 lambda z: (float(known(z)[0][0]), known(z)[1][0]),
                 start,
