@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, wraps
+from pathlib import Path
 from typing import ParamSpec, TypeVar
 
 from numba import njit
@@ -23,8 +24,8 @@ T = TypeVar("T")
 helper = njit(error_model="numpy")
 
 
-def entry(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Compile a function for one signature when Python first calls it, and keep it on disk.
+def kept(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """Compile a function for one signature, and keep it beside its file if it has one.
 
     Parameters
     ----------
@@ -33,12 +34,22 @@ def entry(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """
 
     def decorate(function: Callable[P, T]) -> Callable[P, T]:
+        file = Path(function.__code__.co_filename).is_file()  # or a module that is in memory alone
+        made: Callable[P, T] = njit(signature, cache=file, error_model="numpy", nogil=True)(
+            function
+        )
+        return made
+
+    return decorate
+
+
+def entry(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """One that is `kept`, and compiled when Python first calls it."""
+
+    def decorate(function: Callable[P, T]) -> Callable[P, T]:
         @cache
         def compiled() -> Callable[P, T]:
-            made: Callable[P, T] = njit(signature, cache=True, error_model="numpy", nogil=True)(
-                function
-            )
-            return made
+            return kept(signature)(function)
 
         @wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> T:

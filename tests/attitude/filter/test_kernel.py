@@ -48,8 +48,11 @@ SCRIPT = textwrap.dedent(
 SMALL = textwrap.dedent(
     """
     from mgeo_attitude.filter.kernel import load_module
-    source = "from numba import njit\\n@njit('f8(f8)', cache=True)\\ndef f(x):\\n    return x\\n"
-    print(load_module("kernel", source, []).f(1.0))
+    source = "from numba import njit\\nfrom mgeo_attitude._compiled import kept\\n"
+    source += "@njit('f8(f8)', cache=True)\\ndef f(x):\\n    return x\\n"
+    source += "@kept('f8(f8)')\\ndef g(x):\\n    return x\\n"
+    module = load_module("kernel", source, [])
+    print(module.f(1.0), module.g(2.0))
     """
 )
 
@@ -171,4 +174,4 @@ def test_a_cache_that_others_can_write_to_is_not_trusted(tmp_path):
     assert "cannot be used" in result.stderr
     assert "compiling in memory" in result.stderr
     assert list(kernels.iterdir()) == []
-    assert result.stdout
+    assert result.stdout == "1.0 2.0\n"

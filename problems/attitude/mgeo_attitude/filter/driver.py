@@ -6,9 +6,8 @@ Compiled once for all suites: `kernel.py` puts the text of this module into the 
 import math
 
 import numpy as np
-from numba import njit
 
-from mgeo_attitude._compiled import helper
+from mgeo_attitude._compiled import helper, kept
 from mgeo_attitude.filter.discretization import discretize, turn
 from mgeo_attitude.filter.lanewise import call, fetch_add, load_acquire, store_release
 from mgeo_attitude.filter.polynomials import discretize_alike
@@ -45,11 +44,7 @@ def ring(window, lanes):
     return np.zeros((size, lanes))
 
 
-@njit(
-    "Tuple((float64[:,::1], float64[:,::1]))(float64[:,::1], float64[::1], float64)",
-    error_model="numpy",
-    cache=True,
-)
+@kept("Tuple((float64[:,::1], float64[:,::1]))(float64[:,::1], float64[::1], float64)")
 def discretized(A, density, dt):
     """`discretize`, kept on disk for Python."""
     return discretize(A, density, dt)
@@ -156,17 +151,14 @@ def settled_for(recent, lane, now, k, factor):
     return n
 
 
-@njit(
+@kept(
     "void(UniTuple(int64, 3), UniTuple(int64, 13), UniTuple(int64[::1], 2),"
     "UniTuple(int64[::1], 5), float64[:,::1],"
     "Tuple((float64[:,:,::1], int64[:,::1], int64[::1], int64[::1], int64[::1])),"
     "Tuple((float64[:,:,:,::1], float64[:,::1], int64[:,::1], float64, boolean)), float64[:,::1],"
     "float64[:,::1], Tuple((int64, float64, boolean, float64)), UniTuple(int64[::1], 3),"
     "float64[::1],"
-    "UniTuple(float64[:,::1], 2), float64[:,:,::1])",
-    error_model="numpy",
-    nogil=True,
-    cache=True,
+    "UniTuple(float64[:,::1], 2), float64[:,:,::1])"
 )
 def run(
     code,

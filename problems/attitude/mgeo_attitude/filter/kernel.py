@@ -72,7 +72,7 @@ def load_kernel(
 def load_driver() -> ModuleType:
     """Compiled module of the text of `driver.py`; see its function ``run``."""
     source = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
-    return load_module("driver", source, [_compiled, discretization, polynomials, lanewise])
+    return load_module("driver", source, [discretization, polynomials, lanewise])
 
 
 def load_module(
@@ -97,7 +97,8 @@ def load_module(
         Of several of a kind, what is told of it.
     """
     parts = [source, numba.__version__, llvmlite.__version__, np.__version__, sys.version]
-    parts += [inspect.getsource(inspect.getmodule(each) or each) for each in ingredients]
+    all_of = [_compiled, *(inspect.getmodule(each) or each for each in ingredients)]
+    parts += map(inspect.getsource, all_of)
     digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()
     name = f"{kind}_{digest[:16]}"
     with _loading:

@@ -8,6 +8,7 @@ triangle of c at once. A coefficient that nothing has yet been added by has no c
 import math
 
 import numpy as np
+from mgeo_attitude._compiled import kept
 
 from mgeo_calibration.estimation.kernels.algebra import (
     TOGETHER,
@@ -15,7 +16,7 @@ from mgeo_calibration.estimation.kernels.algebra import (
     reflect,
     square_up,
 )
-from mgeo_calibration.estimation.kernels.signatures import READINGS, loop
+from mgeo_calibration.estimation.kernels.signatures import READINGS
 
 
 @helper
@@ -50,7 +51,7 @@ def factor(K, H, noise, nd, columns, L):
         L[i, i] = 0.5 * (L[i, i] + math.sqrt(L[i, i] * L[i, i] + 4.0 * noise[i] * noise[i]))
 
 
-@loop(
+@kept(
     "void(float64[:,:,::1], float64[:,:,::1], int64[::1], boolean[:,::1], "
     "Tuple((float64[:,:,:,::1], float64[:,::1], int64[:,::1], int64[:,::1])), "
     f"float64[:,:,:,::1], int64[::1], int64[:,::1], {READINGS}, int64, float64[:,::1], "

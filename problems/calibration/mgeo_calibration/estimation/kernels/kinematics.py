@@ -1,12 +1,11 @@
 """Many steps, each at a rate of its own: turns one after the other, discretization; compiled."""
 
 import numpy as np
+from mgeo_attitude._compiled import kept
 from mgeo_attitude.filter import discretize_alike
 
-from mgeo_calibration.estimation.kernels.signatures import loop
 
-
-@loop("void(float64[:,:,::1], float64[:,:,::1])")
+@kept("void(float64[:,:,::1], float64[:,:,::1])")
 def accumulated(turn, R):
     """R, shape (n + 1, 3, 3), from I on: each is the one before times a transposed turn."""
     for i in range(3):
@@ -19,7 +18,7 @@ def accumulated(turn, R):
                 R[k + 1, i, j] = a * turn[k, j, 0] + b * turn[k, j, 1] + c * turn[k, j, 2]
 
 
-@loop(
+@kept(
     "void(float64, UniTuple(float64, 2), float64[:,:,::1], float64[:,::1], float64[::1], "
     "float64[:,:,::1], float64[:,:,::1])"
 )

@@ -1,12 +1,11 @@
 """Process noise of many steps, each at a rate of its own; compiled."""
 
 import numpy as np
+from mgeo_attitude._compiled import kept
 from mgeo_attitude.filter import discretize
 
-from mgeo_calibration.estimation.kernels.signatures import loop
 
-
-@loop("void(float64, float64[::1], float64[:,::1], float64[::1], float64[:,:,::1])")
+@kept("void(float64, float64[::1], float64[:,::1], float64[::1], float64[:,:,::1])")
 def process_noise(decay, density, rates, durations, Q):
     """Q of n steps of a gyro that is noisier about some axes than others, equation (7).
 

@@ -3,9 +3,10 @@
 import math
 
 import numpy as np
+from mgeo_attitude._compiled import kept
 
 from mgeo_calibration.estimation.kernels.algebra import cholesky, helper, square
-from mgeo_calibration.estimation.kernels.signatures import KEPT, READINGS, SIGHTS, loop
+from mgeo_calibration.estimation.kernels.signatures import KEPT, READINGS, SIGHTS
 
 
 @helper
@@ -116,7 +117,7 @@ def dot(A, i, n):
     return s0 + s1 + s2
 
 
-@loop(
+@kept(
     f"void(boolean[:,::1], boolean[:,::1], {SIGHTS}, float64[:,::1], float64[:,::1], "
     "float64[::1], float64[:,:,::1], float64[:,:,::1], float64[:,::1], int64, "
     "float64[:,:,::1], float64[:,::1], float64[:,::1])"
@@ -196,7 +197,7 @@ def all_others(
             found[s, k] = square(V, r, 3)
 
 
-@loop(
+@kept(
     f"void(boolean[:,::1], {READINGS}, {KEPT}, float64[:,::1], float64[::1], int64, "
     "float64[:,:,::1], float64[:,::1], float64[:,:,::1])"
 )

@@ -14,6 +14,7 @@ owner would have to be counted.
 import math
 
 import numpy as np
+from mgeo_attitude._compiled import kept
 
 from mgeo_calibration.estimation.kernels.algebra import (
     TOGETHER,
@@ -22,7 +23,7 @@ from mgeo_calibration.estimation.kernels.algebra import (
     reflect,
     square,
 )
-from mgeo_calibration.estimation.kernels.signatures import KEPT, MOVES, READINGS, SIGHTS, loop
+from mgeo_calibration.estimation.kernels.signatures import KEPT, MOVES, READINGS, SIGHTS
 
 #: From where on the variance of a predicted reading is so much above its noise that subtracting
 #: what is learned would leave few digits; then Joseph's sum of squares is taken.
@@ -190,7 +191,7 @@ def squares(Q, defect, k, L, y):
     return square(L, y, d)
 
 
-@loop(
+@kept(
     f"float64({MOVES}, boolean[:,::1], {SIGHTS}, float64[:,::1], {KEPT}, {READINGS}, int64, "
     "float64)"
 )
@@ -230,7 +231,7 @@ def forward(moves, seen, sights, growth, kept, readings, first, cost):
     return cost
 
 
-@loop(f"void(boolean[:,::1], {READINGS}, int64, float64[:,::1])")
+@kept(f"void(boolean[:,::1], {READINGS}, int64, float64[:,::1])")
 def learn(seen, readings, first, R):
     """Put whitened readings into the triangle of c, `TOGETHER` rows at a time.
 
