@@ -174,7 +174,7 @@ def fly(
         telemetry = telemetry if until is None else telemetry.until(until)
         document = command.truth_document(plan, telemetry, simulator, seed)
         came_to = as_flown(plan, telemetry)
-        files = command.write_flight(telemetry, out, truth, document)
+        files = command.write_flight(telemetry, out, truth, document, overwrite)
     output = Output(quiet, json)
     command.print_flight(picked, telemetry, came_to, simulator, files, output)
     as_rows = rows(came_to)
@@ -284,7 +284,8 @@ def calibrate(
     files: list[str] = []
     try:
         with bad_input():
-            files += command.write_calibration(found, promised, out) if out else []
+            if out:
+                files += command.write_calibration(found, promised, out, overwrite)
         for file in files:
             output.print(f"wrote {file}")
     finally:  # what was found is told all the same

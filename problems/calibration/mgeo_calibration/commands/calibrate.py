@@ -10,13 +10,14 @@ from mgeo_attitude.environment import utc_text
 from mgeo_attitude.scenario import Scenario
 
 from mgeo.cli import Output, rows
-from mgeo.store import check_writable, write_files
+from mgeo.store import check_writable
 from mgeo.terminal import note, plain, titled
 from mgeo_calibration.calibration import Calibration, to_json
 from mgeo_calibration.calibration.added import beside, noise_of
 from mgeo_calibration.calibration.alone import StrengthCalibration
 from mgeo_calibration.calibration.document import document
 from mgeo_calibration.calibration.refused import CannotCalibrate
+from mgeo_calibration.commands.files import write_together
 from mgeo_calibration.estimation import memory_told
 from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
 
@@ -120,9 +121,9 @@ def check_folder(folder: Path, overwrite: bool) -> None:
 
 
 def write_calibration(
-    calibration: Calibration, promised: pd.DataFrame | None, folder: Path
+    calibration: Calibration, promised: pd.DataFrame | None, folder: Path, overwrite: bool
 ) -> list[str]:
-    """Write `FILES`; their paths."""
+    """Write `FILES`; their paths. Raises as `write_together`."""
     from mgeo_calibration.calibration.report import report_html
 
     texts = (
@@ -132,8 +133,8 @@ def write_calibration(
         to_json(calibration),
     )
     folder.mkdir(parents=True, exist_ok=True)
-    write_files(folder, {name: text.encode() for name, text in zip(FILES, texts, strict=True)})
-    return [str(folder / name) for name in FILES]
+    contents = {folder / name: text.encode() for name, text in zip(FILES, texts, strict=True)}
+    return write_together(contents, overwrite)
 
 
 def print_calibration(

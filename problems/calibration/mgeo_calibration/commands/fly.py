@@ -16,10 +16,10 @@ from mgeo_attitude.scenario import check_quaternion, states_of
 from scipy.spatial.transform import Rotation
 
 from mgeo.cli import Output
-from mgeo.store import write_file
 from mgeo.terminal import note, plain, titled
 from mgeo.validation import entry
 from mgeo_calibration.calibration.corrections import in_units, telemetry_units
+from mgeo_calibration.commands.files import write_together
 from mgeo_calibration.telemetry import Telemetry, Truth
 
 SIMULATORS = ("own", "basilisk")
@@ -121,13 +121,15 @@ def truth_document(
     }
 
 
-def write_flight(telemetry: Telemetry, out: Path, truth: Path | None, document: Any) -> list[str]:
-    """Write telemetry and truth; their paths."""
-    telemetry.to_csv(out)
+def write_flight(
+    telemetry: Telemetry, out: Path, truth: Path | None, document: Any, overwrite: bool
+) -> list[str]:
+    """Write telemetry and truth; their paths. Raises as `write_together`."""
     if truth is None:
+        telemetry.to_csv(out)
         return [str(out)]
-    write_file(truth, written(document).encode())
-    return [str(out), str(truth)]
+    contents = {out: telemetry.csv().encode(), truth: written(document).encode()}
+    return write_together(contents, overwrite)
 
 
 #: What a flight by coils is not.
