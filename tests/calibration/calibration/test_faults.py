@@ -7,6 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
 import numpy as np
+import ppigrf
 import pytest
 from mgeo_attitude.sensors import StarTracker, TwoAxisSunSensor
 from mgeo_calibration import CannotCalibrate, TelemetryMapping, calibrate
@@ -166,6 +167,22 @@ def test_sensors_of_two_angles_and_trackers_are_asked():
 )
 def test_a_cause_is_seen_without_any_attitude(kind):
     assert re.match(GROSS[kind].cause, seen(GROSS[kind], 7)[0])
+
+
+def test_local_time_is_seen_by_few_calls_of_the_field_s_model(monkeypatch):
+    """Each begins with as much work as a thousand places; it was called for every time and place.
+
+    Places are those of UTC, as a receiver of GPS has them.
+    """
+    healthy = Fault("").fly(7)
+    place, _ = SCENARIO.orbit.propagate(SCENARIO.epoch, healthy.times)
+    calls, field = [], ppigrf.igrf_gc
+    monkeypatch.setattr(ppigrf, "igrf_gc", lambda *asked: calls.append(asked) or field(*asked))
+    late = dataclasses.replace(healthy, times=healthy.times + 5400.0)
+    for telemetry in (late, dataclasses.replace(late, position=place)):
+        calls.clear()
+        assert causes(SCENARIO, telemetry, None) == ("times are 1.5 h ahead of UTC: local time?",)
+        assert len(calls) < 12
 
 
 def test_no_cause_is_seen_of_a_healthy_flight():
