@@ -53,6 +53,7 @@ if TYPE_CHECKING:
 
 _CAUSES = 3  # of failed evaluations are shown
 _GO_ON = "To go on once that is put right: mgeo resume {}"
+_SPARED = "What was in {} before is still there"
 
 
 def resumed(folder: Path, output: Output, **options: Any) -> tuple[PreparedRun, RunPersistence]:
@@ -118,18 +119,24 @@ def run_to_folder(
             persistence.drop_if_useless()
             if persistence.can_resume and isinstance(error, EvaluationError | Refused):
                 output.note(_GO_ON.format(folder))
+            elif persistence.spares_another:
+                output.note(_SPARED.format(folder))
             raise
         made = Run(run.configuration, outcome, installed_versions(run.configuration.problem))
+        # one that was stopped before it had anything costs the user no other
+        spared = persistence.spares_another and not len((outcome.nearest or outcome).X)
         written, failed, view = False, None, None
         try:
             with bad_input():
-                # the folder was checked before the run: whatever is in it now may be replaced
-                write_run(folder, made, overwrite=True)
-                written = True
-                view = _view(run, outcome)
-                html = _front_page(run, outcome, view)
-                if html is not None:
-                    write_file(folder / FIGURE_FILE, html.encode())
+                if not spared:
+                    persistence.take_over()
+                    # the folder was checked before the run: what is in it now may be replaced
+                    write_run(folder, made, overwrite=True)
+                    written = True
+                    view = _view(run, outcome)
+                    html = _front_page(run, outcome, view)
+                    if html is not None:
+                        write_file(folder / FIGURE_FILE, html.encode())
         except Refused as error:  # what was found is told all the same
             failed = error
     view = view or _view(run, outcome)
@@ -138,7 +145,7 @@ def run_to_folder(
     print_results(outcome, found, persistence, output, written=written)
     output.result(document(made, found, persistence, written=written))
     if not written:
-        output.note(_still_to_be_had(made, persistence))
+        output.note(_SPARED.format(folder) if spared else _still_to_be_had(made, persistence))
     if failed is not None:
         raise failed
     if outcome.status == "interrupted":

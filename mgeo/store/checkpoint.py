@@ -119,11 +119,11 @@ class Checkpoint(Callback):
         if same_run and self.error is None and algorithm.n_generations == self.generation:
             return
         began = time.monotonic()
-        content = _content(algorithm, self.notes())
+        saved = content(algorithm, self.notes())
         try:
             for recorder in _recorders(algorithm.callback):
                 recorder.flush()
-            write_file(self.path, content)
+            write_file(self.path, saved)
         except OSError as error:
             if self.warn and self.error is None:
                 warnings.warn(
@@ -247,7 +247,8 @@ def _of_mgeo(state: SavedState) -> ExtremalOptimization:
     raise ValueError(f"class = {name!r:.80} is none of mgeo's own: expected algorithm=... of it")
 
 
-def _content(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
+def content(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
+    """What a checkpoint holds of a run as it is now, see `Checkpoint.write`."""
     state = capture(algorithm)
     data = {
         "versions": versions(),

@@ -73,6 +73,7 @@ class Recorder(Callback):
         self.overwrite = overwrite
         self._buffer: list[tuple[int, record_file.Rows]] = []  # generations not yet written
         self._names: record_file.Names = {}
+        self._new = False  # its file is still to be made
         self._start_time: float | None = None  # of the run that is recorded
         self._generation = 0
         self._n_eval = 0
@@ -121,6 +122,9 @@ class Recorder(Callback):
         OSError : if a file cannot be written; the record is then as it was.
         """
         if self._buffer:
+            if self._new:
+                record_file.create(self.folder, self._names)
+                self._new = False
             record_file.append(self.folder, self._buffer)
             self._buffer = []
             self._next_time = time.monotonic() + self.every_seconds
@@ -133,15 +137,15 @@ class Recorder(Callback):
             "G": [f"g{j + 1}" for j in range(problem.n_ieq_constr)],
             "H": [f"h{j + 1}" for j in range(problem.n_eq_constr)],
         }
-        self._buffer = []
-        if generation > 1:
-            return record_file.cut(self.folder, self._names, generation)
-        if not self.overwrite and (self.folder / record_file.NAME).exists():
+        self._buffer, self._next_time = [], 0.0
+        self._new = generation == 1
+        if not self._new:
+            record_file.cut(self.folder, self._names, generation)
+        elif not self.overwrite and (self.folder / record_file.NAME).exists():
             raise FileError(
                 f"{self.folder} holds a record of {len(read_record(self.folder))} evaluations: "
                 "choose another folder, or overwrite=True"
             )
-        return record_file.create(self.folder, self._names)
 
 
 def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.DataFrame:

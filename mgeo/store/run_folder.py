@@ -203,13 +203,13 @@ def check_verification(found: Any) -> None:
 
 
 def remove_results(folder: Path) -> None:
-    """Remove what the run before has found, as soon as another has begun in its folder.
-
-    If that was killed, its record and its checkpoint would be taken for those of the one before. A
-    file that is called as a verification and is none is somebody's own.
-    """
+    """Remove what another run has found."""
     for name in (RUN_FILE, FRONT_FILE, NEAREST_FILE, FIGURE_FILE, REPORT_FILE):
         (folder / name).unlink(missing_ok=True)
+
+
+def remove_verifications(folder: Path) -> None:
+    """Remove what proves a solution of another run; what is only called so is somebody's own."""
     for path in folder.glob(VERIFICATION_FILES):
         try:
             found = read_json(path)

@@ -7,19 +7,29 @@ from pathlib import Path
 from typing import Any
 
 from pymoo.core.algorithm import Algorithm, LoopwiseAlgorithm
-from pymoo.core.callback import CallbackCollection
+from pymoo.core.callback import Callback, CallbackCollection
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.staged import MGEOStaged
 from mgeo.store import record_file
-from mgeo.store.checkpoint import Checkpoint
+from mgeo.store.atomic import write_file
+from mgeo.store.checkpoint import Checkpoint, content
 from mgeo.store.recorder import Recorder
 from mgeo.store.run import RunConfiguration
-from mgeo.store.run_folder import CHECKPOINT_FILE, RECORD_FOLDER, remove_results
+from mgeo.store.run_folder import (
+    CHECKPOINT_FILE,
+    RECORD_FOLDER,
+    RUN_FILE,
+    remove_results,
+    remove_verifications,
+)
 
 
-class RunPersistence:
+class RunPersistence(Callback):
     """Saves one run: checkpoints, for algorithms that have them, and every evaluation if asked.
+
+    What another run has left in the folder stays until a candidate of this one has succeeded; of
+    one that saves nothing on its way, until it has ended (see `take_over`).
 
     Parameters
     ----------
@@ -46,6 +56,7 @@ class RunPersistence:
         *,
         record: bool = False,
     ) -> None:
+        super().__init__()
         if record and isinstance(algorithm, LoopwiseAlgorithm):
             raise ValueError(
                 f"evaluations of {configuration.algorithm!r} cannot be recorded: expected an "
@@ -58,12 +69,14 @@ class RunPersistence:
         self._algorithm = algorithm
         self._checkpoint: Checkpoint | None = None
         self._recorder: Recorder | None = None
+        self._first = b""  # checkpoint, from which nothing is made yet
+        self._waits = False  # for something to put in the place of another run
         self._began = False  # here, and not in a run before that is resumed
 
     @property
     def can_resume(self) -> bool:
         """Whether there is a checkpoint, and evaluations that would be lost without it."""
-        return self._checkpoint is not None and bool(self._checkpoint.generation) and self._made > 0
+        return self._checkpoint is not None and bool(self._checkpoint.generation) and self.made > 0
 
     @property
     def error(self) -> OSError | None:
@@ -71,14 +84,19 @@ class RunPersistence:
         return None if self._checkpoint is None else self._checkpoint.error
 
     @property
-    def _made(self) -> int:
+    def spares_another(self) -> bool:
+        """Whether the folder still has what another run has left there."""
+        return self._waits
+
+    @property
+    def made(self) -> int:
         """Evaluations that did not fail."""
         evaluator = self._algorithm.evaluator
         made: int = evaluator.n_eval - getattr(evaluator, "n_failed", 0)
         return made
 
     def begin(self, algorithm: Algorithm, notes: Callable[[], dict[str, Any]]) -> None:
-        """Take charge of a run that is set up or resumed; what another one saved here goes.
+        """Take charge of a run that is set up or resumed.
 
         Parameters
         ----------
@@ -90,36 +108,57 @@ class RunPersistence:
         Raises
         ------
         OSError
-            If not even the first checkpoint can be written; what was there is unchanged then.
+            If not even the first checkpoint can be written.
         """
         self._algorithm = algorithm
         begins = (algorithm.n_iter or 1) == 1
-        callbacks: list[Any] = []
+        callbacks: list[Any] = [self]
+        if self.record:
+            self._recorder = _Recorder(self, overwrite=begins)
+            callbacks.insert(0, self._recorder)
         if isinstance(algorithm, ExtremalOptimization):
             own = {"configuration": self._configuration.model_dump(), "record": self.record}
             self._checkpoint = Checkpoint(self.path, notes=lambda: own | notes(), warn=False)
-            callbacks.append(self._checkpoint)
-            if begins:
-                self._checkpoint.write(algorithm)
-                if self._checkpoint.error is not None:  # nor would it be better at the end
-                    raise self._checkpoint.error
-        elif begins:
-            self.path.unlink(missing_ok=True)
-        self._began = begins
-        if begins:
-            remove_results(self.folder)
-        if self.record:
-            self._recorder = Recorder(self.folder / RECORD_FOLDER, overwrite=begins)
-            callbacks.insert(0, self._recorder)
-        elif begins:
-            record_file.remove(self.folder / RECORD_FOLDER)
+            self._first = content(algorithm, own | notes())
         algorithm.callback = CallbackCollection(*callbacks)
+        self._waits = begins
+        left = (RUN_FILE, CHECKPOINT_FILE, RECORD_FOLDER)
+        if not any((self.folder / name).exists() for name in left):
+            self.take_over()
+
+    def take_over(self) -> None:
+        """Remove what another run has left in the folder, unless that is done.
+
+        If this one was killed, its record and its checkpoint would be taken for those of the other.
+
+        Raises
+        ------
+        OSError
+            If not even the first checkpoint can be written; what was there is unchanged then.
+        """
+        if not self._waits:
+            return
+        if self._first:
+            write_file(self.path, self._first)
+        else:
+            self.path.unlink(missing_ok=True)
+        self._waits, self._began = False, True
+        if not self.record:
+            record_file.remove(self.folder / RECORD_FOLDER)
+        if self._first or self.record:  # else the results of this one take their place
+            remove_results(self.folder)
+        remove_verifications(self.folder)
+
+    def _update(self, algorithm: Any) -> None:
+        if self._checkpoint is not None and self.made:
+            self.take_over()
+            self._checkpoint.update(algorithm)
 
     def end(self) -> None:
         """Save the last generation, after an orderly end."""
         if self._recorder is not None:
             self._recorder.flush()
-        if self._checkpoint is not None:
+        if self._checkpoint is not None and self.made:
             self._checkpoint.write(self._algorithm)
 
     def conclude(self) -> None:
@@ -130,11 +169,22 @@ class RunPersistence:
             self._recorder.flush()
 
     def drop_if_useless(self) -> None:
-        """Remove a checkpoint and a record of this run without which nothing is lost.
+        """Remove a checkpoint of this run without which nothing is lost.
 
-        A checkpoint from before stays: of a run that could not even be resumed it is all there is.
+        One from before stays: of a run that could not even be resumed it is all there is.
         """
         if self._began and not self.can_resume:
             self.path.unlink(missing_ok=True)
-        if self._began and self._recorder is not None and not self._made:
-            record_file.remove(self.folder / RECORD_FOLDER)
+
+
+class _Recorder(Recorder):
+    """Keeps to itself what is no reason yet to take over."""
+
+    def __init__(self, run: RunPersistence, *, overwrite: bool) -> None:
+        super().__init__(run.folder / RECORD_FOLDER, overwrite=overwrite)
+        self._run = run
+
+    def flush(self) -> None:
+        if self._run.made:
+            self._run.take_over()
+            super().flush()

@@ -121,7 +121,8 @@ def test_values_do_not_depend_on_what_else_is_in_the_batch(problem, points):
 
 def test_use_does_not_change_it(scenario, table, points):
     """Or a study would not find the runs that it has made."""
-    alike = [SensorSuiteProblem(scenario, Catalog.from_dict(table), threads=1) for _ in range(2)]
+    catalog = Catalog.from_dict(table)
+    alike = [SensorSuiteProblem(scenario, catalog, threads=threads) for threads in (1, 2)]
     before = fingerprint(alike[0])
     alike[0].evaluate(points)
     assert fingerprint(alike[0]) == before == fingerprint(alike[1])

@@ -80,7 +80,7 @@ def digest(value: Any, name: str, *, vouched: bool = False) -> str:
 
 
 def attributes(value: Any, *, vouched: bool = False) -> dict[str, str]:
-    """The digest of each attribute, but for those that are a memory of others.
+    """The digest of each attribute, but for those that no value depends on.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def attributes(value: Any, *, vouched: bool = False) -> dict[str, str]:
     """
     found = {}
     for key, each in vars(value).items():
-        if _is_memory(value, key):
+        if _is_idle(value, key):
             continue
         try:
             found[key] = digest(each, f"{type(value).__name__}.{key}", vouched=vouched)
@@ -103,9 +103,11 @@ def attributes(value: Any, *, vouched: bool = False) -> dict[str, str]:
     return found
 
 
-def _is_memory(value: Any, key: str) -> bool:
+def _is_idle(value: Any, key: str) -> bool:
     if isinstance(value, Problem) and key in ("cache", "elementwise_runner"):
         return True  # pymoo's: fronts that were computed, and where evaluations are made
+    if key in getattr(type(value), "without_effect", ()):
+        return True
     return isinstance(getattr(type(value), key, None), cached_property)
 
 
@@ -163,7 +165,7 @@ class _Hasher(NumpyHasher):
 
 def _told(value: Any, state: dict[str, Any]) -> dict[str, Any] | None:
     # none of an object without attributes, as pickle has it
-    return {key: state[key] for key in sorted(state) if not _is_memory(value, key)} or None
+    return {key: state[key] for key in sorted(state) if not _is_idle(value, key)} or None
 
 
 def _names(state: Any) -> bool:

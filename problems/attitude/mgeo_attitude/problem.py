@@ -92,6 +92,7 @@ class AttitudeManeuverProblem(ShownByView, Problem):
     var_names: list[str]
     obj_names: tuple[str, ...]
     constraint_names: tuple[str, ...]
+    without_effect = ("threads",)
 
     def __init__(
         self,

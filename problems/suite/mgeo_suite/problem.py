@@ -79,6 +79,8 @@ class SensorSuiteProblem(ShownByView, Problem):
     (3, ['gyro', 'magnetometer', 'star tracker', 'Sun sensor +x'])
     """
 
+    without_effect = ("threads",)
+
     def __init__(
         self,
         scenario: Scenario | None = None,

@@ -52,8 +52,8 @@ def test_a_batch_of_several_starts_gives_what_each_gives_alone(problem, X):
         np.testing.assert_array_equal(values(again, X[::-1]), F[::-1])
 
 
-def test_problems_of_starts_that_it_remembers_are_no_part_of_it(X):
-    new, used = (AttitudeManeuverProblem(scenario()) for _ in range(2))
+def test_problems_of_starts_that_it_remembers_are_no_part_of_it_nor_is_the_number_of_threads(X):
+    new, used = (AttitudeManeuverProblem(scenario(), threads=threads) for threads in (1, 2))
     assert used.begun(X[0])[0] is used.begun(X[0])[0]
     assert fingerprint(new) == fingerprint(used)
 

@@ -184,6 +184,55 @@ def test_a_run_under_way_is_not_beside_what_another_has_found(mgeo, monkeypatch)
     assert read_run("a").configuration.seed == 2
 
 
+@pytest.mark.parametrize("algorithm", [["nsga2"], ["nsga2", "--record"], SHORT[1:]])
+@pytest.mark.parametrize("evaluations", [40, 400])
+def test_a_run_without_a_result_does_not_cost_the_one_before(
+    mgeo, monkeypatch, algorithm, evaluations
+):
+    def fail(self, X, out, *args, **kwargs):
+        raise ValueError("no license")
+
+    solve(mgeo, "a", 160, "--record")
+    before = {path: path.read_bytes() for path in Path("a").rglob("*") if path.is_file()}
+    monkeypatch.setattr("stand_in.Cantilever._evaluate", fail)
+    done = mgeo("solve", "cantilever", "--evaluations", evaluations, "--out", "a", "--overwrite",
+                "--algorithm", *algorithm)  # fmt: skip
+    assert done.exit_code == 2
+    assert done.stderr.splitlines()[-2] == "What was in a before is still there"
+    assert {path: path.read_bytes() for path in Path("a").rglob("*") if path.is_file()} == before
+
+
+def test_nor_does_one_that_is_stopped_before_it_has_any(mgeo, monkeypatch):
+    def stop(self, X, out, *args, **kwargs):
+        raise KeyboardInterrupt
+
+    solve(mgeo, "a", 160)
+    before = {path: path.read_bytes() for path in Path("a").iterdir()}
+    monkeypatch.setattr("stand_in.Cantilever._evaluate", stop)
+    done = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--overwrite")
+    assert done.exit_code == 130
+    assert done.stderr.splitlines()[-1] == "What was in a before is still there"
+    assert {path: path.read_bytes() for path in Path("a").iterdir()} == before
+
+
+def test_the_record_has_the_failures_before_the_first_success(mgeo, monkeypatch):
+    import stand_in
+
+    sound, batches = stand_in.Cantilever._evaluate, []
+
+    def fail(self, X, out, *args, **kwargs):
+        batches.append(len(X))
+        sound(self, X, out)
+        if len(batches) <= 3:
+            out["F"] = np.full_like(out["F"], np.nan)
+
+    solve(mgeo, "a", 160, "--record")
+    monkeypatch.setattr("stand_in.Cantilever._evaluate", fail)
+    solve(mgeo, "a", 80, "--record", "--overwrite", "--seed", 2)
+    record = read_record("a/evaluations")
+    assert record["failed"].to_list() == [True] * 24 + [False] * 56
+
+
 def test_another_algorithm_leaves_no_checkpoint_of_the_run_before(mgeo):
     solve(mgeo, "a", 160)
     mgeo("solve", "cantilever", "--algorithm", "nsga2", "--evaluations", 200, "--out", "a",

@@ -181,6 +181,15 @@ def test_a_part_of_a_table_counts_by_what_it_shows():
     assert len({*found, fingerprint(Holder(part=table[:, 1::2]))}) == 6
 
 
+def test_an_attribute_counts_unless_its_class_says_that_it_changes_no_value():
+    class Threaded(Holder):
+        without_effect = ("threads",)
+
+    one, two = ([fingerprint(kind(threads=n)) for n in (1, 2)] for kind in (Holder, Threaded))
+    assert one[0] != one[1]
+    assert two[0] == two[1]
+
+
 @pytest.mark.slow
 def test_tables_that_a_problem_fills_do_not_change_it():
     attitude = pytest.importorskip("mgeo_attitude")
