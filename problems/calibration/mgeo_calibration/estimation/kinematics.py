@@ -102,7 +102,10 @@ def steps(
     suite, n = batch.suite, len(batch.gyro)
     rates, turn = turns(batch, at.states) if turned is None else turned
     follows = batch.follows(suite.gyro, slice(1, None))
-    F, turned_by, Q = _of_parts(suite, parts, rates, batch.durations, follows)
+    F, Q = discretized(suite, rates, batch.durations, follows)
+    # of the gyro's constants alone, which are the leading ones
+    turned_by = F[:, :3, parts.constant[parts.constant < suite.n_kinematic]]
+    F, Q = _of_states(F, parts.driven), _of_states(Q, parts.driven)
     grown = np.ascontiguousarray(growth(batch, parts) if grown is None else grown)
     G = np.zeros((n, 3, len(parts.constant)))
     # rows of F from the fourth on are of a diagonal
@@ -143,27 +146,6 @@ def discretized(
         own = range(first, first + 3)
         F[:, own, own], Q[:, own, own] = decay, variance
     return F, Q
-
-
-def _of_parts(
-    suite: Suite, parts: Partition, rates: Floats, durations: Floats, follows: Sequence[Floats]
-) -> tuple[Floats, Floats, Floats]:
-    """F and Q of driven states, and what turns the attitude of the leading constants between.
-
-    As `discretized` has them, whose other entries are zero.
-    """
-    n, m, k, d = len(rates), suite.n_dynamic, suite.n_kinematic, len(parts.driven)
-    of_gyro, of_noise = np.zeros((n, k, k)), np.zeros((n, 6, 6))
-    _kinematic(suite, rates, durations, follows, of_gyro, of_noise)
-    driven, constant = (states[states < k] for states in (parts.driven, parts.constant))
-    F, Q = np.zeros((2, n, d, d))
-    a = len(driven)
-    F[:, :a, :a], Q[:, :a, :a] = _of_states(of_gyro, driven), _of_states(of_noise, driven)
-    for process, first in zip(suite.processes.values(), range(k, m, 3), strict=True):
-        decay, variance = process.over(durations[:, None])
-        own = np.flatnonzero((parts.driven >= first) & (parts.driven < first + 3))
-        F[:, own, own], Q[:, own, own] = decay, variance
-    return F, of_gyro[:, :3, constant], Q
 
 
 def _kinematic(
