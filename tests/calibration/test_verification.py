@@ -61,7 +61,7 @@ def test_flights_of_coils_know_what_is_predicted_of_the_motion_of_each():
 
 
 def test_remedies_begin_with_what_is_known_at_the_start(short_plan):
-    assert remedies(short_plan, judged()) == []
+    assert not list(remedies(short_plan, judged()))
     first, *_ = remedies(short_plan, judged(nees_p=0.0))
     assert first.startswith("know more at the start, such as the attitude (initial.attitude_deg, 5")
     unsure = dataclasses.replace(

@@ -233,12 +233,10 @@ def power(found: Verification) -> str:
     )
 
 
-def remedies(plan: ManeuverPlan, found: Verification) -> list[str]:
-    """What to try where a plan fails, the first first; empty where it does not."""
-    return [] if found.achieved else list(_remedies(plan))
-
-
-def _remedies(plan: ManeuverPlan) -> Iterator[str]:
+def remedies(plan: ManeuverPlan, found: Verification) -> Iterator[str]:
+    """What to try where a plan fails, the first first; nothing where it does not."""
+    if found.achieved:
+        return
     scenario, outside = plan.scenario, validity(plan.scenario)
     if outside:
         yield f"know more at the start: {'; '.join(outside)}"

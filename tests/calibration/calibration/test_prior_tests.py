@@ -143,4 +143,4 @@ def test_the_outliers_are_those_of_the_solution(gate, seed):
     start = Trajectory(first_attitude(data, states)[0], states)
     found = settle(data, Belief.of(optimist), start, gate)
     np.testing.assert_array_equal(found.rejected, data.there & ~found.solution.used)
-    assert not ((found.chi_squares > chi2.isf(gate, 3)) & ~found.rejected).any()
+    assert not ((found.residuals.squares > chi2.isf(gate, 3)) & ~found.rejected).any()

@@ -17,7 +17,6 @@ from mgeo_calibration.estimation import (
     Spread,
     Trajectory,
     batch,
-    covariances,
     discretized,
     filtered,
     innovations,
@@ -91,6 +90,11 @@ def spread(solution, n=None):
         for span, found in smoothed(solution, n)
     ]
     return Spread(*map(np.concatenate, zip(*reversed(spans), strict=True)))
+
+
+def covariances(solution, found):
+    """Of the n leading driven states at every sample, shape (N, n, n)."""
+    return found.given + found.slope @ solution.covariance @ found.slope.swapaxes(1, 2)
 
 
 def dense(data, sigma, at, parts):

@@ -13,7 +13,6 @@ from mgeo_calibration.calibration import questions
 from mgeo_calibration.estimation import (
     Belief,
     Partition,
-    covariances,
     filtered,
     last_covariance,
     linear_solution,
@@ -23,7 +22,7 @@ from mgeo_calibration.estimation import (
 )
 
 from .flights import flown, options, short, with_holes, with_outliers
-from .test_smoother import MEMS, near, scenario, spread
+from .test_smoother import MEMS, covariances, near, scenario, spread
 
 
 @pytest.fixture

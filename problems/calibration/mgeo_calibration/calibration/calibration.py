@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import utc_texts
-from mgeo_attitude.fields import Unit
 from mgeo_attitude.geometry import quaternions
 from mgeo_attitude.scenario import SUPPORTED, Scenario
 from mgeo_attitude.sensors import Suite
@@ -111,8 +110,8 @@ class Calibration:
         known, sigma = self.scenario.prior, np.sqrt(np.diag(self.covariance))
         prior = self.suite.initial_sigma(0.0) if known is None else known.sigma
         rows = []
-        for number, (block, unit) in enumerate(self._units().items(), start=1):
-            values = self._values(block)
+        for number, (block, unit) in enumerate(telemetry_units(self.suite).items(), start=1):
+            values = in_units(self.suite, self.states, block)
             for i, axis in enumerate("xyz"):
                 k = 3 * number + i
                 spread = (sigma[k] * unit.factor, prior[k] * unit.factor)
@@ -210,7 +209,9 @@ class Calibration:
         ValueError
             If the calibration was read from a file, which has no history.
         """
-        history = self._history()
+        history = self.history
+        if history is None:
+            raise ValueError("no history of the attitude: a file holds the last sample only")
         columns = {"time": history.times}
         for name, R, sigma in (
             ("", history.smoothed, history.smoothed_sigma),
@@ -282,7 +283,7 @@ class Calibration:
             )
         history = filter_history(model.endless, plan.trajectory.commanded)
         k = int(np.argmin(np.abs(history.times - self.time)))
-        units = {"attitude": suite.units["attitude"], **self._units()}
+        units = {"attitude": suite.units["attitude"], **telemetry_units(suite)}
         each = [units[block] for block in suite.blocks for _ in "xyz"]
         factors = np.array([unit.factor for unit in each])
         predicted = history.sigma[k] * factors
@@ -305,16 +306,5 @@ class Calibration:
 
         names, known = [sensor.name for sensor in self.scenario.sensors], self.scenario.prior
         states = np.zeros_like(self.states) if known is None else known.estimates
-        believed = [in_units(self.suite, states, block) for block in self._units()]
+        believed = [in_units(self.suite, states, block) for block in telemetry_units(self.suite)]
         return calibration_figures(self.table(), np.concatenate(believed), names, self.history)
-
-    def _history(self) -> History:
-        if self.history is None:
-            raise ValueError("no history of the attitude: a file holds the last sample only")
-        return self.history
-
-    def _units(self) -> dict[str, Unit]:
-        return telemetry_units(self.suite)
-
-    def _values(self, block: str) -> Floats:
-        return in_units(self.suite, self.states, block)

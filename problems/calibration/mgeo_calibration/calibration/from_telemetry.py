@@ -216,7 +216,7 @@ def _rejected(found: Fit) -> tuple[tuple[float, str, float], ...]:
     listed = [
         (float(found.batch.times[k]), sensor.name, float(square[k]))
         for sensor, no, square in zip(
-            found.batch.suite.sensors, found.rejected, found.chi_squares, strict=True
+            found.batch.suite.sensors, found.rejected, found.residuals.squares, strict=True
         )
         for k in np.flatnonzero(no)
     ]

@@ -112,9 +112,6 @@ def _of_gyro(
             f"{_when(times, _STEPS, score):.0f} s"
         )
 
-    def shifted(score: Score) -> str:
-        return f"gyro reports rates {sized(*_delay(score))} s {_sign(score, 'early', 'late')}"
-
     rises = made.bias_drift(solution)
     asked = {
         "gyro.bias_decay": Question(
@@ -133,7 +130,8 @@ def _of_gyro(
             asked[f"gyro.{state}"] = Question((departure,), says, f"gyro.{key}")
     if np.count_nonzero(solution.used.any(axis=1)) > 1:  # else it is the delay of the only sensor
         early = made.gyro_early(rates, solution.batch.durations)
-        asked["gyro.delay"] = Question((early,), shifted, _SAMPLED)
+        says = partial(_in_time, "gyro reports rates", "early", "late")
+        asked["gyro.delay"] = Question((early,), says, _SAMPLED)
     for name, channel in channels.items():
         says = partial(_worst, f"gyro.bias follows {name} by", size / np.ptp(channel), "deg/s")
         departure = made.gyro_follows(solution, _scaled(channel))
@@ -157,9 +155,6 @@ def _of_sensor(
     sizes = 10.0 * float(np.max(sensor.noise())) * factor
     offset = f"{name}.{made.constant(sensor)}"
 
-    def delayed(score: Score) -> str:
-        return f"{name} is {sized(*_delay(score))} s {_sign(score, 'late', 'early')}"
-
     def wanders(score: Score) -> str:
         by = f"{offset} changes by {sizes * _range(_DRIFTS, score):.3g} {unit}"
         if not score.option:
@@ -176,8 +171,8 @@ def _of_sensor(
         f"{name}.step": Question(made.along(rises, _STEPS), stepped, _SPLIT),
     }
     if "delay" not in sensor.states():
-        key = f"{name}.initial_delay_s"
-        asked[f"{name}.delay"] = Question((late,), delayed, key)
+        says, key = partial(_in_time, f"{name} is", "late", "early"), f"{name}.initial_delay_s"
+        asked[f"{name}.delay"] = Question((late,), says, key)
     for state in ("scale_factor", "nonorthogonality"):
         if isinstance(sensor, Magnetometer) and state not in sensor.states():
             size, of, key = _ERRORS[state]
@@ -197,13 +192,10 @@ def _of_orbit(solution: Solution, changes: made.VectorRates) -> dict[str, Questi
     sensors = solution.batch.suite.sensors
     if not any(isinstance(sensor, Magnetometer) for sensor in sensors):
         return {}
-
-    def behind(score: Score) -> str:
-        where = _sign(score, "behind", "ahead of")
-        return f"the satellite is {sized(*_delay(score))} s {where} its orbit along the track"
-
     shifted = made.along_track(len(sensors), changes)
-    return {"orbit.along_track": Question((shifted,), behind, "orbit, epoch")}
+    track = "its orbit along the track"
+    says = partial(_in_time, "the satellite is", f"behind {track}", f"ahead of {track}")
+    return {"orbit.along_track": Question((shifted,), says, "orbit, epoch")}
 
 
 #: Factor to the unit of people, that unit, and the key of an initial 1-sigma.
@@ -238,12 +230,11 @@ def _scaled(channel: Floats) -> Floats:
     return scaled
 
 
-def _delay(score: Score) -> tuple[float, float]:
-    return made.LATE * abs(float(score.estimate[0])), made.LATE * float(score.sigma[0])
-
-
-def _sign(score: Score, positive: str, negative: str) -> str:
-    return positive if score.estimate[0] >= 0.0 else negative
+def _in_time(words: str, positive: str, negative: str, score: Score) -> str:
+    """By how many seconds something is off, and to which side."""
+    (off,), (sigma,) = score.estimate.tolist(), score.sigma.tolist()
+    side = positive if off >= 0.0 else negative
+    return f"{words} {sized(made.LATE * abs(off), made.LATE * sigma)} s {side}"
 
 
 def _path(profiles: Sequence[made.Profile], score: Score) -> Floats:

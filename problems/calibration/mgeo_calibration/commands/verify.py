@@ -37,7 +37,7 @@ def print_verification(picked: Picked, found: Verification, output: Output) -> N
         plain(conclusion(found), "bold"),
         *picked.doubts(),
     )
-    if ways := remedies(plan, found):
+    if ways := list(remedies(plan, found)):
         output.print(plain("what to try", "bold"), *(plain(f"  {way}") for way in ways))
     output.print(
         *titled(f"{found.n_runs} simulated flights, errors after {plan.t_end:.6g} s", shown),
@@ -67,7 +67,7 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
         f"{power(found)}{_limits(found)}" + "".join(f"; {line}" for line in told(found.ends)),
         "seed": seed,
         "findings": [] if found.achieved else findings(found),
-        "remedies": remedies(plan, found),
+        "remedies": list(remedies(plan, found)),
         "level": LEVEL,
         "detectable": found.detectable,
         "columns": [str(name) for name in table.columns],

@@ -33,7 +33,6 @@ from .score import log_tail as log_tail
 from .score import scores as scores
 from .smoother import Solution as Solution
 from .smoother import Spread as Spread
-from .smoother import covariances as covariances
 from .smoother import last_covariance as last_covariance
 from .smoother import linear_solution as linear_solution
 from .smoother import smoothed as smoothed

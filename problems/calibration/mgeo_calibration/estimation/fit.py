@@ -62,11 +62,6 @@ class Fit:
         """With all readings."""
         return self.solution.batch
 
-    @property
-    def chi_squares(self) -> Floats:
-        """Of all readings, shape (s, N); see `Residuals.squares`."""
-        return self.residuals.squares
-
 
 def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     """Estimate everything, whatever the attitude is.
@@ -174,15 +169,15 @@ def check(found: Fit, gate: float, last: tuple[float, float] = LAST) -> None:
     ValueError
         Saying what may be wrong.
     """
-    sensors = found.batch.suite.sensors
-    trackers = [sensor.name for sensor in sensors if len(sensor.channels) == 4]
+    suite = found.batch.suite
+    trackers = [sensor.name for sensor in suite.sensors if len(sensor.channels) == 4]
     order = (
         f" Are quaternions of {' and '.join(trackers)} scalar last, from GCRF to the body?"
         if trackers
         else ""
     )
     for sensor, no, square, limit in zip(
-        sensors, found.rejected, found.chi_squares, limits(found.batch.suite, gate), strict=True
+        suite.sensors, found.rejected, found.residuals.squares, limits(suite, gate), strict=True
     ):
         count = int(np.isfinite(square).sum())
         if 2 * no.sum() > count > 10:

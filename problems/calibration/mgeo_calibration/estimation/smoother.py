@@ -95,16 +95,12 @@ class Linear:
     used: Bools
     growth: Floats
 
-    def equations(self, low: int, high: int) -> Equations:
-        """Of samples low to high - 1."""
-        return equations(self.batch, self.trajectory, self.parts, self.growth, low, high)
-
     def filtered(
         self, known: Known, span: tuple[int, int, int], cost: float = 0.0
     ) -> tuple[Span, float]:
         """One of `spans`, from what is known at its first sample, and the cost until its end."""
         low, high, first = span
-        own = self.equations(low, high)
+        own = equations(self.batch, self.trajectory, self.parts, self.growth, low, high)
         move, seen = own.steps, own.sightings
         (d, q), (s, n, _, p) = known[1].shape, seen.H.shape
         kept = np.empty((n, d)), np.empty((n, d, q)), np.empty((n, d, d))
@@ -316,13 +312,6 @@ def smoothed(solution: Solution, n: int | None = None) -> Iterator[tuple[Span, S
             found.slope,
         )
         yield each, found
-
-
-def covariances(solution: Solution, found: Spread) -> Floats:
-    """Of the n leading driven states at every sample, shape (N, n, n)."""
-    J = found.slope
-    P: Floats = found.given + J @ solution.covariance @ J.swapaxes(1, 2)
-    return P
 
 
 def last_covariance(solution: Solution) -> Floats:
