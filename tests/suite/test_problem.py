@@ -6,7 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, FilterModel, evaluate, reference_run
+from mgeo_attitude import AttitudeManeuverProblem, FilterModel, evaluate
 from mgeo_attitude.criteria import attitude_accuracy_deg
 from mgeo_attitude.fields import InvalidValue
 from mgeo_suite import Catalog, SensorSuiteProblem
@@ -19,7 +19,6 @@ from mgeo.studies.fingerprint import fingerprint
 from mgeo.testing import check_problem
 
 from ..three import three
-from .conftest import grade
 
 
 def test_it_keeps_the_protocol(problem):
@@ -49,35 +48,6 @@ def test_a_suite_is_worth_what_the_attitude_problem_says(problem, points, choice
     assert F[:, 5] == pytest.approx(expected[:, 1], rel=1e-9)
     covariance = evaluate(own.model, plans, covariance=True).covariance
     assert F[:, 3] == pytest.approx(attitude_accuracy_deg(covariance), rel=1e-9)
-
-
-def test_a_suite_agrees_with_the_reference_filter(problem, points):
-    """Filterpy's, of the sensors that there are."""
-    X = points[:3].copy()
-    X[:, :5] = (1, 1, 1, 0, 2)
-    model = FilterModel.from_scenario(carried(problem, (1, 1, 1, 0, 2)))
-    for row, F in zip(X, problem.evaluate(X), strict=True):
-        history = reference_run(model, row[5:])
-        assert F[4] == history.t_end
-        assert F[5] == pytest.approx(history.trace[-1], rel=1e-9)
-        assert F[3] == pytest.approx(attitude_accuracy_deg(history.covariance), rel=1e-9)
-
-
-def test_a_catalog_of_a_presets_sensors_is_the_preset(scenario, points):
-    """The scenario's own instruments, as they stand in its file."""
-    sun, mag = scenario.sensors
-    keys = {"gyros": scenario.gyro, "magnetometers": mag, "sun_sensors": sun}
-    table = {"faces": ["+z"]}
-    for section, instrument in keys.items():
-        values = dataclasses.asdict(instrument)
-        table[section] = [
-            grade("own", **{k: v for k, v in values.items() if k not in ("name", "boresight")})
-        ]
-    problem = SensorSuiteProblem(scenario, Catalog.from_dict(table), ("t_end", "trace"))
-    X = np.hstack([np.tile([0.0, 0.0, 1.0], (len(points), 1)), points[:, 5:]])
-    expected = AttitudeManeuverProblem(scenario).evaluate(points[:, 5:])
-    assert np.array_equal(problem.evaluate(X)[:, 0], expected[:, 0])
-    assert problem.evaluate(X)[:, 1] == pytest.approx(expected[:, 1], rel=1e-9)
 
 
 def test_resources_are_the_sums_of_what_is_bought(problem, table, points):

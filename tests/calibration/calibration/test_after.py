@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from ...attitude.filter.suites import SUITES
-from .flights import PLAN, normalized, short
+from .flights import PLAN, check_claimed, normalized, short
 
 SECOND = (-0.4, 0.2, 0.5, 300.0, 0.6, 0.5, -0.3, 300.0, 0.1, -0.6, -0.4, 300.0)
 
@@ -226,10 +226,7 @@ def test_between_flights_the_satellite_may_be_silent(first, silence):
     gyro = np.where(rows[:, None], second.gyro_deg_s, np.nan)
     sensors = {k: np.where(rows[:, None], v, np.nan) for k, v in second.sensors.items()}
     later = calibrate(after, dataclasses.replace(second, gyro_deg_s=gyro, sensors=sensors))
-    nees, x = normalized(later, second)
-    low, high = chi2.ppf([1e-3, 1.0 - 1e-3], 18) / 18
-    assert low < nees < high
-    assert np.abs(x).max() < 4.0
+    check_claimed([normalized(later, second)], 0.998)
     prior = np.sqrt(np.diag(found.covariance))
     assert (np.sqrt(np.diag(later.covariance))[6:] <= prior[6:] * (1.0 + 1e-9)).all()
 
@@ -331,10 +328,7 @@ def test_a_second_flight_goes_on_consistently_and_better(preset, flights):
     """Better in all that is calibrated, and of that in half by a fifth where little is hidden."""
     with_it, without, errors = many(preset, flights)
     suite = with_it[0].suite
-    count = suite.n_states * flights
-    low, high = chi2.ppf([1e-3, 1.0 - 1e-3], count) / count
-    assert low < np.mean([one[0] for one, _ in errors]) < high
-    assert np.abs([one[1] for one, _ in errors]).max() < 4.2
+    check_claimed([one for one, _ in errors], 0.998, 4.2)
     better = [
         np.sqrt(np.diag(one.covariance) / np.diag(other.covariance))[suite.calibrated]
         for one, other in zip(with_it, without, strict=True)

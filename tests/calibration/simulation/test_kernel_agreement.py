@@ -8,7 +8,6 @@ from mgeo_attitude import FilterModel, Scenario, evaluate
 from mgeo_attitude.maneuvers import SlewLimits
 from mgeo_attitude.scenario import Convergence
 from mgeo_calibration import Estimator
-from mgeo_calibration.flight import draw
 
 from ...attitude.filter.suites import SUITES
 from ..flight.runs import estimated, none
@@ -45,23 +44,3 @@ def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model
     kernel = evaluate(ramped, PLAN, history=True).variances[0]
     np.testing.assert_allclose(record.sigma[0] ** 2, kernel, rtol=1e-9)
     assert not np.allclose(record.sigma[0] ** 2, evaluate(model, PLAN, history=True).variances[0])
-
-
-@pytest.mark.cases(0)
-def test_tiny_errors_are_the_linear_filters(model):
-    """A ten-millionth of every error and noise leaves the covariance as it is."""
-    drawn = draw(model, STEPS, np.random.default_rng(1))
-    tiny = dataclasses.replace(
-        drawn,
-        errors=1e-7 * drawn.errors,
-        gyro_noise=1e-7 * drawn.gyro_noise,
-        noise=1e-7 * drawn.noise,
-    )
-    small = estimated(model, PLAN, np.arange(STEPS + 1), tiny, Estimator.plain())
-    kernel = evaluate(model, PLAN, history=True).variances[0]
-    np.testing.assert_allclose(small.sigma[0] ** 2, kernel, rtol=1e-6)
-    # all that is left of the remedies at this size is the rule of adding rotations
-    best = estimated(
-        model, PLAN, np.arange(STEPS + 1), tiny, Estimator(second_order=False, iterations=3)
-    )
-    np.testing.assert_allclose(best.errors, small.errors, rtol=0, atol=1e-11)

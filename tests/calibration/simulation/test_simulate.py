@@ -185,20 +185,6 @@ def test_a_truth_that_is_what_the_estimator_believes_changes_no_bit(brief):
 
 
 @pytest.mark.slow
-def test_a_true_bias_that_decays_otherwise_than_believed_does_so(brief):
-    """After 10 s little is known of the bias, and what is left of it is its error."""
-    scenario, _ = brief
-    slow, fast = (
-        run(brief, 20, truth=dataclasses.replace(scenario, gyro=gyro))
-        for gyro in (dataclasses.replace(scenario.gyro, bias_decay=decay) for decay in (1e-5, 1e-1))
-    )
-    np.testing.assert_array_equal(slow.errors[:, 0], fast.errors[:, 0])
-    np.testing.assert_array_equal(slow.predicted, fast.predicted)
-    k = slow.sample(10.0)
-    np.testing.assert_allclose(fast.rms[k, 3:6], np.exp(-1.0) * slow.rms[k, 3:6], rtol=0.1)
-
-
-@pytest.mark.slow
 def test_the_truth_has_eclipses_and_fields_of_view_of_its_own():
     """The Sun sensor reports where in truth it sees, and the estimator takes what it reports."""
     orbit = dataclasses.replace(Scenario.paper().orbit, true_anomaly_deg=163.0)

@@ -108,6 +108,7 @@ def stamps(times, form):
     [
         (lambda t: stamps(t, "%Y-%jT%H:%M:%S.%fZ"), {}),
         (lambda t: stamps(t, " %Y-%m-%d %H:%M:%S "), {}),
+        (lambda t: stamps(t, "%Y-%m-%dT%H:%M:%S+00:00"), {}),
         (lambda t: stamps(t - 3600.0, "%Y-%m-%dT%H:%M:%S-01:00"), {}),
         (lambda t: t + PAPER.epoch.timestamp(), {"time_format": "unix"}),
         (lambda t: np.int64(1000) * (t + PAPER.epoch.timestamp()).astype(int),

@@ -6,13 +6,17 @@ import dataclasses
 
 import numpy as np
 import pytest
+from mgeo_attitude import Environment
 from mgeo_attitude.scenario import Convergence, Scenario
+from mgeo_calibration import calibrate
+
+from ...calibration.flights import check_claimed, normalized
 
 pytest.importorskip(
     "Basilisk", reason='flights by Basilisk: pip install "./problems/calibration[basilisk]"'
 )
 
-from mgeo_calibration.flight.basilisk import Drawn, Outside, simulate
+from mgeo_calibration.flight.basilisk import Drawn, Outside, fly, simulate
 
 #: Three maneuvers, the second of them cut short by rounding up to a step.
 PLAN = np.array([0.5, 0.3, -0.2, 200.3, -0.3, 0.6, 0.2, 250.0, 0.2, -0.4, 0.7, 300.0])
@@ -30,6 +34,18 @@ def errorless(model) -> Drawn:
     zero, bias = np.zeros(model.suite.n_states), np.zeros((model.n_steps, 3))
     outside = Outside(*np.zeros((3, model.n_steps + 1, 3)))
     return Drawn(model.initial_attitude, model.initial_rate, zero, zero.copy(), bias, outside)
+
+
+def check_calibrated(scenario, design, flights, supported=True):
+    """Assert that calibrations of so many flights are as good as they claim, and supported."""
+    environment, found = Environment.from_scenario(scenario), []
+    for seed in range(flights):
+        telemetry = fly(scenario, design, seed, environment=environment)
+        calibration = calibrate(scenario, telemetry)
+        assert calibration.supported or not supported, calibration.conclusion
+        found.append(normalized(calibration, telemetry))
+    check_claimed(found, worst=np.inf)
+    return telemetry
 
 
 def seen(scenario, motion, drawn, vehicle, environment, seed=1):

@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 from mgeo_attitude import Environment, FilterModel
 from mgeo_attitude.maneuvers import Motion
-from mgeo_calibration import calibrate
-from mgeo_calibration.flight.basilisk import Vehicle, fly
-from scipy.stats import chi2
+from mgeo_calibration.flight.basilisk import Vehicle
 
-from ...calibration.flights import normalized
 from ...calibration.test_influences import scenario as following
-from .flights import PLAN, errorless, seen
+from .flights import PLAN, check_calibrated, errorless, seen
 
 pytestmark = pytest.mark.basilisk
 
@@ -35,13 +32,4 @@ def test_what_is_reported_is_more_by_what_follows_alone():
 @pytest.mark.slow
 def test_flights_are_calibrated_within_bounds():
     """Three, of a gyro that follows a temperature and a magnetometer that does and a current."""
-    scenario = following(1500.0)
-    environment, found = Environment.from_scenario(scenario), []
-    for seed in range(3):
-        telemetry = fly(scenario, PLAN, seed, environment=environment)
-        calibration = calibrate(scenario, telemetry)
-        assert calibration.supported, calibration.conclusion
-        found.append(normalized(calibration, telemetry)[0])
-    n = len(found) * scenario.suite.n_states
-    low, high = chi2.ppf([0.005, 0.995], n) / n
-    assert low < np.mean(found) < high
+    check_calibrated(following(1500.0), PLAN, 3)

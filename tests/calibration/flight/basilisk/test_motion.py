@@ -116,30 +116,6 @@ def test_rates_are_followed_but_for_what_the_gyro_says():
         assert np.abs(error).max() < 2e-5  # rad/s, a thousandth of the rates: noise of the gyro
 
 
-def test_ramps_of_a_plan_are_followed_as_planned():
-    """Wheels that can just follow: the attitude stays on the plan's, by the gyro that has no
-    error, within what a sampled controller lags behind a change of acceleration."""
-    limits = ManeuverLimits(max_acceleration_deg_s2=0.02)
-    wheels = Wheels(inertia=(310.0, 310.0, 170.0), max_torque=0.12, max_momentum=12.0)
-    scenario = short(Scenario.paper(), 900.0, maneuvers=limits, wheels=wheels)
-    environment = Environment.from_scenario(scenario)
-    model = FilterModel.from_scenario(scenario, environment)
-    motion = Motion.of(model, PLAN, model.n_steps)
-    accelerations = np.abs(np.diff(motion.rates, axis=0)).max(axis=1)
-    assert (accelerations > 0.9 * np.radians(0.02)).sum() > 80  # much of it is ramps
-    silent = dataclasses.replace(
-        scenario,
-        gyro=dataclasses.replace(scenario.gyro, angle_random_walk_deg_per_sqrt_h=1e-9),
-    )
-    vehicle = Vehicle.of(scenario)
-    found = seen(silent, motion, errorless(model), vehicle, environment)
-    off = Rotation.from_matrix(found.attitude @ motion.attitude.transpose(0, 2, 1)).magnitude()
-    assert np.degrees(off.max()) < 0.05
-    C = found.attitude
-    rates = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
-    assert np.degrees(np.abs(rates - motion.rates).max()) < 0.012  # half a step of acceleration
-
-
 #: Four wheels that spin against each other and with a resultant.
 PYRAMID = Wheels(
     inertia=(310.0, 310.0, 170.0),
