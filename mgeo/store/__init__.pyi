@@ -3,6 +3,7 @@ from .atomic import LOCK_FILE as LOCK_FILE
 from .atomic import check_writable as check_writable
 from .atomic import lock as lock
 from .atomic import remove_leftovers as remove_leftovers
+from .atomic import replace_files as replace_files
 from .atomic import to_json as to_json
 from .atomic import write_file as write_file
 from .atomic import write_files as write_files

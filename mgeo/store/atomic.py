@@ -142,6 +142,13 @@ def remove_leftovers(path: Path | str) -> None:
             entry.unlink(missing_ok=True)
 
 
+def replace_files(folder: Path, contents: Mapping[str, bytes]) -> None:
+    """As `write_files`, by who alone writes these: what a killed process left of them goes, too."""
+    for name in contents:
+        remove_leftovers(folder / name)
+    write_files(folder, contents)
+
+
 @contextmanager
 def _named(path: Path | str) -> Iterator[None]:
     """Errors name what was to be written: a full disk's name nothing."""

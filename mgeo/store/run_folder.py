@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import ConfigDict
 
-from mgeo.store.atomic import LOCK_FILE, to_json, write_files
+from mgeo.store.atomic import LOCK_FILE, remove_leftovers, replace_files, to_json
 from mgeo.store.reading import check_unchanged, read_json, read_numbers, to_csv
 from mgeo.store.run import Nearest, Outcome, Run, RunConfiguration
 from mgeo.validation.tables import Table, checked, entry, errors_of
@@ -83,10 +83,11 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
     document = to_json(run_document(run))
     nearest = {NEAREST_FILE: to_csv(nearest_table(run.outcome))} if run.outcome.nearest else {}
     tables = {FRONT_FILE: to_csv(front_table(run.outcome)), **nearest}
-    write_files(folder, {**tables, RUN_FILE: document})
+    replace_files(folder, {**tables, RUN_FILE: document})
     if not nearest:
         (folder / NEAREST_FILE).unlink(missing_ok=True)
     for page in (FIGURE_FILE, REPORT_FILE):
+        remove_leftovers(folder / page)
         (folder / page).unlink(missing_ok=True)
 
 

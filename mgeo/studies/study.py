@@ -17,7 +17,7 @@ from plotly.offline import get_plotlyjs
 from mgeo.figures.page import LIBRARY
 from mgeo.plugins.problems import is_own_class
 from mgeo.runs.estimate import estimate
-from mgeo.store.atomic import check_writable, lock, to_json, write_files
+from mgeo.store.atomic import check_writable, lock, replace_files, to_json
 from mgeo.store.run_folder import REPORT_FILE
 from mgeo.studies.comparison import Comparison, markdown, problems_table
 from mgeo.studies.conclusions import published_table
@@ -131,19 +131,20 @@ def run_study(
             without.append(f"{label}: {error}")
             continue
         contents = _contents(study, configuration, comparison)
-        claim(folder, study)
+        if not comparisons:
+            claim(folder, study)
         place = folder if len(study.problems) == 1 else folder / folder_name(label)
         place.mkdir(parents=True, exist_ok=True)
         with lock(folder, PATIENCE):  # or tables of two processes would be mixed
             if len(study.problems) > 1 and not comparisons:
-                write_files(folder, {LIBRARY: get_plotlyjs().encode()})
-            write_files(place, contents)
+                replace_files(folder, {LIBRARY: get_plotlyjs().encode()})
+            replace_files(place, contents)
         comparisons[label] = comparison
         failed += failures(comparison.failures(), label)
     if len(study.problems) > 1 and comparisons:
         texts = _over_problems(study, comparisons, failed + without)
         with lock(folder, PATIENCE):
-            write_files(folder, {name: text.encode() for name, text in texts.items()})
+            replace_files(folder, {name: text.encode() for name, text in texts.items()})
     if without:
         raise NothingToCompareError("; ".join(without))
     return comparisons

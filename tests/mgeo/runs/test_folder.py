@@ -121,6 +121,8 @@ def test_overwriting_replaces_the_run_and_its_figure_and_nothing_else(run, tmp_p
     write_run(tmp_path, run)
     (tmp_path / FIGURE_FILE).write_text("<p>old</p>")
     (tmp_path / "notes.txt").write_text("mine")
+    for name in ("front.csv", "run.json", "front.html"):  # of a process that was killed meanwhile
+        (tmp_path / f".{name}.0123456789abcdef.tmp").write_text("half")
     shorter = replaced(run.outcome, X=run.outcome.X[:3], F=run.outcome.F[:3])
     write_run(tmp_path, Run(run.configuration, shorter, run.versions), overwrite=True)
     assert sorted(contents(tmp_path)) == ["front.csv", "notes.txt", "run.json"]
