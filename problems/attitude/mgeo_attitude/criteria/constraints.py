@@ -80,11 +80,13 @@ def constraints(scenario: Scenario) -> list[Constraint]:
     wheels = scenario.wheels
     if wheels is not None and wheels.max_momentum is not None:
         momentum = partial(_wheel_momentum, inertia=wheels.matrix(), allocation=wheels.shares())
-        load = _budgeted_momentum if wheels.budgeted else momentum
+        load = (lambda result: result.wheel_load[:, 0]) if wheels.budgeted else momentum
         limit = Limit("wheel momentum", load, wheels.max_momentum, "N m s")
         found.append(Constraint(limit.label, (limit,)))
     if wheels is not None and wheels.max_torque is not None and wheels.budgeted:
-        limit = Limit("wheel torque", _budgeted_torque, wheels.max_torque, "N m")
+        limit = Limit(
+            "wheel torque", lambda result: result.wheel_load[:, 1], wheels.max_torque, "N m"
+        )
         found.append(Constraint(limit.label, (limit,)))
     if scenario.windows:  # the slew back after it is looked at in `view.margins`
         last, of_start = scenario.deadline, partial(deadlines, scenario)
@@ -117,7 +119,7 @@ def check_start(scenario: Scenario) -> Floats:
     every = every if scenario.eclipse else every.without_shadow()
     sound, refused = np.zeros(len(times), dtype=bool), None
     for i in range(len(times)):
-        at = every.row(i)
+        at = Place.row(every, i)
         try:
             _check_rate(scenario, scenario.initial_rate(at))
             _check_path(scenario, at)
@@ -181,14 +183,6 @@ def _check_path(scenario: Scenario, at: Place) -> None:
                 f"{limit.name!r}, {less} attitude_sigmas = {limit.attitude_sigmas:g} of "
                 f"initial.attitude_deg = {sigma_deg:g}",
             )
-
-
-def _budgeted_momentum(result: Evaluation) -> Floats:
-    return result.wheel_load[:, 0]
-
-
-def _budgeted_torque(result: Evaluation) -> Floats:
-    return result.wheel_load[:, 1]
 
 
 def _wheel_momentum(result: Evaluation, inertia: Floats, allocation: Floats) -> Floats:

@@ -67,13 +67,9 @@ class Place(NamedTuple):
         return cls(times, position, velocity, sun_direction(position, center), lit)
 
     @classmethod
-    def first_of(cls, environment: Environment, row: int = 0) -> Self:
-        """That of the first row of its tables, or of another one."""
-        return cls(*(getattr(environment, name)[row : row + 1] for name in cls._fields))
-
-    def row(self, number: int) -> Self:
-        """One of them."""
-        return type(self)(*(getattr(self, name)[number : number + 1] for name in self._fields))
+    def row(cls, of: Environment | Place, number: int = 0) -> Self:
+        """That of the first row of tables, or of another one."""
+        return cls(*(getattr(of, name)[number : number + 1] for name in cls._fields))
 
     def without_shadow(self) -> Self:
         """The same with the Sun shining always."""

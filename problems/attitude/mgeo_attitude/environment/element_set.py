@@ -64,19 +64,9 @@ class ElementSet(Validated):
         """Epoch of the elements, UTC."""
         raise NotImplementedError
 
-    @property
-    def revolutions(self) -> float:
-        """Mean motion [revolutions a day]."""
-        raise NotImplementedError
-
     def satellite(self) -> Satrec:
         """What SGP4 propagates; without the package sgp4 it is an ImportError."""
         raise NotImplementedError
-
-    @property
-    def period(self) -> float:
-        """Period of the mean motion [s]."""
-        return DAY / self.revolutions
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
         """As `gcrs_of`, at `times` [s] after the epoch."""
@@ -225,9 +215,9 @@ class TLEOrbit(ElementSet):
         return self.epoch
 
     @property
-    def revolutions(self) -> float:
-        """Mean motion [revolutions a day]."""
-        return float(self.line2[52:63])
+    def period(self) -> float:
+        """Period of the mean motion [s]."""
+        return DAY / float(self.line2[52:63])
 
     def satellite(self) -> Satrec:
         """With the constants of WGS72, for which element sets are made."""
@@ -324,9 +314,9 @@ class MeanElements(ElementSet):
         return self.epoch.astimezone(UTC)
 
     @property
-    def revolutions(self) -> float:
-        """Mean motion [revolutions a day]."""
-        return self.mean_motion_rev_day
+    def period(self) -> float:
+        """Period of the mean motion [s]."""
+        return DAY / self.mean_motion_rev_day
 
     def satellite(self) -> Satrec:
         """With the constants of WGS72, for which element sets are made.

@@ -18,7 +18,7 @@ from mgeo_attitude.environment.times import Instants
 
 def gcrs_to_itrs(at: Instants) -> Floats:
     """Rotation matrices, shape (n, 3, 3), that take GCRS vectors to ITRS."""
-    return np.asarray(erfa.rz(erfa.era00(at.midnight, at.ut), _gcrs_to_cirs(at)))
+    return np.asarray(erfa.rz(erfa.era00(at.midnight, at.ut), _chord(erfa.c2i06a, at)))
 
 
 def teme_to_gcrs(at: Instants) -> Floats:
@@ -30,7 +30,7 @@ def teme_to_gcrs(at: Instants) -> Floats:
     (GMST less Earth rotation angle) hardly depends on UT1.
     """
     angle = erfa.gmst82(at.midnight, at.ut) - erfa.era00(at.midnight, at.ut)
-    cirs_to_gcrs = np.swapaxes(_gcrs_to_cirs(at), -1, -2)
+    cirs_to_gcrs = np.swapaxes(_chord(erfa.c2i06a, at), -1, -2)
     return np.asarray(cirs_to_gcrs @ erfa.rz(angle, np.eye(3)))
 
 
@@ -40,27 +40,10 @@ def rotate(matrices: Floats, vectors: Floats) -> Floats:
     return rotated
 
 
-def true_of_date_to_gcrs(at: Instants) -> Floats:
-    """Rotation matrices, shape (n, 3, 3), from true equator and equinox of date (TOD) to GCRS.
-
-    IAU 2006/2000A; those of 1976 and 1980, of older software, differ by 0.1 arc seconds, 3 m.
-    """
-    return np.swapaxes(_chord(erfa.pnm06a, at), -1, -2)
-
-
-def mean_of_date_to_gcrs(at: Instants) -> Floats:
-    """Rotation matrices, shape (n, 3, 3), from mean equator and equinox of date (MOD) to GCRS."""
-    return np.swapaxes(_chord(erfa.pmat06, at), -1, -2)
-
-
-def _gcrs_to_cirs(at: Instants) -> Floats:
-    """Bias, precession and nutation (IAU 2006/2000A)."""
-    return _chord(erfa.c2i06a, at)
-
-
 def _chord(series: Callable[[float, float], Floats], at: Instants) -> Floats:
-    """Matrices of a series, linear between the first and last instant, shape (n, 3, 3).
+    """Matrices of a series of IAU 2006/2000A, from GCRS, shape (n, 3, 3).
 
+    They are linear between the first and last instant.
     The 2000A series takes 0.04 ms an instant. A chord differs from it by 2e-10 rad over a few
     hours, 3e-8 over a day and 1e-6 over two weeks (the fortnightly nutation).
     """
@@ -81,7 +64,9 @@ _NAMES = {
     "ITRF": r"(ITRF|ITRS)\d*|WGS84",
 }
 
-_OF_DATE = {"TEME": teme_to_gcrs, "TOD": true_of_date_to_gcrs, "MOD": mean_of_date_to_gcrs}
+#: What takes GCRS to the true or the mean equator and equinox of date: bias, precession and, for
+#: the true one, nutation. The series of 1976 and 1980, of older software, are off by 3 m.
+_OF_DATE = {"TOD": erfa.pnm06a, "MOD": erfa.pmat06}
 
 #: Rotation of the Earth [rad/s]: rate of its rotation angle (IERS Conventions 2010, eq. 5.15).
 _EARTH_RATE = 2.0 * np.pi * 1.00273781191135448 / erfa.DAYSEC
@@ -131,7 +116,9 @@ def to_gcrs(
 def _rotation(frame: str, at: Instants) -> Floats:
     """Matrices, shape (n, 3, 3) or (3, 3), that take vectors of a frame to GCRS."""
     if frame in _OF_DATE:
-        return _OF_DATE[frame](at)
+        return np.swapaxes(_chord(_OF_DATE[frame], at), -1, -2)
+    if frame == "TEME":
+        return teme_to_gcrs(at)
     if frame == "ITRF":
         return np.swapaxes(gcrs_to_itrs(at), -1, -2)
     # EME2000's axes are 0.02 arc seconds from those of GCRS: the frame bias

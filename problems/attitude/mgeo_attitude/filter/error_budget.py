@@ -23,7 +23,7 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.history import measurements
 from mgeo_attitude.filter.kernel import load_driver
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.maneuvers.motion import attitudes
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.sensors.suite import Suite, block_units
 
 
@@ -105,20 +105,16 @@ def _densities(suite: Suite) -> Iterator[tuple[str, Floats]]:
 
 def _steps(model: FilterModel, design: ArrayLike, last: int) -> Iterator[_Step]:
     """Transitions and gains of the filter until step `last`."""
-    plan = model.schedule(np.atleast_2d(np.asarray(design, dtype=float)))
-    rates, starts = plan.rates[0], plan.starts[0]
-    stretch = np.searchsorted(starts, np.arange(model.n_steps), side="right") - 1
-    attitude = attitudes(rates, starts, model.n_steps, model.step, model.initial_attitude)
-    H, R, seen = measurements(model, attitude, rates[stretch])
+    motion = Motion.of(model, design, model.n_steps)
+    H, R, seen = measurements(model, motion.attitude, motion.rates)
     counts = np.cumsum([0, *(len(sensor.noise()) for sensor in model.suite.sensors)])
     rows = [slice(*edges) for edges in pairwise(counts)]
     P, considered = model.initial_covariance, model.suite.considered
     follows = model.influences[:, model.suite.influence_columns(model.suite.gyro)]
-    now, F, Q, unit = -1, np.empty(0), np.empty(0), np.empty(0)
-    for k in range(1, last + 1):
-        if stretch[k - 1] != now:
-            now = stretch[k - 1]
-            unit, Q = _discretized(model, rates[now])
+    now, F, Q, unit = np.full(3, np.nan), np.empty(0), np.empty(0), np.empty(0)
+    for k, rate in enumerate(motion.rates[:last], 1):
+        if (rate != now).any():
+            now, (unit, Q) = rate, _discretized(model, rate)
             F = unit
         if follows.size:
             F = F.copy()

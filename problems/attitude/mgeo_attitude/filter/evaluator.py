@@ -18,8 +18,7 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.symbols import triangle
 from mgeo_attitude.filter.variants import check_variants
 from mgeo_attitude.filter.wheel_load import wheel_loads
-from mgeo_attitude.maneuvers.drives import CoilDrive
-from mgeo_attitude.maneuvers.schedule import Schedule, decode, maneuver_steps, scheduled
+from mgeo_attitude.maneuvers.schedule import Schedule, scheduled
 
 
 @dataclass(frozen=True)
@@ -128,9 +127,8 @@ def evaluate(
     """
     variants = variants or [model]
     check_variants(model, variants)
-    soon = _soon(model, designs) if begins is None and until is None and not history else None
     if begins is None:
-        plan = model.schedule(designs, soon)
+        plan = model.schedule(designs)
     else:
         plan = scheduled([each.schedule for each in variants], designs, np.asarray(which))
     _check_turns(model, plan)
@@ -151,9 +149,7 @@ def evaluate(
         stops = np.clip(settled, plan.over, model.n_steps)
         ran = run(model.endless, batch, stops, history, covariance)
     else:
-        ran = run(model, batch, last if soon is None else soon, history, covariance)
-    if soon is not None:
-        batch = _gone_on(model, batch, designs, soon, ran, covariance)
+        ran = run(model, batch, last, history, covariance)
     t_end, trace = model.step * ran.end_step.astype(float), ran.trace
     lost = np.isnan(trace)
     if lost.any():
@@ -171,22 +167,7 @@ def evaluate(
         t_required[met] = model.step * _required_from(ran)[met]
     full = _symmetric(ran.final, model.suite.n_states)
     angles, loads = _path_angles(model, ran.watched), _wheel_loads(model, batch, ran.end_step)
-    return Evaluation(t_end, trace, ran.record, full, angles, t_required, loads, batch.plan)
-
-
-def _gone_on(
-    model: FilterModel, batch: Batch, designs: ArrayLike, soon: Ints, ran: Ran, covariance: bool
-) -> Batch:
-    """The batch whose designs that have not converged `soon` are flown to the end, as `ran` is."""
-    late = np.flatnonzero((ran.end_step >= soon) & (soon < model.n_steps))
-    if not late.size:
-        return batch
-    rest = model.schedule(np.atleast_2d(np.asarray(designs, dtype=float))[late])
-    own = batch._replace(flown_by=batch.flown_by[late], plan=rest)
-    again = run(model, own, np.full(len(late), model.n_steps), covariance=covariance)
-    for values, new in zip(ran, again, strict=True):
-        values[late[: len(new)]] = new
-    return batch._replace(plan=batch.plan.replaced(late, rest))
+    return Evaluation(t_end, trace, ran.record, full, angles, t_required, loads, plan)
 
 
 def _path_angles(model: FilterModel, watched: Floats) -> Floats:
@@ -212,20 +193,6 @@ def _wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Floats:
         assert each.budget is not None  # variants have what the model has
         loads[own] = of_wheels(each.budget, batch.plan.take(own), end_step[own])
     return loads
-
-
-def _soon(model: FilterModel, designs: ArrayLike) -> Ints | None:
-    """Steps after which most designs that coils fly have converged; None where nothing is gained.
-
-    Coils take longer than the filter, and converge soon after the last maneuver.
-    """
-    if not isinstance(model.slew_limits, CoilDrive) or model.rule != "trace":
-        return None
-    _, durations = decode(designs)
-    _, over = maneuver_steps(durations, model.step)
-    soon = np.maximum(5 * over // 4, model.window_steps) + 2 * model.window_steps
-    found: Ints = np.minimum(soon, model.n_steps)
-    return found
 
 
 def _check_turns(model: FilterModel, plan: Schedule) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.maneuvers.motion import attitudes
+from mgeo_attitude.maneuvers.motion import Motion
 
 
 @dataclass(frozen=True)
@@ -86,14 +86,12 @@ def filter_history(model: FilterModel, design: ArrayLike) -> FilterHistory:
     if np.isnan(t_end):
         raise ValueError(f"design {np.ravel(design).tolist()}: its covariance loses positivity")
     n = round(t_end / model.step) + 1
-    variances, plan = found.variances[0, :n], found.plan
+    variances = found.variances[0, :n]
     return FilterHistory(
         times=model.times[:n],
         trace=variances @ model.weights,
         sigma=np.sqrt(variances),
-        attitude=attitudes(
-            plan.rates[0], plan.starts[0], n - 1, model.step, model.initial_attitude
-        ),
+        attitude=Motion.of(model, design, n - 1).attitude,
         covariance=found.covariance[0],
         blocks=model.suite.blocks,
         converged=bool(t_end < model.longest),

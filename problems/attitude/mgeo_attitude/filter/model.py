@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo_attitude._typing import Bools, Floats, Ints
+from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.directions import Passage, Place, directions, radii
 from mgeo_attitude.filter.codegen import instrument_constants
@@ -158,7 +158,7 @@ class FilterModel:
         required = RequiredSigma(scenario.required_sigma)
         watches = tuple(map(Watch.of, scenario.path_limits))
         names = directions_of(suite, Monitors(watches))
-        start, prior = Place.first_of(environment), scenario.prior
+        start, prior = Place.row(environment), scenario.prior
         attitude, rate = scenario.initial_attitude(start), scenario.initial_rate(start)
         sigma = suite.initial_sigma(np.radians(scenario.initial.attitude_deg))
         return cls(
@@ -323,11 +323,8 @@ class FilterModel:
         """Those of a filter step; see `codegen.instrument_constants`."""
         return instrument_constants(self.suite, self.step, self.path_limits)
 
-    def schedule(self, designs: ArrayLike, n_steps: int | Ints | None = None) -> Schedule:
-        """What is flown of designs, shape (n, 4 m), until the end or step `n_steps`.
-
-        With coils that may be one of each design.
-        """
+    def schedule(self, designs: ArrayLike, n_steps: int | None = None) -> Schedule:
+        """What is flown of designs, shape (n, 4 m), until the end or step `n_steps`."""
         last = self.n_steps if n_steps is None else n_steps
         return schedule(designs, self.step, self.slew_limits, last)
 

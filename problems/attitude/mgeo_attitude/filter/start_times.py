@@ -182,7 +182,7 @@ class StartTimes:
         whole, scenario = self.whole, self.scenario
         rows = slice(first, first + self.n_steps + 1)
         # the satellite itself is not turned: how it begins does not follow from turned tables
-        start = Place.first_of(self.environment, first)
+        start = Place.row(self.environment, first)
         attitude, rate = scenario.initial_attitude(start), scenario.initial_rate(start)
         limits, budget = whole.slew_limits, whole.budget
         if isinstance(limits, CoilDrive):

@@ -12,6 +12,8 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from itertools import compress
+from operator import ne
 
 import numpy as np
 
@@ -34,29 +36,19 @@ def check_variants(model: FilterModel, variants: Sequence[FilterModel]) -> None:
         if each is model or each.traits == model.traits:
             continue
         found, expected = each.traits, model.traits
-        if found.states != expected.states:
-            raise ValueError(
-                f"variants[{number}] has the states {', '.join(found.states)}: expected those of "
-                f"the model, {', '.join(expected.states)}"
-            )
-        if found.considered != expected.considered:
-            raise ValueError(f"variants[{number}] considers other states than the model")
-        if found.n_constants != expected.n_constants:
-            raise ValueError(
-                f"variants[{number}] has {found.n_constants} constants of a filter step: expected "
-                f"{expected.n_constants}, as its sensors all look everywhere or none does"
-            )
-        if found.looked_at != expected.looked_at:
-            raise ValueError(
-                f"variants[{number}] looks at {list(found.looked_at)}: expected "
-                f"{list(expected.looked_at)}"
-            )
-        pairs = zip(found.slopes, expected.slopes, strict=True)
-        name = next(
-            sensor.name
-            for sensor, (one, other) in zip(each.suite.sensors, pairs, strict=True)
-            if one != other
-        )
+        of_model = f"expected those of the model, {', '.join(expected.states)}"
+        words = {
+            "states": f" has the states {', '.join(found.states)}: {of_model}",
+            "considered": " considers other states than the model",
+            "n_constants": f" has {found.n_constants} constants of a filter step: expected "
+            f"{expected.n_constants}, as its sensors all look everywhere or none does",
+            "looked_at": f" looks at {list(found.looked_at)}: expected {list(expected.looked_at)}",
+        }
+        for key, told in words.items():
+            if getattr(found, key) != getattr(expected, key):
+                raise ValueError(f"variants[{number}]{told}")
+        others = map(ne, found.slopes, expected.slopes)
+        name = next(sensor.name for sensor in compress(each.suite.sensors, others))
         raise ValueError(
             f"variants[{number}]: {name} measures otherwise than the model's: expected "
             "the same but for numbers, and the same boresight of a star tracker"

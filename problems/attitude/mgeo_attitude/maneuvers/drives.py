@@ -101,11 +101,9 @@ class CoilDrive:
         return dataclasses.replace(self, field=self.field @ turn)
 
     def rates(
-        self, rates: Floats, starts: Ints, step: float, n_steps: int | Ints
+        self, rates: Floats, starts: Ints, step: float, n_steps: int
     ) -> tuple[Floats, Floats, Bools]:
         """What is flown of maneuvers in `n_steps` steps, or as many as the field is known for.
-
-        These may be of each design: after them all is zero.
 
         Parameters
         ----------
@@ -123,12 +121,11 @@ class CoilDrive:
         """
         from mgeo_attitude.maneuvers.rigid_body import driven  # compiles
 
-        until = np.broadcast_to(np.minimum(n_steps, len(self.field) - 1), len(rates))
-        shape = len(rates), int(until.max(initial=0))
+        shape = len(rates), min(n_steps, len(self.field) - 1)
         mean, end = np.zeros((*shape, 3)), np.zeros((*shape, 3))
         free = np.zeros(shape, dtype=np.bool_)
         body = self.inertia, np.linalg.inv(self.inertia), self.initial_attitude, self.initial_rate
         law = self.max_dipole, self.residual_dipole, self.near, self.response
-        plan = np.ascontiguousarray(rates), np.ascontiguousarray(starts), until.astype(np.int64)
+        plan = np.ascontiguousarray(rates), np.ascontiguousarray(starts)
         driven(body, law, self.field, plan, step, mean, end, free)
         return mean, end, free

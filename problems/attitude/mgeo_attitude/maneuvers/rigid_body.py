@@ -25,14 +25,14 @@ _NEGLIGIBLE = 1e-17
 @entry(
     "void(Tuple((float64[:,::1], float64[:,::1], float64[:,::1], float64[::1])),"
     "Tuple((float64[::1], float64[::1], float64, float64)), float64[:,::1],"
-    "Tuple((float64[:,:,::1], int64[:,::1], int64[::1])), float64,"
+    "Tuple((float64[:,:,::1], int64[:,::1])), float64,"
     "float64[:,:,::1], float64[:,:,::1], boolean[:,::1])"
 )
 def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-untyped-def]
     """`CoilDrive.rates`, written to the last three."""
     inertia, inverse, initial_attitude, initial_rate = body
     largest, residual, near, response = law
-    rates, starts, until = plan
+    rates, starts = plan
     n_maneuvers = starts.shape[1]
     C, old, turned = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     rate, b, dipole, torque = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
@@ -42,7 +42,7 @@ def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-un
         assign_matrix(initial_attitude, C)
         assign(initial_rate, rate)
         m, off = -1, True
-        for k in range(until[i]):
+        for k in range(mean.shape[1]):
             before = m
             while m + 1 < n_maneuvers and starts[i, m + 1] <= k:
                 m += 1

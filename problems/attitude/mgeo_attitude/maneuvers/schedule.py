@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -142,19 +141,6 @@ class Schedule:
             None if self.asked is None else (self.asked[0][rows], self.asked[1][rows]),
         )
 
-    def replaced(self, rows: Ints, others: Schedule) -> Schedule:
-        """With other designs in the place of some, which may have more stretches."""
-        more = ((0, 0), (0, others.starts.shape[1] - self.starts.shape[1]))
-        parts: dict[str, Any] = {}
-        for name, fill in (("rates", 0.0), ("end_rates", 0.0), ("starts", NEVER),
-                           ("maneuver", 0), ("free", False)):  # fmt: skip
-            own, new = getattr(self, name), getattr(others, name)
-            if new is not None:
-                own = np.pad(own, (*more, (0, 0))[: own.ndim], constant_values=fill)
-                own[rows] = new
-            parts[name] = own
-        return replace(self, **parts)
-
     def steady(self) -> Bools:
         """Which stretches are no step on the way to a maneuver's rate, shape (n, k)."""
         if self.free is not None:
@@ -175,7 +161,7 @@ class Schedule:
 
 
 def schedule(
-    designs: ArrayLike, step: float, limits: Turning = None, n_steps: int | Ints = NEVER
+    designs: ArrayLike, step: float, limits: Turning = None, n_steps: int = NEVER
 ) -> Schedule:
     """What is flown of designs, shape (n, 4 m), until step `n_steps`.
 
@@ -185,8 +171,7 @@ def schedule(
     the maneuver it leads into and is cut short where that ends first, except the last one, whose
     rate is held. What would begin at `n_steps` or later starts at `NEVER`, or is left out.
 
-    With coils every step is a stretch, and the last rate is that of free motion; `n_steps` may then
-    be those of each design.
+    With coils every step is a stretch, and the last rate is that of free motion.
 
     Raises
     ------
@@ -202,7 +187,6 @@ def schedule(
     if isinstance(limits, CoilDrive):
         mean, end, free = limits.rates(rates, starts, step, n_steps)
         steps = np.tile(np.arange(mean.shape[1]), (len(free), 1))
-        steps = np.where(steps < np.reshape(n_steps, (-1, 1)), steps, NEVER)
         begun = (starts[:, None, :] <= steps[:, :, None]).sum(axis=2)
         return Schedule(mean, end, steps, over, begun - 1, free, (rates, starts))
     ends = np.column_stack([starts[:, 1:], np.full(n, NEVER)])

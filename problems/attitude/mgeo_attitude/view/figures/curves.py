@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mgeo.figures import GRAY
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.geometry.rotation import across
 
 #: Of the extent of a curve: closer than this a line is the curve.
 _EXACT = 0.002
@@ -74,16 +75,15 @@ def circle(axis: ArrayLike, radius: float) -> tuple[Floats, Floats]:
     It is broken where it leaves the map on one side and comes back on the other.
     """
     middle = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-    first = np.cross(middle, np.eye(3)[np.abs(middle).argmin()])
-    first /= np.linalg.norm(first)
+    first, second = across(middle)
     around = np.linspace(0.0, 2.0 * np.pi, 145)[:, None]
-    edge = np.cos(around) * first + np.sin(around) * np.cross(middle, first)
+    edge = np.cos(around) * first + np.sin(around) * second
     points = np.cos(radius) * middle + np.sin(radius) * edge
     place = np.array(projected(points), dtype=float)
     x, y, _ = points.T
     jumps = np.flatnonzero((y[:-1] * y[1:] <= 0.0) & (x[:-1] + x[1:] < 0.0)) + 1
-    across, up = np.insert(place, jumps, np.nan, axis=1)
-    return across, up
+    right, up = np.insert(place, jumps, np.nan, axis=1)
+    return right, up
 
 
 def graticule() -> list[dict[str, Any]]:

@@ -12,7 +12,7 @@ from mgeo_attitude.bound import LimitCurves
 from mgeo_attitude.filter.error_budget import error_budget
 from mgeo_attitude.filter.history import FilterHistory, can_measure
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.maneuvers.motion import Phase, phases
+from mgeo_attitude.maneuvers.motion import Motion, Phase, phases
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.observability.alternatives import most
 from mgeo_attitude.view.observability.covariance import States
@@ -115,9 +115,7 @@ def sensor_use(
         One row a phase, with its ``duration [s]``, and a column ``NAME [s]`` for each sensor: the
         number of its samples times the time between them.
     """
-    plan, n = model.schedule(np.atleast_2d(np.asarray(design, dtype=float))), len(history.times) - 1
-    stretch = np.searchsorted(plan.starts[0], np.arange(n), side="right") - 1
-    omega = plan.rates[0][stretch]
+    omega = Motion.of(model, design, len(history.times) - 1).rates
     edges = [(round(p.start / model.step), round(p.end / model.step)) for p in phases]
     columns: dict[str, object] = {"duration [s]": [phase.duration for phase in phases]}
     for index, sensor in enumerate(model.suite.sensors):
