@@ -164,10 +164,10 @@ def export(
     """
     from mgeo.store import write_file
     from mgeo_attitude.commands.files import check_constraints, check_targets, load_plan
-    from mgeo_attitude.plan.files import SUFFIXES, plan_content
+    from mgeo_attitude.plan.files import WRITERS, plan_content
 
     with bad_input(USERS):
-        check_targets(files, overwrite, tuple(SUFFIXES))
+        check_targets(files, overwrite, tuple(WRITERS))
         picked = load_plan(source, pick, time, solution)
         check_constraints(picked, force)
         options: dict[str, Any] = {

@@ -226,21 +226,17 @@ def _noise(
     if not spread:
         return None
     parts: list[Any] = [suite.gyro, *suite.sensors]
+    for part in parts:
+        if not part.noise_parameters:
+            raise ValueError(
+                f"flight.noise_spread: {type(part).__name__} does not name its noise_parameters"
+            )
     gyro, *sensors = (
-        _times(part, float(np.exp(spread * chance)))
+        with_noise(part, float(np.exp(spread * chance)))
         for part, chance in zip(parts, generator.standard_normal(len(parts)), strict=True)
     )
     noisy = Suite(gyro, tuple(sensors), suite.world)
     return lambda model: dataclasses.replace(model, suite=noisy)
-
-
-def _times(part: Any, factor: float) -> Any:
-    """A gyro or sensor with its noise times a factor."""
-    if not part.noise_parameters:
-        raise ValueError(
-            f"flight.noise_spread: {type(part).__name__} does not name its noise_parameters"
-        )
-    return with_noise(part, factor)
 
 
 def _delayed(scenario: Scenario, delay: float) -> FilterModel:

@@ -34,14 +34,11 @@ class ErrorBudget(NamedTuple):
     ----------
     sources : tuple of str
         ``initial gyro bias``, ``noise of gyro``, ``drift of gyro bias``, ``noise of sun``...
-    blocks : tuple of str
-        For each source of initial errors the block of the state, for each sensor its name; else "".
     variances : array, shape (s, n_states)
         Filter's units squared. Their sum is the diagonal of the covariance.
     """
 
     sources: tuple[str, ...]
-    blocks: tuple[str, ...]
     variances: Floats
 
 
@@ -79,19 +76,15 @@ def error_budget(model: FilterModel, design: ArrayLike, t_end: float) -> ErrorBu
             adjoint = adjoint @ update.rest
         of_drift += np.einsum("ij,sjk,ik->si", adjoint, step.driven, adjoint, optimize=True)
         adjoint = adjoint @ step.transition
-    initial = {f"initial {labels[b]}": b for b in suite.blocks}
+    initial = [f"initial {labels[b]}" for b in suite.blocks]
     if (model.initial_correlation == np.eye(n)).all():
         own = (adjoint**2 * model.initial_sigma**2).reshape(n, -1, 3).sum(axis=2).T
     else:  # a calibration before left them correlated: what each causes alone is no variance
-        initial = {"initial errors, correlated": ""}
+        initial = ["initial errors, correlated"]
         own = np.einsum("ij,jk,ik->i", adjoint, start, adjoint)[None]
     drifts = ["noise of gyro" if b == "attitude" else f"drift of {labels[b]}" for b in driven]
     noises = [f"noise of {sensor.name}" for sensor in suite.sensors]
-    return ErrorBudget(
-        (*initial, *drifts, *noises),
-        (*initial.values(), *("" for _ in drifts), *(sensor.name for sensor in suite.sensors)),
-        np.vstack([own, of_drift, of_noise]),
-    )
+    return ErrorBudget((*initial, *drifts, *noises), np.vstack([own, of_drift, of_noise]))
 
 
 def _densities(suite: Suite) -> Iterator[tuple[str, Floats]]:

@@ -120,16 +120,10 @@ class StartTimes:
         first = self.row(number)
         part, found = slice(first, first + self.n_steps + 1), self.environment
         begins = self.scenario.starting(float(self.times[number]))
-        return Environment(
-            times=begins.times,
-            position=found.position[part],
-            velocity=found.velocity[part],
-            sun=found.sun[part],
-            field=found.field[part],
-            sunlit=found.sunlit[part],
-            origin=begins,
-            epoch=begins.epoch if found.epoch else None,
-        )
+        names = ("position", "velocity", "sun", "field", "sunlit")
+        tables = {name: getattr(found, name)[part] for name in names}
+        epoch = begins.epoch if found.epoch else None
+        return Environment(begins.times, **tables, origin=begins, epoch=epoch)
 
     def evaluate(
         self,

@@ -8,6 +8,7 @@ else is refused. CSV says less than the plan. Floats are written to the last dig
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from inspect import getfullargspec
 from pathlib import Path
 from typing import Any
 
@@ -20,22 +21,6 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.spice import ck_bytes, sclk_text
 from mgeo_attitude.plan.uplink import to_uplink_csv
 from mgeo_attitude.problem import PLAN_FORMAT
-
-#: What a name may end in, and which of the keywords of `write_plan` such a file takes.
-SUFFIXES: Mapping[str, tuple[str, ...]] = {
-    ".json": (),
-    ".uplink.csv": (),
-    ".csv": (),
-    ".aem": (
-        *("object_name", "object_id", "originator", "created"),
-        *("version", "spacing", "rates", "frame"),
-    ),
-    ".a": ("spacing",),
-    ".42.txt": ("spacing",),
-    ".waypoints.csv": ("spacing",),
-    ".bc": ("spacing", "naif_id"),
-    ".tsc": ("naif_id",),
-}
 
 
 def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
@@ -76,30 +61,20 @@ def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
 
 def plan_content(plan: ManeuverPlan, path: Path | str, options: Mapping[str, Any]) -> bytes:
     """What a file of this name holds; raises as `write_plan`."""
-    suffix = ending(path)
-    refuse_unknown(options, {key for keys in SUFFIXES.values() for key in keys}, "write_plan")
-    writers: Mapping[str, Callable[..., str | bytes]] = {
-        ".json": to_json,
-        ".uplink.csv": to_uplink_csv,
-        ".waypoints.csv": waypoints_text,
-        ".csv": to_csv,
-        ".aem": aem_text,
-        ".a": stk_text,
-        ".42.txt": script_text,
-        ".bc": ck_bytes,
-        ".tsc": sclk_text,
-    }
-    taken = {key: value for key, value in options.items() if key in SUFFIXES[suffix]}
-    content = writers[suffix](plan, **taken)
+    suffixes = [suffix for suffix in WRITERS if Path(path).name.endswith(suffix)]
+    if not suffixes:
+        raise ValueError(f"{path}: expected a name that ends in {', '.join(WRITERS)}")
+    writer = WRITERS[max(suffixes, key=len)]
+    refuse_unknown(
+        options, {key for each in WRITERS.values() for key in _taken(each)}, "write_plan"
+    )
+    content = writer(plan, **{key: options[key] for key in _taken(writer) if key in options})
     return content.encode() if isinstance(content, str) else content
 
 
-def ending(path: Path | str) -> str:
-    """Which of `SUFFIXES` a name ends in; ValueError for none."""
-    found = [suffix for suffix in SUFFIXES if Path(path).name.endswith(suffix)]
-    if not found:
-        raise ValueError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
-    return max(found, key=len)
+def _taken(writer: Callable[..., str | bytes]) -> list[str]:
+    """Keywords of `write_plan` that a format takes."""
+    return getfullargspec(writer).kwonlyargs
 
 
 def to_csv(plan: ManeuverPlan) -> str:
@@ -225,3 +200,16 @@ _FORM = Form(
     source="the design",
     older=(2,),  # another 1-sigma of the attitude, and path limits at samples alone
 )
+
+#: By what a name may end in, what makes such a file.
+WRITERS: Mapping[str, Callable[..., str | bytes]] = {
+    ".json": to_json,
+    ".uplink.csv": to_uplink_csv,
+    ".csv": to_csv,
+    ".aem": aem_text,
+    ".a": stk_text,
+    ".42.txt": script_text,
+    ".waypoints.csv": waypoints_text,
+    ".bc": ck_bytes,
+    ".tsc": sclk_text,
+}

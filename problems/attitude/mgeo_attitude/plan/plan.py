@@ -28,6 +28,7 @@ from mgeo_attitude.trajectory import SlewBack, Trajectory
 from mgeo_attitude.view import ManeuverView, at_best, observability
 from mgeo_attitude.view.describe import span
 from mgeo_attitude.view.plans import Times
+from mgeo_attitude.view.review import promised
 
 #: Share of an initial 1-sigma from which on an error counts as not calibrated.
 UNLEARNED = 0.5
@@ -178,10 +179,7 @@ class ManeuverPlan(Validated):
 
         Columns: ``promised``, ``kept``, ``kept / promised [-]``; see `Plans.promises`.
         """
-        (row,) = self.view.promises().to_numpy(float)
-        columns = ["promised", "kept", "kept / promised [-]"]
-        labels = pd.Index(self.problem.obj_names, name="objective")
-        return pd.DataFrame(row.reshape(-1, 3), index=labels, columns=columns)
+        return promised(self.view).rename_axis("objective")
 
     @cached_property
     def held_until(self) -> float:

@@ -110,16 +110,14 @@ class Gyro(Validated):
 
     def states(self) -> dict[str, float]:
         """Error states it adds (3-vectors, body axes) with their initial 1-sigma per axis."""
-        states = {"bias": math.radians(self.initial_bias_deg_s)}
-        if self.initial_scale_factor:
-            states["scale_factor"] = self.initial_scale_factor
-        if self.initial_misalignment_deg:
-            states["misalignment"] = math.radians(self.initial_misalignment_deg)
-        if self.initial_nonorthogonality_deg:
-            states["nonorthogonality"] = math.radians(self.initial_nonorthogonality_deg)
-        for influence in self.influences:
-            states[influence.state] = math.radians(influence.initial_sigma)
-        return states
+        states = {
+            "bias": math.radians(self.initial_bias_deg_s),
+            "scale_factor": self.initial_scale_factor,
+            "misalignment": math.radians(self.initial_misalignment_deg),
+            "nonorthogonality": math.radians(self.initial_nonorthogonality_deg),
+            **{each.state: math.radians(each.initial_sigma) for each in self.influences},
+        }
+        return {state: sigma for state, sigma in states.items() if sigma}
 
     def derivative(self, x: Any, omega: Vec3) -> dict[str, Vec3]:
         """Time derivative of the error state, equation (2); states left out are constant.

@@ -55,13 +55,10 @@ class ManeuverView(Plans):
 
         problem = self.problem
         excesses = self.values[:, problem.n_obj + problem.n_ieq_constr :]
-        limits = [limit for c in constraints(problem.scenario) for limit in c.limits]
-        if problem.start_times is None:
-            return tables(limits, excesses, all_after(self))
         found = []
         for x, row, after in zip(self.X, excesses, all_after(self), strict=True):
-            bounds = constraints(problem.begun(x)[0].scenario)  # those of its own start
-            limits = [limit for constraint in bounds for limit in constraint.limits]
+            own, _ = problem.begun(x)  # whose bounds are those of its own start
+            limits = [limit for each in constraints(own.scenario) for limit in each.limits]
             found += tables(limits, row[None], [after])
         return found
 

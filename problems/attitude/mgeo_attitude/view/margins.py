@@ -67,6 +67,10 @@ def _row(limit: Limit, excess: float) -> Row:
     return limit.unit, value, "at least" if limit.least else "at most", bound, -excess * bound
 
 
+def _at_most(unit: str, value: float, bound: float) -> Row:
+    return unit, value, "at most", bound, bound - value
+
+
 def has_limits_after(scenario: Scenario) -> bool:
     """Whether plans go on after they have converged, and something limits how."""
     wheels = scenario.wheels
@@ -94,16 +98,15 @@ def all_after(plans: Plans) -> list[dict[str, Row]]:
         try:
             edges.append(trajectory.end)
         except InvalidValue:
-            longest = problem.scenario.duration
-            found[i]["time of the slew back"] = ("s", np.inf, "at most", longest, -np.inf)
+            found[i]["time of the slew back"] = _at_most("s", np.inf, problem.scenario.duration)
         else:
             tolerance = own.scenario.maneuvers.end_tolerance_deg
             if tolerance is not None:
                 off = _off_at_end(own.scenario, own.model, trajectory)
-                found[i][END_ATTITUDE] = ("deg", off, "at most", tolerance, tolerance - off)
+                found[i][END_ATTITUDE] = _at_most("deg", off, tolerance)
         latest = own.scenario.deadline
         if latest < np.inf:
-            found[i][f"{END}, with what follows"] = _end(edges[-1], latest)
+            found[i][f"{END}, with what follows"] = _at_most("s", edges[-1], latest)
         for (start, end), while_ in zip(pairwise(edges), AFTER, strict=False):
             if start < end:
                 found[i] |= limits_after(
@@ -126,10 +129,6 @@ def _off_at_end(scenario: Scenario, model: FilterModel, trajectory: Trajectory) 
         model = FilterModel.from_scenario(longer)
     ran = evaluate(model, trajectory.commanded, covariance=True, until=last)
     return _SIGMAS * float(attitude_accuracy_deg(ran.covariance[0]))
-
-
-def _end(time: float, latest: float) -> Row:
-    return "s", time, "at most", latest, latest - time
 
 
 def remarks(plans: Plans, these: str) -> list[str]:
@@ -178,7 +177,7 @@ def limits_after(
         loads = _wheel_load(model, trajectory, first, last).tolist()
         for (name, unit), load, bound in zip(names, loads, bounds, strict=True):
             if bound is not None:
-                rows[name] = (unit, load, "at most", bound, bound - load)
+                rows[name] = _at_most(unit, load, bound)
     at = Place.at(scenario, start + model.step * np.arange(len(attitude), dtype=float))
     at = at if scenario.eclipse else at.without_shadow()
     known = np.repeat(covariance[None], len(attitude), axis=0)
@@ -189,18 +188,11 @@ def limits_after(
         )
         if limit.may_exceed is not None:  # each time by itself: what was used before is not told
             beyond = model.step * float(np.count_nonzero(excess[1:] > limit.bound))
-            least = limit.may_exceed - beyond
-            rows[f"{limit.label}, time exceeded"] = (
-                "s",
-                beyond,
-                "at most",
-                limit.may_exceed,
-                least,
-            )
+            rows[f"{limit.label}, time exceeded"] = _at_most("s", beyond, limit.may_exceed)
             continue
         worst = np.degrees(max(float(excess.max()), -np.pi))  # of a Sun that never shines
         if cone.inside:
-            rows[limit.label] = ("deg", worst, "at most", bound, bound - worst)
+            rows[limit.label] = _at_most("deg", worst, bound)
         else:
             rows[limit.label] = ("deg", -worst, "at least", bound, -worst - bound)
     return {f"{label} {while_}": row for label, row in rows.items()}

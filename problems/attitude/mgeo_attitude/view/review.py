@@ -78,7 +78,7 @@ def review(plans: Plans) -> Review:
             table=observability.sensor_use(model, calibration, design, history),
         ),
         Section(
-            "Objectives of the plan (promised), and kept by " + MOST_SAMPLES, table=_promised(plans)
+            "Objectives of the plan (promised), and kept by " + MOST_SAMPLES, table=promised(plans)
         ),
         Section(
             f"Beside plans that need no optimizer, after {history.t_end:.6g} s",
@@ -165,7 +165,8 @@ def _numbers(value: float | tuple[float, ...]) -> str:
     return " / ".join(f"{v:g}" for v in (value if isinstance(value, tuple) else (value,)))
 
 
-def _promised(plans: Plans) -> pd.DataFrame:
+def promised(plans: Plans) -> pd.DataFrame:
+    """What the only plan promises and most flights keep, a row an objective; `Plans.promises`."""
     (row,) = plans.promises().to_numpy(float)
     columns = ["promised", "kept", "kept / promised [-]"]
     return pd.DataFrame(row.reshape(-1, 3), index=list(plans.problem.obj_names), columns=columns)

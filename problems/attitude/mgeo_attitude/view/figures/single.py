@@ -140,18 +140,9 @@ def _directions(problem: ManeuverProblem, body: Floats, t_end: float) -> dict[st
     for index, (name, inertial, at) in enumerate(
         (("Sun", environment.sun, seen), ("field", environment.field, steps))
     ):
-        across, up = projected(np.einsum("kij,kj->ki", body[at], inertial[at]))
-        traces.append(
-            {
-                "type": "scatter",
-                "name": name,
-                "x": across,
-                "y": up,
-                "mode": "markers",
-                "marker": {"color": COLORS[4 + index], "size": 4 + index * 0.5},
-                "hoverinfo": "name",
-            }
-        )
+        look = {"marker": {"color": COLORS[4 + index], "size": 4 + index * 0.5}}
+        place = projected(np.einsum("kij,kj->ki", body[at], inertial[at]))
+        traces.append(_on_map(name, *place, mode="markers", **look))
     traces += _edges(problem.scenario)
     width, height = OUTLINE
     hidden = {"visible": False, "fixedrange": True}
@@ -173,19 +164,14 @@ def _edges(scenario: Scenario) -> list[dict[str, Any]]:
             cones.append((f"{seen} {sensor.name}", view, "dot" if view.inside else "dash"))
     found = []
     for index, (name, cone, dash) in enumerate(cones):
-        across, up = circle(cone.axis, cone.half_angle)
-        found.append(
-            {
-                "type": "scatter",
-                "name": name,
-                "x": across,
-                "y": up,
-                "mode": "lines",
-                "line": {"color": COLORS[(1 + index) % 4], "dash": dash, "width": 1.5},
-                "hoverinfo": "name",
-            }
-        )
+        look = {"line": {"color": COLORS[(1 + index) % 4], "dash": dash, "width": 1.5}}
+        place = circle(cone.axis, cone.half_angle)
+        found.append(_on_map(name, *place, mode="lines", **look))
     return found
+
+
+def _on_map(name: str, across: Any, up: Any, **look: Any) -> dict[str, Any]:
+    return {"type": "scatter", "name": name, "x": across, "y": up, "hoverinfo": "name", **look}
 
 
 def _line(times: Floats, values: Floats, index: int) -> dict[str, Any]:
