@@ -280,21 +280,24 @@ def test_coils_unload_what_is_across_the_field():
     assert found[1] == pytest.approx(0.01 * 4e-5, rel=1e-12)  # at its most
 
 
+def momentum_along_x():
+    """The model of a body without disturbances whose wheels about x hold all momentum."""
+    return FilterModel.from_scenario(
+        scenario(
+            axes=((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+            initial_momentum=(2e-3, 0.0, 0.0),
+            max_torque=None,
+            ramp_share=1.0,
+            residual_dipole=(0.0,) * 3,
+            gravity_gradient=False,
+            products_of_inertia=(0.0,) * 3,
+        )
+    )
+
+
 def test_a_spin_about_the_momentum_moves_nothing():
     """H along x, turning about x: h = H - J ω all the time, and no gyroscopic torque."""
-    quiet = {
-        "residual_dipole": (0.0,) * 3,
-        "gravity_gradient": False,
-        "products_of_inertia": (0.0,) * 3,
-    }
-    given = scenario(
-        axes=((1, 0, 0), (0, 1, 0), (0, 0, 1)),
-        initial_momentum=(2e-3, 0.0, 0.0),
-        max_torque=None,
-        ramp_share=1.0,
-        **quiet,
-    )
-    model = FilterModel.from_scenario(given)
+    model = momentum_along_x()
     x = np.array([[0.5, 0.0, 0.0, 200.0, -0.5, 0.0, 0.0, 200.0, 0.0, 0.0, 0.0, 10.0]])
     found = evaluate(model, x).wheel_load[0]
     assert found[0] == pytest.approx(2e-3 + 0.13 * np.radians(0.5), rel=1e-12)
@@ -303,21 +306,8 @@ def test_a_spin_about_the_momentum_moves_nothing():
 
 def test_a_turn_across_the_momentum_brings_it_to_every_axis():
     """H along x, turning about z at w: its components go round, and the torque is w H."""
-    quiet = {
-        "residual_dipole": (0.0,) * 3,
-        "gravity_gradient": False,
-        "products_of_inertia": (0.0,) * 3,
-    }
-    given = scenario(
-        axes=((1, 0, 0), (0, 1, 0), (0, 0, 1)),
-        initial_momentum=(2e-3, 0.0, 0.0),
-        max_torque=None,
-        ramp_share=1.0,
-        **quiet,
-    )
-    budget = FilterModel.from_scenario(given).budget
-    w = np.radians(1.0)
-    plan = FilterModel.from_scenario(given).schedule([[0.0, 0.0, 1.0, 2000.0]])
+    model, w = momentum_along_x(), np.radians(1.0)
+    budget, plan = model.budget, model.schedule([[0.0, 0.0, 1.0, 2000.0]])
     found = wheel_loads(budget, plan, np.array([90]), 1.0, 1)[0]
     assert found[0] == pytest.approx(2e-3, rel=1e-12)
     assert found[1] == pytest.approx(2e-3 * w, rel=1e-9)

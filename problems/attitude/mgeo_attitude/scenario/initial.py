@@ -103,17 +103,14 @@ class InitialConditions(Validated):
         for key in foreign:
             value = getattr(self, key)
             expect(value is None, key, value, f"nothing with pointing = {self.pointing!r}")
-        if self.quaternion is not None:
-            expect(self.axes is None, "axes", self.axes, "nothing beside a quaternion")
-            length = math.hypot(*self.quaternion)
-            sound = abs(length - 1.0) <= _TOLERANCE
-            expect(sound, "quaternion", self.quaternion, f"a length of 1, not {length:.6g}")
         if self.axes is not None:
+            expect(self.quaternion is None, "axes", self.axes, "nothing beside a quaternion")
             expect(_are_axes(self.axes), "axes", self.axes, "three right-handed unit vectors")
-        if self.axis is not None:
-            length = math.hypot(*self.axis)
-            sound = abs(length - 1.0) <= _TOLERANCE
-            expect(sound, "axis", self.axis, f"a length of 1, not {length:.6g}")
+        for key in ("quaternion", "axis"):
+            if (value := getattr(self, key)) is not None:
+                length = math.hypot(*value)
+                sound = abs(length - 1.0) <= _TOLERANCE
+                expect(sound, key, value, f"a length of 1, not {length:.6g}")
 
     def attitude(self, at: Environment | Place) -> Floats:
         """The law, GCRS to body, shape (n, 3, 3).

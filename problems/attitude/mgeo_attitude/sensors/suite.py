@@ -277,8 +277,7 @@ class Suite:
         rates = self.gyro.derivative(
             SimpleNamespace(theta=self._block(column, "attitude"), **own), omega
         )
-        zero = Vec3(0.0, 0.0, 0.0)
-        return [entry for state in ("theta", *own) for entry in rates.get(state, zero)]
+        return [entry for state in ("theta", *own) for entry in rates.get(state, STILL)]
 
     def dynamics_matrix(self, omega: Floats, influences: Sequence[float] = ()) -> Floats:
         """A in x' = A x for the dynamic states at body rate `omega` [rad/s].
