@@ -53,15 +53,9 @@ class Place(NamedTuple):
     sunlit: Bools
 
     @classmethod
-    def at(cls, course: Course, times: Floats, *, sun: bool = True) -> Self:
-        """At `times` [s] after the epoch of a scenario, which may be later than its run ends.
-
-        Without the Sun, whose place takes longest, that is NaN and nothing is sunlit.
-        """
+    def at(cls, course: Course, times: Floats) -> Self:
+        """At `times` [s] after the epoch of a scenario, which may be later than its run ends."""
         position, velocity = course.orbit.propagate(course.epoch, times)
-        if not sun:
-            nowhere = np.full_like(position, np.nan)
-            return cls(times, position, velocity, nowhere, np.zeros(len(times), dtype=bool))
         center = sun_position(instants(course.epoch, times))
         lit = lit_fraction(position, center) >= 0.5
         return cls(times, position, velocity, sun_direction(position, center), lit)

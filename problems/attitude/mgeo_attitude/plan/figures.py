@@ -63,12 +63,13 @@ def _budget(plan: ManeuverPlan) -> go.Figure:
     share = 100.0 * (table / table.loc["all"]) ** 2
     figure = go.Figure()
     for index, source in enumerate(table.index[:-1]):
+        pattern = ("", "/", "x", ".")[index // len(COLORS) % 4]  # by which those of a color differ
         figure.add_bar(
             y=table.columns,
             x=share.loc[source],
             name=source,
             orientation="h",
-            marker={"color": COLORS[index % len(COLORS)], "pattern": {"shape": _pattern(index)}},
+            marker={"color": COLORS[index % len(COLORS)], "pattern": {"shape": pattern}},
             customdata=table.loc[source],
             hovertemplate=f"{source} %{{customdata:.3g}} (%{{x:.1f}} % of the variance)",
         )
@@ -76,11 +77,6 @@ def _budget(plan: ManeuverPlan) -> go.Figure:
     figure.update_layout(barmode="stack", height=320 + 30 * len(table.columns))
     figure.update_yaxes(autorange="reversed", title_text="")
     return figure.update_xaxes(range=[0.0, 100.0], title_text="share of the variance [%]")
-
-
-def _pattern(index: int) -> str:
-    """Bars of one color differ by it."""
-    return ("", "/", "x", ".")[index // len(COLORS) % 4]
 
 
 def _correlation(plan: ManeuverPlan) -> go.Figure:

@@ -155,7 +155,7 @@ class InitialConditions(Validated):
 
         if self.pointing == "inertial":  # wherever the satellite is
             return self._fixed(), np.zeros(3)
-        at = Place.at(course, np.array([time]), sun=self.pointing == "sun")
+        at = Place.at(course, np.array([time]))
         attitude = self.attitude(at)
         return attitude[0], self._turning(attitude, at)[0]
 
