@@ -12,7 +12,7 @@ import pytest
 from mgeo_attitude.sensors import StarTracker, TwoAxisSunSensor
 from mgeo_calibration import CannotCalibrate, TelemetryMapping, calibrate
 from mgeo_calibration import fly as fly_plan
-from mgeo_calibration.calibration import causes, from_json, questions, to_json
+from mgeo_calibration.calibration import causes, questions
 from mgeo_calibration.estimation import PARTS, Belief, batch, fit, scores
 from mgeo_calibration.telemetry import GyroChannels
 
@@ -206,15 +206,6 @@ def test_what_is_refused_in_another_process_is_told_in_this_one():
     assert isinstance(refused, CannotCalibrate)
     assert refused.causes[0].startswith("times are in minutes")
     assert refused.check_table().loc["times", "says"] == refused.causes[0]
-
-
-@pytest.mark.slow
-def test_causes_are_part_of_files():
-    found = calibrate(SCENARIO, GROSS["magnetometer clipped"].fly(1))
-    assert found.causes
-    assert found.failures[0] == found.causes[0]
-    again = from_json(to_json(found))
-    assert (again.causes, again.conclusion) == (found.causes, found.conclusion)
 
 
 def seen(fault, seed):

@@ -51,14 +51,6 @@ def test_delays_of_two_sensors_are_found_beside_all_else():
         assert np.abs(each).max() < (3.0 if "delay" in block else 4.0)
 
 
-@pytest.mark.slow
-def test_without_the_state_a_delay_is_taken_for_a_misalignment():
-    scenario = SCENARIOS["cubesat_6u"]
-    telemetry = fly(scenario, steady(PLAN), 1, Craft(late={"mag": 0.5}))
-    calibration = calibrate(scenario, telemetry)
-    assert np.abs(off(calibration, "sun.misalignment", telemetry.truth.states[-1, 6:9])).max() > 5.0
-
-
 @pytest.mark.cases(0, 1)
 @pytest.mark.parametrize("delay", [0.25, 0.0, 0.5, 1.0])
 @pytest.mark.parametrize("name", SCENARIOS)

@@ -1,14 +1,12 @@
 """What gyro and sensors do beside what the scenario says of them."""
 
 import dataclasses
-import json
 
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario, World
 from mgeo_calibration import calibrate
 from mgeo_calibration import fly as fly_own
-from mgeo_calibration.calibration import from_json, report_html, to_json
 from mgeo_calibration.estimation import (
     Belief,
     Departure,
@@ -171,23 +169,3 @@ def test_what_steps_are_combined_of_is_what_it_would_be_alone():
     assert found.of(1).freedom <= 9
     # given the one, the other says nothing more
     assert found.of(0, ["alone"]).freedom == 0
-
-
-@pytest.mark.slow
-def test_files_and_pages_have_the_tests():
-    scenario = believed(PAPER, initial_bias_deg_s=0.3)
-    found = calibrate(scenario, flown(scenario, 1, gyro_bias_deg_s=[0.3, -0.3, 0.3], **CONSTANT))
-    again = from_json(to_json(found))
-    assert again.model_tests == found.model_tests
-    assert again.conclusion == found.conclusion
-    assert "gyro.bias decays by" in report_html(found)
-    earlier = json.loads(to_json(calibrate(scenario, flown(scenario, 1))))
-    del earlier["model_tests"]
-    assert from_json(json.dumps(earlier)).model_tests == ()
-    without = json.loads(to_json(found))  # as files were before there were any
-    for row in without["model_tests"]:
-        assert row.pop("rival") == ""
-    assert from_json(json.dumps(without)).model_tests == found.model_tests
-    earlier["model_tests"] = [{"named": "yes"}]
-    with pytest.raises((ValueError, TypeError), match=r"model_tests\[0\]\."):
-        from_json(json.dumps(earlier))

@@ -131,11 +131,6 @@ def test_what_its_column_cannot_be(telemetry, keys, message):
         read_telemetry(telemetry.frame(), SCENARIO, mapping)
 
 
-def test_a_missing_column_is_named(telemetry):
-    with pytest.raises(ValueError, match="missing columns px"):
-        read_telemetry(telemetry.frame().drop(columns="px"), SCENARIO)
-
-
 def test_few_faces_and_nothing_else_say_no_attitude():
     two = short(SCENARIO, 600.0, sensors=DIODES[::4], gyro=Gyro())
     with pytest.raises(ValueError, match=r"no attitude follows"):

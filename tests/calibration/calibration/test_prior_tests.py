@@ -92,17 +92,26 @@ def test_a_second_calibration_is_held_against_the_first():
 
 @pytest.mark.slow
 def test_files_and_pages_say_it():
+    """And what the scenario says beside, and causes; files of earlier versions have none."""
     found = calibrated(mag_bias_nt=[5000.0, 0.0, 0.0])
+    found = dataclasses.replace(found, causes=("mag is stuck",))
     again = from_json(to_json(found))
-    assert again.prior_tests == found.prior_tests
-    assert again.conclusion == found.conclusion
-    assert "mag.bias is " in report_html(found)
+    names = ("prior_tests", "model_tests", "causes", "conclusion")
+    assert all(getattr(again, name) == getattr(found, name) for name in names)
+    assert again.failures[0] == "mag is stuck"
+    page = report_html(found)
+    assert all(words in page for words in ("mag.bias is ", found.model_tests[0].says))
     earlier = json.loads(to_json(calibrated()))
-    del earlier["prior_tests"], earlier["notes"]
+    for row in earlier["model_tests"]:
+        assert row.pop("rival") == ""
+    assert from_json(json.dumps(earlier)).model_tests[0].rival == ""
+    for name in ("prior_tests", "model_tests", "causes", "notes"):
+        del earlier[name]
     assert from_json(json.dumps(earlier)).prior_tests == ()
-    earlier["prior_tests"] = [{"block": 1}]
-    with pytest.raises((ValueError, TypeError), match=r"prior_tests\[0\]\.block = 1"):
-        from_json(json.dumps(earlier))
+    assert from_json(json.dumps(earlier)).model_tests == ()
+    for name, row in (("prior_tests", {"block": 1}), ("model_tests", {"named": "yes"})):
+        with pytest.raises((ValueError, TypeError), match=rf"{name}\[0\]\."):
+            from_json(json.dumps(earlier | {name: [row]}))
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Suite
 from mgeo_calibration.calibration import uplink
+from scipy.spatial.transform import Rotation
 
 from ...attitude.filter.suites import SUITES
 
@@ -29,6 +30,8 @@ def test_what_is_sent_up_inverts_what_is_measured(name):
         entry = sent[getattr(owner, "name", "gyro")]
         factor = {"deg/s": np.degrees(1.0), "nT": 5e4, "-": 1.0}[entry["unit"]]
         report = factor * reported(suite, owner, states, vectors)
+        turned = Rotation.from_quat(entry.get("quaternion", [0.0, 0.0, 0.0, 1.0]))  # body to sensor
+        np.testing.assert_allclose(turned.as_matrix().T, entry.get("dcm", np.eye(3)), atol=1e-14)
         correction = np.array(entry.get("correction", np.transpose(entry.get("dcm", np.eye(3)))))
         found = (report - entry["bias"]) @ correction.T / factor
         np.testing.assert_allclose(found, vectors, rtol=0, atol=1e-14)

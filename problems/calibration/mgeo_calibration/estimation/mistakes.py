@@ -148,10 +148,8 @@ def check_unit_of_rates(batch: Batch, where: slice, belief: Belief) -> None:
 
     Parameters
     ----------
-    where : slice
-        Samples among which the vectors are far apart, see `start.stretch`.
-    belief : Belief
-        What is known of the gyro's bias.
+    where, belief
+        As of `check_orders`.
 
     Raises
     ------

@@ -7,7 +7,7 @@ import pytest
 from mgeo_attitude import Gyro, Magnetometer, Scenario, Suite, SunSensor
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import Wheels
-from mgeo_calibration.flight.basilisk import Vehicle, check_suite, fly
+from mgeo_calibration.flight.basilisk import Vehicle, check_suite
 
 WHEELS = Wheels(inertia=(3.0, 2.0, 1.0), max_torque=0.1, max_momentum=0.5)
 PYRAMID = ((1, 1, 1), (-1, 1, 1), (-1, -1, 1), (1, -1, 1))
@@ -105,9 +105,3 @@ def test_what_basilisk_has_not_is_named(monkeypatch):
 def test_errors_that_basilisk_has_not_are_refused_by_name(suite, message):
     with pytest.raises(InvalidValue, match=message):
         check_suite(suite)
-
-
-def test_where_basilisk_is_missing_one_line_says_how_to_install_it(monkeypatch):
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(ImportError, match=r"pip install bsk$"):
-        fly(Scenario.paper(), [0.0, 0.0, 0.0, 1.0])
