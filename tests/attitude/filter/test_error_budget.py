@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario, filter_history
 from mgeo_attitude.filter import error_budget, measurements, van_loan
-from mgeo_attitude.maneuvers import attitudes
+from mgeo_attitude.maneuvers import Motion
 
 from .suites import SUITES
 
@@ -26,11 +26,8 @@ def model(request):
 
 def alone(model, design, last):
     """Diagonals at the end of every source's own covariance, all with the filter's gains."""
-    plan = model.schedule(design[None])
-    rates, starts = plan.rates[0], plan.starts[0]
-    stretch = np.searchsorted(starts, np.arange(model.n_steps), side="right") - 1
-    attitude = attitudes(rates, starts, model.n_steps, model.step, model.initial_attitude)
-    H, R, seen = measurements(model, attitude, rates[stretch])
+    motion = Motion.of(model, design, model.n_steps)
+    H, R, seen = measurements(model, motion.attitude, motion.rates)
     suite, n = model.suite, model.suite.n_states
     counts = [len(sensor.noise()) for sensor in suite.sensors]
     rows = np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1])
@@ -44,7 +41,7 @@ def alone(model, design, last):
         parts[block, own, own] = start[own, own]
     total = start
     for k in range(1, last + 1):
-        rate = rates[stretch[k - 1]]
+        rate = motion.rates[k - 1]
         F, Q = van_loan(model, rate)
         parts, total = F @ parts @ F.T, F @ total @ F.T + Q
         for i, own in enumerate(driven):

@@ -29,6 +29,7 @@ from mgeo_attitude.filter import (
     nearest_code,
 )
 from mgeo_attitude.geometry import Vec3
+from mgeo_attitude.maneuvers import Motion
 from mgeo_attitude.scenario import Convergence, InitialConditions, PathLimit
 from scipy.spatial.transform import Rotation
 
@@ -210,19 +211,12 @@ def path_angles(model, x):
     """The worst of every path limit along a run of the reference filter."""
     run = reference_run(model, x)
     n = len(run.times)
-    turn = np.vstack([np.zeros(3), model.step * rates_of(model, x)[: n - 1]])
+    turn = np.vstack([np.zeros(3), model.step * Motion.of(model, x, model.n_steps).rates[: n - 1]])
     for limit in model.path_limits:
         cone = limit.cone()
         passage = model.passage(cone.direction, slice(n)).seen(run.attitude)
         worst = excess(cone, limit.attitude_sigmas, turn, passage, run.predicted_attitude).max()
         yield worst if limit.keep_in else -worst
-
-
-def rates_of(model, x):
-    """Body rate in each step [rad/s]."""
-    plan = model.schedule(np.atleast_2d(x))
-    stretch = np.searchsorted(plan.starts[0], np.arange(model.n_steps), side="right") - 1
-    return plan.rates[0][stretch]
 
 
 @pytest.mark.slow
@@ -294,7 +288,9 @@ def flown_densely(problem, x):
     at = at if problem.scenario.eclipse else at.without_shadow()
 
     def turned(times):
-        rotations = Rotation.from_rotvec((times * rates_of(model, x)[:n, None]).reshape(-1, 3))
+        rotations = Rotation.from_rotvec(
+            (times * Motion.of(model, x, model.n_steps).rates[:n, None]).reshape(-1, 3)
+        )
         return rotations.as_matrix()
 
     attitude = turned(-part[:, None]) @ np.repeat(run.attitude[:-1], DENSE, axis=0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -215,14 +215,7 @@ def schedule(
     )
     # And then in rows, a design in each.
     row, column = which // m, _places(count.sum(axis=1))
-    shape = (n, column.max(initial=0) + 1)
-    plan = Schedule(
-        rates=np.zeros((*shape, 3)),
-        end_rates=np.zeros((*shape, 3)),
-        starts=np.full(shape, NEVER),
-        over=over,
-        maneuver=np.zeros(shape, dtype=np.int64),
-    )
+    plan = _unflown(n, column.max(initial=0) + 1, over)
     plan.rates[row, column], plan.end_rates[row, column] = mean, end
     plan.starts[row, column] = np.where(start < n_steps, start, NEVER)
     plan.maneuver[row, column] = which % m
@@ -242,19 +235,13 @@ def scheduled(
     }
     if len(parts) == 1:
         return next(iter(parts.values()))
-    shape = len(table), max((part.starts.shape[1] for part in parts.values()), default=0)
+    most = max((part.starts.shape[1] for part in parts.values()), default=0)
+    plan = _unflown(len(table), most, np.empty(len(table), dtype=np.int64))
     coils = any(part.free is not None for part in parts.values())
     count = table.shape[1] // VARIABLES_PER_MANEUVER
     asked = np.empty((len(table), count, 3)), np.empty((len(table), count), dtype=np.int64)
-    plan = Schedule(
-        rates=np.zeros((*shape, 3)),
-        end_rates=np.zeros((*shape, 3)),
-        starts=np.full(shape, NEVER),
-        over=np.empty(len(table), dtype=np.int64),
-        maneuver=np.zeros(shape, dtype=np.int64),
-        free=np.zeros(shape, dtype=bool) if coils else None,
-        asked=asked if coils else None,
-    )
+    if coils:
+        plan = replace(plan, free=np.zeros(plan.starts.shape, dtype=bool), asked=asked)
     for k, part in parts.items():
         rows, width = np.flatnonzero(which == k), part.starts.shape[1]
         for name in ("rates", "end_rates", "starts", "maneuver", "free"):
@@ -304,6 +291,13 @@ def flown(design: ArrayLike, t_end: float, step: float, limits: Turning = None) 
         steady=plan.steady()[0, stretches],
         over=min(float(plan.over[0]) * step, t_end),
     )
+
+
+def _unflown(n: int, count: int, over: Ints) -> Schedule:
+    """So many stretches of n designs, none of which is flown."""
+    rates, end_rates = np.zeros((2, n, count, 3))
+    starts, maneuver = np.full((n, count), NEVER), np.zeros((n, count), dtype=np.int64)
+    return Schedule(rates, end_rates, starts, over, maneuver)
 
 
 def _places(counts: Ints) -> Ints:
