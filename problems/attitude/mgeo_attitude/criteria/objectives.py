@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def attitude_sigma_deg(covariance: Floats) -> Floats:
-    """1-sigma of the attitude about the worst of the three body axes [deg].
+    """1-sigma of the attitude about the worst of the three body axes [deg], shape (...).
 
     It is what ``required_sigma.attitude_deg`` is compared with, and what answers, tables, figures
     and files tell.
@@ -29,10 +29,6 @@ def attitude_sigma_deg(covariance: Floats) -> Floats:
     ----------
     covariance : array, shape (..., n_states, n_states)
         Of the error state, the attitude error [rad] first; NaN gives NaN.
-
-    Returns
-    -------
-    array, shape (...)
     """
     variances = np.diagonal(covariance, axis1=-2, axis2=-1)[..., :3]
     sigma: Floats = DEG.factor * np.sqrt(variances.max(axis=-1))
@@ -40,7 +36,7 @@ def attitude_sigma_deg(covariance: Floats) -> Floats:
 
 
 def attitude_accuracy_deg(covariance: Floats) -> Floats:
-    """1-sigma of the angle by which the attitude is off, about the worst of all axes [deg].
+    """1-sigma of the angle by which the attitude is off, about the worst axis [deg], shape (...).
 
     The attitude error is a small rotation vector; of its covariance it is the root of the largest
     eigenvalue, which, unlike `attitude_sigma_deg`, does not depend on how the body's axes are
@@ -51,10 +47,6 @@ def attitude_accuracy_deg(covariance: Floats) -> Floats:
     ----------
     covariance : array, shape (..., n_states, n_states)
         Of the error state, the attitude error [rad] first; NaN gives NaN.
-
-    Returns
-    -------
-    array, shape (...)
     """
     attitude = covariance[..., :3, :3]
     sound = np.asarray(np.isfinite(attitude).all(axis=(-1, -2)))

@@ -37,7 +37,6 @@ def predict(P: Triangle, n: int, F: Sparse, Q: Sparse) -> None:
 
     Parameters
     ----------
-    P : Triangle
     n : int
         Number of states.
     F, Q : sparse matrices

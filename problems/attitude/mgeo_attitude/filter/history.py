@@ -64,7 +64,6 @@ def filter_history(model: FilterModel, design: ArrayLike) -> FilterHistory:
 
     Parameters
     ----------
-    model : FilterModel
     design : array_like, shape (4 m,)
         Rates [deg/s] and duration [s] of each maneuver in turn.
 

@@ -59,7 +59,6 @@ def load_kernel(
 
     Parameters
     ----------
-    suite : Suite
     gated : tuple of bool
         Which sensors are not available at every sample.
     monitors : Monitors
@@ -182,17 +181,7 @@ def check_private(folder: Path) -> None:
 def transition(suite: Suite, rate: Sequence[float], duration: float) -> tuple[Floats, Floats]:
     """F and Q of the dynamic states over a step at constant rate, equation (7).
 
-    Parameters
-    ----------
-    suite : Suite
-    rate : sequence of 3 floats
-        Of the body [rad/s].
-    duration : float
-        Of the step [s].
-
-    Returns
-    -------
-    F, Q : arrays, shape (n_dynamic, n_dynamic)
+    Both are of shape (n_dynamic, n_dynamic), for a body rate [rad/s] and the step's duration [s].
     """
     A, density = suite.dynamics_matrix(np.array(rate)), suite.diffusion()
     F, Q = load_driver().discretized(A, density, duration)

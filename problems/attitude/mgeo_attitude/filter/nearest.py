@@ -54,7 +54,6 @@ def nearest(cone: Cone, turn: Floats, passage: Passage) -> Nearest:
 
     Parameters
     ----------
-    cone : Cone
     turn : array, shape (n, 3)
         What the body turns by in each step, body axes, by less than half a turn [rad].
     passage : Passage

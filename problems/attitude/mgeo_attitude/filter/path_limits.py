@@ -49,7 +49,7 @@ def angle_from(cone: Cone, direction: Floats, radius: Floats) -> Floats:
 
 
 def excess(cone: Cone, sigmas: float, turn: Floats, passage: Passage, covariance: Floats) -> Floats:
-    """Margin less the least angle between a direction and an axis in each of n steps [rad].
+    """Margin less the least angle of a direction and an axis in each of n steps [rad], shape (n,).
 
     To keep inside, margin and the greatest angle. What is unknown of the attitude is the same
     throughout the step, in inertial axes. What of the angle depends on it changes as the direction
@@ -57,17 +57,12 @@ def excess(cone: Cone, sigmas: float, turn: Floats, passage: Passage, covariance
 
     Parameters
     ----------
-    cone : Cone
     sigmas : float
         Margin, in 1-sigmas of the angle.
     turn, passage
         See `nearest`. Where there is nothing to be seen the excess is -inf.
     covariance : array, shape (n, 3, 3)
         Of the attitude error, body axes of the end [rad²].
-
-    Returns
-    -------
-    array, shape (n,)
     """
     there, axis = nearest(cone, turn, passage), np.array(cone.axis)
     angle = angle_from(cone, there.seen, there.radius)

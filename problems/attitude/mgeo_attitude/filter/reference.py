@@ -102,7 +102,6 @@ def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
 
     Parameters
     ----------
-    model : FilterModel
     design : array_like, shape (4 m,)
         Rates [deg/s] and duration [s] of each maneuver in turn.
 

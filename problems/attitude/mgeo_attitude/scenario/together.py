@@ -58,13 +58,7 @@ class Fields(Operated, Protocol):
 
 
 def check_together(scenario: Fields, suite: Suite) -> None:
-    """Refuse what does not go with other fields.
-
-    Parameters
-    ----------
-    scenario : Fields
-    suite : Suite
-        Its sensors.
+    """Refuse what does not go with other fields of a scenario, or the suite that it makes.
 
     Raises
     ------

@@ -136,9 +136,8 @@ def contributions(model: FilterModel, design: ArrayLike, history: FilterHistory)
 
     Parameters
     ----------
-    design : array_like, shape (4 m,)
     history : FilterHistory
-        The filter's run of that design (`filter_history`).
+        The filter's run of the design, shape (4 m,); see `filter_history`.
 
     Returns
     -------
