@@ -84,7 +84,8 @@ def test_all_is_imported():
 @pytest.mark.campaign
 @pytest.mark.slow
 def test_it_searches_studies_reports_and_locks(tmp_path):
-    assert run(USE, tmp_path) == 5  # of solve, resume, study, the one held and the one refused
+    # of solve, resume, a study's claim and its tables, the one held and the one refused
+    assert run(USE, tmp_path) == 6
 
 
 def test_what_is_absent_is_absent():
