@@ -46,8 +46,10 @@ def algorithms(
     if name is None:
         _list_algorithms(output)
         return
+    from mgeo.runs.algorithms import described
+
     with bad_input():
-        found = _parameters(name)
+        found = described(name)
     output.result(found)
     rows = [
         [FLAGS.get(p["name"], p["name"]), _text(p["default"]), p["meaning"]]
@@ -61,13 +63,13 @@ def algorithms(
 
 
 def _list_algorithms(output: Output) -> None:
-    from mgeo.runs.algorithms import algorithm_names
+    from mgeo.runs.algorithms import algorithm_names, described
 
     every = []
     for each in algorithm_names():
         try:
             with foreign():
-                every.append(_parameters(each) | {"error": None})
+                every.append(described(each) | {"error": None})
         except Exception as error:  # foreign code: one broken plugin must not hide the others
             every.append(
                 {"name": each, "about": "does not load", "parameters": [], "error": str(error)}
@@ -93,13 +95,6 @@ def _described(plugin: Plugin) -> dict[str, Any]:
             return known | problem_size(load_problem(plugin.name)) | {"error": None}
     except Exception as error:  # foreign code: one broken plugin must not hide the others
         return known | {"variables": [], "objectives": [], "constraints": 0, "error": str(error)}
-
-
-def _parameters(name: str) -> dict[str, Any]:
-    from mgeo.runs.algorithms import described
-
-    about, parameters = described(name)
-    return {"name": name, "about": about, "parameters": parameters}
 
 
 def _text(default: object) -> str:

@@ -67,10 +67,6 @@ def resumed(folder: Path, output: Output, **options: Any) -> tuple[PreparedRun, 
     return run, RunPersistence(folder, run.configuration, run.algorithm, record=record)
 
 
-def _saved(persistence: RunPersistence) -> Notes:
-    return checked(Notes, read_notes(persistence.path))
-
-
 def run_to_folder(
     run: PreparedRun,
     persistence: RunPersistence,
@@ -90,7 +86,8 @@ def run_to_folder(
     """
     folder = persistence.folder
     if impossible := ask(view_of(run.problem), View.impossible):
-        print_impossible(impossible, output)
+        output.print(plain("nothing can keep all limits", "bold"), *(f"  {w}" for w in impossible))
+        output.result({"impossible": impossible})
         return ExitCode.INCOMPLETE
     # until everything is written: impatience must not cost a run, nor another run its files
     with ExitStack() as stack, stop_requests() as stop:
@@ -101,7 +98,7 @@ def run_to_folder(
             stack.enter_context(lock(folder))
             # another run may have ended there since somebody looked
             check_folder(folder, overwrite=overwrite)
-            if run.notes is not None and run.notes != _saved(persistence):
+            if run.notes is not None and run.notes != checked(Notes, read_notes(persistence.path)):
                 raise ValueError(
                     f"{folder}: another process has gone on with the run, or begun one, since it "
                     "was read: resume it again"
@@ -265,12 +262,6 @@ def print_results(
         output.print(f"no checkpoint: {persistence.error}")
     elif outcome.status == "interrupted" and persistence.can_resume:
         output.print(f"to go on: mgeo resume {persistence.folder}")
-
-
-def print_impossible(reasons: list[str], output: Output) -> None:
-    """Why no search is made: nothing can keep all limits."""
-    output.print(plain("nothing can keep all limits", "bold"), *(f"  {why}" for why in reasons))
-    output.result({"impossible": reasons})
 
 
 def document(

@@ -54,13 +54,7 @@ def constraint_names(problem: Problem) -> tuple[str, ...]:
 
 
 def problem_size(problem: Problem) -> dict[str, Any]:
-    """Names of variables and objectives, and the number of constraints, as JSON values.
-
-    Raises
-    ------
-    PluginError
-        As `column_names`.
-    """
+    """Names of variables and objectives, and the number of constraints, as JSON values."""
     variables, objectives = column_names(problem)
     return {
         "variables": list(variables),
@@ -123,12 +117,8 @@ def robust(problem: Problem) -> Problem:
 def refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
     """What its ``refine(X)`` gives in the place of solutions, bit by bit, each shape (n, n_var).
 
-    Tables may have more rows, which follow, and no fewer than the one before.
-
-    Raises
-    ------
-    PluginError
-        If it has none, or that raises, or gives something else.
+    Tables may have more rows, which follow, and no fewer than the one before. Of a problem that
+    has none it is refused.
     """
     owner = f"of problem {type(problem).__name__}"
     if getattr(problem, "refine", None) is None:
@@ -153,13 +143,7 @@ def refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
 
 
 def refinement_steps(problem: Problem, X: FloatArray) -> int:
-    """How many steps as long as its first one its ``refine(X)`` has, 0 if it does not say.
-
-    Raises
-    ------
-    PluginError
-        If that raises.
-    """
+    """How many steps as long as its first one its ``refine(X)`` has, 0 if it does not say."""
     with code_of_others(f"refine of problem {type(problem).__name__} raised"):
         return length_hint(problem.refine(X.copy()))
 
@@ -176,13 +160,7 @@ class Recommended(NamedTuple):
 
 
 def recommended(problem: Problem) -> Recommended:
-    """What its ``recommended()`` gives.
-
-    Raises
-    ------
-    PluginError
-        If it raises, or gives something else than these.
-    """
+    """What its ``recommended()`` gives."""
 
     def is_valid(given: Any) -> bool:
         if not isinstance(given, dict) or given.keys() - set(Recommended._fields):
@@ -236,13 +214,7 @@ def checked_part(
     is_valid: Callable[[Any], bool],
     expected: str,
 ) -> Any:
-    """What a part of a problem gives when it is asked, checked.
-
-    Raises
-    ------
-    PluginError
-        If it raises, or gives something that is not as expected.
-    """
+    """What a part of a problem gives when it is asked, checked."""
     owner = f"of problem {type(problem).__name__}"
     with code_of_others(f"{call.partition('(')[0]} {owner} raised"):
         given = made()

@@ -79,7 +79,10 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
     except (ImportError, AttributeError) as error:
         raise ValueError(f"algorithm {name!r} is not in the installed pymoo: {error}") from error
     if name not in ALGORITHMS:
-        return _built(name, cls, complete)
+        own = Exception if issubclass(cls, ExtremalOptimization) else ValueError  # on a parameter
+        with discovery.code_of_others(f"algorithm {name!r} cannot be built:", own):
+            made: Algorithm = cls(**complete)
+        return made
     if name in FAMILY:
         return cls(**complete)
     population = validate_integer(
@@ -140,13 +143,10 @@ def default_evaluations(algorithm: Algorithm, problem: Problem) -> int:
     return int(max(1, EXECUTIONS // walkers) * walkers * problem.n_var)
 
 
-def described(name: str) -> tuple[str, list[dict[str, Any]]]:
-    """What an algorithm is, in a line, and ``name``, ``default``, ``meaning`` of each parameter.
+def described(name: str) -> dict[str, Any]:
+    """``name``, ``about``, what it is in a line, ``parameters``: name, default, meaning of each.
 
-    Raises
-    ------
-    ValueError
-        As `complete_parameters`.
+    It raises as `complete_parameters`.
     """
     defaults = complete_parameters(name, {})
     cls = _class(name)
@@ -155,8 +155,11 @@ def described(name: str) -> tuple[str, list[dict[str, Any]]]:
     else:
         about = (inspect.getdoc(cls) or "").partition("\n")[0]
         meanings = constructors.descriptions(cls)
-    rows = [(key, value, meanings.get(key, "")) for key, value in defaults.items()]
-    return about, [dict(zip(("name", "default", "meaning"), row, strict=True)) for row in rows]
+    rows = [
+        {"name": key, "default": value, "meaning": meanings.get(key, "")}
+        for key, value in defaults.items()
+    ]
+    return {"name": name, "about": about, "parameters": rows}
 
 
 def with_parameter(parameter: str) -> list[str]:
@@ -182,13 +185,6 @@ def _class(name: str) -> Any:
         return load_algorithm(name)
     module, cls, *_ = ALGORITHMS[name]
     return getattr(import_module(module), cls)
-
-
-def _built(name: str, cls: Any, parameters: Mapping[str, Any]) -> Algorithm:
-    own = Exception if issubclass(cls, ExtremalOptimization) else ValueError  # on a parameter
-    with discovery.code_of_others(f"algorithm {name!r} cannot be built:", own):
-        algorithm: Algorithm = cls(**parameters)
-    return algorithm
 
 
 def _parameters(name: str) -> dict[str, Any]:

@@ -41,11 +41,7 @@ def estimate(
     The first, in which much is done for the first time, counts once. Of a staged search the second
     one's candidates tell what a later stage takes. Of a `polish` the first step is made, with what
     was found, and all are as long as the problem says. Whatever the run makes is forgotten.
-
-    Raises
-    ------
-    ValueError
-        As `mgeo.runs.solve.set_up`.
+    It raises as `mgeo.runs.solve.set_up`.
     """
     run = set_up(problem, algorithm, evaluations, seed)
     total = _time(run.next)

@@ -121,7 +121,8 @@ def fitted(algorithm: Algorithm, problem: Problem, name: str = "") -> Algorithm:
     """
     if isinstance(algorithm, ExtremalOptimization):
         return algorithm
-    kind = "mixed" if _declared(problem) else kind_of_type(problem.vtype)
+    declared = getattr(problem, "vars", None) is not None
+    kind = "mixed" if declared else kind_of_type(problem.vtype)
     if kind not in (None, "real"):
         algorithm = _with_operators(algorithm, problem, kind, name)
     return _seeded(algorithm)
@@ -148,10 +149,6 @@ def with_suggested(algorithm: Algorithm, n: int) -> Algorithm:
     )
 
 
-def _declared(problem: Problem) -> bool:
-    return getattr(problem, "vars", None) is not None
-
-
 def _with_operators(algorithm: Algorithm, problem: Problem, kind: str, name: str) -> Algorithm:
     if isinstance(algorithm, RandomSearch):
         return _with(algorithm, sampling=_sampling(algorithm.sampling, problem, kind))
@@ -161,7 +158,8 @@ def _with_operators(algorithm: Algorithm, problem: Problem, kind: str, name: str
         changed = _whole(mating, kind)
         from pymoo.algorithms.moo.ctaea import CTAEA  # takes long to import
 
-        begin = _with_sampling(algorithm.initialization, problem, kind)
+        begin = algorithm.initialization
+        begin = _with(begin, sampling=_sampling(begin.sampling, problem, kind))
         none = isinstance(begin.eliminate_duplicates, NoDuplicateElimination)
         if isinstance(algorithm, CTAEA) and not none:
             # it goes round for ever if it begins with fewer than there are directions
@@ -212,10 +210,6 @@ def _mixed(algorithm: Any) -> Any:
         eliminate_duplicates=same,
         initialization=begin,
     )
-
-
-def _with_sampling(begin: Any, problem: Problem, kind: str) -> Any:
-    return _with(begin, sampling=_sampling(begin.sampling, problem, kind))
 
 
 def _sampling(sampling: Any, problem: Problem, kind: str) -> Any:

@@ -5,6 +5,7 @@ These are MO-CMA-ES, by DEAP's strategy, and COMO-CMA-ES, by its authors' packag
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -85,6 +86,14 @@ class UnitBox(Algorithm):
 
     title: str
 
+    def _require(self, module: str) -> None:
+        try:
+            import_module(module)
+        except ImportError as error:
+            raise ValueError(
+                f"{self.title} needs the extra 'coco': pip install 'mgeo[coco]'"
+            ) from error
+
     def _setup(self, problem: Any, **options: Any) -> None:
         if problem.has_constraints():
             raise ValueError(f"{self.title} does not treat constraints, which this problem has")
@@ -132,12 +141,7 @@ class MOCMAES(UnitBox):
     title = "MO-CMA-ES"
 
     def __init__(self, pop_size: int = 100, sigma: float = 0.05, **options: Any) -> None:
-        try:
-            import deap.cma  # noqa: F401
-        except ImportError as error:
-            raise ValueError(
-                "MO-CMA-ES needs the extra 'coco': pip install 'mgeo[coco]'"
-            ) from error
+        self._require("deap.cma")
         super().__init__(**options)
         self.pop_size = validate_integer("pop_size", pop_size, low=4)
         self.sigma = validate_number("sigma", sigma, above=0)
@@ -237,12 +241,7 @@ class COMOCMAES(UnitBox):
     title = "COMO-CMA-ES"
 
     def __init__(self, pop_size: int = 10, sigma: float = 0.2, **options: Any) -> None:
-        try:
-            import comocma  # noqa: F401
-        except ImportError as error:
-            raise ValueError(
-                "COMO-CMA-ES needs the extra 'coco': pip install 'mgeo[coco]'"
-            ) from error
+        self._require("comocma")
         super().__init__(**options)
         self.pop_size = validate_integer("pop_size", pop_size, low=2)
         self.sigma = validate_number("sigma", sigma, above=0)

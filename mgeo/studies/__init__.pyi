@@ -5,10 +5,8 @@ from .comparison import markdown as markdown
 from .comparison import problem_table as problem_table
 from .comparison import problems_table as problems_table
 from .conclusions import against as against
-from .conclusions import comparison_with_published as comparison_with_published
 from .conclusions import conclusions as conclusions
 from .conclusions import control_table as control_table
-from .conclusions import parts_table as parts_table
 from .conclusions import published_table as published_table
 from .dispatch import WorkerError as WorkerError
 from .dispatch import progress as progress

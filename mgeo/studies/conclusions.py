@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
     from mgeo.studies.file import Study
     from mgeo.studies.indicators import Indicator
-    from mgeo.studies.schema import PublishedTable
 
 
 def conclusions(comparison: Comparison, control: str | None = None) -> list[str]:
@@ -80,22 +79,14 @@ def against(
     return table.loc[[other for other in comparison.order(indicator) if other != name]]
 
 
-def control_table(comparison: Comparison, control: str) -> pd.DataFrame:
-    """The control against each rival by each indicator, as text: A, and p corrected for its rivals.
-
-    Rivals are in the order by the first indicator; see `against`.
-    """
-    return _control_table(comparison, control, comparison.indicators)
-
-
-def parts_table(comparison: Comparison, control: str) -> pd.DataFrame:
-    """As `control_table`, by the parts of the front: where one is ahead, and where behind."""
-    return _control_table(comparison, control, comparison.parts)
-
-
-def _control_table(
+def control_table(
     comparison: Comparison, control: str, indicators: Sequence[Indicator]
 ) -> pd.DataFrame:
+    """The control against each rival by each indicator, as text: A, and p corrected for its rivals.
+
+    Rivals are in the order by the first indicator; see `against`. By the parts of the front it
+    says where the control is ahead, and where behind.
+    """
     columns: dict[str, pd.Series[str]] = {}
     for indicator in indicators:
         found = against(comparison, control, indicator.name, control=True)
@@ -186,15 +177,13 @@ def _points(comparison: Comparison, order: list[str]) -> str:
 
 
 def published_table(study: Study, comparison: Comparison) -> pd.DataFrame | None:
-    """Published values beside ours; None without any, or where they are of another budget."""
+    """Published values and ours (mean ± sd) side by side, and ours of the first indicator.
+
+    None without any, or where they are of another budget.
+    """
     published = study.published
     if published is None or published.evaluations not in (None, comparison.n_eval):
         return None
-    return comparison_with_published(comparison, published)
-
-
-def comparison_with_published(comparison: Comparison, published: PublishedTable) -> pd.DataFrame:
-    """Published values and ours (mean ± sd) side by side, and ours of the first indicator."""
     overview = comparison.overview()
     titles = {indicator.name: indicator.title for indicator in comparison.indicators}
     columns: dict[str, list[str]] = {}

@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 from mgeo.figures import report_page
 from mgeo.figures.page import LIBRARY, render
 from mgeo.studies.comparison import problems_table
-from mgeo.studies.conclusions import conclusions, control_table, parts_table, published_table
+from mgeo.studies.conclusions import conclusions, control_table, published_table
 from mgeo.studies.figures.fronts import difference_figure
 from mgeo.studies.figures.indicators import anytime_figure, ranks_figure, targets_figure
 from mgeo.studies.labels import folder_name
@@ -35,11 +35,11 @@ def problem_page(study: Study, label: str, comparison: Comparison) -> str:
     published = published_table(study, comparison)
     against = None
     if study.control in comparison.order():
-        against = control_table(comparison, study.control)
+        against = control_table(comparison, study.control, comparison.indicators)
     order, parts = comparison.order(), None
     if comparison.parts and len(order) > 1:
         one = study.control if study.control in order else order[0]
-        parts = parts_table(comparison, one)
+        parts = control_table(comparison, one, comparison.parts)
     results = render(
         "studies/assets/results.html",
         study=study,

@@ -7,6 +7,7 @@ import sys
 import time
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -25,14 +26,13 @@ from mgeo.studies import (
     NothingToCompareError,
     PublishedTable,
     against,
-    comparison_with_published,
     conclusions,
     control_table,
     folder_name,
     friedman_over_problems,
     parse_study,
-    parts_table,
     problems_table,
+    published_table,
     ranks_over_problems,
     read_comparison,
     read_comparisons,
@@ -332,7 +332,7 @@ def test_the_conclusions_say_in_which_part_another_one_is_ahead():
         "In a part of the front are significantly better than A: B by hypervolume, f1 to 3."
         in conclusions(made)
     )
-    of_parts = parts_table(made, "A")
+    of_parts = control_table(made, "A", made.parts)
     assert of_parts.loc["B", "hypervolume, f1 to 3: A"] == "0.000"
     assert of_parts.loc["B", "hypervolume, f1 from 3: A"] == "1.000"
     made.table["hypervolume_1"], made.table["hypervolume_2"] = 0.1, total - 0.1
@@ -402,7 +402,7 @@ def test_published_values_are_compared_with_ours():
         + '[published]\nsource = "x"\ntable = { A_1 = { points = 7, other = 1 } }',
         None,
     )
-    table = comparison_with_published(comparison(), study.published)
+    table = published_table(study, comparison())
     assert table.loc["A_1"].tolist() == ["7", "20 ± 10", "1", "0.60 ± 0.10"]
     assert table.loc["B"].tolist() == ["-", "20 ± 10", "-", "0.20 ± 0.10"]
 
@@ -416,7 +416,7 @@ def test_a_control_is_corrected_for_its_rivals_alone():
     assert tied > 0.2
     assert rows["p_holm"].tolist() == pytest.approx([2 * 0.1, tied])
     assert against(made, "B")["p_holm"].tolist() == pytest.approx([3 * 0.1, 2 * tied])
-    table = control_table(made, "B")
+    table = control_table(made, "B", made.indicators)
     assert table["hypervolume: A"].tolist() == ["0.000", f"{1.5 / 9:.3f}"]
     assert table["IGD+: p (Holm)"].tolist() == ["0.2", f"{tied:.2g}"]
     assert table.index.name == "B against"
@@ -435,7 +435,7 @@ def test_the_page_of_a_study_with_a_control_shows_it_against_all(tmp_path):
 
 def test_published_indicators_are_named_as_in_the_table():
     published = PublishedTable(source="x", table={"A_1": {"igd_plus": 0.5}})
-    table = comparison_with_published(comparison(), published)
+    table = published_table(SimpleNamespace(published=published), comparison())
     assert table.loc["A_1"].tolist() == ["0.5", "0.40 ± 0.10", "0.60 ± 0.10"]
 
 
