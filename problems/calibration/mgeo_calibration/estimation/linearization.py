@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.geometry import matrix
 from mgeo_attitude.sensors import as_reported
 
 from mgeo_calibration.estimation.batch import Batch
@@ -143,12 +142,8 @@ def _innovation(
     if "delay" in suite.places(suite.sensors[index]):
         rates = turns(batch, at.states)[0] if rates is None else rates
         rate = rates[np.maximum(samples - 1, 0)]
-    places = np.arange(3)[:, None] + np.array(suite.rotations)
-    states = at.states[samples].T
-    rotations = np.empty((3, 3, len(suite.rotations), len(samples)))
-    rotations[:, :, 1:] = matrix(states[places[:, 1:], :1])  # which are the same in all samples
-    rotations[:, :, 0] = np.moveaxis(at.attitude[samples], 0, -1)
-    estimate = Estimate(places, rotations, states, np.zeros(0))
+    attitude = np.moveaxis(at.attitude[samples], 0, -1)
+    estimate = Estimate.of(suite, attitude, at.states[samples].T, np.zeros(0))
     y = as_reported(batch.sensors[index][samples])
     vectors = batch.vectors[samples]
     gradient = [vectors[:, k] for k in range(vectors.shape[1])[suite.gradient_rows(index)]]

@@ -20,8 +20,7 @@ Term = tuple[int, ...]
 class Taylor:
     """A vector of d components in r runs, a polynomial of second order in error 3-vectors.
 
-    In a model it stands for an array of shape (r, d). What is done alike to all terms is done to
-    them together, one beside the other.
+    In a model it stands for an array of shape (r, d).
 
     Attributes
     ----------
@@ -34,26 +33,12 @@ class Taylor:
 
     __array_ufunc__ = None  # an array leaves it to this class how both are combined
 
-    def __init__(self, terms: Mapping[Term, Floats], joined: Floats | None = None) -> None:
+    def __init__(self, terms: Mapping[Term, Floats]) -> None:
         self.terms = terms
-        self._known = joined
-
-    @property
-    def _joined(self) -> Floats | None:
-        """All terms one beside the other, shape (d, n, r); None if r is not that of all."""
-        if self._known is None and len({part.shape[-1] for part in self.terms.values()}) == 1:
-            self._known = np.concatenate(list(self.terms.values()), axis=1)
-        return self._known
 
     def map(self, linear: Callable[[Floats], Floats]) -> Taylor:
         """A linear function of the components, applied to the first axis of every term."""
-        if (joined := self._joined) is None:
-            return type(self)({term: linear(part) for term, part in self.terms.items()})
-        made, at, terms = linear(joined), 0, {}
-        for term in self.terms:
-            terms[term] = made[:, at : at + 3 ** len(term)]
-            at += 3 ** len(term)
-        return type(self)(terms, made)
+        return type(self)({term: linear(part) for term, part in self.terms.items()})
 
     @classmethod
     def of(cls, value: Any) -> Taylor:
@@ -75,36 +60,25 @@ class Taylor:
         return self.map(np.negative)
 
     def __add__(self, other: Any) -> Taylor:
-        other = self.of(other)
-        if self._alike(other):
-            return self.map(lambda part: part + other._joined)
         total = dict(self.terms)
-        for term, part in other.terms.items():
+        for term, part in self.of(other).terms.items():
             total[term] = total[term] + part if term in total else part
         return type(self)(total)
 
     def __sub__(self, other: Any) -> Taylor:
-        other = self.of(other)
-        return self.map(lambda part: part - other._joined) if self._alike(other) else self + -other
+        return self + -self.of(other)
 
     def __rsub__(self, other: Any) -> Taylor:
         return self.of(other) - self
 
     def __mul__(self, other: Any) -> Taylor:
         factors, total = self.of(other).terms, dict[Term, Floats]()
-        if tuple(factors) == ((),):
-            return self.map(lambda part: part * factors[()])
         for a, p in self.terms.items():
             for b, q in factors.items():
                 if len(a) + len(b) <= self.order:
                     product = _outer(p, q) if a and b else p * q
                     total[a + b] = total[a + b] + product if a + b in total else product
         return type(self)(total)
-
-    def _alike(self, other: Taylor) -> bool:
-        """Whether both have the same terms, joined."""
-        same = list(self.terms) == list(other.terms) and len(self.terms) > 1
-        return same and self._joined is not None and other._joined is not None
 
     def sqrt(self) -> Taylor:
         root = np.sqrt(self.terms[()])
