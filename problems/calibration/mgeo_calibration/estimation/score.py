@@ -208,50 +208,33 @@ def _places(widths: Mapping[K, int]) -> dict[K, slice]:
 def _forward(
     solution: Solution, places: Mapping[Departure, slice], last: Floats, R: Floats, gram: Floats
 ) -> None:
-    """One pass that leaves all equations in R, what these do not fit in `gram`, and the last T.
-
-    Those that nothing has been added by are zero there, and have no column in what is done.
-    """
-    begun, q = np.zeros(0, dtype=np.int64), len(R)
-    T, wide, square = last[:, :0], R[:, : q + 1].copy(), gram[:1, :1].copy()
+    """One pass that leaves all equations in R, what these do not fit in `gram`, and the last T."""
     for span in solution.spans():
-        moves, reads = _added(span, places, begun)
-        new = np.setdiff1d(np.concatenate([moves[0], *(numbers for numbers, _ in reads)]), begun)
-        begun, k = np.append(begun, new), len(new)
-        T = np.pad(T, ((0, 0), (0, k)))
-        wide, square = np.pad(wide, ((0, 0), (0, k))), np.pad(square, ((0, k), (0, k)))
-        column = np.zeros(last.shape[1], dtype=np.int64)
-        column[begun] = np.arange(len(begun))
+        moves, reads = _added(span, places)
         s, n, b = len(reads), span.high - span.low, max(len(numbers) for numbers, _ in reads)
         read, which = np.zeros((s, n, 3, b)), np.zeros((s, b), dtype=np.int64)
         for index, (numbers, columns) in enumerate(reads):
             read[index, :, :, : len(numbers)] = columns
-            which[index, : len(numbers)] = column[numbers]
-        widths = np.array([len(numbers) for numbers, _ in reads])
+            which[index, : len(numbers)] = numbers
         load("beside").beside(
             span.steps.F,
             moves[1],
-            column[moves[0]],
+            moves[0],
             span.used,
             span.sightings.arrays[1:],
             read,
-            widths,
+            np.array([len(numbers) for numbers, _ in reads]),
             which,
             span.readings,
             span.first,
-            T,
-            wide,
-            square,
+            last,
+            R,
+            gram,
         )
-    last[:, begun] = T
-    R[:, : q + 1], R[:, q + 1 + begun] = wide[:, : q + 1], wide[:, q + 1 :]
-    kept = np.append(0, begun + 1)
-    gram[np.ix_(kept, kept)] = square + np.triu(square, 1).T
+    gram += np.triu(gram, 1).T
 
 
-def _added(
-    span: Span, places: Mapping[Departure, slice], begun: Ints
-) -> tuple[Columns, list[Columns]]:
+def _added(span: Span, places: Mapping[Departure, slice]) -> tuple[Columns, list[Columns]]:
     """What coefficients add to the steps, and to the readings of each sensor."""
     n, seen = span.high - span.low, span.sightings
     moves, reads = [_none(n - 1)], [[_none(n)] for _ in seen.there]
@@ -262,15 +245,14 @@ def _added(
         for index, read in departure.reads.items():
             if seen.there[index].any():
                 reads[index].append((numbers, read(span)))
-    return _live(moves, begun), [_live(each, begun) for each in reads]
+    return _live(moves), [_live(each) for each in reads]
 
 
-def _live(each: Sequence[Columns], begun: Ints) -> Columns:
-    """Side by side, without those that are zero and have been."""
+def _live(each: Sequence[Columns]) -> Columns:
+    """Side by side, without those that are zero."""
     numbers, columns = (np.concatenate(of, axis=-1) for of in zip(*each, strict=True))
-    live = np.isin(numbers, begun)
-    live[~live] = columns[:, :, ~live].any(axis=(0, 1))
-    return (numbers, columns) if live.all() else (numbers[live], columns[:, :, live].copy())
+    live = columns.any(axis=(0, 1))
+    return numbers[live], np.ascontiguousarray(columns[:, :, live])
 
 
 def _none(n: int) -> Columns:

@@ -73,12 +73,7 @@ def reflect(A, R, room):
         R[j, j] = -length
         for m in range(j + 1, q):
             over(A, R, room, j, m)
-    whole = columns - (columns - q) % 3
-    for m in range(q, whole, 3):
-        for j in range(q):
-            if room[j, 1] != 0.0:
-                over_three(A, R, room, j, m)
-    for m in range(whole, columns):
+    for m in range(q, columns):
         for j in range(q):
             if room[j, 1] != 0.0:
                 over(A, R, room, j, m)
@@ -95,25 +90,6 @@ def over(A, R, room, j, m):
     R[j, m] -= f * first
     for i in range(rows):
         A[m, i] -= f * A[j, i]
-
-
-@reordered
-def over_three(A, R, room, j, m):
-    """A reflection over three columns, for which it is fetched once."""
-    rows, first = A.shape[1], room[j, 0]
-    a, b, c = first * R[j, m], first * R[j, m + 1], first * R[j, m + 2]
-    for i in range(rows):
-        x = A[j, i]
-        a, b, c = a + x * A[m, i], b + x * A[m + 1, i], c + x * A[m + 2, i]
-    a, b, c = room[j, 1] * a, room[j, 1] * b, room[j, 1] * c
-    R[j, m] -= a * first
-    R[j, m + 1] -= b * first
-    R[j, m + 2] -= c * first
-    for i in range(rows):
-        x = A[j, i]
-        A[m, i] -= a * x
-        A[m + 1, i] -= b * x
-        A[m + 2, i] -= c * x
 
 
 @reordered

@@ -2,7 +2,7 @@
 
 The filter of `two_stage.py` stays as it is: what it has kept says what a coefficient changes the
 driven errors and the whitened innovations by. Nothing is kept of that: innovations go into the
-triangle of c at once. A coefficient that nothing has yet been added by has no column.
+triangle of c at once.
 """
 
 import math
