@@ -96,14 +96,9 @@ def result_file(source: Path, document: Mapping[str, Any]) -> Path | None:
     seed = document["seed"]
     number = document["solution"]
     if number is None:
-        number = next(
-            (
-                i
-                for i, x in enumerate(read_run(folder).outcome.X.tolist())
-                if x == document["design"]
-            ),
-            None,
-        )
+        designs = read_run(folder).outcome.X.tolist()
+        if document["design"] in designs:
+            number = designs.index(document["design"])
     return None if number is None else folder / f"verification-solution{number}-seed{seed}.json"
 
 

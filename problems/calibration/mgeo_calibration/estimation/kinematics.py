@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
-from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry import cross, exponential, rotation_vector
 from mgeo_attitude.sensors import Suite, influenced, is_uneven
 
@@ -105,7 +104,7 @@ def steps(
     F, Q = discretized(suite, rates, batch.durations, follows)
     # of the gyro's constants alone, which are the leading ones
     turned_by = F[:, :3, parts.constant[parts.constant < suite.n_kinematic]]
-    F, Q = _of_states(F, parts.driven), _of_states(Q, parts.driven)
+    F, Q = (each.take(parts.driven, axis=1).take(parts.driven, axis=2) for each in (F, Q))
     grown = np.ascontiguousarray(growth(batch, parts) if grown is None else grown)
     G = np.zeros((n, 3, len(parts.constant)))
     # rows of F from the fourth on are of a diagonal
@@ -172,17 +171,6 @@ def _by_rate(suite: Suite) -> Floats:
     """By what the gyro's constants change the attitude's rate, of each component of the rate."""
     k, rest = suite.n_kinematic, suite.dynamics_matrix(np.zeros(3))
     return np.array([(suite.dynamics_matrix(axis) - rest)[:3, 6:k] for axis in np.eye(3)])
-
-
-def _of_states(A: Floats, states: Ints) -> Floats:
-    """Rows and columns of n matrices; by slices, of which there are few."""
-    found = np.empty((len(A), len(states), len(states)))
-    ends = [0, *(np.flatnonzero(np.diff(states) > 1) + 1), len(states)]
-    runs = [(slice(i, j), slice(states[i], states[j - 1] + 1)) for i, j in pairwise(ends)]
-    for own, rows in runs:
-        for others, columns in runs:
-            found[:, own, others] = A[:, rows, columns]
-    return found
 
 
 def _sinhc(x: Floats) -> Floats:
