@@ -15,7 +15,7 @@ from mgeo_calibration.calibration.questions import channels_of, questions
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import fit
-from mgeo_calibration.estimation.residuals import innovations
+from mgeo_calibration.estimation.residuals import filtered
 from mgeo_calibration.telemetry import Telemetry
 
 #: By how much noise is taken to be larger where readings do not fit at all.
@@ -123,7 +123,7 @@ def of_a_wide_fit(
     channels: dict[str, Floats] = {}
     left_out = 0
     if telemetry is not None:
-        channels, left_out = channels_of(telemetry, batch, innovations(solution))
+        channels, left_out = channels_of(telemetry, batch, filtered(solution).innovations)
     asked = questions(solution, channels)
     n_tests = len(asked) + left_out * (1 + len(batch.sensors))
     return factor, model_tests(solution, asked, n_tests, 1.0)[0]

@@ -26,7 +26,6 @@ from .mistakes import implausible as implausible
 from .residuals import History as History
 from .residuals import Innovations as Innovations
 from .residuals import filtered as filtered
-from .residuals import innovations as innovations
 from .residuals import residuals as residuals
 from .score import Departure as Departure
 from .score import log_tail as log_tail

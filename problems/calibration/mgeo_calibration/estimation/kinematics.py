@@ -87,7 +87,6 @@ def steps(
     at: Trajectory,
     parts: Partition,
     grown: Floats | None = None,
-    turned: tuple[Floats, Floats] | None = None,
 ) -> Steps:
     """The kinematics of a trajectory.
 
@@ -95,11 +94,9 @@ def steps(
     ----------
     grown : array, shape (n + 1, c), optional
         Its `growth`, if the first sample of all is another one.
-    turned : tuple of arrays, optional
-        Its `turns`, if they are known.
     """
     suite, n = batch.suite, len(batch.gyro)
-    rates, turn = turns(batch, at.states) if turned is None else turned
+    rates, turn = turns(batch, at.states)
     follows = batch.follows(suite.gyro, slice(1, None))
     F, Q = discretized(suite, rates, batch.durations, follows)
     # of the gyro's constants alone, which are the leading ones
@@ -139,19 +136,6 @@ def discretized(
     """
     n, m, k = len(rates), suite.n_dynamic, suite.n_kinematic
     F, Q = np.zeros((2, n, m, m))
-    _kinematic(suite, rates, durations, follows, F, Q)
-    for process, first in zip(suite.processes.values(), range(k, m, 3), strict=True):
-        decay, variance = process.over(durations[:, None])
-        own = range(first, first + 3)
-        F[:, own, own], Q[:, own, own] = decay, variance
-    return F, Q
-
-
-def _kinematic(
-    suite: Suite, rates: Floats, durations: Floats, follows: Sequence[Floats], F: Floats, Q: Floats
-) -> None:
-    """Write entries of attitude and gyro into zeros."""
-    n = len(rates)
     density, turning, unit = suite.diffusion(), np.ascontiguousarray(rates), _by_rate(suite)
     densities, kernel = (density[0], density[3]), load("kinematics")
     kernel.discretized(suite.gyro.bias_decay, densities, unit, turning, durations, F, Q)
@@ -164,6 +148,11 @@ def _kinematic(
         kernel.discretized(0.0, densities, unit[:, :, :0], turning, durations, *constant)
         for columns, value in zip(suite.following, follows, strict=True):
             F[:, :3, columns] = value[:, :, None] * constant[0][:, :3, 3:6]
+    for process, first in zip(suite.processes.values(), range(k, m, 3), strict=True):
+        decay, variance = process.over(durations[:, None])
+        own = range(first, first + 3)
+        F[:, own, own], Q[:, own, own] = decay, variance
+    return F, Q
 
 
 @lru_cache(maxsize=16)

@@ -77,12 +77,9 @@ class Sightings:
         return max(3, *(int(row[:n].max(initial=-1)) + 1 for row, (n, _) in each))
 
 
-def sightings(
-    batch: Batch, at: Trajectory, parts: Partition, rates: Floats | None = None
-) -> Sightings:
-    """The readings of all sensors; `rates` saves finding those of `turns`."""
-    rates = turns(batch, at.states)[0] if rates is None else rates
-    each = [sighting(batch, index, at, rates) for index in range(len(batch.suite.sensors))]
+def sightings(batch: Batch, at: Trajectory, parts: Partition) -> Sightings:
+    """The readings of all sensors."""
+    each = [sighting(batch, index, at) for index in range(len(batch.suite.sensors))]
     s, N, p = len(each), len(batch.times), max(len(one.states) for one in each)
     found = Sightings(
         there=np.zeros((s, N), dtype=bool),
@@ -109,12 +106,12 @@ def sightings(
     return found
 
 
-def sighting(batch: Batch, index: int, at: Trajectory, rates: Floats | None = None) -> Sighting:
-    """The readings of a sensor of the suite, by its number; `rates` saves finding those of `turns`.
+def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
+    """The readings of a sensor of the suite, by its number.
 
     A sensor that is late has seen the body turn at the rate of the step to the sample.
     """
-    samples, r = _innovation(batch, index, at, rates, Linear)
+    samples, r = _innovation(batch, index, at, Linear)
     m = len(batch.suite.sensors[index].noise())
     noise = batch.noise[index, :m]
     if not len(samples):
@@ -126,12 +123,12 @@ def sighting(batch: Batch, index: int, at: Trajectory, rates: Floats | None = No
 
 def misfit(batch: Batch, index: int, at: Trajectory) -> tuple[Ints, Floats]:
     """Samples and z of `sighting`."""
-    samples, r = _innovation(batch, index, at, None, Value)
+    samples, r = _innovation(batch, index, at, Value)
     return samples, r.value.T
 
 
 def _innovation(
-    batch: Batch, index: int, at: Trajectory, rates: Floats | None, kind: type[Taylor]
+    batch: Batch, index: int, at: Trajectory, kind: type[Taylor]
 ) -> tuple[Ints, Taylor]:
     """Of the readings of a sensor, at samples, shape (m,)."""
     suite = batch.suite
@@ -140,7 +137,7 @@ def _innovation(
         return samples, Taylor.of(np.zeros((0, len(suite.sensors[index].noise()))))
     rate = STILL  # which only a sensor that is late asks for
     if "delay" in suite.places(suite.sensors[index]):
-        rates = turns(batch, at.states)[0] if rates is None else rates
+        rates, _ = turns(batch, at.states)
         rate = rates[np.maximum(samples - 1, 0)]
     attitude = np.moveaxis(at.attitude[samples], 0, -1)
     estimate = Estimate.of(suite, attitude, at.states[samples].T, np.zeros(0))
@@ -200,6 +197,5 @@ def equations(
 ) -> Equations:
     """Of samples low to high - 1, with the growth of constants at all samples, shape (N, c)."""
     own, here = batch.part(low, high), at.part(low, high)
-    turned = turns(own, here.states)
-    move = steps(own, here, parts, growth[low:high], turned)
-    return Equations(low, high, own, here, parts, move, sightings(own, here, parts, turned[0]))
+    move = steps(own, here, parts, growth[low:high])
+    return Equations(low, high, own, here, parts, move, sightings(own, here, parts))

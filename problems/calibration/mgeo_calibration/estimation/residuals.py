@@ -99,22 +99,11 @@ def residuals(solution: Solution) -> Residuals:
 
 def filtered(solution: Solution, n: int = 3) -> Filtered:
     """One sample after the other; of the n leading errors, those of the attitude."""
-    N = len(solution.e)
-    errors, until = np.empty((N, n)), np.empty((N, n, n))
-    return Filtered(errors, until, _innovations(solution, errors, until))
-
-
-def innovations(solution: Solution) -> tuple[Innovations, ...]:
-    """Those of `filtered` alone."""
-    return _innovations(solution, np.empty((0, 0)), np.empty((0, 0, 0)))
-
-
-def _innovations(solution: Solution, errors: Floats, until: Floats) -> tuple[Innovations, ...]:
-    """Of each sensor; errors and covariances are written, unless they are empty."""
     r, J = solution.prior
     s, N = solution.used.shape
     root = np.linalg.inv(J)
     common, white = root @ r, np.empty((s, N, 3))
+    errors, until = np.empty((N, n)), np.empty((N, n, n))
     for span in solution.spans():
         own, first = slice(span.low, span.high), span.first
         each = np.empty(span.sightings.z.shape)
@@ -123,12 +112,8 @@ def _innovations(solution: Solution, errors: Floats, until: Floats) -> tuple[Inn
         )
         white[:, span.new] = each[:, first:]
     numbers = [len(sensor.noise()) for sensor in solution.batch.suite.sensors]
-    return tuple(
-        Innovations(k, white[index, k, :m])
-        for index, (k, m) in enumerate(
-            zip(map(np.flatnonzero, solution.used), numbers, strict=True)
-        )
-    )
+    seen = zip(map(np.flatnonzero, solution.used), white, numbers, strict=True)
+    return Filtered(errors, until, tuple(Innovations(k, w[k, :m]) for k, w, m in seen))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

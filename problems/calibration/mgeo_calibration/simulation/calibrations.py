@@ -18,7 +18,7 @@ from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import check, settle
 from mgeo_calibration.estimation.innovation import Estimate
-from mgeo_calibration.estimation.residuals import innovations
+from mgeo_calibration.estimation.residuals import filtered
 from mgeo_calibration.estimation.trajectory import Trajectory
 from mgeo_calibration.flight import Flight
 from mgeo_calibration.flight.flight import unsteady
@@ -121,7 +121,7 @@ def _calibrated(scenario: Scenario, given: Planned, generator: np.random.Generat
     attitude = found.solution.estimate.attitude[-1]
     estimate = Estimate.of(data.suite, attitude[..., None], states[:, None], P)
     (e,) = estimate.error(true.attitude[-1][..., None], true.states[-1][:, None]).T
-    white = innovations(found.solution)
+    white = filtered(found.solution).innovations
     return Record(
         errors=e[None, None],
         sigma=np.sqrt(np.diag(P))[None, None],

@@ -92,7 +92,7 @@ def numbers(column: pd.Series) -> Floats:
     if column.dtype.kind in "iuf":
         values: Floats = column.to_numpy(dtype=float, na_value=np.nan)
     else:
-        values = np.asarray(_plain(column.tolist()) or [*map(_number, column)], dtype=np.float64)
+        values = np.asarray([*map(_number, column)], dtype=np.float64)
     if np.isinf(values).any():
         row = int(np.argmax(np.isinf(values)))
         name = f"row {row + 1}, {column.name} = {_shown(column.iloc[row])}"
@@ -129,17 +129,6 @@ def other_columns(
         if 2 * there.sum() > len(values) and np.ptp(values[there]) > 0.0:
             found[str(name)] = values
     return found
-
-
-def _plain(cells: list[Any]) -> list[float]:
-    """Numbers of texts, nearly always; nothing if one of the cells wants a closer look."""
-    try:
-        text = "".join(cells)
-        return (
-            [float(cell or "nan") for cell in cells] if text.isascii() and "_" not in text else []
-        )
-    except (TypeError, ValueError):
-        return []
 
 
 def _number(cell: object) -> float:

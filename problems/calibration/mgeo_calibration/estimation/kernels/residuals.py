@@ -215,7 +215,7 @@ def those_before(seen, readings, kept, root, common, first, white, errors, until
         Sample to begin with.
     white : array, shape (s, N, 3)
         Written: innovations, whitened.
-    errors, until : arrays, shapes (N, n) and (N, n, n), or empty
+    errors, until : arrays, shapes (N, n) and (N, n, n)
         Written: estimates of the n leading errors at every sample, and their covariance.
     """
     N, _, q = kept[1].shape
@@ -224,5 +224,4 @@ def those_before(seen, readings, kept, root, common, first, white, errors, until
         for s in range(len(seen)):
             if seen[s, k]:
                 potter(s, k, readings, root, common, white, phi, small)
-        if len(until):
-            estimate(k, kept, root, common, spread, errors, until)
+        estimate(k, kept, root, common, spread, errors, until)
