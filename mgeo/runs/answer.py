@@ -225,11 +225,6 @@ def nearest_kept(view: View, row: int) -> int | None:
     return None
 
 
-def constraints(view: View) -> list[list[Margin]]:
-    """The constraints of each solution as they are computed, inequalities first."""
-    return _read(View.limits(view))
-
-
 def _read(tables: list[pd.DataFrame]) -> list[list[Margin]]:
     found = []
     for table in tables:
@@ -266,7 +261,7 @@ class DeadEnd:
 def dead_end(view: View) -> DeadEnd:
     """What stands in the way of the solutions that come nearest, at least one."""
     # a problem may be stricter than what it tells
-    pairs = zip(limits(view), constraints(view), strict=True)
+    pairs = zip(limits(view), _read(View.limits(view)), strict=True)  # as told, as computed
     exceeded = [_exceeded(told) or _exceeded(computed) for told, computed in pairs]
     return DeadEnd(tuple(_binding(exceeded)), (*ask(view, View.ways_out), *_ways(exceeded)))
 
