@@ -116,12 +116,12 @@ def run_to_folder(
             persistence.drop_if_useless()
             if persistence.can_resume and isinstance(error, EvaluationError | Refused):
                 output.note(_GO_ON.format(folder))
-            elif persistence.spares_another:
+            elif persistence.waits:
                 output.note(_SPARED.format(folder))
             raise
         made = Run(run.configuration, outcome, installed_versions(run.configuration.problem))
         # one that was stopped before it had anything costs the user no other
-        spared = persistence.spares_another and not len((outcome.nearest or outcome).X)
+        spared = persistence.waits and not len((outcome.nearest or outcome).X)
         written, failed, view = False, None, None
         try:
             with bad_input():

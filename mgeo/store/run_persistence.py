@@ -65,12 +65,12 @@ class RunPersistence(Callback):
         self.folder = folder
         self.path = folder / CHECKPOINT_FILE
         self.record = record
+        self.waits = False  # for something to put in the place of what another run has left
         self._configuration = configuration
         self._algorithm = algorithm
         self._checkpoint: Checkpoint | None = None
         self._recorder: Recorder | None = None
         self._first = b""  # checkpoint, from which nothing is made yet
-        self._waits = False  # for something to put in the place of another run
         self._began = False  # here, and not in a run before that is resumed
 
     @property
@@ -82,11 +82,6 @@ class RunPersistence(Callback):
     def error(self) -> OSError | None:
         """Why the latest checkpoint could not be written, None if it was."""
         return None if self._checkpoint is None else self._checkpoint.error
-
-    @property
-    def spares_another(self) -> bool:
-        """Whether the folder still has what another run has left there."""
-        return self._waits
 
     @property
     def made(self) -> int:
@@ -121,7 +116,7 @@ class RunPersistence(Callback):
             self._checkpoint = Checkpoint(self.path, notes=lambda: own | notes(), warn=False)
             self._first = content(algorithm, own | notes())
         algorithm.callback = CallbackCollection(*callbacks)
-        self._waits = begins
+        self.waits = begins
         left = (RUN_FILE, CHECKPOINT_FILE, RECORD_FOLDER)
         if not any((self.folder / name).exists() for name in left):
             self.take_over()
@@ -136,13 +131,13 @@ class RunPersistence(Callback):
         OSError
             If not even the first checkpoint can be written; what was there is unchanged then.
         """
-        if not self._waits:
+        if not self.waits:
             return
         if self._first:
             write_file(self.path, self._first)
         else:
             self.path.unlink(missing_ok=True)
-        self._waits, self._began = False, True
+        self.waits, self._began = False, True
         if not self.record:
             record_file.remove(self.folder / RECORD_FOLDER)
         if self._first or self.record:  # else the results of this one take their place

@@ -184,8 +184,10 @@ def test_a_run_under_way_is_not_beside_what_another_has_found(mgeo, monkeypatch)
     assert read_run("a").configuration.seed == 2
 
 
-@pytest.mark.parametrize("algorithm", [["nsga2"], ["nsga2", "--record"], SHORT[1:]])
-@pytest.mark.parametrize("evaluations", [40, 400])
+@pytest.mark.parametrize(
+    ("evaluations", "algorithm"),
+    [(400, ["nsga2"]), (400, ["nsga2", "--record"]), (40, SHORT[1:]), (400, SHORT[1:])],
+)
 def test_a_run_without_a_result_does_not_cost_the_one_before(
     mgeo, monkeypatch, algorithm, evaluations
 ):
