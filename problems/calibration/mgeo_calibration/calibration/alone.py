@@ -94,7 +94,8 @@ def calibrate_alone(
         telemetry = read_telemetry(telemetry, scenario, mapping)
     suite = Suite(scenario.gyro, scenario.sensors)
     data, belief, units = batch(scenario, telemetry), Belief.of(scenario), telemetry_units(suite)
-    rows, covariances, failures, notes = [], {}, [], []
+    rows, covariances = [], {}
+    failures, notes = list[str](), list[str]()
     magnetometers = [k for k, s in enumerate(suite.sensors) if isinstance(s, Magnetometer)]
     if not magnetometers:
         raise ValueError(
@@ -116,37 +117,31 @@ def calibrate_alone(
                 k, unit = 3 * number + i, units[block]
                 values = found.values[k], sigma[k], belief.sigma[first + i]
                 rows.append((block, axis, unit.text, *(float(v) * unit.factor for v in values)))
-        tests = 2 * len(magnetometers)
-        failures += _failures(name, found.residuals, tests)
-        notes += _notes(name, found.residuals, tests)
+        against, of_noise = _said(name, found.residuals, 2 * len(magnetometers))
+        failures, notes = failures + against, notes + of_noise
     columns = ["block", "axis", "unit", "estimate", "sigma", "prior_sigma"]
     return StrengthCalibration(pd.DataFrame(rows, columns=columns), covariances, failures, notes)
 
 
-def _failures(name: str, residuals: np.ndarray, tests: int) -> list[str]:
-    found, square = [], float((residuals**2).mean())
+def _said(name: str, residuals: np.ndarray, tests: int) -> tuple[list[str], list[str]]:
+    """What residuals say against it and, as `SensorTest.notes`, of noise that is less."""
+    failures, notes, square = [], [], float((residuals**2).mean())
     low, high = nis_bounds(len(residuals), tests)
     if not square <= high:
-        found.append(
+        failures.append(
             f"the strength that {name} measures scatters more than its noise (chi-square "
             f"{square:.3f} a reading, expected {low:.3f} to {high:.3f})"
+        )
+    if square < low:
+        notes.append(
+            f"{name}: sigmas are too large by {1.0 / np.sqrt(square):.3g}; its noise is less than "
+            "the scenario says"
         )
     next_to = abs(float((residuals[1:] * residuals[:-1]).mean())) / square
     if next_to > (most := correlation_bound(len(residuals), tests)):
         less = np.sqrt((1.0 + next_to) / (1.0 - next_to))  # as of a first-order process
-        found.append(
+        failures.append(
             f"residuals of {name} are not white (correlation {next_to:.3f}, expected at most "
             f"{most:.3f}): sigmas are too small, about {less:.2g} times"
         )
-    return found
-
-
-def _notes(name: str, residuals: np.ndarray, tests: int) -> list[str]:
-    """As `SensorTest.notes`."""
-    square = float((residuals**2).mean())
-    if square >= nis_bounds(len(residuals), tests)[0]:
-        return []
-    return [
-        f"{name}: sigmas are too large by {1.0 / np.sqrt(square):.3g}; its noise is less than the "
-        "scenario says"
-    ]
+    return failures, notes

@@ -6,6 +6,8 @@ import math
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import reduce
+from operator import mul
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -220,8 +222,11 @@ def simulate(
     run.ExecuteSimulation()
     wheels = np.zeros((n + 1, 0))
     if isinstance(vehicle, Vehicle):
-        wheels = _held(vehicle, spins, configuration)[::parts]
-    vectors = [_after_start(one.vectors(reported)[::parts]) for one in instruments]
+        count = len(vehicle.wheels.axes)
+        wheels = spins.wheelSpeeds[::parts, :count] * configuration.read().JsList[:count]
+    vectors = [one.vectors(reported)[::parts] for one in instruments]
+    for each in vectors:
+        each[0] = np.nan  # at the start nothing is reported
     return _seen(records, vectors, wheels, scenario.step, parts)
 
 
@@ -252,14 +257,6 @@ def _seen(
         sensors=tuple(vectors),
         wheels=wheels,
     )
-
-
-def _held(vehicle: Vehicle, spins: Any, configuration: Any) -> Floats:
-    """Momentum of each wheel [N m s]."""
-    count = len(vehicle.wheels.axes)
-    inertia = np.array(configuration.read().JsList[:count])
-    held: Floats = spins.wheelSpeeds[:, :count] * inertia
-    return held
 
 
 def _corrected(suite: Suite, states: Floats) -> Callable[[Floats], Floats]:
@@ -298,14 +295,5 @@ def _satellite(
 
 def _composed(turns: Floats) -> Floats:
     """Rotation vectors of turns one after the other, shape (n, m, 3) to (n, 3)."""
-    whole = Rotation.from_rotvec(turns[:, 0])
-    for part in range(1, turns.shape[1]):
-        whole = whole * Rotation.from_rotvec(turns[:, part])
-    vectors: Floats = whole.as_rotvec()
-    return vectors
-
-
-def _after_start(vectors: Floats) -> Floats:
-    """Without the first sample, at which nothing is reported."""
-    vectors[0] = np.nan
+    vectors: Floats = reduce(mul, map(Rotation.from_rotvec, turns.swapaxes(0, 1))).as_rotvec()
     return vectors
