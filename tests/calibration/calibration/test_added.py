@@ -31,7 +31,7 @@ def first(flight):
 @pytest.mark.slow
 def test_scale_factors_and_noise_are_found_and_both_are_compared(flight, first):
     assert first.failures[0].startswith("mag.scale_factor is ")
-    found = calibrate_with(first, flight, None, ["mag.scale_factor", "noise"])
+    found = calibrate_with(first, flight, ["mag.scale_factor", "noise"])
     assert found.supported, found.conclusion
     scale = found.table().set_index("block").loc["mag.scale_factor"]
     assert np.abs((scale["estimate"] - 1e6 * SCALE) / scale["sigma"]).max() < 4.0
@@ -49,12 +49,12 @@ def test_what_cannot_be_added_is_refused(flight, first):
     assert {"mag.scale_factor", "mag.nonorthogonality", "gyro.misalignment"} <= set(options)
     for key in ("mag.bias", "mag.scale", "", "other.scale_factor"):
         with pytest.raises(InvalidValue, match=r"fit = .*: expected something that can be added"):
-            calibrate_with(first, flight, None, [key])
+            calibrate_with(first, flight, [key])
     going_on = dataclasses.replace(
         first, scenario=first.scenario_after({"accept_unsupported": True})
     )
     with pytest.raises(InvalidValue, match=r"fit = 'mag\.scale_factor': expected no earlier"):
-        calibrate_with(going_on, flight, None, ["mag.scale_factor"])
+        calibrate_with(going_on, flight, ["mag.scale_factor"])
 
 
 @pytest.mark.slow
@@ -62,7 +62,7 @@ def test_a_delay_that_was_told_is_found():
     telemetry = fly(SCENARIO, MOTION, 5, Craft(late={"mag": 0.2}))
     first = calibrate(SCENARIO, telemetry)
     assert first.failures[0].endswith(": mag.initial_delay_s")
-    found = calibrate_with(first, telemetry, None, ["mag.delay"])
+    found = calibrate_with(first, telemetry, ["mag.delay"])
     assert found.supported, found.conclusion
     delay = found.table().set_index("block").loc[["mag.delay"]].iloc[0]
     assert abs(delay["estimate"] - 0.2) < 4.0 * delay["sigma"]

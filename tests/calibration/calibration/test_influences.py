@@ -69,7 +69,7 @@ def test_what_a_bias_follows_is_named_with_its_key_and_can_be_added(telemetry):
         line.startswith("mag.bias follows ") and line.endswith(": mag.influences")
         for line in first.failures
     )
-    again = calibrate_with(first, telemetry, None, ["mag.current", "mag.temp", "gyro.temp"])
+    again = calibrate_with(first, telemetry, ["mag.current", "mag.temp", "gyro.temp"])
     assert again.supported, again.conclusion
     added = {each.channel: each for each in again.scenario.sensors[1].influences}
     bias = PLAIN.sensors[1].initial_bias_nt
@@ -85,7 +85,7 @@ def test_what_a_bias_follows_is_named_with_its_key_and_can_be_added(telemetry):
     assert "mag.temp" not in names
     assert "sun.temp" in names
     with pytest.raises(InvalidValue, match=r"fit = 'sun\.heat'.*'sun\.temp'"):
-        calibrate_with(first, telemetry, None, ["sun.heat"])
+        calibrate_with(first, telemetry, ["sun.heat"])
 
 
 def test_a_table_has_its_channels_whatever_their_case_and_unit(telemetry, tmp_path):

@@ -10,7 +10,7 @@ import pytest
 from mgeo_attitude import Environment, FilterModel, Scenario, StarTracker
 from mgeo_attitude.fields import InvalidValue
 from mgeo_calibration import Telemetry, TelemetryMapping, fly, read_telemetry
-from mgeo_calibration.telemetry import Channels, GyroChannels, SensorChannels
+from mgeo_calibration.telemetry import Channels, GyroChannels, SensorChannels, channel_causes
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
@@ -360,6 +360,14 @@ def test_what_is_wrong_with_files_and_mappings(frame, tmp_path):
     toml.write_text("[gyro]\nunits = 'rad/s'\n")
     with pytest.raises(ValueError, match=r"m.toml: gyro.units: unknown key; did you mean 'unit'"):
         TelemetryMapping.from_toml(toml)
+
+
+def test_samples_that_are_held_are_told():
+    rng, times = np.random.default_rng(1), np.arange(400.0)
+    sensors = {"mag": np.repeat(rng.standard_normal((200, 3)), 2, axis=0)}
+    held = Telemetry(times=times, gyro_deg_s=rng.standard_normal((400, 3)), sensors=sensors)
+    words = "mag repeats each of its samples 2 times: expected empty cells between them"
+    assert list(channel_causes(held)) == [words]
 
 
 def test_arrays_that_are_no_telemetry():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -19,7 +18,7 @@ from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.corrections import unit_of_bias
 from mgeo_calibration.calibration.from_telemetry import calibrate
 from mgeo_calibration.calibration.questions import follows
-from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
+from mgeo_calibration.telemetry import Telemetry
 from mgeo_calibration.telemetry.columns import name_and_unit
 
 #: Asks for the noise of the sensors.
@@ -36,8 +35,7 @@ _ROUNDS = 3  # what is an outlier depends on the noise
 
 def calibrate_with(
     found: Calibration,
-    telemetry: Telemetry | pd.DataFrame | Path | str,
-    mapping: TelemetryMapping | None,
+    telemetry: Telemetry,
     keys: Sequence[str],
 ) -> Calibration:
     """Calibrate again, with states added to the scenario of a calibration, or noise from the data.
@@ -52,30 +50,26 @@ def calibrate_with(
     ------
     InvalidValue
         For a key that adds nothing, or a scenario that goes on from a calibration.
-    ValueError, OSError
+    CannotCalibrate
         From `calibrate`.
     """
-    if not isinstance(telemetry, Telemetry):
-        telemetry, mapping = read_telemetry(telemetry, found.scenario, mapping), None
     states = [key for key in keys if key != NOISE]
     scenario = with_states(found.scenario, states, telemetry.others)
-    again = calibrate(scenario, telemetry, mapping) if scenario != found.scenario else found
+    again = calibrate(scenario, telemetry) if scenario != found.scenario else found
     for _ in range(_ROUNDS if NOISE in keys else 0):
-        again = calibrate(with_noise(again), telemetry, mapping)
+        again = calibrate(with_noise(again), telemetry)
     return again
 
 
-def with_states(
-    scenario: Scenario, keys: Sequence[str], others: Mapping[str, Floats] | None = None
-) -> Scenario:
+def with_states(scenario: Scenario, keys: Sequence[str], others: Mapping[str, Floats]) -> Scenario:
     """The scenario with states that it is without, of about the size that they usually have.
 
     Parameters
     ----------
-    others : mapping of str to array, optional
+    others : mapping of str to array
         Other columns of telemetry, which biases may follow.
     """
-    channels = followable(scenario, others or {})
+    channels = followable(scenario, others)
     options = addable(scenario) | dict.fromkeys(channels, _INFLUENCES)
     for key in keys:
         if key not in options:

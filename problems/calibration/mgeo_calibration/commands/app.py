@@ -275,7 +275,7 @@ def calibrate(
             raise
         promised = found.compare(flown) if flown else None
         if fit is not None:
-            found = calibrate_with(first, samples, read, [key.strip() for key in fit.split(",")])
+            found = calibrate_with(first, samples, [key.strip() for key in fit.split(",")])
     command.print_calibration(found, promised, picked, output)
     if diagnose:
         command.print_tests(found, output)
