@@ -36,7 +36,6 @@ class Batch:
 
     Attributes
     ----------
-    suite : Suite
     times : array, shape (n + 1,)
         [s]
     gyro : array, shape (n, 3)

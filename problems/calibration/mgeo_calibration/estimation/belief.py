@@ -20,7 +20,6 @@ class Belief:
 
     Attributes
     ----------
-    suite : Suite
     attitude : array, shape (3, 3), optional
         Body to GCRS; without it the attitude is whatever it is taken to be, give or take `UNKNOWN`.
     states : array, shape (n_states,)

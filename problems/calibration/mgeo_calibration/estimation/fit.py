@@ -49,8 +49,6 @@ class Fit:
     rejected : array of bool, shape (s, N)
         Readings of each sensor that the solution is without: those beyond the gate, and what has
         come and gone.
-    residuals : Residuals
-    solution : Solution
     """
 
     rejected: Bools

@@ -173,14 +173,10 @@ class Equations:
 
     Attributes
     ----------
-    low, high : int
     batch : Batch
         Of these samples.
     trajectory : Trajectory
         At these samples.
-    parts : Partition
-    steps : Steps
-    sightings : Sightings
     """
 
     low: int

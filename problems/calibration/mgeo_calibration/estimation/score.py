@@ -60,7 +60,6 @@ class Combined:
 
     Attributes
     ----------
-    departure : Departure
     columns : array, shape (departure.width, k)
         Its coefficients with each of the k.
     """

@@ -80,9 +80,6 @@ class Linear:
 
     Attributes
     ----------
-    batch : Batch
-    trajectory : Trajectory
-    parts : Partition
     used : array of bool, shape (s, N)
         Readings that are not left out.
     growth : array, shape (N, c)

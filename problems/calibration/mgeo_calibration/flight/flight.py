@@ -98,7 +98,6 @@ class Flight:
         True gyro and sensor states at the start; zero for the attitude.
     gyro : array, shape (n + 1, n_dynamic - 3)
         True states of the gyro, and of the sensors those that vary, at every sample.
-    readings : Readings
     """
 
     motion: Motion

@@ -142,7 +142,6 @@ class Planned:
 
     Attributes
     ----------
-    n_runs : int
     design : array, shape (4 m,)
     model, real : FilterModel
         What the estimator believes, and what is true.

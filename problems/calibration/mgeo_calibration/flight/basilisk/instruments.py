@@ -40,8 +40,6 @@ class Sources:
 
     Attributes
     ----------
-    satellite : Spacecraft
-    surroundings : Surroundings
     field, shadow : modules
         Of Basilisk; None where the scenario needs none.
     light : array, shape (m, 3)

@@ -27,7 +27,6 @@ class Coiled:
 
     Attributes
     ----------
-    drive : CoilDrive
     rates : array, shape (n, 3)
         Body rate that is asked for in each step [rad/s].
     begins : array of bool, shape (n,)
