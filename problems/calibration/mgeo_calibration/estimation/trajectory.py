@@ -100,8 +100,9 @@ FIXED = 400e6
 LARGE = 1e9
 #: Arrays of the trajectory that are there at once, and of three numbers of each sensor.
 _TRAJECTORIES, _READINGS = 3, 6
-#: Of a sample else: times, rates, attitudes of filter and smoother, their table as text [bytes].
-_ROW = 700
+#: Of a sample else: times, rates, attitudes of filter and smoother, their table as text, and the
+#: field's derivative along the orbit [bytes].
+_ROW = 780
 
 
 def memory_needed(suite: Suite, rows: int) -> float:

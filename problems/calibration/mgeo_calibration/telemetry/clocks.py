@@ -184,10 +184,11 @@ def _sun_and_field(scenario: Scenario, times: Floats, position: Floats) -> tuple
     All at once, with the field of one date: its model takes as long to begin as for 1000 places.
     """
     to_itrs = _each(lambda at: gcrs_to_itrs(instants(scenario.epoch, at)), times)
-    sun = _each(lambda at: sun_position(instants(scenario.epoch, at)), times)
     there, turn = position.reshape(-1, 3), to_itrs.reshape(-1, 3, 3)
     date = scenario.epoch + timedelta(seconds=0.5 * float(times.min() + times.max()))
     field = rotate(np.swapaxes(turn, 1, 2), geomagnetic_field(rotate(turn, there), date))
+    # after the field, which refuses dates for which the Sun's series would only warn
+    sun = _each(lambda at: sun_position(instants(scenario.epoch, at)), times)
     return sun_direction(position, sun), field.reshape(position.shape)
 
 
