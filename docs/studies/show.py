@@ -169,7 +169,7 @@ def table(values: pd.DataFrame) -> Markdown:
 def control_against(study: Study, comparison: Comparison) -> Markdown:
     """The study's control against every other algorithm, by every indicator."""
     assert study.control is not None
-    return table(control_table(comparison, study.control))
+    return table(control_table(comparison, study.control, comparison.indicators))
 
 
 def at_budgets(study: Study, comparison: Comparison, budgets: Sequence[int]) -> Markdown:
