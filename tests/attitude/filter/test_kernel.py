@@ -14,7 +14,7 @@ from functools import partial
 from pkgutil import iter_modules
 
 import pytest
-from mgeo_attitude.filter import load_backward, load_driver, load_module
+from mgeo_attitude.filter import load_driver, load_module
 from mgeo_calibration.estimation import kernels
 from numba.core.caching import NullCache
 from numba.core.dispatcher import Dispatcher
@@ -118,7 +118,7 @@ def test_threads_that_start_at_once_do_not_trip_whether_the_kernel_is_there_or_n
     assert run(tmp_path / "cache", THREADS).stderr == ""
 
 
-@pytest.mark.parametrize("module", [load_driver, load_backward, *SMOOTHER])
+@pytest.mark.parametrize("module", [load_driver, *SMOOTHER])
 def test_what_is_kept_of_one_process_fits_what_is_kept_of_another(module):
     """See `_compiled`: a test that lets processes compile shows the contrary once in many runs."""
     loaded = module()

@@ -20,7 +20,6 @@ from .jobs import separate as separate
 from .jobs import shared as shared
 from .kernel import check_private as check_private
 from .kernel import lanes as lanes
-from .kernel import load_backward as load_backward
 from .kernel import load_driver as load_driver
 from .kernel import load_module as load_module
 from .kernel import transition as transition
@@ -49,8 +48,6 @@ from .polynomials import discretize_alike as discretize_alike
 from .reference import has_converged as has_converged
 from .reference import schmidt as schmidt
 from .reference import van_loan as van_loan
-from .slopes import has_slopes as has_slopes
-from .slopes import slopes as slopes
 from .symbols import Code as Code
 from .symbols import Symbol as Symbol
 from .symbols import Triangle as Triangle

@@ -8,7 +8,7 @@ see `layout.py`. `driver.py` feeds the lanes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial, reduce
 from itertools import count, islice
 from typing import TYPE_CHECKING, Any
@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mgeo_attitude.filter import covariance
-from mgeo_attitude.filter.covariance import Measure, Sparse
 from mgeo_attitude.filter.layout import (
     NO_MONITORS,
     Monitors,
@@ -36,9 +35,6 @@ if TYPE_CHECKING:
 
 CHECK = "check"
 
-#: Turns numbers of GCRS into body axes.
-ToBody = Callable[[Iterable[Any]], Vec3]
-
 #: Less than any excess over a path limit [rad].
 NO_EXCESS = -10.0
 
@@ -54,7 +50,7 @@ def step_parts(
     loops of such. `CHECK`, which is no part of the step, finds the covariance's last pivot. The
     compiler's time grows faster than a function: hence several parts.
     """
-    step = Step(suite, gated, monitors)
+    step = _Step(suite, gated, monitors)
     _propagate(step)
     if monitors.limits:
         # before the measurements: the attitude was flown on what was known until now
@@ -69,12 +65,10 @@ def step_parts(
     return {name: code.text for name, code in step.parts.items()}
 
 
-class Step:
+class _Step:
     """The parts of a step that is being written, and what they find in the workspace."""
 
-    def __init__(
-        self, suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS
-    ) -> None:
+    def __init__(self, suite: Suite, gated: tuple[bool, ...], monitors: Monitors) -> None:
         self.suite, self.gated, self.monitors = suite, gated, monitors
         self.at = layout(suite, gated, monitors)
         self.parts: dict[str, Code] = {}
@@ -96,22 +90,6 @@ class Step:
         """Numbers that are given, from this column of a part on."""
         return code.slots(self.at.given + self._columns[part] + first, count)
 
-    def transition(self, code: Code) -> tuple[Sparse, Sparse]:
-        """F and Q, as `predict` takes them."""
-        at, suite = self.at, self.suite
-        F = {entry: code.slot(at.F + k) for k, entry in enumerate(transition_pattern(suite))}
-        for k, followed in enumerate(suite.following):
-            (value,) = self.numbers(code, "influences", k, 1)
-            own = range(followed.start, followed.stop)
-            F |= {(i, j): factor * value for (i, j), factor in F.items() if i != j and j in own}
-        m = suite.n_kinematic
-        Q = {(i, j): code.slot(at.Q + slot_of(i, j)) for i in range(m) for j in range(i + 1)}
-        for first in range(m, suite.n_dynamic, 3):
-            decay, *variances = self.constants(code, 4)
-            F |= {(i, i): decay for i in range(first, first + 3)}
-            Q |= {(first + i, first + i): variance for i, variance in enumerate(variances)}
-        return F, Q
-
     def to_body(self, code: Code, vector: Iterable[Any]) -> Vec3:
         C, v = code.slots(self.at.attitude, 9), tuple(vector)
         return Vec3(*(sum(C[3 * i + k] * v[k] for k in range(3)) for i in range(3)))
@@ -120,60 +98,35 @@ class Step:
         """One of the vectors that are given, the first or another one of a part of them."""
         return self.to_body(code, self.numbers(code, part, 3 * index, 3))
 
-    def vectors(self, code: Code, index: int, to_body: ToBody) -> list[Vec3]:
-        """What a sensor looks at and the columns of its gradient, in body axes."""
-        return [
-            to_body(self.numbers(code, "references", 3 * k, 3)) for k in self.suite.looks(index)
-        ]
-
-    def measure(self, code: Code, index: int, vectors: Sequence[Vec3], to_body: ToBody) -> Measure:
-        """Applies H of a sensor that looks at these `vectors`."""
-        suite, sensor = self.suite, self.suite.sensors[index]
-        own = suite.influence_columns(sensor)
-        return partial(
-            suite.measure,
-            sensor,
-            vectors[0],
-            to_body=to_body,
-            gradient=vectors[1:],
-            rate=Vec3(*code.slots(self.at.omega, 3)),
-            influences=self.numbers(code, "influences", own.start, own.stop - own.start),
-        )
-
-    def noise(self, code: Code, index: int, v: Vec3) -> tuple[Sequence[Symbol], Any]:
-        """Variances of a sensor, and whether it is available and sees what it looks at, 1 or 0."""
-        sensor, gate = self.suite.sensors[index], self._available(code, index)
-        variances = self.constants(code, len(sensor.noise()))
-        for view in sensor.views():
-            boresight, (bound,) = Vec3(*self.constants(code, 3)), self.constants(code, 1)
-            if view.disc:  # the cosine of the half-angle and the radius together
-                cosine, sine = self.numbers(code, f"view {view.direction}", 3, 2)
-                bound = bound * cosine - self.constants(code, 1)[0] * sine
-            looked_at = self.in_body_axes(code, f"view {view.direction}") if view.direction else v
-            inside = float(view.inside)
-            gate = gate * dot(boresight, looked_at).choose(bound, inside, 1.0 - inside)
-        if sensor.max_rate() < np.inf:
-            gate = gate * self.constants(code, 1)[0].choose(code.slot(self.at.rate), 1.0, 0.0)
-        return variances, gate
-
-    def _available(self, code: Code, index: int) -> Any:
+    def gate(self, code: Code, index: int) -> Any:
+        """Whether a sensor is available, 1 or 0."""
         if not self.gated[index]:
             return 1.0
         return code.slot(self.at.constants - sum(self.gated[index:]))
 
 
-def _propagate(step: Step) -> None:
+def _propagate(step: _Step) -> None:
     code, at, suite = step.part("propagate"), step.at, step.suite
     C, dC = code.slots(at.attitude, 9), code.slots(at.rotation, 9)
     for j in range(3):
         column = [sum(dC[3 * i + k] * C[3 * k + j] for k in range(3)) for i in range(3)]
         for i in range(3):
             code.store(at.attitude + 3 * i + j, column[i])
-    F, Q = step.transition(code)
+    F = {entry: code.slot(at.F + k) for k, entry in enumerate(transition_pattern(suite))}
+    for k, followed in enumerate(suite.following):
+        (value,) = step.numbers(code, "influences", k, 1)
+        own = range(followed.start, followed.stop)
+        F |= {(i, j): factor * value for (i, j), factor in F.items() if i != j and j in own}
+    m = suite.n_kinematic
+    Q = {(i, j): code.slot(at.Q + slot_of(i, j)) for i in range(m) for j in range(i + 1)}
+    for first in range(m, suite.n_dynamic, 3):
+        decay, *variances = step.constants(code, 4)
+        F |= {(i, i): decay for i in range(first, first + 3)}
+        Q |= {(first + i, first + i): variance for i, variance in enumerate(variances)}
     covariance.predict(step.covariance(code), suite.n_states, F, Q)
 
 
-def _watch_path(step: Step) -> None:
+def _watch_path(step: _Step) -> None:
     """The worst of each path limit so far, or the time in which it was broken."""
     code, at, limits = step.part("watch_path"), step.at, step.monitors.limits
     x, y, z, *angle = code.slots(at.turn, 6)
@@ -206,18 +159,41 @@ def _watch_path(step: Step) -> None:
         code.store(at.monitors + k, value)
 
 
-def _update(step: Step, index: int) -> None:
+def _update(step: _Step, index: int) -> None:
     """With what a sensor measures, where it is available and sees what it looks at."""
-    suite, code = step.suite, step.part(f"update_{index}")
-    to_body = partial(step.to_body, code)
-    vectors = step.vectors(code, index, to_body)
-    measure = step.measure(code, index, vectors, to_body)
-    variances, gate = step.noise(code, index, vectors[0])
+    suite, sensor, code = step.suite, step.suite.sensors[index], step.part(f"update_{index}")
+    rate = Vec3(*code.slots(step.at.omega, 3))
+    v = step.in_body_axes(code, "references", index)
+    variances = step.constants(code, len(sensor.noise()))
+    rows = suite.gradient_rows(index)
+    gradient = [step.in_body_axes(code, "references", k) for k in range(rows.start, rows.stop)]
+    gate = step.gate(code, index)
+    for view in sensor.views():
+        boresight, (bound,) = Vec3(*step.constants(code, 3)), step.constants(code, 1)
+        if view.disc:  # the cosine of the half-angle and the radius together
+            cosine, sine = step.numbers(code, f"view {view.direction}", 3, 2)
+            bound = bound * cosine - step.constants(code, 1)[0] * sine
+        looked_at = step.in_body_axes(code, f"view {view.direction}") if view.direction else v
+        inside = float(view.inside)
+        gate = gate * dot(boresight, looked_at).choose(bound, inside, 1.0 - inside)
+    if sensor.max_rate() < np.inf:
+        gate = gate * step.constants(code, 1)[0].choose(code.slot(step.at.rate), 1.0, 0.0)
+    follows = suite.influence_columns(sensor)
+    measure = partial(
+        suite.measure,
+        sensor,
+        v,
+        to_body=partial(step.to_body, code),
+        gradient=gradient,
+        rate=rate,
+        influences=step.numbers(code, "influences", follows.start, follows.stop - follows.start),
+    )
     considered = frozenset(suite.considered.tolist())
-    covariance.update(step.covariance(code), suite.n_states, measure, variances, gate, considered)
+    P = step.covariance(code)
+    covariance.update(P, suite.n_states, measure, variances, gate, considered)
 
 
-def _watch_states(step: Step) -> None:
+def _watch_states(step: _Step) -> None:
     """At how many samples in a row the required 1-sigmas have been met."""
     code, states = step.part("watch"), step.monitors.states
     weights = step.constants(code, len(states))
@@ -228,7 +204,7 @@ def _watch_states(step: Step) -> None:
     code.store(samples, met)
 
 
-def _sum_trace(step: Step) -> None:
+def _sum_trace(step: _Step) -> None:
     code, n = step.part("sum_trace"), step.suite.n_states
     P, weights = Triangle(code), step.constants(code, n)
     code.store(step.at.trace, sum(weights[i] * P[i, i] for i in range(n)))
@@ -272,15 +248,15 @@ from {__package__}.lanewise import lanewise
 
 {functions}
 
-@cfunc("{SIGNATURE}", cache=True)
+@cfunc("{_SIGNATURE}", cache=True)
 def step(W):
 {step}
 
-@cfunc("{SIGNATURE}", cache=True)
+@cfunc("{_SIGNATURE}", cache=True)
 def check(W):
     {CHECK}(W)
 '''
 
 
 # a pointer, because an array would compile three times slower
-SIGNATURE = "void(CPointer(float64))"
+_SIGNATURE = "void(CPointer(float64))"

@@ -135,7 +135,17 @@ def update(
     """
     code, support, m = P.code, looked_at(n, measure), len(variances)
 
-    project(P, n, measure, support, P.scratch)
+    # P Hᵀ. Of a state that H looks at, row or column of the triangle is what is needed: one up to
+    # that state's block, the other past it.
+    first = 0
+    for last in (*sorted({j - j % 3 + 3 for j in support}), n):
+        if first < last:
+            with code.loop(first, last) as state:
+                projected = measure([P[i, state] for i in range(n)])
+                for r, value in enumerate(projected):
+                    code.store(_entry(P, state, r), value)
+        first = last
+
     L, gated = innovation({j: _row(P, j, m) for j in support}, n, measure, variances, gate)
     with code.loop(0, n) as state:
         for r, value in enumerate(gain(_row(P, state, m), L, gated)):
@@ -152,22 +162,6 @@ def update(
         for first, last in _gaps([j for j in held if j < block], block):
             with code.loop(first, last, 3) as j:
                 _take_block(P, (block, left), (j, G(j)))
-
-
-def project(P: Triangle, n: int, measure: Measure, support: list[int], first: int) -> None:
-    """P Hᵀ, three numbers for each state in the slots from `first` on.
-
-    Of a state that H looks at, one of its `support`, row or column of the triangle is what is
-    needed: one up to that state's block, the other past it.
-    """
-    begin = 0
-    for end in (*sorted({j - j % 3 + 3 for j in support}), n):
-        if begin < end:
-            with P.code.loop(begin, end) as state:
-                projected = measure([P[i, state] for i in range(n)])
-                for r, value in enumerate(projected):
-                    P.code.store(f"3 * ({state}) + {first + r}", value)
-        begin = end
 
 
 def looked_at(n: int, measure: Measure) -> list[int]:

@@ -32,8 +32,7 @@ import platformdirs
 from mgeo.store import write_file
 from mgeo_attitude import _compiled
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.filter import discretization, lane, polynomials
-from mgeo_attitude.filter.adjoint import adjoint_source
+from mgeo_attitude.filter import discretization, polynomials
 from mgeo_attitude.filter.codegen import module_source
 from mgeo_attitude.filter.lanewise import lanewise
 from mgeo_attitude.filter.layout import NO_MONITORS, Monitors
@@ -72,20 +71,7 @@ def load_kernel(
 def load_driver() -> ModuleType:
     """Compiled module of the text of `driver.py`; see its function ``run``."""
     source = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
-    return load_module("driver", source, [discretization, polynomials, lane, lanewise])
-
-
-@cache
-def load_adjoint(suite: Suite, gated: tuple[bool, ...]) -> ModuleType:
-    """Module of a suite, whose C function ``back`` is the step backward; see `adjoint.py`."""
-    return load_module("adjoint", adjoint_source(suite, gated, lanes()), [lanewise])
-
-
-@cache
-def load_backward() -> ModuleType:
-    """Compiled module of the text of `backward.py`; see its function ``run``."""
-    source = resources.files(__package__).joinpath("backward.py").read_text(encoding="utf-8")
-    return load_module("backward", source, [discretization, polynomials, lane, lanewise])
+    return load_module("driver", source, [discretization, polynomials, lanewise])
 
 
 def load_module(

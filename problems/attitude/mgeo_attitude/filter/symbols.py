@@ -122,9 +122,6 @@ class Code:
     def store(self, k: int | str, value: Symbol | float) -> None:
         self.assign(self.slot(k), value)
 
-    def add(self, k: int, value: Symbol | float) -> None:
-        self.store(k, self.slot(k) + value)
-
     def assign(self, slot: Symbol, value: Symbol | float) -> None:
         self._write(f"{slot.name} = {_text(value)}")
 

@@ -102,17 +102,9 @@ class AtTime:
 
     def order(self, designs: Floats, steps: Ints | int, within_steps: bool = False) -> Ints:
         """Rows of designs, the best first, as `best`."""
-        return np.lexsort(self._ranks(designs, steps, within_steps))
-
-    def _ranks(
-        self, designs: Floats, steps: Ints | int, within_steps: bool = False
-    ) -> tuple[Floats, Floats]:
         value, excess = self.values(designs, steps, within_steps=within_steps)
-        return value, np.maximum(excess, 0.0).max(axis=1, initial=0.0)
-
-    def best_of_each(self, designs: Floats, steps: Ints, which: Ints, most: int) -> Ints:
-        """Rows of so many of the designs of each of some groups, in these; as `best`."""
-        return first_of_each(*self._ranks(designs, steps), which, most)
+        worst = np.maximum(excess, 0.0).max(axis=1, initial=0.0)
+        return np.lexsort((value, worst))
 
     def converging(self, designs: Floats) -> tuple[Floats, Floats]:
         """Times [s] and traces of designs by the scenario's rule, shape (n, 2), and violations.
@@ -123,17 +115,6 @@ class AtTime:
         excesses = [each.excesses(result) for each in self.limits]
         worst = np.concatenate([*excesses, np.zeros((1, len(designs)))]).max(axis=0)
         return np.column_stack([result.t_end, result.trace]), worst
-
-
-def first_of_each(value: Floats, worst: Floats, which: Ints | Floats, most: int) -> Ints:
-    """Rows of each group, `which` shape (n,), the few of least value after those of least excess.
-
-    Group by group, the best first.
-    """
-    order = np.lexsort((value, worst, which))
-    places = np.arange(len(order)) - np.searchsorted(which[order], which[order])
-    found: Ints = order[places < most]
-    return found
 
 
 def parts(problem: PlanProblem, designs: Floats) -> tuple[Floats, Floats]:
@@ -229,7 +210,13 @@ def with_partial_steps(designs: Floats, step: float) -> Floats:
     rates, ends = maneuvers[:, :, :3], np.cumsum(maneuvers[:, :, 3], axis=1) / step
     if ends.shape[1] == 1:
         return designs
-    shared, flown = shared_steps(ends)
+    starts = np.hstack([np.zeros((len(ends), 1)), ends[:, :-1]])
+    shared = np.floor(ends[:, :-1])  # the step in which each ends, shape (n, m - 1)
+    flown = np.minimum(shared[:, :, None] + 1.0, ends[:, None]) - np.maximum(
+        shared[:, :, None], starts[:, None]
+    )
+    flown = np.maximum(flown, 0.0)
+    flown[:, :, -1] += 1.0 - flown.sum(axis=2)  # the last rate is held
     n, m = ends.shape
     found = np.empty((n, 2 * m - 1, VARIABLES_PER_MANEUVER))
     found[:, ::2, :3], found[:, 1::2, :3] = rates, flown @ rates
@@ -239,28 +226,3 @@ def with_partial_steps(designs: Floats, step: float) -> Floats:
     until = np.maximum.accumulate(until, axis=1)
     found[:, :, 3] = step * np.diff(np.maximum(until - _EARLY, 0.0), axis=1, prepend=0.0)
     return found.reshape(n, -1)
-
-
-def shared_steps(ends: Floats) -> tuple[Floats, Floats]:
-    """In which steps maneuvers end, and for which shares of these each maneuver is flown.
-
-    Parameters
-    ----------
-    ends : array, shape (n, m)
-        Of the maneuvers [steps].
-
-    Returns
-    -------
-    array, shape (n, m - 1)
-        The step in which each ends but the last.
-    array, shape (n, m - 1, m)
-        Of these steps, shares of each maneuver.
-    """
-    starts = np.hstack([np.zeros((len(ends), 1)), ends[:, :-1]])
-    shared = np.floor(ends[:, :-1])
-    flown = np.minimum(shared[:, :, None] + 1.0, ends[:, None]) - np.maximum(
-        shared[:, :, None], starts[:, None]
-    )
-    flown = np.maximum(flown, 0.0)
-    flown[:, :, -1] += 1.0 - flown.sum(axis=2)  # the last rate is held
-    return shared, flown

@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,6 @@ import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.refine.at_time import AtTime
-from mgeo_attitude.refine.by_adjoint import by_adjoint, has_adjoint
 from mgeo_attitude.refine.quasi_newton import minimizing
 from mgeo_attitude.refine.within_limits import minimizing_within
 
@@ -24,7 +22,7 @@ _MARGIN = 1e-6
 #: A change of the logarithm of the value that is not worth another iteration.
 _ENOUGH = 3e-5
 #: After how many points which share of several descents is left.
-_LEFT = {3: 1 / 3, 8: 1 / 2}
+_LEFT = {3: 1 / 3, 8: 1 / 2, 20: 1 / 2}
 #: A share of the time that is none.
 _NOTHING = 1e-12
 #: What stands for an infinite value.
@@ -47,10 +45,6 @@ class Descent:
     at: AtTime
     times: float | Floats
     count: int
-
-    @cached_property
-    def _adjoint(self) -> bool:
-        return has_adjoint(self.at, self.steps)
 
     @property
     def steps(self) -> Ints:
@@ -82,51 +76,21 @@ class Descent:
         z = np.clip(np.atleast_2d(variables), *self.bounds.T)
         limits, n = self.at.scenario.maneuvers, len(z)
         rates = limits.max_rate_deg_s * z[:, : 3 * self.count].reshape(n, -1, 3)
-        durations, room, given = self._durations(z)
+        shares = z[:, 3 * self.count :] + _NOTHING
+        times = np.broadcast_to(self.times, n)[:, None]
+        durations = times * shares / shares.sum(axis=1, keepdims=True)
+        # what would be longer than a maneuver may be goes to those with room, by their room
+        room = np.maximum(limits.max_duration - durations, 0.0)
+        over = np.maximum(durations - limits.max_duration, 0.0).sum(axis=1, keepdims=True)
+        given = np.minimum(over / np.maximum(room.sum(axis=1, keepdims=True), _NOTHING), 1.0)
         durations = np.minimum(durations, limits.max_duration) + given * room
         return np.concatenate([rates, durations[:, :, None]], axis=2).reshape(n, -1)
-
-    def by_variables(self, variables: Floats, slopes: Floats) -> Floats:
-        """Slopes, shape (n, 4 m), from those by rates [deg/s] and durations [s], shape (n, m, 4).
-
-        By the chain rule through `designs`.
-        """
-        limits, n = self.at.scenario.maneuvers, len(variables)
-        durations, room, given = self._durations(variables)
-        within, by = durations < limits.max_duration, slopes[:, :, 3]
-        by_given = (by * room).sum(axis=1, keepdims=True) * (given < 1.0)
-        by_given = by_given / np.maximum(room.sum(axis=1, keepdims=True), _NOTHING)
-        by = np.where(within, (1.0 - given) * by + given * by_given, by_given)
-        shares = durations / durations.sum(axis=1, keepdims=True)
-        total = variables[:, 3 * self.count :].sum(axis=1, keepdims=True) + self.count * _NOTHING
-        times = np.broadcast_to(self.times, n)[:, None]
-        by_shares = times / total * (by - (by * shares).sum(axis=1, keepdims=True))
-        return np.hstack([limits.max_rate_deg_s * slopes[:, :, :3].reshape(n, -1), by_shares])
-
-    def _durations(self, variables: Floats) -> tuple[Floats, Floats, Floats]:
-        """By shares of the times, shape (n, m); what each has room for, and how much of it it gets.
-
-        What would be longer than a maneuver may be goes to those with room, by their room.
-        """
-        longest = self.at.scenario.maneuvers.max_duration
-        shares = variables[:, 3 * self.count :] + _NOTHING
-        times = np.broadcast_to(self.times, len(shares))[:, None]
-        durations = times * shares / shares.sum(axis=1, keepdims=True)
-        room = np.maximum(longest - durations, 0.0)
-        over = np.maximum(durations - longest, 0.0).sum(axis=1, keepdims=True)
-        given = np.minimum(over / np.maximum(room.sum(axis=1, keepdims=True), _NOTHING), 1.0)
-        return durations, room, given
 
     def taken(self, variables: Floats) -> tuple[Floats, Floats]:
         """Values and margins, shape (n, 1 + k), and their slopes, shape (n, 1 + k, 4 m).
 
-        Of rows of variables: by the adjoint where there is one, or else by differences, in one
-        batch of the kernel, which costs less than each.
+        Of rows of variables, by one batch of the kernel, which costs less than each.
         """
-        if self._adjoint:
-            value, slopes = by_adjoint(self.at, self.designs(variables), self.steps)
-            value = np.where(np.isfinite(value), value, _WORST)
-            return value[:, None], np.nan_to_num(self.by_variables(variables, slopes))[:, None]
         model, (n, size) = self.at.model, variables.shape
         smooth = model.slew_limits is None  # or else ramps begin on steps
         times = np.broadcast_to(self.times, n)
@@ -173,7 +137,7 @@ def descend_from_best(
     """The best that `descend` finds from several designs for each of some times, without limits.
 
     All side by side. After a few points the better third of each time's goes on, then the better
-    half of these.
+    half of these, and again.
 
     Parameters
     ----------

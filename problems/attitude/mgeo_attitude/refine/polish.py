@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import partial
 
 import numpy as np
@@ -28,7 +28,7 @@ from mgeo_attitude.refine.at_time import (
 from mgeo_attitude.refine.front import Front
 from mgeo_attitude.refine.roughly import Roughly
 from mgeo_attitude.refine.splitting import without_unneeded
-from mgeo_attitude.refine.starts import beams, until_converged
+from mgeo_attitude.refine.starts import beam, until_converged
 
 #: Plans of a front that are polished, and iterations for each.
 MOST, ITERATIONS = 16, 48
@@ -42,7 +42,7 @@ Beam = tuple[int, int, float]
 #: and of longer ones, which want stages that become shorter.
 _TURNS = 4.0
 _EARLY_BEAMS: tuple[Beam, ...] = ((2, 100, 1.0), (3, 10, 0.9))
-_LATE_BEAMS: tuple[Beam, ...] = ((3, 8, 0.9), (3, 8, 0.8))
+_LATE_BEAMS: tuple[Beam, ...] = ((3, 15, 0.9), (3, 15, 0.8))
 #: How many of a beam's plans are begins.
 _OF_BEAM = 8
 #: Of the plans that are polished first, and of those between them: from how many each is begun, its
@@ -164,17 +164,16 @@ def _tables(
     new: dict[bytes, list[Floats]] = {}  # of each start
     roughs: dict[bytes, Roughly] = {}
     done: set[int] = set()
-    for between, (tried, share, wide) in enumerate(_ROUNDS):
+    for between, (tried, share, beams) in enumerate(_ROUNDS):
         rows = [row for row in _spread(at, front, most, bool(between)) if row not in done]
         done.update(rows)
         for key, own in _alike(problem, name, front, rows, roughs):
             plans, begun = parts(problem, front.X[own])
             start, roughly = begun[0], roughs[key]
             ends = np.array([_learning(at, front.times[row]) for row in own])
-            from_beams = _from_beams(roughly, ends) if wide else [np.empty((0, 0))] * len(own)
             begins = [
-                _begins(roughly.exact, plan, learned, until, few)
-                for plan, until, few in zip(plans, ends, from_beams, strict=True)
+                _begins(roughly, plan, learned, until, _beams(at, until) if beams else ())
+                for plan, until in zip(plans, ends, strict=True)
             ]
             better = roughly.descended(begins, ends, max(round(share * iterations), 1), tried)
             learned += list(better)
@@ -239,11 +238,6 @@ def _holds(at: AtTime) -> bool:
     return at.model.rule == "trace" and at.scenario.maneuvers.count > 1
 
 
-def _learning_count(at: AtTime) -> int:
-    """How many maneuvers are there to learn."""
-    return at.scenario.maneuvers.count - _holds(at)
-
-
 def _learning(at: AtTime, t_end: float) -> float | None:
     """Until when a plan that ends at a time [s] learns; None if there is nothing of it."""
     if not np.isfinite(t_end):
@@ -253,27 +247,23 @@ def _learning(at: AtTime, t_end: float) -> float | None:
     return steps * at.model.step if steps >= 2 else None
 
 
-def _from_beams(roughly: Roughly, times: Floats) -> list[Floats]:
-    """Plans of beams for each of some times [s] of as few samples, shapes (k, 4 m)."""
-    at, count = roughly.exact, _learning_count(roughly.exact)
-    turns = at.scenario.maneuvers.max_rate_deg_s * times / 360.0
-    found: list[list[Floats]] = [[] for _ in times]
-    for early, those in (turns <= _TURNS, _EARLY_BEAMS), (turns > _TURNS, _LATE_BEAMS):
-        rows = np.flatnonzero(early)
-        for levels, width, shorter in those if len(rows) else ():
-            each = beams(roughly.at(times[0]), count, times[rows], levels, width, shorter)
-            for row, plans in zip(rows, each, strict=True):
-                found[row].append(plans[:: -(-len(plans) // _OF_BEAM)])
-    return [np.vstack(plans) for plans in found]
+def _beams(at: AtTime, time: float) -> tuple[Beam, ...]:
+    """That plans for a time [s] begin from."""
+    turns = at.scenario.maneuvers.max_rate_deg_s * time / 360.0
+    return _EARLY_BEAMS if turns <= _TURNS else _LATE_BEAMS
 
 
 def _begins(
-    at: AtTime, design: Floats, learned: list[Floats], time: float, from_beams: Floats
+    roughly: Roughly, design: Floats, learned: list[Floats], time: float, beams: Iterable[Beam]
 ) -> Floats:
     """Plans to begin the polish for a time [s] from, shape (k, 4 m)."""
-    size = VARIABLES_PER_MANEUVER * _learning_count(at)
+    at = roughly.exact
+    count = design.size // VARIABLES_PER_MANEUVER - _holds(at)
     longest = at.scenario.maneuvers.max_duration
-    found = [ending_at(design[None, :size], time, longest), from_beams.reshape(-1, size)]
+    found = [ending_at(design[None, : VARIABLES_PER_MANEUVER * count], time, longest)]
+    for levels, width, shorter in beams:
+        plans = beam(roughly.at(time), count, time, levels, width, shorter)
+        found.append(plans[:: -(-len(plans) // _OF_BEAM)])
     if learned:
         plans = np.array(learned)
         found.append(_ending_then(at, plans[_nearest(at, plans, time, _NEAREST)], time))
@@ -319,7 +309,7 @@ def _at_other_times(roughly: Roughly, plans: Floats, times: Floats) -> Floats:
     """
     at = roughly.exact
     alike = _HELD if _holds(at) else 1  # but for the rate that is held
-    size = VARIABLES_PER_MANEUVER * _learning_count(at)
+    size = VARIABLES_PER_MANEUVER * (at.scenario.maneuvers.count - _holds(at))
     learning = [_learning(at, t_end) for t_end in np.unique(times)]
     asked = [time for time in learning if time is not None]
     if not asked:

@@ -10,7 +10,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.variants import thinned
-from mgeo_attitude.refine.at_time import AtTime, first_of_each
+from mgeo_attitude.refine.at_time import AtTime
 from mgeo_attitude.refine.descent import descend, descend_from_best
 
 #: How many samples are taken as one, at most so that there are as many of them and that a step
@@ -66,7 +66,10 @@ class Roughly:
 
         As `AtTime.best`, each at its own time.
         """
-        return first_of_each(*self.of_each(designs, times), times, most)
+        order = np.lexsort((*self.of_each(designs, times), times))
+        places = np.arange(len(order)) - np.searchsorted(times[order], times[order])
+        found: Ints = order[places < most]
+        return found
 
     def descended(
         self, begins: Sequence[Floats], times: Floats, iterations: int, most: int

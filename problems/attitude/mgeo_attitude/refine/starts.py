@@ -71,28 +71,17 @@ def beam(
     rate may be chosen that teaches more later than others do at once. Each stage is `shorter` than
     the one before by this factor: what is known at the end depends on the last ones most.
     """
-    (plans,) = beams(at, count, np.array([time]), n_levels, width, shorter)
-    return plans
-
-
-def beams(
-    at: AtTime, count: int, times: Floats, n_levels: int, width: int, shorter: float
-) -> list[Floats]:
-    """A `beam` for each of n times, side by side, which takes less than one by one."""
     limits, step = at.scenario.maneuvers, at.model.step
     rates = rate_grid(limits.max_rate_deg_s, n_levels)
     lengths = shorter ** np.arange(count)
-    durations = np.minimum(times[:, None] * lengths / lengths.sum(), limits.max_duration)
-    n_steps = np.maximum((durations / step).astype(np.int64), 1)
-    until = np.minimum(np.cumsum(n_steps, axis=1), at.model.n_steps)
-    plans, which = np.empty((len(times), 0)), np.arange(len(times))
-    for own_steps, ends in zip(n_steps.T, until.T, strict=True):
-        which = np.repeat(which, len(rates))
-        own = np.column_stack([np.tile(rates, (len(plans), 1)), step * own_steps[which]])
-        tried = np.hstack([np.repeat(plans, len(rates), axis=0), own])
-        rows = at.best_of_each(tried, ends[which], which, width)
-        plans, which = tried[rows], which[rows]
-    return [plans[which == k] for k in range(len(times))]
+    durations = np.minimum(time * lengths / lengths.sum(), limits.max_duration)
+    n_steps = np.maximum((durations / step).astype(int), 1)
+    plans = np.empty((1, 0))
+    for own_steps, until in zip(n_steps, np.cumsum(n_steps), strict=True):
+        own = np.column_stack([rates, np.full(len(rates), own_steps * step)])
+        tried = np.hstack([np.repeat(plans, len(own), axis=0), np.tile(own, (len(plans), 1))])
+        plans = at.best(tried, min(int(until), at.model.n_steps), width)
+    return plans
 
 
 def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> Floats:
