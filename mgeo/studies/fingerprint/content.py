@@ -106,7 +106,11 @@ def attributes(value: Any, *, vouched: bool = False) -> dict[str, str]:
 def _is_idle(value: Any, key: str) -> bool:
     if isinstance(value, Problem) and key in ("cache", "elementwise_runner"):
         return True  # pymoo's: fronts that were computed, and where evaluations are made
-    if key in getattr(type(value), "without_effect", ()):
+    names = getattr(type(value), "without_effect", ())
+    if not isinstance(names, tuple):  # of a text parts would be left out, too
+        told = f"{type(value).__name__}.without_effect = {names!r}"
+        raise UncertainError(f"{told}: expected a tuple of names")
+    if key in names:
         return True
     return isinstance(getattr(type(value), key, None), cached_property)
 

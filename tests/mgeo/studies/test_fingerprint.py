@@ -188,6 +188,9 @@ def test_an_attribute_counts_unless_its_class_says_that_it_changes_no_value():
     one, two = ([fingerprint(kind(threads=n)) for n in (1, 2)] for kind in (Holder, Threaded))
     assert one[0] != one[1]
     assert two[0] == two[1]
+    Threaded.without_effect = "threads"  # of which "read" is a part
+    with pytest.raises(UncertainError, match=r"Threaded\.without_effect = 'threads': expected a"):
+        fingerprint(Threaded(read=1))
 
 
 @pytest.mark.slow
