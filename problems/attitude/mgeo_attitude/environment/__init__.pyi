@@ -24,6 +24,7 @@ from .element_set import TLEOrbit as TLEOrbit
 from .element_set import gcrs_of as gcrs_of
 from .element_set import teme_of as teme_of
 from .environment import Environment as Environment
+from .environment import sun_and_field as sun_and_field
 from .ephemeris_formats import read_position_table as read_position_table
 from .field import FIELD_RADIUS as FIELD_RADIUS
 from .field import dipole_gradient as dipole_gradient

@@ -221,23 +221,32 @@ def _middle(epoch: datetime, times: Floats) -> datetime:
     return epoch + timedelta(seconds=0.5 * float(times[0] + times[-1]))
 
 
+def sun_and_field(
+    epoch: datetime, times: Floats, position: Floats, needs_field: bool = True
+) -> tuple[Floats, Floats]:
+    """Earth to Sun [m] and field [nT] at positions [m], all (n, 3) in GCRS; what takes long.
+
+    Times [s] do not fall. A field that nothing needs but figures is outside the years of its model
+    that of their end.
+    """
+    at = instants(epoch, times)
+    to_itrs = gcrs_to_itrs(at)
+    middle = _middle(epoch, times)
+    if not needs_field:
+        middle = min(max(middle, FIELD_MODEL_START), FIELD_MODEL_END)
+    # before the Sun, of which other dates would only warn
+    field = geomagnetic_field(rotate(to_itrs, position), middle)
+    return sun_position(at), rotate(np.swapaxes(to_itrs, 1, 2), field)
+
+
 # A problem, its plans and their flights ask for the same run, each for itself.
 @lru_cache(maxsize=16)
 def _sun_and_field(
     epoch: datetime, times: bytes, position: bytes, needs_field: bool
 ) -> tuple[Floats, Floats]:
-    """Earth to Sun [m] and field [nT] at positions [m], all (n, 3) in GCRS; what takes long.
-
-    A field that nothing needs but figures is outside the years of its model that of their end.
-    """
+    """`sun_and_field`."""
     after, where = np.frombuffer(times), np.frombuffer(position).reshape(-1, 3)
-    at = instants(epoch, after)
-    to_itrs = gcrs_to_itrs(at)
-    middle = _middle(epoch, after)
-    if not needs_field:
-        middle = min(max(middle, FIELD_MODEL_START), FIELD_MODEL_END)
-    field = geomagnetic_field(rotate(to_itrs, where), middle)
-    found = sun_position(at), rotate(np.swapaxes(to_itrs, 1, 2), field)
+    found = sun_and_field(epoch, after, where, needs_field)
     for table in found:
         table.flags.writeable = False  # all who ask share it
     return found

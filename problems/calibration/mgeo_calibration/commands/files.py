@@ -30,8 +30,8 @@ def write_together(contents: Mapping[Path, bytes], overwrite: bool) -> list[str]
         check_targets(list(contents), overwrite)
         for path in contents:
             remove_leftovers(path)
-        if len(folders) > 1:  # in one folder it goes once all are on the disk
-            path.unlink(missing_ok=True)
+        if len(folders) > 1:  # in one folder the last goes once all are on the disk
+            [*contents][-1].unlink(missing_ok=True)
         for folder, files in folders.items():
             write_files(folder, files)
     return [str(path) for path in contents]
