@@ -5,7 +5,7 @@ import json
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -30,6 +30,7 @@ from mgeo_attitude.scenario import (
     Wheels,
 )
 from mgeo_calibration import Estimator, consistency, simulate
+from mgeo_calibration.estimation import Taylor
 from mgeo_calibration.simulation import RUNS, planned
 
 PLANS = json.loads((Path(__file__).parent / "plans.json").read_text(encoding="utf-8"))
@@ -184,6 +185,20 @@ def test_a_truth_that_is_what_the_estimator_believes_changes_no_bit(brief):
 
 
 @pytest.mark.slow
+def test_a_true_bias_that_decays_otherwise_than_believed_does_so(brief):
+    """After 10 s little is known of the bias, and what is left of it is its error."""
+    scenario, _ = brief
+    slow, fast = (
+        run(brief, 20, truth=dataclasses.replace(scenario, gyro=gyro))
+        for gyro in (dataclasses.replace(scenario.gyro, bias_decay=decay) for decay in (1e-5, 1e-1))
+    )
+    np.testing.assert_array_equal(slow.errors[:, 0], fast.errors[:, 0])
+    np.testing.assert_array_equal(slow.predicted, fast.predicted)
+    k = slow.sample(10.0)
+    np.testing.assert_allclose(fast.rms[k, 3:6], np.exp(-1.0) * slow.rms[k, 3:6], rtol=0.1)
+
+
+@pytest.mark.slow
 def test_the_truth_has_eclipses_and_fields_of_view_of_its_own():
     """The Sun sensor reports where in truth it sees, and the estimator takes what it reports."""
     orbit = dataclasses.replace(Scenario.paper().orbit, true_anomaly_deg=163.0)
@@ -255,6 +270,16 @@ def test_what_truth_and_estimator_share_is_named(paper, changes, message):
 
 
 @dataclass(frozen=True)
+class Backwards(SunSensor):
+    """A Sun sensor whose innovation has its derivative's sign wrong, and all else right."""
+
+    kind: ClassVar[str] = "backwards"
+
+    def innovation(self, measured: Any, predicted: Any) -> Taylor:
+        return measured - 2.0 * predicted.value.T + predicted
+
+
+@dataclass(frozen=True)
 class Scaled(Sensor):
     """A sensor of one's own: Sun vector by a misaligned axis triad of unknown scale factors."""
 
@@ -279,6 +304,15 @@ class Scaled(Sensor):
 
     def inertial_vector(self, environment):
         return environment.sun
+
+
+@pytest.mark.slow
+def test_a_wrong_sign_of_one_jacobian_is_found_out(paper):
+    scenario, environment = paper
+    broken = dataclasses.replace(scenario, sensors=(Backwards(),))
+    report = consistency(run((broken, environment), 20), since=200.0)
+    assert report["nees"].value > 10.0
+    assert not report.passed
 
 
 @pytest.mark.slow
