@@ -1,6 +1,6 @@
 """``python -m mgeo``: the command line."""
 
-from mgeo.cli import main
+from mgeo.cli.app import main
 
 if __name__ == "__main__":
     main()

@@ -22,7 +22,7 @@ for name in ("CI", "NO_COLOR", "FORCE_COLOR", "COLUMNS", "LINES"):
 COMPILES = "tests/calibration/calibration/test_after.py"  # the filter and the smoother
 COMPILED = (
     *(f"tests/{name}/" for name in ("attitude", "benchmarks", "calibration", "campaign", "suite")),
-    *(f"tests/{name}.py" for name in ("docs/test_pages", "test_old_files", "test_readme")),
+    *(f"tests/{name}.py" for name in ("docs/test_pages", "test_readme")),
 )
 #: They compile, too, and take longest: the first of those that do.
 PAGES = ("tests/docs/test_reference", "tests/test_docs_", "tests/test_plans_doc")

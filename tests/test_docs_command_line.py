@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from mgeo.cli import ExitCode, app
+from mgeo.cli.app import app
+from mgeo.cli.errors import ExitCode
 
 from .attitude.conftest import few_flights  # noqa: F401
 

@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from mgeo import read_record
-from mgeo.cli import app
-from mgeo.store import read_run
+from mgeo.cli.app import app
+from mgeo.store.run_folder import read_run
 
 from .attitude.conftest import few_flights  # noqa: F401
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.plan import read_json
-from mgeo_attitude.view.observability import baselines
+from mgeo_attitude.view.observability.alternatives import baselines
 from typer.testing import CliRunner
 
-from mgeo.cli import app
+from mgeo.cli.app import app
 
 from .attitude.conftest import few_flights  # noqa: F401
 from .benchmarks.baselines import ALIKE, DOCUMENT

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 from mgeo_attitude.plan import ManeuverPlan, read_json
-from mgeo_calibration.calibration import read_json as read_calibration
+from mgeo_calibration.calibration.document import read_json as read_calibration
 
 
 def came_out(plan: ManeuverPlan) -> pd.DataFrame:

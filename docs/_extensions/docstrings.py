@@ -8,7 +8,8 @@ import dataclasses
 import re
 from typing import Any
 
-from mgeo_attitude.fields import Validated, declared
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import declared
 from sphinx.application import Sphinx
 
 _SECTION = re.compile(r"(Parameters|Returns|Raises|Attributes|Yields)$")

@@ -103,7 +103,7 @@ def _run(command: str, terminal: str, messages: str) -> int | None:
 
 def _mgeo(arguments: list[str], terminal: str, messages: str) -> None:
     """The command ``mgeo``, in a process that ends with it."""
-    from mgeo.cli import main
+    from mgeo.cli.app import main
 
     if _SMALL:
         import few_flights  # noqa: F401

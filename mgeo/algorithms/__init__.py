@@ -6,6 +6,78 @@ nondominated; `state` captures and restores runs. What is not called MGEO here i
 one's own is made of.
 """
 
-import lazy_loader
+from mgeo.algorithms import selection
+from mgeo.algorithms.archive import truncate
+from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.binary import BitStrings, MGEOCanonical, MGEOVar
+from mgeo.algorithms.coding import BitCode, RealCode
+from mgeo.algorithms.directed import MGEODirected
+from mgeo.algorithms.moves import Attraction, joint_steps, momentum_steps
+from mgeo.algorithms.real import MGEOReal, MGEOReal2
+from mgeo.algorithms.run_state import RunState
+from mgeo.algorithms.selection import (
+    distance,
+    nearest,
+    nearest_drawn,
+    pick,
+    random_weights,
+    rank,
+    weight_vectors,
+)
+from mgeo.algorithms.staged import MGEOStaged
+from mgeo.algorithms.state import SavedState, capture, full_name, restore
+from mgeo.algorithms.steps import (
+    BOUNDS,
+    SCALES,
+    Normals,
+    clip,
+    perturb,
+    reflect,
+    resample,
+    whole_steps,
+)
+from mgeo.algorithms.variables import KINDS, MOST_REAL, Variables, designs_of
+from mgeo.algorithms.walkers import IndependentWalkers
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__all__ = [
+    "BOUNDS",
+    "KINDS",
+    "MOST_REAL",
+    "SCALES",
+    "Attraction",
+    "BitCode",
+    "BitStrings",
+    "ExtremalOptimization",
+    "IndependentWalkers",
+    "MGEOCanonical",
+    "MGEODirected",
+    "MGEOReal",
+    "MGEOReal2",
+    "MGEOStaged",
+    "MGEOVar",
+    "Normals",
+    "RealCode",
+    "RunState",
+    "SavedState",
+    "Variables",
+    "capture",
+    "clip",
+    "designs_of",
+    "distance",
+    "full_name",
+    "joint_steps",
+    "momentum_steps",
+    "nearest",
+    "nearest_drawn",
+    "perturb",
+    "pick",
+    "random_weights",
+    "rank",
+    "reflect",
+    "resample",
+    "restore",
+    "selection",
+    "truncate",
+    "weight_vectors",
+    "whole_steps",
+]

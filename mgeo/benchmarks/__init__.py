@@ -3,7 +3,3 @@
 `collections` knows the prefixes of their names; `shifted` moves optima off the bounds; `coco` makes
 pymoo problems of COCO's functions.
 """
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

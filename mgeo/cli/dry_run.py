@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.output import Output
 from mgeo.cli.progress import clock, run_title
-from mgeo.figures import MOST_OBJECTIVES
+from mgeo.figures.front import MOST_OBJECTIVES
 from mgeo.plugins.protocol import problem_size
 from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, is_own, view_of

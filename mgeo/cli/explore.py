@@ -46,7 +46,8 @@ def explore(
     Changed variables are evaluated while a slider moves. The page is served to this machine alone,
     under an address that nobody can guess, until Ctrl-C.
     """
-    from mgeo.explore import Explorer, ExplorerServer
+    from mgeo.explore.explorer import Explorer
+    from mgeo.explore.server import ExplorerServer
 
     output = Output(quiet, json)
     with bad_input():

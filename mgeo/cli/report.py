@@ -115,7 +115,8 @@ def _write_report(
 
     Nothing is written before all of it is made; of pictures `only` some no report is.
     """
-    from mgeo.report import StaticExportError, report_html, static_figures
+    from mgeo.report.build import report_html
+    from mgeo.report.static import StaticExportError, static_figures
     from mgeo.store.atomic import write_file
     from mgeo.store.run_folder import REPORT_FILE
 
@@ -156,7 +157,7 @@ def _write_comparison(
     one: Path, other: Path, out: Path | None, output: Output, named: Sequence[str]
 ) -> None:
     """Write two runs, or solutions' files, side by side, to `out` or into this folder."""
-    from mgeo.report import compare_html
+    from mgeo.report.compare import compare_html
     from mgeo.store.atomic import write_file
 
     path = out or Path(COMPARISON_FILE)
@@ -180,10 +181,11 @@ def _write_study_figures(
 
     It has a report already.
     """
-    from mgeo.report import StaticExportError, drawn, shaped
+    from mgeo.report.static import StaticExportError, drawn, shaped
     from mgeo.store.atomic import check_writable
     from mgeo.store.run_folder import REPORT_FILE
-    from mgeo.studies import read_comparisons, study_figures
+    from mgeo.studies.report import study_figures
+    from mgeo.studies.stored import read_comparisons
 
     figures = folder / FIGURES_FOLDER
     with bad_input((ValueError, TypeError, OSError, StaticExportError)):

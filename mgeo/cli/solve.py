@@ -16,7 +16,7 @@ from mgeo.cli.errors import ExitCode, Refused, bad_input, stop_requests
 from mgeo.cli.output import Output
 from mgeo.cli.progress import Progress, clock, run_title, task
 from mgeo.evaluation.evaluator import EvaluationError
-from mgeo.figures import page
+from mgeo.figures.page import page
 from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, front_of, view_of
 from mgeo.runs.answer import (

@@ -1,5 +1,9 @@
 """A run as a local page on which solutions are filtered, changed and saved."""
 
-import lazy_loader
+from mgeo.explore.explorer import Explorer
+from mgeo.explore.server import ExplorerServer
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__all__ = [
+    "Explorer",
+    "ExplorerServer",
+]

@@ -14,8 +14,7 @@ from mgeo._typing import FloatArray
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.evaluation.individuals import options_of
 from mgeo.explore.saving import Saved
-from mgeo.figures import MOST_TEXTS
-from mgeo.figures.front import logarithmic
+from mgeo.figures.front import MOST_TEXTS, logarithmic
 from mgeo.plugins.problems import load_problem
 from mgeo.plugins.protocol import column_names
 from mgeo.plugins.shown import ask, cells

@@ -146,7 +146,7 @@ class View:
 
     def plain_front(self, title: str = "") -> go.Figure | None:
         """A front of up to three objectives as it is drawn for any problem, None of more."""
-        from mgeo.figures import MOST_OBJECTIVES, MOST_TEXTS, front_figure
+        from mgeo.figures.front import MOST_OBJECTIVES, MOST_TEXTS, front_figure
 
         if self.problem.n_obj > MOST_OBJECTIVES:
             return None

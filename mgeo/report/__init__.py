@@ -1,5 +1,12 @@
 """A run as one HTML file to attach to a review: what was run, the front, and each of its plans."""
 
-import lazy_loader
+from mgeo.report.build import report_html
+from mgeo.report.compare import compare_html
+from mgeo.report.static import StaticExportError, static_figures
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__all__ = [
+    "StaticExportError",
+    "compare_html",
+    "report_html",
+    "static_figures",
+]

@@ -16,7 +16,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
-from mgeo.figures import MOST_TEXTS
+from mgeo.figures.front import MOST_TEXTS
 from mgeo.figures.motion import check_motion
 from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, is_own

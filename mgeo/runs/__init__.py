@@ -7,7 +7,3 @@
     write_run("runs/one", Run(run.configuration, found, installed_versions("attitude")))
     PreparedRun.of(read_run("runs/one").configuration).solve()  # the same front
 """
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

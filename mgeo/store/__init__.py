@@ -6,7 +6,3 @@ that of a run of a study, `provenance` what either is from. While a run goes on,
 keeps all that it carries in a `checkpoint`, so that it resumes to the same bytes, and by a
 `recorder` every evaluation, in a `record_file`.
 """
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

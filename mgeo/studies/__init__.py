@@ -7,6 +7,24 @@
     result.figures()["anytime"].show()
 """
 
-import lazy_loader
+from mgeo.studies.comparison import Comparison, Tests
+from mgeo.studies.execute import compare
+from mgeo.studies.file import Study, read_study
+from mgeo.studies.indicators import NothingToCompareError
+from mgeo.studies.results import FailedRunsWarning, NotReusedWarning
+from mgeo.studies.stored import read_comparison, read_comparisons
+from mgeo.studies.study import run_study
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__all__ = [
+    "Comparison",
+    "FailedRunsWarning",
+    "NotReusedWarning",
+    "NothingToCompareError",
+    "Study",
+    "Tests",
+    "compare",
+    "read_comparison",
+    "read_comparisons",
+    "read_study",
+    "run_study",
+]

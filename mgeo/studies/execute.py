@@ -19,7 +19,8 @@ from mgeo.store.study_run import StudyRun
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.dispatch import Key, Result, run_all
 from mgeo.studies.dispatch import progress as progress_display
-from mgeo.studies.fingerprint import UncertainError, fingerprint
+from mgeo.studies.fingerprint.modules import UncertainError
+from mgeo.studies.fingerprint.parts import fingerprint
 from mgeo.studies.indicators import NothingToCompareError, check_space, indicator_space, trace
 from mgeo.studies.labels import folder_name
 from mgeo.studies.results import FailedRunsWarning, NotReusedWarning, failures

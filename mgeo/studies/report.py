@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 import plotly.graph_objects as go
 
-from mgeo.figures import report_page
-from mgeo.figures.page import LIBRARY, render
+from mgeo.figures.page import LIBRARY, render, report_page
 from mgeo.studies.comparison import problems_table
 from mgeo.studies.conclusions import conclusions, control_table, published_table
 from mgeo.studies.figures.fronts import difference_figure

@@ -1,5 +1,10 @@
 """Checks that any plugin can run on itself: they need nothing but what `mgeo` needs."""
 
-import lazy_loader
+from mgeo.testing.algorithm import check_algorithm
+from mgeo.testing.problem import CheckError, check_problem
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__all__ = [
+    "CheckError",
+    "check_algorithm",
+    "check_problem",
+]

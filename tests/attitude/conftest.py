@@ -1,7 +1,7 @@
 """What all tests of the attitude problem share."""
 
 import pytest
-from mgeo_attitude.view import Plans
+from mgeo_attitude.view.plans import Plans
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -1,7 +1,8 @@
 """A real run of mgeo, if a short one, for tests of what is made from run folders."""
 
-from mgeo.runs import prepare
-from mgeo.store import Run, installed_versions
+from mgeo.runs.prepare import prepare
+from mgeo.store.provenance import installed_versions
+from mgeo.store.run import Run
 
 
 def small_run(problem):

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan, from_json
-from mgeo_attitude.view import Plans
+from mgeo_attitude.view.plans import Plans
 
 from mgeo import View
 from mgeo.explore import Explorer
 from mgeo.report import compare_html
-from mgeo.store import is_solution, solution_document, solution_of, to_json, write_run
+from mgeo.store.atomic import to_json
+from mgeo.store.run_folder import write_run
+from mgeo.store.solution_file import is_solution, solution_document, solution_of
 
 from .small_run import small_run
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from mgeo.runs import prepare
+from mgeo.runs.prepare import prepare
 
 KEPT = Path(__file__).parent / "reference" / "paper-front.csv"
 

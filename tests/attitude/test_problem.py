@@ -122,18 +122,6 @@ def test_bad_arguments_are_named(arguments, error, message):
         AttitudeManeuverProblem(**arguments)
 
 
-def test_what_was_asked_of_the_problem_asks_its_view_and_warns(problem):
-    X = random_designs(problem, 2)
-    with pytest.warns(DeprecationWarning, match=r"describe\(X\) is now view\(X\).describe\(\)"):
-        told = problem.describe(X)
-    pd.testing.assert_frame_equal(told, problem.view(X).describe())
-    with pytest.warns(DeprecationWarning, match="impossible"):
-        assert problem.impossible() == []
-    with pytest.warns(DeprecationWarning, match="promises"):
-        few = problem.promises(X=X, flights=3)
-    pd.testing.assert_frame_equal(few, problem.view(X).promises(flights=3))
-
-
 def test_a_part_of_a_view_shares_what_is_known(problem, monkeypatch):
     view = problem.view(random_designs(problem, 4))
     table, kept = view.describe(), view.kept

@@ -9,8 +9,9 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from plotly.offline import get_plotlyjs
 
-from mgeo.report import plans_json, report_html, script_json
-from mgeo.store import write_run
+from mgeo.report.build import report_html
+from mgeo.report.solutions import plans_json, script_json
+from mgeo.store.run_folder import write_run
 
 from ..devtools import opened
 from ..three import three

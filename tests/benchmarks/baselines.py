@@ -15,10 +15,11 @@ from pathlib import Path
 import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem, evaluate
 from mgeo_attitude.plan import Front
-from mgeo_attitude.view.observability import baselines
+from mgeo_attitude.view.observability.alternatives import baselines
 
-from mgeo.runs import DEFAULT, prepare
-from mgeo.store import Outcome
+from mgeo.runs.algorithms import DEFAULT
+from mgeo.runs.prepare import prepare
+from mgeo.store.run import Outcome
 
 from ..three import three
 from .table import with_tables

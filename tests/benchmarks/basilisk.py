@@ -21,10 +21,11 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem, reference_run
-from mgeo_attitude.geometry import matrix, rotation_vector
-from mgeo_calibration.calibration import Calibration, calibrate
-from mgeo_calibration.flight.basilisk import fly
-from mgeo_calibration.telemetry import Truth
+from mgeo_attitude.geometry.rotation import matrix, rotation_vector
+from mgeo_calibration.calibration.calibration import Calibration
+from mgeo_calibration.calibration.from_telemetry import calibrate
+from mgeo_calibration.flight.basilisk.fly import fly
+from mgeo_calibration.telemetry.telemetry import Truth
 
 from ..three import three
 

@@ -21,8 +21,9 @@ import numpy as np
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.scenario import Coils, Convergence, InitialConditions
 from mgeo_attitude.sensors import TwoAxisSunSensor
-from mgeo_calibration.calibration import calibrate
-from mgeo_calibration.flight.basilisk import Vehicle, fly
+from mgeo_calibration.calibration.from_telemetry import calibrate
+from mgeo_calibration.flight.basilisk.fly import fly
+from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 
 from .basilisk import PLANS, ROOT, errors
 from .basilisk_document import band

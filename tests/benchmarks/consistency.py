@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude import Scenario
-from mgeo_attitude.scenario import OutsideValidity
+from mgeo_attitude.scenario.validity import OutsideValidity
 from mgeo_calibration import Estimator, consistency, simulate
 
 from .cases import FORMER_CUBESAT, FORMER_PAPER

@@ -6,7 +6,7 @@ import ast
 from dataclasses import dataclass
 
 from mgeo_attitude import FilterModel
-from mgeo_attitude.filter import CHECK, step_parts
+from mgeo_attitude.filter.codegen import CHECK, step_parts
 
 
 @dataclass(frozen=True)

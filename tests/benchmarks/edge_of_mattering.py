@@ -19,10 +19,15 @@ from functools import cache, partial
 
 import numpy as np
 from mgeo_attitude import Scenario
-from mgeo_attitude.sensors import with_noise
+from mgeo_attitude.sensors.base import with_noise
 from mgeo_calibration import Telemetry, calibrate
-from mgeo_calibration.calibration import SIGNIFICANCE, at_the_end
-from mgeo_calibration.estimation import Belief, Trajectory, batch, fit, solve
+from mgeo_calibration.calibration.agreement import SIGNIFICANCE
+from mgeo_calibration.calibration.from_telemetry import at_the_end
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.fit import fit
+from mgeo_calibration.estimation.smoother import solve
+from mgeo_calibration.estimation.trajectory import Trajectory
 from scipy.stats import norm
 
 from tests.calibration.calibration.faults import (

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from mgeo_attitude import FilterModel, Scenario, World, evaluate
-from mgeo_attitude.sensors import block_units
-from mgeo_attitude.view.observability import baselines
+from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.view.observability.alternatives import baselines
 from numpy.typing import NDArray
 
 from .consistency_document import with_table

@@ -13,11 +13,12 @@ from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
-from mgeo_attitude.view import under
+from mgeo_attitude.view.at_best import under
 
-from mgeo.figures import COLORS, GRAY, SYMBOLS, finished, log_axis
-from mgeo.report import drawn
-from mgeo.runs import DEFAULT, prepare
+from mgeo.figures.style import COLORS, GRAY, SYMBOLS, finished, log_axis
+from mgeo.report.static import drawn
+from mgeo.runs.algorithms import DEFAULT
+from mgeo.runs.prepare import prepare
 
 PICTURE = Path(__file__).parents[2] / "docs" / "images" / "front.png"
 SHOWN = {DEFAULT: "our directed walkers", "mgeo-real": "as published, \u03c3 = 1"}

@@ -27,8 +27,9 @@ from pymoo.problems.multi import ZDT1
 
 import mgeo
 from mgeo import Checkpoint, MGEOReal
-from mgeo.runs import State
-from mgeo.store import RunConfiguration, RunPersistence
+from mgeo.runs.solve import State
+from mgeo.store.run import RunConfiguration
+from mgeo.store.run_persistence import RunPersistence
 from tests.mgeo.solved import solve
 
 from .table import markdown, processor

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from llvmlite import ir
-from mgeo_attitude.filter import lanes
+from mgeo_attitude.filter.kernel import lanes
 from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic

@@ -24,7 +24,7 @@ from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected, MGEOStaged
-from mgeo.evaluation import front_rows
+from mgeo.evaluation.dominance import front_rows
 
 from ..three import three
 

@@ -14,7 +14,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from mgeo.studies import holm, mann_whitney
+from mgeo.studies.statistics import holm, mann_whitney
 
 from .consistency_document import with_table
 from .robust import PRESETS, ROOT, SEARCHES, stored

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem
-from mgeo_attitude.view import spread
+from mgeo_attitude.view.plans import spread
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected

@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 from mgeo_attitude import FilterModel
-from mgeo_attitude.filter import discretize, turn
-from mgeo_attitude.maneuvers import decode, maneuver_steps
+from mgeo_attitude.filter.discretization import discretize, turn
+from mgeo_attitude.maneuvers.schedule import decode, maneuver_steps
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 

@@ -16,7 +16,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import llvmlite.binding
-from mgeo_attitude.filter import lanes
+from mgeo_attitude.filter.kernel import lanes
 
 from . import cases, speed
 from .count import Count, count_step

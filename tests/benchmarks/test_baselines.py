@@ -7,7 +7,7 @@ import llvmlite.binding
 import numpy as np
 import pytest
 from mgeo_attitude import evaluate, reference_run
-from mgeo_attitude.filter import lanes
+from mgeo_attitude.filter.kernel import lanes
 
 from . import cases, measure, peak, speed, table, textbook
 from .count import Count, count_step, count_text

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario
-from mgeo_attitude.maneuvers import Motion
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_calibration import Estimator, calibrate
-from mgeo_calibration.estimation import Estimate
-from mgeo_calibration.flight import draw, fly_run, sent_down
-from mgeo_calibration.simulation import ErrorStateFilter
+from mgeo_calibration.estimation.innovation import Estimate
+from mgeo_calibration.flight.flight import draw, fly_run
+from mgeo_calibration.flight.own import sent_down
+from mgeo_calibration.simulation.filter import ErrorStateFilter
 
 from ..calibration.calibration.flights import PLAN, flown, short
 from .measure import interleaved

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, evaluate
-from mgeo_attitude.criteria import over_flights
+from mgeo_attitude.criteria.robustness import over_flights
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected

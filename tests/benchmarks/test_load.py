@@ -10,7 +10,7 @@ from pymoo.core.population import Population
 from pymoo.problems.many import DTLZ2
 
 from mgeo import MGEOReal
-from mgeo.runs import set_up
+from mgeo.runs.solve import set_up
 
 from . import load
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from filterpy.kalman import KalmanFilter
 from mgeo_attitude import FilterModel
-from mgeo_attitude.filter import van_loan
-from mgeo_attitude.maneuvers import attitudes
+from mgeo_attitude.filter.reference import van_loan
+from mgeo_attitude.maneuvers.motion import attitudes
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]

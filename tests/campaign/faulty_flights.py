@@ -21,7 +21,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude import Scenario
-from mgeo_attitude.environment import gcrs_to_itrs, instants
+from mgeo_attitude.environment.frames import gcrs_to_itrs
+from mgeo_attitude.environment.times import instants
 from mgeo_attitude.sensors import StarTracker
 from mgeo_calibration import Telemetry, calibrate
 from mgeo_calibration import fly as fly_plan

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from typer.testing import CliRunner
 
-from mgeo.cli import app
+from mgeo.cli.app import app
 
 SEED = 20261121
 SECONDS = 30  # after which a case counts as hanging

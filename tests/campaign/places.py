@@ -17,8 +17,9 @@ from pathlib import Path
 from unittest.mock import patch
 
 import mgeo
-from mgeo.runs import resume_run
-from mgeo.store import lock, read_run
+from mgeo.runs.resume import resume_run
+from mgeo.store.atomic import lock
+from mgeo.store.run_folder import read_run
 
 from .harness import Attempt, Box, kind
 from .mutations import ESCAPES

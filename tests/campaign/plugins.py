@@ -13,9 +13,9 @@ import numpy as np
 import pandas as pd
 from typer.testing import CliRunner
 
-from mgeo.cli import app
-from mgeo.plugins import PROBLEMS
-from mgeo.store import read_run
+from mgeo.cli.app import app
+from mgeo.plugins.discovery import PROBLEMS
+from mgeo.store.run_folder import read_run
 
 from . import faulty
 from .harness import Attempt, Box, kind

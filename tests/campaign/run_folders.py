@@ -16,8 +16,10 @@ from mgeo_attitude.plan import read_front
 
 from mgeo import read_record
 from mgeo.report import report_html
-from mgeo.runs import resume_run
-from mgeo.store import RunConfiguration, read_run, record_file
+from mgeo.runs.resume import resume_run
+from mgeo.store import record_file
+from mgeo.store.run import RunConfiguration
+from mgeo.store.run_folder import read_run
 
 from .harness import Attempt, Box, kind
 from .mutations import spoiled_arrays, spoiled_bytes, spoiled_table, spoiled_tree

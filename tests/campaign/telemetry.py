@@ -13,10 +13,11 @@ import numpy as np
 import pandas as pd
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_calibration import Calibration, Telemetry, TelemetryMapping, calibrate, fly
-from mgeo_calibration.calibration import read_json, to_json
-from mgeo_calibration.telemetry import read_telemetry, table_of
+from mgeo_calibration.calibration.document import read_json, to_json
+from mgeo_calibration.telemetry.files import table_of
+from mgeo_calibration.telemetry.reading import read_telemetry
 
-from mgeo.store import read_scenario
+from mgeo.store.scenario_file import read_scenario
 
 from .harness import Attempt, Box, kind
 from .mutations import spoiled_bytes, spoiled_table

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
-from mgeo.cli import app
+from mgeo.cli.app import app
 
 from .harness import Box, snapshot
 

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from mgeo_attitude import Scenario
 from typer.testing import CliRunner
 
-from mgeo.cli import app, parse_numbers, parse_settings
+from mgeo.cli.app import app
+from mgeo.cli.options import parse_numbers, parse_settings
 
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),

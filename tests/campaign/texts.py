@@ -12,9 +12,10 @@ import tomlkit
 from mgeo_attitude import Scenario
 from mgeo_attitude.plan import read_json
 
-from mgeo.plugins import load_problem
-from mgeo.runs import prepare
-from mgeo.store import StudyRun, read_scenario
+from mgeo.plugins.problems import load_problem
+from mgeo.runs.prepare import prepare
+from mgeo.store.scenario_file import read_scenario
+from mgeo.store.study_run import StudyRun
 from mgeo.studies import read_comparison, read_study
 
 from .harness import Attempt, Box, kind

@@ -9,18 +9,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, Scenario
-from mgeo_attitude.criteria import OBJECTIVES
-from mgeo_attitude.environment import DIRECTIONS, ORBITS, read_position_table
-from mgeo_attitude.fields import declared
+from mgeo_attitude.criteria.objectives import OBJECTIVES
+from mgeo_attitude.environment.directions import DIRECTIONS
+from mgeo_attitude.environment.ephemeris_formats import read_position_table
+from mgeo_attitude.environment.orbit import ORBITS
+from mgeo_attitude.fields.quantity import declared
 from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.scenario import FlightErrors, InitialConditions, Prior
 from mgeo_attitude.sensors import Gyro
 from mgeo_calibration import TelemetryMapping, fly
-from mgeo_calibration.telemetry import UNITS
+from mgeo_calibration.telemetry.mapping import UNITS
 from typer.testing import CliRunner
 
-from mgeo.cli import app, problem_files
-from mgeo.plugins import SHOWN
+from mgeo.cli.app import app
+from mgeo.cli.new import problem_files
+from mgeo.plugins.shown import SHOWN
 
 DOCS = Path(__file__).parents[2] / "docs"
 

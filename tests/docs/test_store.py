@@ -10,7 +10,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mgeo.studies import parse_study, read_comparison, read_study, run_study
+from mgeo.studies.file import parse_study, read_study
+from mgeo.studies.stored import read_comparison
+from mgeo.studies.study import run_study
 
 STUDIES = Path(__file__).parents[2] / "docs" / "studies"
 POINTS = 5

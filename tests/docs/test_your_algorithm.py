@@ -13,9 +13,9 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.problems.multi import ZDT1
 from typer.testing import CliRunner
 
-from mgeo.cli import app
-from mgeo.runs import build_algorithm, complete_parameters
-from mgeo.store import read_run
+from mgeo.cli.app import app
+from mgeo.runs.algorithms import build_algorithm, complete_parameters
+from mgeo.store.run_folder import read_run
 from mgeo.studies import read_study
 
 PAGE = (Path(__file__).parents[2] / "docs" / "your-algorithm.md").read_text(encoding="utf-8")

@@ -1,6 +1,6 @@
 """One run of an algorithm on a problem, in a line."""
 
-from mgeo.runs import follow, set_up
+from mgeo.runs.solve import follow, set_up
 
 
 def solve(problem, algorithm, evaluations, seed, callback=None, persistence=None):

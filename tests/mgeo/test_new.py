@@ -11,8 +11,9 @@ import pytest
 from typer.testing import CliRunner
 
 import mgeo
-from mgeo.cli import app, problem_files, write_problem
-from mgeo.plugins import load_problem
+from mgeo.cli.app import app
+from mgeo.cli.new import problem_files, write_problem
+from mgeo.plugins.problems import load_problem
 
 NAME, MODULE, CLASS = "my-beam", "my_beam", "MyBeam"
 

@@ -1,7 +1,7 @@
 """Messages of others on one line: wherever one is shown, blanks within it stay."""
 
 from mgeo._foreign import one_line
-from mgeo.evaluation import Failure
+from mgeo.evaluation.failures import Failure
 
 ELEMENTS = "1 28350U 04020A   06167.21788666  .16154492  76267-5  18678-3 0  8894"
 

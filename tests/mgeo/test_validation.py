@@ -4,7 +4,8 @@ import re
 
 import pytest
 
-from mgeo.validation import Table, checked, did_you_mean, entry
+from mgeo.validation.arguments import did_you_mean
+from mgeo.validation.tables import Table, checked, entry
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import os
 
 import pytest
-from mgeo_attitude.filter import check_private
+from mgeo_attitude.filter.kernel import check_private
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "getuid"), reason="POSIX permissions")
 

@@ -13,8 +13,9 @@ import pytest
 from typer.testing import CliRunner
 
 from mgeo import read_record
-from mgeo.cli import app
-from mgeo.store import StudyRun, record_file
+from mgeo.cli.app import app
+from mgeo.store import record_file
+from mgeo.store.study_run import StudyRun
 
 
 class Poison:

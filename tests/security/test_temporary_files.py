@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from mgeo.store import write_file
+from mgeo.store.atomic import write_file
 
 
 def write(path):

@@ -10,8 +10,8 @@ import tomlkit
 from mgeo_suite.view import conclusions
 from typer.testing import CliRunner
 
-from mgeo.cli import app
-from mgeo.store import read_run
+from mgeo.cli.app import app
+from mgeo.store.run_folder import read_run
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from mgeo_suite.problem import PRESETS
 from mgeo_suite.view import conclusions
 from typer.testing import CliRunner
 
-from mgeo.cli import app
+from mgeo.cli.app import app
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "suite.md").read_text(encoding="utf-8")

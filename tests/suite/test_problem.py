@@ -7,15 +7,15 @@ import pickle
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, evaluate
-from mgeo_attitude.criteria import attitude_accuracy_deg
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_suite import Catalog, SensorSuiteProblem
 from mgeo_suite.catalog import SunHead
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected
 from mgeo.algorithms import designs_of
-from mgeo.studies.fingerprint import fingerprint
+from mgeo.studies.fingerprint.parts import fingerprint
 from mgeo.testing import check_problem
 
 from ..three import three

@@ -1,5 +1,1 @@
 """Figures of a comparison: indicators over evaluations and runs, fronts, attainment, ranks."""
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

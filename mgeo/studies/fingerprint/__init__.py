@@ -8,7 +8,3 @@ What cannot be known for certain (a generator, a connection, values at random) i
 `UncertainError` that says where it is. An author vouches for it by an attribute ``fingerprint``, a
 text: it stands for code and values, and for attributes that cannot be told.
 """
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

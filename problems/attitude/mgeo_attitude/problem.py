@@ -16,22 +16,22 @@ from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.aliases import ShownByView
 from mgeo_attitude.criteria.constraints import check_start, constraints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import Objective, can_be_polished, indicators, objective
 from mgeo_attitude.criteria.robustness import FlightSample, FlightSamples, judged, over_flights
-from mgeo_attitude.environment import Environment
+from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.start_times import StartTimes, kept
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
-from mgeo_attitude.scenario import FlightErrors, Scenario
 from mgeo_attitude.scenario.channels import check_followed
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.windows import FlightErrors
 
 if TYPE_CHECKING:
-    from mgeo_attitude.bound import LimitCurves
+    from mgeo_attitude.bound.curves import LimitCurves
     from mgeo_attitude.filter.evaluator import Evaluation
-    from mgeo_attitude.view import ManeuverView
+    from mgeo_attitude.view.maneuver_view import ManeuverView
 
 #: Flights that a robust run is judged by, and the share that must keep it, if not told.
 _FLIGHTS, _QUANTILE = 512, 0.95
@@ -47,7 +47,7 @@ PLAN_FORMAT = "mgeo-attitude-plan"
 _MOST_BEGUN = 64
 
 
-class AttitudeManeuverProblem(ShownByView, Problem):
+class AttitudeManeuverProblem(Problem):
     """Minimize time to converge and final trace over constant-rate maneuvers, equation (5).
 
     Variables are ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in turn and, if the scenario
@@ -226,7 +226,7 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         NoLimit
             Where none can be proved.
         """
-        from mgeo_attitude.bound import limit, limit_of_starts
+        from mgeo_attitude.bound.assembly import limit, limit_of_starts
 
         if self.start_times is not None:
             return limit_of_starts(self.scenario, self.start_times)
@@ -375,7 +375,7 @@ class AttitudeManeuverProblem(ShownByView, Problem):
 
     def starts(self, n: int, random_state: np.random.Generator) -> Floats:
         """Designs to begin a search with, shape (n, n_var); see `refine.starts`."""
-        from mgeo_attitude.refine import starts  # compiles
+        from mgeo_attitude.refine.starts import starts  # compiles
 
         return starts(self, n, random_state)
 
@@ -387,12 +387,12 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         ValueError
             For other objectives than the time and one that tells how much is known.
         """
-        from mgeo_attitude.refine import polish_steps  # compiles
+        from mgeo_attitude.refine.polish import polish_steps  # compiles
 
         return polish_steps(self, X, more=True)
 
     def view(self, X: ArrayLike) -> ManeuverView:
         """What people are shown of plans, shape (n, n_var), each evaluated once."""
-        from mgeo_attitude.view import ManeuverView
+        from mgeo_attitude.view.maneuver_view import ManeuverView
 
         return ManeuverView(self, X)

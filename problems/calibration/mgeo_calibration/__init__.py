@@ -1,14 +1,72 @@
 """What comes after a plan: flights, telemetry, estimation, calibration, verification."""
 
 from importlib import import_module
-from typing import Any
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
 
-import lazy_loader
+if TYPE_CHECKING:
+    from mgeo_calibration.calibration.alone import StrengthCalibration, calibrate_alone
+    from mgeo_calibration.calibration.calibration import Calibration
+    from mgeo_calibration.calibration.from_telemetry import calibrate
+    from mgeo_calibration.calibration.refused import CannotCalibrate
+    from mgeo_calibration.flight.own import fly
+    from mgeo_calibration.simulation.calibrations import simulate_calibrations
+    from mgeo_calibration.simulation.filter import Estimator
+    from mgeo_calibration.simulation.flights import simulate
+    from mgeo_calibration.simulation.monte_carlo import MonteCarlo, consistency
+    from mgeo_calibration.telemetry.mapping import TelemetryMapping
+    from mgeo_calibration.telemetry.reading import read_telemetry
+    from mgeo_calibration.telemetry.telemetry import Telemetry
+    from mgeo_calibration.verification import Verification, verify
 
-_getattr, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__all__ = [
+    "Calibration",
+    "CannotCalibrate",
+    "Estimator",
+    "MonteCarlo",
+    "StrengthCalibration",
+    "Telemetry",
+    "TelemetryMapping",
+    "Verification",
+    "calibrate",
+    "calibrate_alone",
+    "consistency",
+    "fly",
+    "read_telemetry",
+    "simulate",
+    "simulate_calibrations",
+    "verify",
+]
+
+#: Modules of the public names. A name is imported when it is first used, so that the command
+#: line starts quickly.
+_MODULES = {
+    "Calibration": "mgeo_calibration.calibration.calibration",
+    "CannotCalibrate": "mgeo_calibration.calibration.refused",
+    "Estimator": "mgeo_calibration.simulation.filter",
+    "MonteCarlo": "mgeo_calibration.simulation.monte_carlo",
+    "StrengthCalibration": "mgeo_calibration.calibration.alone",
+    "Telemetry": "mgeo_calibration.telemetry.telemetry",
+    "TelemetryMapping": "mgeo_calibration.telemetry.mapping",
+    "Verification": "mgeo_calibration.verification",
+    "calibrate": "mgeo_calibration.calibration.from_telemetry",
+    "calibrate_alone": "mgeo_calibration.calibration.alone",
+    "consistency": "mgeo_calibration.simulation.monte_carlo",
+    "fly": "mgeo_calibration.flight.own",
+    "read_telemetry": "mgeo_calibration.telemetry.reading",
+    "simulate": "mgeo_calibration.simulation.flights",
+    "simulate_calibrations": "mgeo_calibration.simulation.calibrations",
+    "verify": "mgeo_calibration.verification",
+}
 
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        return import_module("importlib.metadata").version("mgeo-calibration")
-    return _getattr(name)
+        return version("mgeo-calibration")
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_MODULES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -9,17 +9,18 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.filter import evaluate
-from mgeo_attitude.geometry import matrix
-from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.scenario import validity
-from mgeo_attitude.view import span
-from mgeo_attitude.view.observability import States
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.scenario.validity import validity
+from mgeo_attitude.view.describe import span
+from mgeo_attitude.view.observability.covariance import States
 from scipy.stats import chi2
 
-from mgeo.studies import holm
+from mgeo.studies.statistics import holm
 from mgeo_calibration.flight.as_flown import ends
-from mgeo_calibration.simulation import MonteCarlo, simulate
+from mgeo_calibration.simulation.flights import simulate
+from mgeo_calibration.simulation.monte_carlo import MonteCarlo
 
 #: Probability of calling a plan and its filter wrong that are right, in all tests together.
 LEVEL = 0.01

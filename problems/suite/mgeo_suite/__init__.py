@@ -1,14 +1,33 @@
 """Which attitude sensors to fly, chosen together with how to calibrate them, as a pymoo problem."""
 
 from importlib import import_module
-from typing import Any
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
 
-import lazy_loader
+if TYPE_CHECKING:
+    from mgeo_suite.catalog import Catalog
+    from mgeo_suite.problem import SensorSuiteProblem
 
-_getattr, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__all__ = [
+    "Catalog",
+    "SensorSuiteProblem",
+]
+
+#: Modules of the public names. A name is imported when it is first used, so that the command
+#: line starts quickly.
+_MODULES = {
+    "Catalog": "mgeo_suite.catalog",
+    "SensorSuiteProblem": "mgeo_suite.problem",
+}
 
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        return import_module("importlib.metadata").version("mgeo-suite")
-    return _getattr(name)
+        return version("mgeo-suite")
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_MODULES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

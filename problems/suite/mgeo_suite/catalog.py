@@ -12,22 +12,21 @@ from types import SimpleNamespace
 from typing import Any
 
 from mgeo_attitude import Gyro, Magnetometer, StarTracker, SunSensor
-from mgeo_attitude.fields import (
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import (
     InvalidType,
     InvalidValue,
     KeyProblem,
-    Validated,
     declared,
     expect,
-    from_table,
     known_names,
     quantity,
-    to_table,
 )
-from mgeo_attitude.geometry import Vec3
+from mgeo_attitude.fields.tables import from_table, to_table
+from mgeo_attitude.geometry.vector import Vec3
 
-from mgeo.store import read_text
-from mgeo.validation import FileError
+from mgeo.store.reading import read_text
+from mgeo.validation.tables import FileError
 
 #: Outward normals of the faces of a satellite, body axes.
 FACES: dict[str, tuple[float, float, float]] = {

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.criteria import attitude_accuracy_deg
-from mgeo_attitude.filter import Evaluation, FilterModel
-from mgeo_attitude.view import maneuver_texts
-from mgeo_attitude.view.figures import line, title
+from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
+from mgeo_attitude.filter.evaluator import Evaluation
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.view.describe import maneuver_texts
+from mgeo_attitude.view.figures.style import line, title
 
-from mgeo.figures import COLORS, SYMBOLS, finished, literal, log_axis
+from mgeo.figures.style import COLORS, SYMBOLS, finished, literal, log_axis
 from mgeo_suite.catalog import NONE
 from mgeo_suite.suites import SuiteModels
 

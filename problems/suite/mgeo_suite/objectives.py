@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.criteria import OBJECTIVES as OF_PLANS
-from mgeo_attitude.criteria import attitude_accuracy_deg
-from mgeo_attitude.fields import InvalidValue, known_names
+from mgeo_attitude.criteria.objectives import OBJECTIVES as OF_PLANS
+from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
+from mgeo_attitude.fields.quantity import InvalidValue, known_names
 
 if TYPE_CHECKING:
     from mgeo_attitude import Evaluation, FilterModel, Scenario

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mgeo_attitude import Scenario
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.aliases import ShownByView
-from mgeo_attitude.criteria import EvaluationCache, check_start, constraints
-from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, known_names
-from mgeo_attitude.maneuvers import decode
+from mgeo_attitude.criteria.constraints import check_start, constraints
+from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
+from mgeo_attitude.fields.quantity import InvalidType, InvalidValue, KeyProblem, known_names
+from mgeo_attitude.maneuvers.schedule import decode
 from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 from pymoo.core.variable import Choice, Real
@@ -42,7 +42,7 @@ def scenario_table() -> dict[str, Any]:
     return tomllib.loads(text)
 
 
-class SensorSuiteProblem(ShownByView, Problem):
+class SensorSuiteProblem(Problem):
     """Minimize what a suite of attitude sensors costs and how well it knows the attitude.
 
     Variables are pymoo's `Choice` of a grade of gyro, magnetometer, star tracker (or none) and of a

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mgeo_attitude import FilterModel, Gyro, Scenario, Sensor, Suite
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.environment import Environment
-from mgeo_attitude.fields import InvalidValue, expect
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.fields.quantity import InvalidValue, expect
 
 from mgeo_suite.catalog import FACES, NONE, Catalog, Grade
 
@@ -213,7 +213,7 @@ def evaluated(
 
     Of the states, those that all forms begin with: attitude and gyro.
     """
-    from mgeo_attitude.filter import evaluate  # compiles
+    from mgeo_attitude.filter.evaluator import evaluate  # compiles
 
     if not len(choices):
         return evaluate(suites.model, maneuvers, covariance=True)
@@ -248,7 +248,7 @@ def _joined(
     parts: list[tuple[Ints, Evaluation]], suites: SuiteModels, maneuvers: Floats
 ) -> Evaluation:
     """Results of some rows each, as one."""
-    from mgeo_attitude.filter import Evaluation
+    from mgeo_attitude.filter.evaluator import Evaluation
 
     order = np.argsort(np.concatenate([rows for rows, _ in parts]))
     joined = {}

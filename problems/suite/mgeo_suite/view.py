@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from mgeo_attitude import Scenario
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.criteria import attitude_accuracy_deg, constraints
-from mgeo_attitude.view import maneuver_texts, span, two_digits
+from mgeo_attitude.criteria.constraints import constraints
+from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
+from mgeo_attitude.view.describe import maneuver_texts, span, two_digits
 from numpy.typing import ArrayLike
 
-from mgeo.plugins import View
+from mgeo.plugins.view import View
 from mgeo_suite.catalog import NONE
 from mgeo_suite.suites import SuiteModels
 
@@ -108,7 +109,7 @@ class SuiteView(View):
 
     def limits(self) -> list[pd.DataFrame]:
         """For each design a table with a row per limit, see `mgeo_attitude.view.margins.tables`."""
-        from mgeo_attitude.view import tables  # compiles
+        from mgeo_attitude.view.margins import tables  # compiles
 
         found = [each for asked in constraints(self.problem.scenario) for each in asked.limits]
         excesses = np.array([limit.excess(self.result) for limit in found]).T

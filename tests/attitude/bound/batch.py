@@ -10,8 +10,8 @@ import dataclasses
 
 import numpy as np
 from mgeo_attitude import FilterModel
-from mgeo_attitude.filter import van_loan
-from mgeo_attitude.maneuvers import attitudes
+from mgeo_attitude.filter.reference import van_loan
+from mgeo_attitude.maneuvers.motion import attitudes
 from numpy.typing import NDArray
 from scipy.linalg import inv, solve_triangular
 

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 from mgeo_attitude import FilterModel, Scenario, evaluate
-from mgeo_attitude.bound import LimitCurves
-from mgeo_attitude.criteria import OBJECTIVES
-from mgeo_attitude.scenario import PRESETS, Prior
+from mgeo_attitude.bound.curves import LimitCurves
+from mgeo_attitude.criteria.objectives import OBJECTIVES
+from mgeo_attitude.scenario.prior import Prior
+from mgeo_attitude.scenario.toml import PRESETS
 from numpy.typing import NDArray
 
 SCENARIOS = Path(__file__).parents[3] / "docs" / "scenarios"

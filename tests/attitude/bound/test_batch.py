@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario, evaluate
-from mgeo_attitude.bound import limit
+from mgeo_attitude.bound.assembly import limit
 from scipy.spatial.transform import Rotation
 
 from ..filter.suites import FAST, SUITES, of_suites

@@ -6,7 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario, evaluate, limit
-from mgeo_attitude.bound import Carrier, NoLimit, cost_of_following
+from mgeo_attitude.bound.common_mode import Carrier, cost_of_following
+from mgeo_attitude.bound.samples import NoLimit
 from scipy.spatial.transform import Rotation
 
 from .batch import mean_covariance

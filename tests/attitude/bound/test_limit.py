@@ -5,9 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario, evaluate, limit
-from mgeo_attitude.bound import Drift, NoLimit, along_attitude, filled, through_attitude
-from mgeo_attitude.geometry import Vec3
-from mgeo_attitude.sensors import VectorSensor
+from mgeo_attitude.bound.curves import filled
+from mgeo_attitude.bound.gyro import Drift, along_attitude, through_attitude
+from mgeo_attitude.bound.samples import NoLimit
+from mgeo_attitude.geometry.vector import Vec3
+from mgeo_attitude.sensors.vector_sensors import VectorSensor
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize
 

@@ -9,8 +9,8 @@ from mgeo_attitude.plan import ManeuverPlan, read_front, write_plan
 from mgeo_attitude.scenario import Wheels
 from typer.testing import CliRunner
 
-from mgeo.cli import app
-from mgeo.store import write_run
+from mgeo.cli.app import app
+from mgeo.store.run_folder import write_run
 
 from ..small_run import small_run
 

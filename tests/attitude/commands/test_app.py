@@ -9,13 +9,12 @@ import sys
 import warnings
 from pathlib import Path
 
-import mgeo_attitude.commands as planning
-import mgeo_calibration.commands as calibration
+import mgeo_attitude.commands.app as planning
+import mgeo_calibration.commands.app as calibration
 import pytest
 import typer
 
-from mgeo.cli import main
-from mgeo.plugins import COMMANDS, installed_plugins
+from mgeo.cli.app import main
 from tests.mgeo.cli.test_completion import offered
 
 ROOT = Path(__file__).parents[3]
@@ -75,15 +74,6 @@ def test_every_command_has_examples_that_can_be_typed(run, command):
             pass
 
 
-@pytest.mark.parametrize("command", calibration.EXAMPLES)
-def test_who_has_not_installed_it_is_told_what_to_install(run, monkeypatch, command):
-    alone = [one for one in installed_plugins(COMMANDS) if one.distribution == "mgeo-attitude"]
-    monkeypatch.setattr(sys.modules["mgeo.cli.app"], "installed_plugins", lambda group: alone)
-    told = f"Error: mgeo attitude {command} is of mgeo-calibration, which is not installed: pip "
-    assert run(command, "plan.json", "--seed", 2, code=2).stderr.startswith(told)
-    assert "Of mgeo-calibration, not installed here." in run("--help").stdout
-
-
 @pytest.mark.parametrize("arguments", [["--nonsense"], ["sho"], ["show"], ["show", "a", "--nope"]])
 def test_usage_errors_are_one_line(run, arguments):
     done = run(*arguments, code=2)
@@ -94,7 +84,7 @@ def test_usage_errors_are_one_line(run, arguments):
     ("line", "expected"),
     [
         ("mgeo att", ["attitude"]),
-        ("mgeo attitude ", ["show", "export", "verify", "fly", "calibrate", "check", "schema"]),
+        ("mgeo attitude ", ["show", "export", "check", "schema", "verify", "fly", "calibrate"]),
         ("mgeo attitude show plan.json --pick ", ["knee", "fastest", "best"]),
         ("mgeo attitude verify plan.json --se", ["--seed"]),
     ],

@@ -6,7 +6,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import read_json, to_csv, to_uplink_csv
 
-from mgeo.store import write_run
+from mgeo.store.run_folder import write_run
 
 from ..small_run import small_run
 

@@ -10,7 +10,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan, to_json
 from mgeo_attitude.scenario import Wheels
 
-from mgeo.store import write_run
+from mgeo.store.run_folder import write_run
 
 from ..small_run import small_run
 

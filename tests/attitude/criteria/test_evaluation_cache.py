@@ -8,7 +8,7 @@ from copy import deepcopy
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
-from mgeo_attitude.criteria import EvaluationCache
+from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.scenario import Convergence, Wheels
 
 

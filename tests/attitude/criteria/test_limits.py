@@ -7,10 +7,11 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, SunSensor, evaluate, reference_run
-from mgeo_attitude.criteria import OBJECTIVES
-from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.maneuvers import phases
-from mgeo_attitude.scenario import NAMES, Convergence, ManeuverLimits, PathLimit, Wheels
+from mgeo_attitude.criteria.objectives import OBJECTIVES
+from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.maneuvers.motion import phases
+from mgeo_attitude.scenario.actuators import Wheels
+from mgeo_attitude.scenario.settings import NAMES, Convergence, ManeuverLimits, PathLimit
 
 from ..between import worst_excess
 

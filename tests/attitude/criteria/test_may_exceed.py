@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, filter_history, reference_run
-from mgeo_attitude.environment import Place
-from mgeo_attitude.filter import excess_along
-from mgeo_attitude.maneuvers import Motion
+from mgeo_attitude.environment.directions import Place
+from mgeo_attitude.filter.path_limits import excess_along
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan import ManeuverPlan
 
 LIMITS = {

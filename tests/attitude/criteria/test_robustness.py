@@ -8,11 +8,18 @@ import re
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario, reference_run
-from mgeo_attitude.criteria import FlightSamples, draw_flights, judged, kept_by, over_flights
-from mgeo_attitude.environment import instants, moon_position
-from mgeo_attitude.maneuvers import schedule
+from mgeo_attitude.criteria.robustness import (
+    FlightSamples,
+    draw_flights,
+    judged,
+    kept_by,
+    over_flights,
+)
+from mgeo_attitude.environment.sun_moon import moon_position
+from mgeo_attitude.environment.times import instants
+from mgeo_attitude.maneuvers.schedule import schedule
 from mgeo_attitude.scenario import FlightErrors, InitialConditions, PathLimit, Prior, Wheels
-from mgeo_attitude.view import Plans
+from mgeo_attitude.view.plans import Plans
 from pymoo.optimize import minimize
 from scipy.spatial.transform import Rotation
 

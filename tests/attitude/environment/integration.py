@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from mgeo_attitude.environment import EARTH_J2, EARTH_MU, EARTH_RADIUS
+from mgeo_attitude.environment.constants import EARTH_J2, EARTH_MU, EARTH_RADIUS
 from scipy.integrate import solve_ivp
 
 

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario
-from mgeo_attitude.environment import EARTH_MU, EARTH_RADIUS, Arc
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.environment.arc import Arc
+from mgeo_attitude.environment.constants import EARTH_MU, EARTH_RADIUS
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile
 
 from .integration import integrated, own_steps

@@ -7,17 +7,10 @@ import dataclasses
 import erfa
 import numpy as np
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.environment import (
-    ASTRONOMICAL_UNIT,
-    DAY,
-    DIRECTIONS,
-    EARTH_RADIUS,
-    Instants,
-    directions,
-    moon_position,
-    radii,
-    sun_position,
-)
+from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT, DAY, EARTH_RADIUS
+from mgeo_attitude.environment.directions import DIRECTIONS, directions, radii
+from mgeo_attitude.environment.sun_moon import moon_position, sun_position
+from mgeo_attitude.environment.times import Instants
 
 SHORT = dataclasses.replace(Scenario.cubesat_6u(), duration=3000.0, step=50.0)
 NAMES = tuple(DIRECTIONS)

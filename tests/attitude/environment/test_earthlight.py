@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.environment import EARTH_RADIUS, earthlight
+from mgeo_attitude.environment.constants import EARTH_RADIUS
+from mgeo_attitude.environment.sun_moon import earthlight
 
 UP = np.array([0.0, 0.0, 1.0])
 

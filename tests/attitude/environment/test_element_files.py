@@ -14,14 +14,16 @@ from typing import Any
 import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.environment import SGP4Error, gcrs_of, instants, is_element_file, read_omm
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.environment.element_file import is_element_file, read_omm
+from mgeo_attitude.environment.element_set import SGP4Error, gcrs_of
+from mgeo_attitude.environment.times import instants
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import MeanElements, OrbitFile, TLEOrbit
 from sgp4 import exporter, omm
 from sgp4.api import Satrec
 
-from mgeo.plugins import load_problem
-from mgeo.store import read_scenario
+from mgeo.plugins.problems import load_problem
+from mgeo.store.scenario_file import read_scenario
 
 from ..scenario.test_orbit import ISS_1, ISS_2, VANGUARD_1, VANGUARD_2, with_checksum
 
@@ -353,12 +355,3 @@ def test_elements_of_another_zone_are_the_same() -> None:
     np.testing.assert_array_equal(
         moved.propagate(EPOCH, TIMES)[0], found.propagate(EPOCH, TIMES)[0]
     )
-
-
-def test_the_name_of_files_of_ephemerides_is_kept() -> None:
-    from mgeo_attitude import scenario
-
-    with pytest.warns(DeprecationWarning, match="EphemerisFile is now called OrbitFile"):
-        assert scenario.EphemerisFile is OrbitFile
-    with pytest.raises(AttributeError, match="attribute Ephemeris"):
-        _ = scenario.Ephemeris

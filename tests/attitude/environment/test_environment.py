@@ -13,7 +13,9 @@ import numpy as np
 import ppigrf
 import pytest
 from mgeo_attitude import FilterModel
-from mgeo_attitude.environment import Environment, gcrs_of, instants
+from mgeo_attitude.environment.element_set import gcrs_of
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.environment.times import instants
 from mgeo_attitude.scenario import Convergence, Orbit, Scenario, TLEOrbit
 
 EPOCH = datetime(2020, 6, 19, 21, 30, tzinfo=UTC)  # the run passes midnight

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.environment import EARTH_MU
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.environment.constants import EARTH_MU
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import EphemerisOrbit, FlightErrors, Orbit
 
 WRONG = ": it is wrong, samples are too far apart, or velocities have another unit or frame"

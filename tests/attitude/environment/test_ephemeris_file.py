@@ -17,12 +17,14 @@ import numpy as np
 import pytest
 from brahe.ccsds import OEM
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.environment import TLEOrbit, gcrs_of, instants, rotate
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.environment.element_set import TLEOrbit, gcrs_of
+from mgeo_attitude.environment.frames import rotate
+from mgeo_attitude.environment.times import instants
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile
 
-from mgeo.plugins import load_problem
-from mgeo.store import read_scenario
+from mgeo.plugins.problems import load_problem
+from mgeo.store.scenario_file import read_scenario
 
 from ..scenario.test_orbit import ISS_1, ISS_2
 

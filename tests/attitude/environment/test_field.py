@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mgeo_attitude.environment import geomagnetic_field
+from mgeo_attitude.environment.field import geomagnetic_field
 from threadpoolctl import threadpool_limits
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "igrf14_geocentric.txt"

@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.environment import dipole_gradient, field_gradient, geomagnetic_field
+from mgeo_attitude.environment.field import dipole_gradient, field_gradient, geomagnetic_field
 
 RADIUS, STEP = 7.13e6, 100.0
 DATE = datetime(2018, 6, 5, tzinfo=UTC)

@@ -8,7 +8,8 @@ import brahe
 import erfa
 import numpy as np
 import pytest
-from mgeo_attitude.environment import frame_name, instants, to_gcrs
+from mgeo_attitude.environment.frames import frame_name, to_gcrs
+from mgeo_attitude.environment.times import instants
 
 EPOCH = datetime(2018, 6, 5, 3, 4, 5, tzinfo=UTC)
 STATE = np.array([7e6, 1e5, 2e5, 10.0, 7500.0, 100.0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mgeo_attitude.environment import interpolate, nearest, others
+from mgeo_attitude.environment.arc import interpolate, nearest, others
 from scipy.interpolate import BarycentricInterpolator, KroghInterpolator
 
 TIMES = np.array([0.0, 50.0, 130.0, 180.0, 240.0, 330.0, 360.0, 420.0, 500.0])

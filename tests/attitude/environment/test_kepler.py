@@ -7,10 +7,8 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from mgeo_attitude.environment import (
-    EARTH_J2,
-    EARTH_MU,
-    EARTH_RADIUS,
+from mgeo_attitude.environment.constants import EARTH_J2, EARTH_MU, EARTH_RADIUS
+from mgeo_attitude.environment.kepler import (
     Elements,
     eccentric_anomaly,
     j2_secular,

@@ -6,8 +6,9 @@ import brahe
 import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.environment import EARTH_MU, Place, pointed
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.environment.constants import EARTH_MU
+from mgeo_attitude.environment.directions import Place, pointed
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import InitialConditions
 from scipy.spatial.transform import Rotation
 

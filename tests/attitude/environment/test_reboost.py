@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario
-from mgeo_attitude.environment import Arc, interpolate, nearest
+from mgeo_attitude.environment.arc import Arc, interpolate, nearest
 from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile, TLEOrbit
 
 from .integration import integrated

@@ -7,16 +7,10 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from mgeo_attitude.environment import (
-    ASTRONOMICAL_UNIT,
-    EARTH_RADIUS,
-    SUN_RADIUS,
-    Elements,
-    instants,
-    lit_fraction,
-    sun_position,
-    two_body,
-)
+from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT, EARTH_RADIUS, SUN_RADIUS
+from mgeo_attitude.environment.kepler import Elements, two_body
+from mgeo_attitude.environment.sun_moon import lit_fraction, sun_position
+from mgeo_attitude.environment.times import instants
 
 _SUN = np.array([[ASTRONOMICAL_UNIT, 0.0, 0.0]])
 

@@ -6,13 +6,9 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from mgeo_attitude.environment import (
-    ASTRONOMICAL_UNIT,
-    Instants,
-    instants,
-    sun_direction,
-    sun_position,
-)
+from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT
+from mgeo_attitude.environment.sun_moon import sun_direction, sun_position
+from mgeo_attitude.environment.times import Instants, instants
 
 
 def test_heliocentric_earth_of_sofa() -> None:

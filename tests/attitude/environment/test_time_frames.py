@@ -9,7 +9,8 @@ from datetime import UTC, datetime, timedelta, timezone
 import erfa
 import numpy as np
 import pytest
-from mgeo_attitude.environment import Instants, as_utc, gcrs_to_itrs, instants, rotate, teme_to_gcrs
+from mgeo_attitude.environment.frames import gcrs_to_itrs, rotate, teme_to_gcrs
+from mgeo_attitude.environment.times import Instants, as_utc, instants
 
 # Vallado, Fundamentals of Astrodynamics and Applications, example 3-15 and table 3-6 [m]. The TEME
 # vector is the one printed there and in AIAA 2006-6753 for the same satellite and instant.

@@ -7,7 +7,7 @@ from datetime import UTC, datetime, timedelta, timezone
 import erfa
 import numpy as np
 import pytest
-from mgeo_attitude.environment import elapsed, seconds_after
+from mgeo_attitude.environment.times import elapsed, seconds_after
 
 EPOCH = datetime(2016, 12, 31, 23, 59, 50, 250000, tzinfo=UTC)
 

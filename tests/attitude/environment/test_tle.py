@@ -12,7 +12,8 @@ from datetime import UTC, datetime, timedelta
 import erfa
 import numpy as np
 import pytest
-from mgeo_attitude.environment import Instants, SGP4Error, TLEOrbit, gcrs_of, instants, teme_of
+from mgeo_attitude.environment.element_set import SGP4Error, TLEOrbit, gcrs_of, teme_of
+from mgeo_attitude.environment.times import Instants, instants
 from sgp4.api import Satrec
 
 VANGUARD_1 = (

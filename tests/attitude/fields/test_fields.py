@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mgeo_attitude.fields import InvalidType, InvalidValue, Quantity, Validated, quantity
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import InvalidType, InvalidValue, Quantity, quantity
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.criteria import attitude_accuracy_deg, attitude_sigma_deg
+from mgeo_attitude.criteria.objectives import attitude_accuracy_deg, attitude_sigma_deg
 from scipy.spatial.transform import Rotation
 
 

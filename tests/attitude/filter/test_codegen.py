@@ -4,22 +4,16 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter import (
-    CHECK,
+from mgeo_attitude.filter.codegen import CHECK, instrument_constants, module_source, step_parts
+from mgeo_attitude.filter.layout import (
     NO_MONITORS,
-    Code,
-    Symbol,
-    Triangle,
     directions_of,
-    instrument_constants,
     is_disc,
     layout,
-    module_source,
-    schmidt,
-    slot_of,
-    step_parts,
     transition_pattern,
 )
+from mgeo_attitude.filter.reference import schmidt
+from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_of
 from scipy.linalg import block_diag
 
 from .suites import SUITES, every_suite

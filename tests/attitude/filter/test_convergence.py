@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, evaluate, reference_run
-from mgeo_attitude.filter import has_converged, lanes, load_driver
+from mgeo_attitude.filter.kernel import lanes, load_driver
+from mgeo_attitude.filter.reference import has_converged
 
 from ...three import three
 from .agreement import assert_agrees, designs

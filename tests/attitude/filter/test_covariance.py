@@ -4,18 +4,11 @@ from functools import partial
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter import (
-    Code,
-    Triangle,
-    last_pivot,
-    predict,
-    schmidt,
-    slots_of,
-    transition_pattern,
-    triangle,
-    update,
-)
-from mgeo_attitude.geometry import Vec3
+from mgeo_attitude.filter.covariance import last_pivot, predict, update
+from mgeo_attitude.filter.layout import transition_pattern
+from mgeo_attitude.filter.reference import schmidt
+from mgeo_attitude.filter.symbols import Code, Triangle, slots_of, triangle
+from mgeo_attitude.geometry.vector import Vec3
 from scipy.linalg import expm
 
 from .suites import SUITES, every_suite

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter import discretize, turn
+from mgeo_attitude.filter.discretization import discretize, turn
 from scipy.integrate import quad_vec
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation

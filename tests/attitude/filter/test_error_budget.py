@@ -5,8 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario, filter_history
-from mgeo_attitude.filter import error_budget, measurements, van_loan
-from mgeo_attitude.maneuvers import Motion
+from mgeo_attitude.filter.error_budget import error_budget
+from mgeo_attitude.filter.history import measurements
+from mgeo_attitude.filter.reference import van_loan
+from mgeo_attitude.maneuvers.motion import Motion
 
 from .suites import SUITES
 

@@ -7,9 +7,9 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Magnetometer, Sensor, evaluate
-from mgeo_attitude.filter import available_threads
+from mgeo_attitude.filter.evaluator import available_threads
 from mgeo_attitude.geometry import vector
-from mgeo_attitude.maneuvers import SlewLimits
+from mgeo_attitude.maneuvers.drives import SlewLimits
 
 from .agreement import assert_agrees, designs, special_designs
 

@@ -20,8 +20,8 @@ from mgeo_attitude import (
     limit,
     reference_run,
 )
-from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter import error_budget
+from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.filter.error_budget import error_budget
 from mgeo_attitude.scenario import Channel
 from scipy.integrate import solve_ivp
 

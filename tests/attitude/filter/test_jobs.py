@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mgeo_attitude.filter import separate, shared
-from mgeo_attitude.maneuvers import decode, maneuver_steps
+from mgeo_attitude.filter.jobs import separate, shared
+from mgeo_attitude.maneuvers.schedule import decode, maneuver_steps
 
 
 def steps_of(rates, starts, n_steps):

@@ -14,7 +14,7 @@ from functools import partial
 from pkgutil import iter_modules
 
 import pytest
-from mgeo_attitude.filter import load_driver, load_module
+from mgeo_attitude.filter.kernel import load_driver, load_module
 from mgeo_calibration.estimation import kernels
 from numba.core.caching import NullCache
 from numba.core.dispatcher import Dispatcher

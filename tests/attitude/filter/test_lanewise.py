@@ -4,7 +4,7 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter import lanewise
+from mgeo_attitude.filter.lanewise import lanewise
 from numba import njit
 
 TEXT = """

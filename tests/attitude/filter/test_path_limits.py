@@ -13,23 +13,14 @@ from mgeo_attitude import (
     evaluate,
     reference_run,
 )
-from mgeo_attitude.criteria import constraints
-from mgeo_attitude.environment import DIRECTIONS, Cone, Passage, Place
-from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter import (
-    Code,
-    Symbol,
-    Triangle,
-    Turn,
-    angle_sigma,
-    arc,
-    cone_constants,
-    excess,
-    excess_code,
-    nearest_code,
-)
-from mgeo_attitude.geometry import Vec3
-from mgeo_attitude.maneuvers import Motion
+from mgeo_attitude.criteria.constraints import constraints
+from mgeo_attitude.environment.directions import DIRECTIONS, Cone, Passage, Place
+from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.filter.nearest import Turn, nearest_code
+from mgeo_attitude.filter.path_limits import angle_sigma, arc, cone_constants, excess, excess_code
+from mgeo_attitude.filter.symbols import Code, Symbol, Triangle
+from mgeo_attitude.geometry.vector import Vec3
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence, InitialConditions, PathLimit
 from scipy.spatial.transform import Rotation
 

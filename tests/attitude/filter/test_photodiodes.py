@@ -18,8 +18,8 @@ from mgeo_attitude import (
     evaluate,
     limit,
 )
-from mgeo_attitude.bound import together
-from mgeo_attitude.fields import InvalidType, InvalidValue
+from mgeo_attitude.bound.faces import together
+from mgeo_attitude.fields.quantity import InvalidType, InvalidValue
 from scipy.spatial.transform import Rotation
 
 V = Rotation.random(20, random_state=1).as_matrix()[:, 0]

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
-from mgeo_attitude.criteria import OBJECTIVES
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.criteria.objectives import OBJECTIVES
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import PathLimit, Prior
 from scipy.spatial.transform import Rotation
 

@@ -13,12 +13,12 @@ from mgeo_attitude import (
     Suite,
     reference_run,
 )
-from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter import can_measure
-from mgeo_attitude.maneuvers import Motion
+from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.filter.history import can_measure
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence
 from mgeo_calibration import consistency, simulate
-from mgeo_calibration.flight import draw, fly_run
+from mgeo_calibration.flight.flight import draw, fly_run
 
 from .agreement import assert_agrees, designs
 

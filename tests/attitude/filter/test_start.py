@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import PathLimit
 from scipy.spatial.transform import Rotation
 

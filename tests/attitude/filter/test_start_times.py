@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate
-from mgeo_attitude.bound import limit
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.bound.assembly import limit
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.plan import ManeuverPlan, from_json, to_json
 
-from mgeo.studies.fingerprint import fingerprint
+from mgeo.studies.fingerprint.parts import fingerprint
 
 #: An orbit and its eclipse lie between the first start and the last.
 FREE = {"latest_start": 5400.0, "start_interval": 600.0}

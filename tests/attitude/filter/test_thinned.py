@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate
-from mgeo_attitude.filter import thinned
+from mgeo_attitude.filter.variants import thinned
 
 SHORT = {"duration": 1500.0, "maneuvers": {"max_rate_deg_s": 0.5}}
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from mgeo_attitude.environment import utc_texts
-from mgeo_attitude.filter import turn
-from mgeo_attitude.geometry import quaternions, sampled_quaternions
+from mgeo_attitude.environment.times import utc_texts
+from mgeo_attitude.filter.discretization import turn
+from mgeo_attitude.geometry.quaternion import quaternions, sampled_quaternions
 from scipy.spatial.transform import Rotation
 
 HALF = np.sqrt(0.5)

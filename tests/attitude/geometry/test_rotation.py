@@ -2,7 +2,14 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.geometry import exponential, matrix, multiply, rotate, rotation_vector, unrotate
+from mgeo_attitude.geometry.rotation import (
+    exponential,
+    matrix,
+    multiply,
+    rotate,
+    rotation_vector,
+    unrotate,
+)
 from scipy.spatial.transform import Rotation
 
 

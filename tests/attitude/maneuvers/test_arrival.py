@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.maneuvers import SlewLimits, schedule
-from mgeo_attitude.trajectory import arrival, missing
+from mgeo_attitude.maneuvers.drives import SlewLimits
+from mgeo_attitude.maneuvers.schedule import schedule
+from mgeo_attitude.trajectory.arrival import arrival, missing
 from scipy.spatial.transform import Rotation
 
 STEP = 2.0

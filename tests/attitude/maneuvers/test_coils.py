@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, agreement, evaluate
-from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.maneuvers import RAMP, Motion, phases
+from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.maneuvers.motion import RAMP, Motion, phases
 from mgeo_attitude.scenario import Scenario
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.maneuvers import HELD, SlewLimits, phases
+from mgeo_attitude.maneuvers.drives import SlewLimits
+from mgeo_attitude.maneuvers.motion import HELD, phases
 
 
 def seen(design, t_end, step=1.0):

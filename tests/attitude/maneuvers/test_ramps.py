@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.maneuvers import SlewLimits, attitudes, flown, schedule
+from mgeo_attitude.maneuvers.drives import SlewLimits
+from mgeo_attitude.maneuvers.motion import attitudes
+from mgeo_attitude.maneuvers.schedule import flown, schedule
 from scipy.spatial.transform import Rotation
 
 STEP = 1.0

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.maneuvers import NEVER, decode, flown, maneuver_steps
+from mgeo_attitude.maneuvers.schedule import NEVER, decode, flown, maneuver_steps
 
 
 def test_decode_gives_radians_and_seconds():

@@ -5,10 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario
-from mgeo_attitude.environment import Place
-from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.maneuvers import phases, schedule
-from mgeo_attitude.trajectory import Search, slew_back
+from mgeo_attitude.environment.directions import Place
+from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.maneuvers.motion import phases
+from mgeo_attitude.maneuvers.schedule import schedule
+from mgeo_attitude.trajectory.trajectory import Search, slew_back
 from scipy.spatial.transform import Rotation
 
 #: A quarter of a turn about z, then rest.

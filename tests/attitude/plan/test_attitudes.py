@@ -14,17 +14,11 @@ import numpy as np
 import pytest
 from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.plan import (
-    ManeuverPlan,
-    aem_text,
-    ck_bytes,
-    gcrf_to_eme2000,
-    sclk_text,
-    script_text,
-    stk_text,
-    waypoints_text,
-    write_plan,
-)
+from mgeo_attitude.plan.aem import aem_text
+from mgeo_attitude.plan.attitudes import gcrf_to_eme2000, script_text, stk_text, waypoints_text
+from mgeo_attitude.plan.files import write_plan
+from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.plan.spice import ck_bytes, sclk_text
 from scipy.spatial.transform import Rotation
 
 from .test_aem import ramped

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.environment import Place
+from mgeo_attitude.environment.directions import Place
 from mgeo_attitude.plan import ManeuverPlan, aem_text
 from mgeo_calibration import verify
 from scipy.spatial.transform import Rotation

@@ -5,11 +5,15 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario, evaluate
-from mgeo_attitude.criteria import draw_flights
-from mgeo_attitude.maneuvers import Motion
-from mgeo_attitude.plan import ManeuverPlan, aem_text, commands, from_json, plan_figures, to_json
+from mgeo_attitude.criteria.robustness import draw_flights
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.plan.aem import aem_text
+from mgeo_attitude.plan.figures import plan_figures
+from mgeo_attitude.plan.files import from_json, to_json
+from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.plan.uplink import commands
 from mgeo_attitude.scenario import FlightErrors
-from mgeo_attitude.view import exactly, two_digits
+from mgeo_attitude.view.describe import exactly, two_digits
 from scipy.spatial.transform import Rotation
 
 DESIGN = (0.1, -0.2, 1.5, 300.0, 0.0, 0.0, 0.0, 200.0, 1.0, 0.0, 0.2, 250.0)

@@ -11,14 +11,15 @@ import pandas as pd
 import pytest
 from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import AttitudeManeuverProblem
-from mgeo_attitude.commands import Picked, plan_document, print_plan
+from mgeo_attitude.commands.files import Picked
+from mgeo_attitude.commands.show import plan_document, print_plan
 from mgeo_attitude.plan import ManeuverPlan, aem_text, from_json, to_csv, to_json
 from mgeo_attitude.scenario import FlightErrors
-from mgeo_attitude.sensors import block_units
-from mgeo_attitude.view import two_digits
+from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.view.describe import two_digits
 from scipy.spatial.transform import Rotation
 
-from mgeo.cli import Output
+from mgeo.cli.output import Output
 
 from ..between import worst_excess
 from ..criteria.test_limits import LIMITED, designs

@@ -1,7 +1,7 @@
 """Figures of a plan: their numbers are its tables'."""
 
 import numpy as np
-from mgeo_attitude.plan import plan_figures
+from mgeo_attitude.plan.figures import plan_figures
 
 
 def test_numbers(plan):

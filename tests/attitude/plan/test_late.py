@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.environment import utc_texts
+from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.plan import ManeuverPlan, aem_text, commands, from_json, to_csv, to_json
-from mgeo_calibration.flight import fly
+from mgeo_calibration.flight.own import fly
 from scipy.spatial.transform import Rotation
 
 from .test_aem import instant, matrix, read_2

@@ -9,7 +9,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.scenario import InitialConditions, ManeuverLimits
-from mgeo_attitude.view.observability import baselines
+from mgeo_attitude.view.observability.alternatives import baselines
 from scipy.spatial.transform import Rotation
 
 from .conftest import DESIGN

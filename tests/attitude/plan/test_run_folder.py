@@ -9,9 +9,9 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import read_front
 
-from mgeo.evaluation import front_rows
-from mgeo.runs import representative_solutions
-from mgeo.store import write_run
+from mgeo.evaluation.dominance import front_rows
+from mgeo.runs.answer import representative_solutions
+from mgeo.store.run_folder import write_run
 
 from ..small_run import small_run
 

@@ -14,18 +14,23 @@ from mgeo_attitude import (
     Scenario,
     reference_run,
 )
-from mgeo_attitude.commands import Picked, plan_document, print_plan
-from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter import wheel_loads
-from mgeo_attitude.maneuvers import Motion
-from mgeo_attitude.plan import ManeuverPlan, aem_text, from_json, plan_figures, to_json
+from mgeo_attitude.commands.files import Picked
+from mgeo_attitude.commands.show import plan_document, print_plan
+from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.filter.wheel_load import wheel_loads
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.plan.aem import aem_text
+from mgeo_attitude.plan.figures import plan_figures
+from mgeo_attitude.plan.files import from_json, to_json
+from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario import PathLimit, Wheels
-from mgeo_attitude.trajectory import slew_back
-from mgeo_attitude.view import END_ATTITUDE, span
-from mgeo_attitude.view.figures import timeline
+from mgeo_attitude.trajectory.trajectory import slew_back
+from mgeo_attitude.view.describe import span
+from mgeo_attitude.view.figures.against_time import timeline
+from mgeo_attitude.view.margins import END_ATTITUDE
 from mgeo_calibration import simulate
 
-from mgeo.cli import Output
+from mgeo.cli.output import Output
 
 from ...calibration.flight.runs import flown, none
 from .conftest import DESIGN

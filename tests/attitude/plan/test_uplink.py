@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
-from mgeo_attitude.maneuvers import Motion
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan import ManeuverPlan, commands, to_uplink_csv, write_plan
 from mgeo_attitude.scenario import InitialConditions
 from scipy.spatial.transform import Rotation

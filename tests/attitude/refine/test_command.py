@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from mgeo.runs import prepare, resume_run
-from mgeo.store import RunPersistence
+from mgeo.runs.prepare import prepare
+from mgeo.runs.resume import resume_run
+from mgeo.store.run_persistence import RunPersistence
 
 from ...three import TRACE
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.refine import Front
+from mgeo_attitude.refine.front import Front
 
 
 def judge(X):

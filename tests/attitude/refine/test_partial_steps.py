@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.maneuvers import decode, maneuver_steps
-from mgeo_attitude.refine import at_time, on_steps, with_partial_steps
+from mgeo_attitude.maneuvers.schedule import decode, maneuver_steps
+from mgeo_attitude.refine.at_time import at_time, on_steps, with_partial_steps
 
 
 def flown(designs, step, n_steps):

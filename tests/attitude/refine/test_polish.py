@@ -6,15 +6,10 @@ from operator import length_hint
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, limit, polish
-from mgeo_attitude.refine import (
-    AtTime,
-    Descent,
-    descend,
-    descend_from_best,
-    polish_steps,
-    receding_horizon,
-    slowed,
-)
+from mgeo_attitude.refine.at_time import AtTime, slowed
+from mgeo_attitude.refine.descent import Descent, descend, descend_from_best
+from mgeo_attitude.refine.polish import polish_steps
+from mgeo_attitude.refine.starts import receding_horizon
 from mgeo_attitude.scenario import FlightErrors, PathLimit
 
 from .conftest import short

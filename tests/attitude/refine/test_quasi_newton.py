@@ -4,7 +4,8 @@ import threading
 
 import numpy as np
 import pytest
-from mgeo_attitude.refine import minimizing, minimizing_within
+from mgeo_attitude.refine.quasi_newton import minimizing
+from mgeo_attitude.refine.within_limits import minimizing_within
 from scipy.optimize import minimize, rosen, rosen_der
 
 BOUNDS = np.array([(-2.0, 2.0)] * 4)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import split, without_unneeded
-from mgeo_attitude.refine import n_commands
+from mgeo_attitude.refine.splitting import n_commands
 
 from .conftest import short
 

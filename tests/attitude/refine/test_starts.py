@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, limit
-from mgeo_attitude.refine import AtTime, beam, rate_grid, receding_horizon, until_converged
+from mgeo_attitude.refine.at_time import AtTime
+from mgeo_attitude.refine.starts import beam, rate_grid, receding_horizon, until_converged
 from mgeo_attitude.scenario import PathLimit
 
 from .conftest import short

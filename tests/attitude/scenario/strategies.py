@@ -8,17 +8,14 @@ from typing import Any
 
 from hypothesis import strategies as st
 from mgeo_attitude import Suite
-from mgeo_attitude.environment import EARTH_RADIUS
-from mgeo_attitude.fields import Quantity, declared
-from mgeo_attitude.scenario import (
-    NAMES,
-    Convergence,
-    InitialConditions,
-    ManeuverLimits,
-    Orbit,
-    Scenario,
-)
-from mgeo_attitude.sensors import SENSORS, Gyro
+from mgeo_attitude.environment.constants import EARTH_RADIUS
+from mgeo_attitude.fields.quantity import Quantity, declared
+from mgeo_attitude.scenario.initial import InitialConditions
+from mgeo_attitude.scenario.of_others import Orbit
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.settings import NAMES, Convergence, ManeuverLimits
+from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.sensors.kinds import SENSORS
 
 
 def sections(cls: type, **fixed: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:

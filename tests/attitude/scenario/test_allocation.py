@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.scenario import ALLOCATIONS, minimax, pseudo_inverse
+from mgeo_attitude.scenario.actuators import ALLOCATIONS, minimax, pseudo_inverse
 from scipy.optimize import linprog
 
 PYRAMID = np.array([[1.0, 0.0, 1.0], [-1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, -1.0, 1.0]])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.environment import Environment
-from mgeo_attitude.fields import InvalidType, InvalidValue
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.fields.quantity import InvalidType, InvalidValue
 
 LATE = {"preset": "paper", "epoch": "2031-03-21T00:00:00Z", "duration": 600.0}
 SHORT = {"convergence": {"window": 60.0}}

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 import pytest
-from mgeo_attitude.fields import InvalidType, InvalidValue
+from mgeo_attitude.fields.quantity import InvalidType, InvalidValue
 from mgeo_attitude.scenario import Orbit, TLEOrbit
 from sgp4.api import Satrec
 from sgp4.conveniences import sat_epoch_datetime

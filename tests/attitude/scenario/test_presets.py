@@ -9,8 +9,11 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from mgeo_attitude import Suite
-from mgeo_attitude.fields import to_table
-from mgeo_attitude.scenario import PRESETS, Convergence, Orbit, Scenario
+from mgeo_attitude.fields.tables import to_table
+from mgeo_attitude.scenario.of_others import Orbit
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.settings import Convergence
+from mgeo_attitude.scenario.toml import PRESETS
 from mgeo_attitude.sensors import Magnetometer, SunSensor
 
 

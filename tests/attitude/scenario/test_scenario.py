@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from mgeo_attitude import Suite
-from mgeo_attitude.fields import InvalidType, InvalidValue
+from mgeo_attitude.fields.quantity import InvalidType, InvalidValue
 from mgeo_attitude.scenario import (
     Convergence,
     InitialConditions,

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from jsonschema import Draft202012Validator
-from mgeo_attitude.commands import app
+from mgeo_attitude.commands.app import app
 from mgeo_attitude.scenario import Scenario, scenario_schema
 from typer.testing import CliRunner
 

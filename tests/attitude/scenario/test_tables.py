@@ -10,8 +10,10 @@ from typing import Any
 
 import pytest
 from hypothesis import given, settings
-from mgeo_attitude.fields import InvalidType, InvalidValue
-from mgeo_attitude.scenario import PRESETS, KeyProblem, Orbit, Scenario, TLEOrbit
+from mgeo_attitude.fields.quantity import InvalidType, InvalidValue
+from mgeo_attitude.scenario.of_others import KeyProblem, Orbit, TLEOrbit
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.toml import PRESETS
 from mgeo_attitude.sensors import Gyro, Sensor, StarTracker, SunSensor
 
 from .strategies import scenarios

@@ -9,20 +9,15 @@ from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
-from mgeo_attitude.fields import declared
-from mgeo_attitude.scenario import (
-    PRESETS,
-    Convergence,
-    EphemerisOrbit,
-    InitialConditions,
-    ManeuverLimits,
-    Orbit,
-    OrbitFile,
-    Scenario,
-    ScenarioFileError,
-    TLEOrbit,
-)
-from mgeo_attitude.sensors import SENSORS, Gyro, World
+from mgeo_attitude.fields.quantity import declared
+from mgeo_attitude.scenario.initial import InitialConditions
+from mgeo_attitude.scenario.of_others import EphemerisOrbit, Orbit, OrbitFile, TLEOrbit
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.settings import Convergence, ManeuverLimits
+from mgeo_attitude.scenario.toml import PRESETS, ScenarioFileError
+from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.sensors.kinds import SENSORS
+from mgeo_attitude.sensors.world import World
 
 from .strategies import scenarios
 from .test_orbit import ISS_1, ISS_2

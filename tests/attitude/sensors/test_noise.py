@@ -13,9 +13,9 @@ from mgeo_attitude import (
     SunSensor,
     agreement,
 )
-from mgeo_attitude.fields import InvalidType, InvalidValue
+from mgeo_attitude.fields.quantity import InvalidType, InvalidValue
 from mgeo_attitude.scenario import scenario_schema
-from mgeo_attitude.sensors import with_noise
+from mgeo_attitude.sensors.base import with_noise
 
 DESIGN = np.array([[0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]])
 

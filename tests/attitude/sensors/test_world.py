@@ -17,10 +17,11 @@ from mgeo_attitude import (
     evaluate,
     validity,
 )
-from mgeo_attitude.environment import instants, lit_fraction, sun_position
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.environment.sun_moon import lit_fraction, sun_position
+from mgeo_attitude.environment.times import instants
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import Convergence
-from mgeo_attitude.sensors import FIELD_UNIT_NT, POSITION_UNIT
+from mgeo_attitude.sensors.world import FIELD_UNIT_NT, POSITION_UNIT
 
 WORLD = World(albedo=0.05, field_error_nt=150.0, orbit_error_m=(2000.0, 100.0, 300.0))
 PLAN = np.array([[0.5, -0.3, 0.8, 80.0, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0]])

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.view import Times, answer, span, two_digits
+from mgeo_attitude.view.describe import answer, span, two_digits
+from mgeo_attitude.view.plans import Times
 
 from ..filter.suites import SUITES
 

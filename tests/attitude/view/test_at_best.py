@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, NoLimit, Scenario, evaluate
 from mgeo_attitude.scenario import FlightErrors
-from mgeo_attitude.view import BESIDE, Plans, holds_over_flights, under
+from mgeo_attitude.view.at_best import holds_over_flights, under
+from mgeo_attitude.view.describe import BESIDE
+from mgeo_attitude.view.plans import Plans
 
-from mgeo.plugins import view_of
-from mgeo.runs import default_solution
+from mgeo.plugins.view import view_of
+from mgeo.runs.answer import default_solution
 
 DESIGN = np.array([[0.4, -0.2, 0.1, 700.0, 0.3, 0.5, -0.4, 500.0, -0.6, 0.1, 0.2, 300.0]])
 
@@ -123,7 +125,7 @@ def test_a_scenario_without_a_limit_says_why_and_goes_on(monkeypatch):
     def none(*_):
         raise NoLimit("odd: what a sample tells of odd.bias depends on the attitude")
 
-    monkeypatch.setattr("mgeo_attitude.bound.limit", none)
+    monkeypatch.setattr("mgeo_attitude.bound.assembly.limit", none)
     problem = AttitudeManeuverProblem(asking(sun__misalignment_deg=1e-6))
     assert view_of(problem).impossible() == []
     assert problem.view(DESIGN).remarks()[-2] == (

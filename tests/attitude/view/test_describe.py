@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
-from mgeo_attitude.sensors import block_units
-from mgeo_attitude.view import BESIDE, front_summary, maneuver_texts
+from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.view.describe import BESIDE, front_summary, maneuver_texts
 
-from mgeo.plugins import view_of
+from mgeo.plugins.view import view_of
 
 from ..filter.suites import SUITES
 

@@ -10,9 +10,9 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from mgeo_attitude.scenario import Convergence
 from typer.testing import CliRunner
 
-from mgeo.cli import app
-from mgeo.plugins import view_of
-from mgeo.runs import dead_end
+from mgeo.cli.app import app
+from mgeo.plugins.view import view_of
+from mgeo.runs.answer import dead_end
 
 SHORT = {"preset": "cubesat_6u", "duration": 2400.0, "step": 4.0}
 SHORT |= {"maneuvers": {"count": 3}, "convergence": {"rule": "trace"}}

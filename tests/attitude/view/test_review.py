@@ -9,7 +9,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
 
 from mgeo import View
-from mgeo.plugins import cells, kinds_of
+from mgeo.plugins.shown import cells, kinds_of
 
 DESIGN = (0.4, -0.2, 0.1, 300.0, 0.3, 0.5, -0.4, 200.0, -0.6, 0.1, 0.2, 100.0)
 

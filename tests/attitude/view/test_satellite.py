@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.scenario import PathLimit
-from mgeo_attitude.view import facts, local_time_of_node
+from mgeo_attitude.view.satellite import facts, local_time_of_node
 
 
 def test_local_time_of_a_node():

@@ -8,7 +8,8 @@ from datetime import UTC, datetime
 
 import numpy as np
 from mgeo_attitude import Scenario
-from mgeo_attitude.environment import gcrs_to_itrs, instants
+from mgeo_attitude.environment.frames import gcrs_to_itrs
+from mgeo_attitude.environment.times import instants
 from mgeo_calibration import Telemetry
 
 from .flights import PLAN, short

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 from mgeo_attitude import Environment
-from mgeo_attitude.geometry import matrix, rotation_vector
+from mgeo_attitude.geometry.rotation import matrix, rotation_vector
 from mgeo_attitude.scenario import Convergence
 from mgeo_calibration import calibrate, consistency, fly, simulate
 from scipy.spatial.transform import Rotation

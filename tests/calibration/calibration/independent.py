@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 from mgeo_attitude import Environment, Scenario
 from mgeo_calibration import Telemetry
-from mgeo_calibration.telemetry import Truth
+from mgeo_calibration.telemetry.telemetry import Truth
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 

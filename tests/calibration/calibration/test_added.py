@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_calibration import calibrate
-from mgeo_calibration.calibration import addable, beside, calibrate_with, noise_of
+from mgeo_calibration.calibration.added import addable, beside, calibrate_with, noise_of
 
 from .faults import MOTION, SCENARIO
 from .independent import Craft, fly

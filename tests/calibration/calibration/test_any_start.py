@@ -32,7 +32,7 @@ def simulator(name):
         return fly
     if importlib.util.find_spec("Basilisk") is None:
         pytest.skip('flights by Basilisk: pip install "./problems/calibration[basilisk]"')
-    from mgeo_calibration.flight.basilisk import fly as by_basilisk
+    from mgeo_calibration.flight.basilisk.fly import fly as by_basilisk
 
     return by_basilisk
 

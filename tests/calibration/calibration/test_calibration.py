@@ -9,17 +9,15 @@ import pandas as pd
 import pytest
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_calibration import calibrate
-from mgeo_calibration.calibration import (
+from mgeo_calibration.calibration.agreement import (
     SIGNIFICANCE,
     correlation_bound,
-    from_json,
     greatest_correlation,
     nis_bounds,
-    read_json,
-    report_html,
-    to_json,
 )
-from mgeo_calibration.estimation import Innovations
+from mgeo_calibration.calibration.document import from_json, read_json, to_json
+from mgeo_calibration.calibration.report import report_html
+from mgeo_calibration.estimation.residuals import Innovations
 from plotly.offline import get_plotlyjs
 from scipy.spatial.transform import Rotation
 

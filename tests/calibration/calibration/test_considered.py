@@ -3,14 +3,11 @@
 import numpy as np
 import pytest
 from mgeo_attitude import Gyro, Magnetometer, Suite, SunSensor
-from mgeo_attitude.filter import schmidt
-from mgeo_calibration.calibration import as_believed
-from mgeo_calibration.estimation import (
-    Belief,
-    Partition,
-    last_covariance,
-    linear_solution,
-)
+from mgeo_attitude.filter.reference import schmidt
+from mgeo_calibration.calibration.from_telemetry import as_believed
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.smoother import last_covariance, linear_solution
+from mgeo_calibration.estimation.trajectory import Partition
 
 from ...attitude.filter.suites import SUITES
 from .test_smoother import MEMS, dense, near, scenario

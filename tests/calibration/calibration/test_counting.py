@@ -5,13 +5,9 @@ import pandas as pd
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration.telemetry import (
-    GyroChannels,
-    TelemetryMapping,
-    angle_variance,
-    read_telemetry,
-    resolution,
-)
+from mgeo_calibration.telemetry.mapping import GyroChannels, TelemetryMapping
+from mgeo_calibration.telemetry.quantization import angle_variance, resolution
+from mgeo_calibration.telemetry.reading import read_telemetry
 
 from .flights import PLAN, check_claimed, normalized, short
 from .independent import Craft, coning, counted, fly, steady

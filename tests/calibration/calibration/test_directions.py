@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import HorizonSensor, Scenario, TwoAxisSunSensor
-from mgeo_attitude.fields import declared
+from mgeo_attitude.fields.quantity import declared
 from mgeo_calibration import calibrate, consistency, read_telemetry, simulate
-from mgeo_calibration.estimation import batch
-from mgeo_calibration.telemetry import SensorChannels, TelemetryMapping
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.telemetry.mapping import SensorChannels, TelemetryMapping
 
 from .flights import PLAN, check_claimed, normalized, short
 from .independent import Craft, fly, steady

@@ -12,9 +12,14 @@ import pytest
 from mgeo_attitude.sensors import StarTracker, TwoAxisSunSensor
 from mgeo_calibration import CannotCalibrate, TelemetryMapping, calibrate
 from mgeo_calibration import fly as fly_plan
-from mgeo_calibration.calibration import causes, questions
-from mgeo_calibration.estimation import PARTS, Belief, batch, fit, scores
-from mgeo_calibration.telemetry import GyroChannels
+from mgeo_calibration.calibration.questions import questions
+from mgeo_calibration.calibration.refused import causes
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.departures import PARTS
+from mgeo_calibration.estimation.fit import fit
+from mgeo_calibration.estimation.score import scores
+from mgeo_calibration.telemetry.mapping import GyroChannels
 
 from .faults import FAULTS, GROSS, MOTION, SCENARIO, SCORED, Fault, says
 from .flights import PLAN, options, short

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
 from mgeo_calibration import CannotCalibrate, calibrate
-from mgeo_calibration.estimation import batch, first_attitude
-from mgeo_calibration.telemetry import rate_steps
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.start import first_attitude
+from mgeo_calibration.telemetry.gyro_samples import rate_steps
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration.estimation import batch, implausible
-from mgeo_calibration.telemetry import spikes
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.mistakes import implausible
+from mgeo_calibration.telemetry.gyro_samples import spikes
 
 from .flights import PLAN, normalized, short
 from .independent import Craft, coning, fly, steady

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import FilterModel, Influence, Scenario
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import Channel
 from mgeo_calibration import (
     calibrate,
@@ -14,8 +14,8 @@ from mgeo_calibration import (
     read_telemetry,
     simulate_calibrations,
 )
-from mgeo_calibration.calibration import calibrate_with
-from mgeo_calibration.estimation import discretized
+from mgeo_calibration.calibration.added import calibrate_with
+from mgeo_calibration.estimation.kinematics import discretized
 from scipy.linalg import expm
 
 from .flights import PLAN, check_claimed, normalized, short

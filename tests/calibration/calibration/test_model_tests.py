@@ -7,19 +7,11 @@ import pytest
 from mgeo_attitude import Scenario, World
 from mgeo_calibration import calibrate
 from mgeo_calibration import fly as fly_own
-from mgeo_calibration.estimation import (
-    Belief,
-    Departure,
-    along,
-    batch,
-    bias_decay,
-    bias_drift,
-    fit,
-    log_tail,
-    scores,
-    step,
-    waves,
-)
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.departures import along, bias_decay, bias_drift, step, waves
+from mgeo_calibration.estimation.fit import fit
+from mgeo_calibration.estimation.score import Departure, log_tail, scores
 from scipy.stats import chi2
 
 from .flights import PLAN, normalized, short

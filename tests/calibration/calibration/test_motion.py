@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import Telemetry, calibrate
-from mgeo_calibration.estimation import accumulated, batch
-from mgeo_calibration.telemetry import GyroChannels, TelemetryMapping, means
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.start import accumulated
+from mgeo_calibration.telemetry.gyro_samples import means
+from mgeo_calibration.telemetry.mapping import GyroChannels, TelemetryMapping
 from scipy.spatial.transform import Rotation
 
 from .flights import PLAN, check_claimed, normalized, short

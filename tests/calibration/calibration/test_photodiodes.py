@@ -7,8 +7,10 @@ import pandas as pd
 import pytest
 from mgeo_attitude import FilterModel, Gyro, Magnetometer, Photodiode, Scenario, World
 from mgeo_calibration import calibrate, fly, read_telemetry
-from mgeo_calibration.estimation import batch, sun_directions, without_dark
-from mgeo_calibration.telemetry import SensorChannels, TelemetryMapping, channel_causes
+from mgeo_calibration.estimation.batch import batch, without_dark
+from mgeo_calibration.estimation.start import sun_directions
+from mgeo_calibration.telemetry.checks import channel_causes
+from mgeo_calibration.telemetry.mapping import SensorChannels, TelemetryMapping
 
 from .flights import PLAN, check_claimed, normalized, short
 

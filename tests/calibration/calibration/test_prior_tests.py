@@ -7,12 +7,18 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration.calibration import ALL, from_json, report_html, to_json
-from mgeo_calibration.estimation import Belief, Trajectory, batch, first_attitude, settle
+from mgeo_calibration.calibration.agreement import ALL
+from mgeo_calibration.calibration.document import from_json, to_json
+from mgeo_calibration.calibration.report import report_html
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.fit import settle
+from mgeo_calibration.estimation.start import first_attitude
+from mgeo_calibration.estimation.trajectory import Trajectory
 from scipy.stats import chi2
 from typer.testing import CliRunner
 
-from mgeo.cli import app
+from mgeo.cli.app import app
 
 from .flights import PLAN, short
 from .independent import Craft, fly, steady

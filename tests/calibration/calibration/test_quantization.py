@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 from mgeo_attitude import Gyro, Scenario
 from mgeo_calibration import calibrate, fly
-from mgeo_calibration.estimation import batch
+from mgeo_calibration.estimation.batch import batch
 
 from .flights import PLAN, error, short
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
 from mgeo_calibration import TelemetryMapping, calibrate, calibrate_alone, read_telemetry
-from mgeo_calibration.commands import app
+from mgeo_calibration.commands.app import app
 from typer.testing import CliRunner
 
 FOLDER = Path(__file__).parent / "real"

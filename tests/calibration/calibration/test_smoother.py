@@ -7,26 +7,23 @@ import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 from mgeo_attitude import FilterModel, Scenario, Suite, SunSensor, TwoAxisSunSensor, reference_run
-from mgeo_attitude.filter import discretize, van_loan
-from mgeo_attitude.geometry import matrix
-from mgeo_attitude.maneuvers import Motion, attitudes
-from mgeo_calibration.estimation import (
-    Batch,
-    Belief,
-    Partition,
+from mgeo_attitude.filter.discretization import discretize
+from mgeo_attitude.filter.reference import van_loan
+from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.maneuvers.motion import Motion, attitudes
+from mgeo_calibration.estimation.batch import Batch, batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.kinematics import discretized, steps
+from mgeo_calibration.estimation.linearization import sighting
+from mgeo_calibration.estimation.residuals import filtered, residuals
+from mgeo_calibration.estimation.smoother import (
     Spread,
-    Trajectory,
-    batch,
-    discretized,
-    filtered,
     last_covariance,
     linear_solution,
-    residuals,
-    sighting,
     smoothed,
     solve,
-    steps,
 )
+from mgeo_calibration.estimation.trajectory import Partition, Trajectory
 from scipy.linalg import qr
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
@@ -368,7 +365,7 @@ def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
 
 
 def near_start(data, of):
-    from mgeo_calibration.estimation import first_attitude
+    from mgeo_calibration.estimation.start import first_attitude
 
     zero = np.zeros((len(data.times), data.suite.n_states))
     return Trajectory(first_attitude(data, zero)[0], zero)

@@ -9,17 +9,12 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration.calibration import questions
-from mgeo_calibration.estimation import (
-    Belief,
-    Partition,
-    filtered,
-    last_covariance,
-    linear_solution,
-    memory_needed,
-    residuals,
-    scores,
-)
+from mgeo_calibration.calibration.questions import questions
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.residuals import filtered, residuals
+from mgeo_calibration.estimation.score import scores
+from mgeo_calibration.estimation.smoother import last_covariance, linear_solution
+from mgeo_calibration.estimation.trajectory import Partition, memory_needed
 
 from .flights import flown, options, short, with_holes, with_outliers
 from .test_smoother import MEMS, covariances, near, scenario, spread

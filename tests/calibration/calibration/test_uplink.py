@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from mgeo_attitude import Suite
-from mgeo_calibration.calibration import uplink
+from mgeo_calibration.calibration.corrections import uplink
 from scipy.spatial.transform import Rotation
 
 from ...attitude.filter.suites import SUITES

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.plan import ManeuverPlan, read_front, write_plan
-from mgeo_calibration.calibration import read_json
+from mgeo_calibration.calibration.document import read_json
 from typer.testing import CliRunner
 
-from mgeo.cli import app
+from mgeo.cli.app import app
 
 from ..calibration.flights import PLAN, short
 

@@ -12,8 +12,8 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_calibration import calibrate, fly
-from mgeo_calibration.calibration import read_json
-from mgeo_calibration.commands import FILES
+from mgeo_calibration.calibration.document import read_json
+from mgeo_calibration.commands.calibrate import FILES
 
 from ...attitude.commands.test_show import table
 from ..calibration.flights import PLAN, flown, short

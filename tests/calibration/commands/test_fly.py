@@ -11,9 +11,10 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.plan import ManeuverPlan, read_json, write_plan
 from mgeo_attitude.scenario import Convergence
-from mgeo_calibration.calibration import calibrate
-from mgeo_calibration.flight import END, as_flown, fly
-from mgeo_calibration.telemetry import read_telemetry
+from mgeo_calibration.calibration.from_telemetry import calibrate
+from mgeo_calibration.flight.as_flown import END, as_flown
+from mgeo_calibration.flight.own import fly
+from mgeo_calibration.telemetry.reading import read_telemetry
 
 BASILISK = pytest.mark.skipif(
     importlib.util.find_spec("Basilisk") is None,

@@ -4,7 +4,7 @@ import os
 from threading import Thread
 
 import pytest
-from mgeo_calibration.commands import write_together
+from mgeo_calibration.commands.files import write_together
 
 
 def test_of_two_that_write_at_once_all_files_are_those_of_one(tmp_path, monkeypatch):

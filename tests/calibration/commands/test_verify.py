@@ -7,15 +7,16 @@ import shutil
 
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.commands import Picked
+from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.plan import ManeuverPlan, read_json, write_plan
-from mgeo_attitude.scenario import OutsideValidity, PathLimit
+from mgeo_attitude.scenario.settings import PathLimit
+from mgeo_attitude.scenario.validity import OutsideValidity
 from mgeo_calibration import verify
-from mgeo_calibration.commands import verification_document
-from mgeo_calibration.flight import told
+from mgeo_calibration.commands.verify import verification_document
+from mgeo_calibration.flight.as_flown import told
 
-from mgeo.report import report_html, verifications
-from mgeo.store import read_run
+from mgeo.report.build import report_html, verifications
+from mgeo.store.run_folder import read_run
 
 
 def test_a_plan_of_a_run(run, folder, front):
@@ -60,7 +61,7 @@ def test_a_full_disk_is_told_before_the_flights_or_costs_the_file_alone(
 
     arguments = ("verify", folder, "--runs", "2", "--out", tmp_path / "found.json")
     with monkeypatch.context() as changed:
-        changed.setattr("mgeo.store.write_file", full)
+        changed.setattr("mgeo.store.atomic.write_file", full)
         done = run(*arguments, code=2)
     assert "2 simulated flights" in done.stdout
     assert done.stderr.endswith(f"No space left on device: '{tmp_path / 'found.json'}'\n")

@@ -6,9 +6,9 @@ import itertools
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario
-from mgeo_attitude.sensors import with_noise
+from mgeo_attitude.sensors.base import with_noise
 from mgeo_calibration import Telemetry, calibrate, calibrate_alone, fly
-from mgeo_calibration.estimation import fit_field_strength, response
+from mgeo_calibration.estimation.field_strength import fit_field_strength, response
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from mgeo_attitude import Gyro, StarTracker, Suite, SunSensor
-from mgeo_attitude.geometry import dot, matrix, rotate, tangents
-from mgeo_attitude.sensors import as_array, as_reported, carried, taken
-from mgeo_calibration.estimation import Estimate, innovation, jacobian, second_moments
+from mgeo_attitude.geometry.rotation import dot, matrix, rotate, tangents
+from mgeo_attitude.sensors.direction_sensors import carried
+from mgeo_attitude.sensors.readings import as_array, as_reported, taken
+from mgeo_calibration.estimation.innovation import Estimate, innovation, jacobian, second_moments
 from scipy.spatial.transform import Rotation
 
 from ...attitude.filter.suites import SUITES, every_suite

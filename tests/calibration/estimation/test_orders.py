@@ -7,8 +7,10 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.sensors import StarTracker
 from mgeo_calibration import fly
-from mgeo_calibration.calibration import calibrate
-from mgeo_calibration.estimation import ORDERS, Belief, batch, check_orders
+from mgeo_calibration.calibration.from_telemetry import calibrate
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.mistakes import ORDERS, check_orders
 from scipy.spatial.transform import Rotation
 
 DESIGN = (0.3, -0.2, 0.1, 200.0, -0.2, 0.3, 0.2, 200.0, 0.1, 0.2, -0.3, 200.0)

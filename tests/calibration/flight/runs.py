@@ -1,10 +1,10 @@
 """Single runs for tests: without errors, and with given ones."""
 
 import numpy as np
-from mgeo_attitude.maneuvers import Motion
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_calibration import Estimator
-from mgeo_calibration.flight import Draws, fly_run
-from mgeo_calibration.simulation import record
+from mgeo_calibration.flight.flight import Draws, fly_run
+from mgeo_calibration.simulation.flights import record
 
 
 def none(model, n_steps):

@@ -8,7 +8,7 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_calibration import fly
-from mgeo_calibration.flight import (
+from mgeo_calibration.flight.as_flown import (
     BROKEN,
     END,
     GREATEST,
@@ -17,12 +17,12 @@ from mgeo_calibration.flight import (
     MOST_OF,
     as_flown,
     by_gyro,
-    draw,
     ends,
     told,
     values,
 )
-from mgeo_calibration.telemetry import Telemetry
+from mgeo_calibration.flight.flight import draw
+from mgeo_calibration.telemetry.telemetry import Telemetry
 from scipy.spatial.transform import Rotation
 
 DESIGN = (0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0)
@@ -136,13 +136,13 @@ def test_flights_by_their_gyros_are_told(plan):
 @pytest.mark.skipif(importlib.util.find_spec("Basilisk") is None, reason="needs bsk")
 def test_basilisk_ends_where_the_gyro_leads():
     """Of 5 to 20 deg, though the plan keeps all; the same errors, but noise of its own."""
-    from mgeo_calibration.flight import basilisk
+    from mgeo_calibration.flight.basilisk.fly import fly
 
     plan, off = planned(0.02), []
     assert plan.violations() == []
     model, n = plan.problem.model, len(plan.attitude) - 1
     for seed in (0, 3):
-        telemetry: Telemetry = basilisk.fly(plan.scenario, plan, seed)
+        telemetry: Telemetry = fly(plan.scenario, plan, seed)
         found = as_flown(plan, telemetry)["flown"]
         draws = draw(model, n, np.random.default_rng(seed))
         own = values(plan, by_gyro(plan, model, draws, n))

@@ -15,10 +15,12 @@ from mgeo_attitude import (
     SunSensor,
     World,
 )
-from mgeo_attitude.environment import instants, lit_fraction, sun_position
+from mgeo_attitude.environment.sun_moon import lit_fraction, sun_position
+from mgeo_attitude.environment.times import instants
 from mgeo_attitude.scenario import Convergence, InitialConditions, ManeuverLimits
 from mgeo_calibration import calibrate
-from mgeo_calibration.flight import at_rest, draw, fly
+from mgeo_calibration.flight.flight import at_rest, draw
+from mgeo_calibration.flight.own import fly
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation

@@ -6,7 +6,7 @@ For suites of a plain gyro with Sun sensors and magnetometers, whose measurement
 from functools import cache
 
 import numpy as np
-from mgeo_attitude.filter import van_loan
+from mgeo_attitude.filter.reference import van_loan
 from scipy.spatial.transform import Rotation
 
 

@@ -6,8 +6,8 @@ from math import erfc, sqrt
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario
-from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.maneuvers import Motion
+from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence, PathLimit
 from mgeo_calibration import simulate
 

@@ -5,14 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario
-from mgeo_attitude.geometry import matrix
-from mgeo_attitude.maneuvers import Motion
+from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence
-from mgeo_attitude.sensors import Readings
+from mgeo_attitude.sensors.readings import Readings
 from mgeo_calibration import Estimator
-from mgeo_calibration.estimation import Estimate
-from mgeo_calibration.flight import draw
-from mgeo_calibration.simulation import ErrorStateFilter, whiten
+from mgeo_calibration.estimation.innovation import Estimate
+from mgeo_calibration.flight.flight import draw
+from mgeo_calibration.simulation.filter import ErrorStateFilter, whiten
 
 from ..flight import runs
 from . import naive

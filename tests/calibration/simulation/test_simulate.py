@@ -20,18 +20,17 @@ from mgeo_attitude import (
     evaluate,
     validity,
 )
-from mgeo_attitude.geometry import Vec3, rotate, vector
-from mgeo_attitude.maneuvers import Motion
-from mgeo_attitude.scenario import (
-    Convergence,
-    InitialConditions,
-    ManeuverLimits,
-    OutsideValidity,
-    Wheels,
-)
+from mgeo_attitude.geometry import vector
+from mgeo_attitude.geometry.rotation import rotate
+from mgeo_attitude.geometry.vector import Vec3
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.scenario.actuators import Wheels
+from mgeo_attitude.scenario.initial import InitialConditions
+from mgeo_attitude.scenario.settings import Convergence, ManeuverLimits
+from mgeo_attitude.scenario.validity import OutsideValidity
 from mgeo_calibration import Estimator, consistency, simulate
-from mgeo_calibration.estimation import Taylor
-from mgeo_calibration.simulation import RUNS, planned
+from mgeo_calibration.estimation.taylor import Taylor
+from mgeo_calibration.simulation.flights import RUNS, planned
 
 PLANS = json.loads((Path(__file__).parent / "plans.json").read_text(encoding="utf-8"))
 SCENARIOS = Path(__file__).parents[3] / "docs" / "scenarios"  # as they were when these were found

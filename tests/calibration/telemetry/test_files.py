@@ -8,10 +8,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_calibration import TelemetryMapping, fly, read_telemetry
-from mgeo_calibration.estimation import batch
-from mgeo_calibration.telemetry import GyroChannels, SensorChannels, has_columns, table_of
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.telemetry.columns import has_columns
+from mgeo_calibration.telemetry.files import table_of
+from mgeo_calibration.telemetry.mapping import GyroChannels, SensorChannels
 
 from ..calibration.flights import PLAN, short
 

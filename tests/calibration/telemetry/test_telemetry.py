@@ -8,9 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import Environment, FilterModel, Scenario, StarTracker
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_calibration import Telemetry, TelemetryMapping, fly, read_telemetry
-from mgeo_calibration.telemetry import Channels, GyroChannels, SensorChannels, channel_causes
+from mgeo_calibration.telemetry.checks import channel_causes
+from mgeo_calibration.telemetry.mapping import Channels, GyroChannels, SensorChannels
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 

@@ -13,7 +13,12 @@ from scipy.spatial.distance import cdist
 
 from mgeo import ParetoArchive
 from mgeo.algorithms import truncate
-from mgeo.evaluation import front_rows, nondominated, not_weakly_dominated, weakly_dominated_rows
+from mgeo.evaluation.dominance import (
+    front_rows,
+    nondominated,
+    not_weakly_dominated,
+    weakly_dominated_rows,
+)
 
 from .. import naive
 

@@ -9,7 +9,7 @@ from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
 
 from mgeo import MGEODirected, MGEOStaged, compare
-from mgeo.evaluation import nondominated
+from mgeo.evaluation.dominance import nondominated
 from mgeo.testing import check_algorithm
 from tests.mgeo.solved import solve
 

@@ -12,8 +12,8 @@ import cocoex
 import numpy as np
 import pytest
 
-from mgeo.benchmarks import expanded, short_name
-from mgeo.plugins import load_problem
+from mgeo.benchmarks.collections import expanded, short_name
+from mgeo.plugins.problems import load_problem
 
 NAME = "coco:bbob-biobj/f12/d10/i3"
 

@@ -10,8 +10,10 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.problems import get_problem
 
 from mgeo import compare
-from mgeo.plugins import load_problem
-from mgeo.studies import CocoFolder, Failure, Task, parse_study, run, run_study
+from mgeo.plugins.problems import load_problem
+from mgeo.studies.file import parse_study
+from mgeo.studies.run import CocoFolder, Failure, Task, run
+from mgeo.studies.study import run_study
 
 NAME = "coco:bbob-biobj/f3/d2/i4"
 

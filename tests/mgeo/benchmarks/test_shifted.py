@@ -7,8 +7,8 @@ import pytest
 from pymoo.core.problem import Problem
 from pymoo.problems import get_problem
 
-from mgeo.benchmarks import ABOVE, BELOW, Shifted
-from mgeo.plugins import load_problem
+from mgeo.benchmarks.shifted import ABOVE, BELOW, Shifted
+from mgeo.plugins.problems import load_problem
 
 DISTANCE = {"zdt4": 0.0, "dtlz6": 0.0, "dtlz7": 0.0} | {f"zdt{i}": 0.0 for i in (1, 2, 3, 6)}
 DISTANCE |= {f"dtlz{i}": 0.5 for i in range(1, 6)}

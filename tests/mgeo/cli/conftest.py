@@ -3,7 +3,7 @@
 import pytest
 from typer.testing import CliRunner
 
-from mgeo.cli import app
+from mgeo.cli.app import app
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from mgeo.store import read_run
+from mgeo.store.run_folder import read_run
 
 SHORT = ("--evaluations", "60", "--runs", "2", "-q")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from mgeo.cli import app
+from mgeo.cli.app import app
 
 
 def offered(line, shell="bash"):
@@ -71,7 +71,7 @@ def test_presets_are_declared_where_completion_finds_them():
     pytest.importorskip("mgeo_attitude")
     import tomllib
 
-    from mgeo_attitude.scenario import PRESETS
+    from mgeo_attitude.scenario.toml import PRESETS
 
     project = Path(__file__).parents[3] / "problems" / "attitude" / "pyproject.toml"
     points = tomllib.loads(project.read_text())["project"]["entry-points"]["mgeo.presets"]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from mgeo.store import read_run
+from mgeo.store.run_folder import read_run
 from tests.disk import room
 
 SHORT = ("--evaluations", 160, "--algorithm", "mgeo-real", "--walkers", 4)

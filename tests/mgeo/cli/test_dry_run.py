@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from mgeo.runs import estimate
+from mgeo.runs.estimate import estimate
 
 from .test_json import STUDY
 

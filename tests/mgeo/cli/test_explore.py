@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 import pytest
 from typer.testing import CliRunner
 
-from mgeo.cli import app
+from mgeo.cli.app import app
 
 from ..report.conftest import solved  # noqa: F401
 from .test_process import started

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 import typer
 
-from mgeo.cli import EXAMPLES, ExitCode, app
+from mgeo.cli.app import EXAMPLES, app
+from mgeo.cli.errors import ExitCode
 
 GROUP = typer.main.get_command(app)
 

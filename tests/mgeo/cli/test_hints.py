@@ -5,7 +5,7 @@ import re
 import pytest
 
 from mgeo import MGEOReal
-from mgeo.validation import decimal_point
+from mgeo.validation.arguments import decimal_point
 
 STUDY = """
 title = "t"

@@ -6,8 +6,8 @@ import pytest
 from typer.testing import CliRunner
 
 from mgeo import MGEODirected
-from mgeo.cli import app
-from mgeo.runs import ALGORITHMS, complete_parameters
+from mgeo.cli.app import app
+from mgeo.runs.algorithms import ALGORITHMS, complete_parameters
 
 
 def listed():

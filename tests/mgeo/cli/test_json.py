@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from mgeo.store import read_run
+from mgeo.store.run_folder import read_run
 
 SHORT = ["--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]
 STUDY = """

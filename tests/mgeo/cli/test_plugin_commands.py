@@ -139,7 +139,7 @@ def test_what_takes_long_to_import_is_imported_where_it_is_used(arguments, heavy
     pytest.importorskip("mgeo_attitude")
     code = f"""
 import sys
-from mgeo.cli import main
+from mgeo.cli.app import main
 sys.argv = {["mgeo", *arguments]}
 try:
     main()

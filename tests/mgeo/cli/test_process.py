@@ -12,8 +12,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from mgeo.runs import PreparedRun
-from mgeo.store import read_run
+from mgeo.runs.prepare import PreparedRun
+from mgeo.store.run_folder import read_run
 
 COMMAND = [sys.executable, "-m", "mgeo"]
 LONG = ["--evaluations", "10000000", "--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]
@@ -45,7 +45,7 @@ def wait_for_progress(process):
 
 BLAS = """
 import atexit, os, sys
-from mgeo.cli import main
+from mgeo.cli.app import main
 assert "numpy" not in sys.modules
 atexit.register(lambda: print(os.environ["OPENBLAS_NUM_THREADS"]))
 sys.argv = ["mgeo", "--no-color", "schema", "study"]

@@ -7,8 +7,9 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.problems.multi import ZDT1
 from rich.console import Console
 
-from mgeo.cli import Progress, StopRequest, clock
-from mgeo.store import Hypervolume
+from mgeo.cli.errors import StopRequest
+from mgeo.cli.progress import Progress, clock
+from mgeo.store.run import Hypervolume
 from tests.mgeo.solved import solve
 
 #: Hypervolumes that compare with those of other runs, and that do not.

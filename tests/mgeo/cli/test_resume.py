@@ -13,8 +13,10 @@ import numpy as np
 import pytest
 
 from mgeo import read_record
-from mgeo.runs import resume_run
-from mgeo.store import CHECKPOINT_FILE, LOCK_FILE, lock, read_notes, read_run, write_file
+from mgeo.runs.resume import resume_run
+from mgeo.store.atomic import LOCK_FILE, lock, write_file
+from mgeo.store.checkpoint import read_notes
+from mgeo.store.run_folder import CHECKPOINT_FILE, read_run
 
 SHORT = ["--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]  # 8 evaluations a generation
 

@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from mgeo.cli import StopRequest, Terminated, stop_requests, terminable
+from mgeo.cli.errors import StopRequest, Terminated, stop_requests, terminable
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])

@@ -6,9 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mgeo.cli import parse_numbers, parse_settings
-from mgeo.runs import DEFAULT, ROBUST, PreparedRun, default_solution, prepare
-from mgeo.store import lock, read_run
+from mgeo.cli.options import parse_numbers, parse_settings
+from mgeo.runs.algorithms import DEFAULT, ROBUST
+from mgeo.runs.answer import default_solution
+from mgeo.runs.prepare import PreparedRun, prepare
+from mgeo.store.atomic import lock
+from mgeo.store.run_folder import read_run
 
 SHORT = ["--evaluations", "400", "--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]
 REAL = ["--algorithm", "mgeo-real"]

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from mgeo.cli import app
+from mgeo.cli.app import app
 
 pty = pytest.importorskip("pty")
 

@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 import pytest
 
 from mgeo.explore import Explorer
-from mgeo.store import read_run
+from mgeo.store.run_folder import read_run
 
 from ...devtools import opened
 from ..cli.test_process import started

@@ -6,8 +6,9 @@ import pytest
 from pymoo.core.problem import Problem
 
 from mgeo.explore import Explorer
-from mgeo.runs import prepare
-from mgeo.store import Run, read_run, write_run
+from mgeo.runs.prepare import prepare
+from mgeo.store.run import Run
+from mgeo.store.run_folder import read_run, write_run
 
 
 def test_the_front_has_objectives_and_what_is_told_in_numbers(explorer, folder):

@@ -5,9 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from mgeo.explore import Exists, Explorer, Saved
+from mgeo.explore.explorer import Explorer
+from mgeo.explore.saving import Exists, Saved
 from mgeo.report import compare_html
-from mgeo.store import solution_of
+from mgeo.store.solution_file import solution_of
 
 X = np.array([0.03, 0.9])
 

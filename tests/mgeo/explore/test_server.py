@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from mgeo.explore import Worker
+from mgeo.explore.server import Worker
 
 from .conftest import served
 

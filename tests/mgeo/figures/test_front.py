@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mgeo.figures import front_figure, hover_texts, logarithmic
+from mgeo.figures.front import front_figure, hover_texts, logarithmic
 
 X = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, 6.5]])
 VARIABLES = ("a [m]", "b")

@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from mgeo.figures import check_motion
+from mgeo.figures.motion import check_motion
 
 TURN = {"times": [0.0, 10.0], "x": [0.0], "y": [0.0], "z": [90.0]}
 MOTION = {"end": 10.0, "turns": {"wheel": TURN}, "phases": [{"name": "a", "from": 0.0, "to": 2.0}]}

@@ -3,7 +3,7 @@ from html.parser import HTMLParser
 import plotly.graph_objects as go
 import pytest
 
-from mgeo.figures import page, report_page
+from mgeo.figures.page import page, report_page
 
 LOADING = {"src", "href", "data", "poster", "srcset", "action"}
 

@@ -4,7 +4,7 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from mgeo.figures import COLORS, SYMBOLS, finished, log_axis
+from mgeo.figures.style import COLORS, SYMBOLS, finished, log_axis
 
 
 @pytest.mark.parametrize(("values", "dtick"), [([2e-3, 1.9], "D2"), ([[1.0, 5.0], [1e4, 2.0]], 1)])

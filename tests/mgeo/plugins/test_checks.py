@@ -14,7 +14,8 @@ from pymoo.problems.many import DTLZ2
 from pymoo.problems.multi import BNH, OSY, ZDT1
 
 from mgeo import MGEOReal, View
-from mgeo.testing import Bowls, CheckError, check_algorithm, check_problem
+from mgeo.testing.algorithm import Bowls, check_algorithm
+from mgeo.testing.problem import CheckError, check_problem
 
 
 class GoodView(View):

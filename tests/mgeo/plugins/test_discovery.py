@@ -6,15 +6,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from mgeo.cli import app
-from mgeo.plugins import (
-    Plugin,
-    PluginError,
-    find_plugin,
-    installed_plugins,
-    load_problem,
-    read_files,
-)
+from mgeo.cli.app import app
+from mgeo.plugins.discovery import Plugin, PluginError, find_plugin, installed_plugins
+from mgeo.plugins.problems import load_problem, read_files
 from mgeo.studies import read_comparison
 
 pytestmark = pytest.mark.usefixtures("stand_in")

@@ -1,7 +1,8 @@
 import pytest
 from pymoo.core.problem import Problem
 
-from mgeo.plugins import column_names, protocol
+from mgeo.plugins import protocol
+from mgeo.plugins.protocol import column_names
 
 
 def problem(**attributes):

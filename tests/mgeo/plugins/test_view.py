@@ -8,7 +8,9 @@ import pytest
 from pymoo.core.problem import Problem
 from pymoo.problems.multi import BNH, OSY
 
-from mgeo.plugins import SHOWN, TOLERANCE, PluginError, View, ask, is_own, view_of
+from mgeo.plugins.discovery import PluginError
+from mgeo.plugins.shown import SHOWN, ask
+from mgeo.plugins.view import TOLERANCE, View, is_own, view_of
 
 X = np.array([[0.5, 0.25], [0.75, 1.0], [1.0, 0.0]])
 

@@ -6,7 +6,7 @@ import subprocess
 import pytest
 from typer.testing import CliRunner
 
-from mgeo.cli import app
+from mgeo.cli.app import app
 from mgeo.report import report_html
 
 from ...browser import find_browser

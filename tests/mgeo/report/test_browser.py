@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import pytest
 
 from mgeo.report import report_html
-from mgeo.store import read_run
+from mgeo.store.run_folder import read_run
 
 # plotly takes the point below the pointer when it was moved there a moment ago
 _CLICK = """<script>

@@ -10,10 +10,13 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from mgeo.cli import app
-from mgeo.plugins import Review, Section, load_problem
-from mgeo.report import compare_html, distinct, fronts_figure, read, report_html
-from mgeo.store import read_run, solution_document
+from mgeo.cli.app import app
+from mgeo.plugins.problems import load_problem
+from mgeo.plugins.shown import Review, Section
+from mgeo.report.build import report_html
+from mgeo.report.compare import compare_html, distinct, fronts_figure, read
+from mgeo.store.run_folder import read_run
+from mgeo.store.solution_file import solution_document
 
 from .test_report import EVIL, Tags
 

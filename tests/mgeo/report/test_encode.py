@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mgeo.report import HOLE, figure_json, script_json, shared, tree_json
+from mgeo.report.solutions import HOLE, figure_json, script_json, shared, tree_json
 
 
 def filled(tree, values):

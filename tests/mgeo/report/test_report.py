@@ -12,10 +12,11 @@ import plotly.graph_objects as go
 import pytest
 from typer.testing import CliRunner
 
-from mgeo.cli import app
-from mgeo.report import hypervolume_history, planned_rows, report_html
-from mgeo.runs import RepresentativeSolution, answer
-from mgeo.store import read_run
+from mgeo.cli.app import app
+from mgeo.report.build import hypervolume_history, report_html
+from mgeo.report.solutions import planned_rows
+from mgeo.runs.answer import RepresentativeSolution, answer
+from mgeo.store.run_folder import read_run
 
 EVIL = "</script><script>alert('x')</script><img src=x onerror=alert(1)>"
 
@@ -174,7 +175,7 @@ def test_hostile_strings_stay_text(solved, monkeypatch):
 
 def test_the_history_of_a_recorded_run_ends_with_its_hypervolume(solved):
     from mgeo import read_record
-    from mgeo.plugins import load_problem
+    from mgeo.plugins.problems import load_problem
 
     folder = solved("--record")
     run = read_run(folder)
@@ -294,7 +295,7 @@ def test_flights_of_the_front_before_are_not_shown(solved):
 def test_a_large_front_has_every_solution_and_few_details(solved):
     import dataclasses
 
-    from mgeo.store import write_run
+    from mgeo.store.run_folder import write_run
 
     folder = solved()
     run = read_run(folder)

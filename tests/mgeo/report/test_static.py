@@ -13,9 +13,9 @@ import plotly.graph_objects as go
 import pytest
 from typer.testing import CliRunner
 
-from mgeo.cli import app
-from mgeo.figures import COLORS, HOVER, finished, for_paper, symbol
-from mgeo.report import StaticExportError, drawn_by, shaped
+from mgeo.cli.app import app
+from mgeo.figures.style import COLORS, HOVER, finished, for_paper, symbol
+from mgeo.report.static import StaticExportError, drawn_by, shaped
 
 from ...browser import find_browser
 

@@ -16,15 +16,16 @@ from pymoo.problems.multi import BNH, ZDT1
 from pymoo.problems.single import Sphere
 
 from mgeo.algorithms import designs_of
-from mgeo.plugins import load_problem, view_of
-from mgeo.runs import (
+from mgeo.plugins.problems import load_problem
+from mgeo.plugins.view import view_of
+from mgeo.runs.algorithms import (
     ALGORITHMS,
     build_algorithm,
     complete_parameters,
     default_evaluations,
-    limits,
-    set_up,
 )
+from mgeo.runs.answer import limits
+from mgeo.runs.solve import set_up
 from tests.mgeo.solved import solve
 
 from ..algorithms.test_mixed import Rod as Strict

@@ -4,8 +4,8 @@ import numpy as np
 from pymoo.problems import get_problem
 
 from mgeo.algorithms import MGEODirected
-from mgeo.plugins import view_of
-from mgeo.runs import answer, nearest_kept
+from mgeo.plugins.view import view_of
+from mgeo.runs.answer import answer, nearest_kept
 from tests.mgeo.solved import solve
 
 from .test_limits import Heights, Told

@@ -6,7 +6,7 @@ import pytest
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from mgeo.runs import COMOCMAES
+from mgeo.runs.pymoo_algorithms import COMOCMAES
 
 from .ellipsoids import Ellipsoids
 

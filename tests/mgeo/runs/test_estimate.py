@@ -8,7 +8,7 @@ import pytest
 from pymoo.core.problem import Problem
 
 from mgeo import MGEODirected, MGEOStaged
-from mgeo.runs import estimate
+from mgeo.runs.estimate import estimate
 
 
 class Dearer(Problem):

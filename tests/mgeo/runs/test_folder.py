@@ -8,16 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mgeo.runs import PreparedRun, prepare
-from mgeo.store import (
-    FIGURE_FILE,
-    Run,
-    check_folder,
-    front_table,
-    installed_versions,
-    read_run,
-    write_run,
-)
+from mgeo.runs.prepare import PreparedRun, prepare
+from mgeo.store.provenance import installed_versions
+from mgeo.store.run import Run
+from mgeo.store.run_folder import FIGURE_FILE, check_folder, front_table, read_run, write_run
 from tests.disk import room
 
 pytestmark = pytest.mark.usefixtures("stand_in")

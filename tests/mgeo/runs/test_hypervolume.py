@@ -3,7 +3,7 @@ import pytest
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
-from mgeo.runs import HypervolumeMeter, scaled
+from mgeo.runs.meters import HypervolumeMeter, scaled
 
 
 class Plain(Problem):

@@ -7,9 +7,10 @@ from pymoo.core.problem import Problem
 from pymoo.problems.multi import OSY
 
 from mgeo import View, view_of
-from mgeo.plugins import TOLERANCE, PluginError
-from mgeo.runs import Margin
-from mgeo.runs import limits as limits_of
+from mgeo.plugins.discovery import PluginError
+from mgeo.plugins.view import TOLERANCE
+from mgeo.runs.answer import Margin
+from mgeo.runs.answer import limits as limits_of
 
 
 def limits(problem, X):

@@ -7,7 +7,7 @@ from deap.cma import StrategyMultiObjective
 from pymoo.optimize import minimize
 from pymoo.problems.single import Sphere
 
-from mgeo.runs import MOCMAES, Point, fitness_of, least_contributor
+from mgeo.runs.pymoo_algorithms import MOCMAES, Point, fitness_of, least_contributor
 
 from .ellipsoids import Ellipsoids
 

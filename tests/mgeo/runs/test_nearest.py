@@ -8,11 +8,14 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
 
 from mgeo import MGEOReal, view_of
-from mgeo.evaluation import nondominated
-from mgeo.plugins import TOLERANCE
-from mgeo.runs import MOST, dead_end, prepare
-from mgeo.store import Run, read_run, write_run
-from mgeo.validation import FileError
+from mgeo.evaluation.dominance import nondominated
+from mgeo.plugins.view import TOLERANCE
+from mgeo.runs.answer import dead_end
+from mgeo.runs.meters import MOST
+from mgeo.runs.prepare import prepare
+from mgeo.store.run import Run
+from mgeo.store.run_folder import read_run, write_run
+from mgeo.validation.tables import FileError
 from tests.mgeo.solved import solve
 
 from .test_limits import Told

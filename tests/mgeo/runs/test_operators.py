@@ -27,7 +27,7 @@ from pymoo.operators.sampling.rnd import IntegerRandomSampling, PermutationRando
 from pymoo.problems.multi import ZDT1
 
 from mgeo import MGEODirected, compare
-from mgeo.runs import SeededComparison, fitted
+from mgeo.runs.operators import SeededComparison, fitted
 from tests.mgeo.solved import solve
 
 DIRECTIONS = np.column_stack([np.linspace(0, 1, 12), np.linspace(1, 0, 12)])

@@ -3,9 +3,10 @@ import json
 import numpy as np
 import pytest
 
-from mgeo.runs import DEFAULT, PreparedRun, complete_parameters, prepare
-from mgeo.store import RunConfiguration
-from mgeo.validation import checked
+from mgeo.runs.algorithms import DEFAULT, complete_parameters
+from mgeo.runs.prepare import PreparedRun, prepare
+from mgeo.store.run import RunConfiguration
+from mgeo.validation.tables import checked
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from mgeo import read_record
-from mgeo.plugins import load_problem
-from mgeo.runs import PreparedRun, prepare, resume_run
-from mgeo.store import RunConfiguration, RunPersistence
+from mgeo.plugins.problems import load_problem
+from mgeo.runs.prepare import PreparedRun, prepare
+from mgeo.runs.resume import resume_run
+from mgeo.store.run import RunConfiguration
+from mgeo.store.run_persistence import RunPersistence
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 SMALL = {"n_walkers": 4}

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from pymoo.core.problem import Problem
 
-from mgeo.runs import (
+from mgeo.runs.answer import (
     RepresentativeSolution,
     default_solution,
     extremes,

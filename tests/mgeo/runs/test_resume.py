@@ -6,10 +6,11 @@ import pandas as pd
 import pytest
 
 from mgeo import read_record
-from mgeo.plugins import load_problem
-from mgeo.report import hypervolume_history
-from mgeo.runs import PreparedRun, prepare, resume_run
-from mgeo.store import RunPersistence
+from mgeo.plugins.problems import load_problem
+from mgeo.report.build import hypervolume_history
+from mgeo.runs.prepare import PreparedRun, prepare
+from mgeo.runs.resume import resume_run
+from mgeo.store.run_persistence import RunPersistence
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 

@@ -7,8 +7,10 @@ from pymoo.problems.multi import BNH, ZDT1
 from pymoo.problems.single import Sphere
 
 from mgeo import EvaluationError, compare
-from mgeo.runs import build_algorithm, set_up
-from mgeo.studies import EvaluationLog, NothingToCompareError, WatchedEvaluator
+from mgeo.runs.algorithms import build_algorithm
+from mgeo.runs.solve import set_up
+from mgeo.studies.indicators import NothingToCompareError
+from mgeo.studies.run import EvaluationLog, WatchedEvaluator
 from tests.mgeo.solved import solve
 
 

@@ -8,7 +8,8 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH
 
-from mgeo.runs import COMOCMAES, MOCMAES, build_algorithm
+from mgeo.runs.algorithms import build_algorithm
+from mgeo.runs.pymoo_algorithms import COMOCMAES, MOCMAES
 
 from .ellipsoids import Ellipsoids
 

@@ -5,7 +5,9 @@ from typing import Annotated
 
 import typer
 
-from mgeo.cli import Debug, Json, Output, bad_input, toml_files
+from mgeo.cli.errors import bad_input
+from mgeo.cli.options import Debug, Json, toml_files
+from mgeo.cli.output import Output
 
 app = typer.Typer(help="Beams, weighed.", rich_markup_mode="rich")
 

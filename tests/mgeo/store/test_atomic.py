@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from mgeo.store import check_writable, write_file, write_files
+from mgeo.store.atomic import check_writable, write_file, write_files
 from tests.disk import room
 
 LIMIT = 1 << 20

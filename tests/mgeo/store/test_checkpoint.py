@@ -26,8 +26,8 @@ from mgeo import (
     read_record,
     resume,
 )
-from mgeo.store import read_notes
-from mgeo.validation import FileError
+from mgeo.store.checkpoint import read_notes
+from mgeo.validation.tables import FileError
 
 PROBLEM = ZDT1(n_var=4)
 NAMES = [name for name in mgeo.algorithms.__all__ if name.startswith("MGEO")]

@@ -11,7 +11,7 @@ try:
 except ImportError:
     fcntl = None
 
-from mgeo.store import LOCK_FILE, lock
+from mgeo.store.atomic import LOCK_FILE, lock
 
 HOLD = "import sys, time\nfrom pathlib import Path\nfrom mgeo.store.atomic import lock\n" + (
     "with lock(Path(sys.argv[1])): print('in', flush=True); time.sleep(60)"

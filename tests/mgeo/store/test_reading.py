@@ -1,7 +1,7 @@
 import pytest
 
-from mgeo.store import read_json, read_text
-from mgeo.validation import FileError
+from mgeo.store.reading import read_json, read_text
+from mgeo.validation.tables import FileError
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999", "-1e999"])

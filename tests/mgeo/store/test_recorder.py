@@ -27,7 +27,7 @@ from mgeo import (
     read_record,
 )
 from mgeo.store import record_file
-from mgeo.validation import FileError
+from mgeo.validation.tables import FileError
 
 PROBLEM = ZDT1(n_var=3)
 

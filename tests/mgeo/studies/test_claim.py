@@ -6,9 +6,13 @@ from threading import Thread
 import pytest
 from typer.testing import CliRunner
 
-from mgeo.cli import app
-from mgeo.store import lock, replace_files
-from mgeo.studies import Comparison, Failure, check, claim, parse_study, record, run_study
+from mgeo.cli.app import app
+from mgeo.store.atomic import lock, replace_files
+from mgeo.studies.comparison import Comparison
+from mgeo.studies.file import parse_study
+from mgeo.studies.run import Failure, record
+from mgeo.studies.stored import check, claim
+from mgeo.studies.study import run_study
 
 STUDY = """
 title = "one"

@@ -15,8 +15,8 @@ from pymoo.problems.multi import ZDT1
 from typer.testing import CliRunner
 
 from mgeo import MGEOReal, compare
-from mgeo.cli import app
-from mgeo.studies import WorkerError
+from mgeo.cli.app import app
+from mgeo.studies.dispatch import WorkerError
 
 PROBLEM = ZDT1(n_var=6)
 ALGORITHMS = {

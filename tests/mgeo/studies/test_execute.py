@@ -25,17 +25,13 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 import mgeo
 from mgeo import MGEOReal, compare
-from mgeo.studies import (
-    FailedRunsWarning,
-    Failure,
-    NothingToCompareError,
-    Task,
-    conclusions,
-    record,
-    run_all,
-)
-from mgeo.studies import run as made
-from mgeo.studies.fingerprint import distinct
+from mgeo.studies.conclusions import conclusions
+from mgeo.studies.dispatch import run_all
+from mgeo.studies.fingerprint.modules import distinct
+from mgeo.studies.indicators import NothingToCompareError
+from mgeo.studies.results import FailedRunsWarning
+from mgeo.studies.run import Failure, Task, record
+from mgeo.studies.run import run as made
 
 from ..naive import nondominated_rows
 from .problems import DyingNSGA2, Element, FailingNSGA2, GlobalRandomSearch, Half, StuckSearch

@@ -5,19 +5,22 @@ import pandas as pd
 import pytest
 from pymoo.problems.many import DTLZ2
 
-from mgeo.studies import Comparison, friedman
-from mgeo.studies.figures import (
-    alike,
-    anytime_figure,
+from mgeo.studies.comparison import Comparison
+from mgeo.studies.figures.fronts import (
     attainment_figure,
-    boxes_figure,
     difference_figure,
     each_figure,
     fronts_figure,
-    looks,
+)
+from mgeo.studies.figures.indicators import (
+    alike,
+    anytime_figure,
+    boxes_figure,
     ranks_figure,
     targets_figure,
 )
+from mgeo.studies.figures.style import looks
+from mgeo.studies.statistics import friedman
 
 from .samples import FRONTS, VALUES, comparison, record
 

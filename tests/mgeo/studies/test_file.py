@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from mgeo.studies import ProblemConfiguration, parse_study, read_study
+from mgeo.studies.file import ProblemConfiguration, parse_study, read_study
 
 STUDIES = Path(__file__).parents[3] / "docs" / "studies"
 SMALL = """

@@ -24,8 +24,9 @@ from pymoo.problems.multi import ZDT1
 from scipy.interpolate import CubicSpline
 
 from mgeo import MGEOReal, compare
-from mgeo.plugins import PluginError
-from mgeo.studies.fingerprint import UncertainError, fingerprint
+from mgeo.plugins.discovery import PluginError
+from mgeo.studies.fingerprint.modules import UncertainError
+from mgeo.studies.fingerprint.parts import fingerprint
 
 from .problems import Element, Half
 

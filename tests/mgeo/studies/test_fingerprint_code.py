@@ -14,7 +14,8 @@ from pymoo.problems.functional import FunctionalProblem
 from pymoo.problems.multi import ZDT1
 from scipy.interpolate import CubicSpline
 
-from mgeo.studies.fingerprint import UncertainError, fingerprint
+from mgeo.studies.fingerprint.modules import UncertainError
+from mgeo.studies.fingerprint.parts import fingerprint
 
 HEAD = """
 import functools, math

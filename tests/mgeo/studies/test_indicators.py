@@ -8,8 +8,8 @@ from pymoo.problems.multi import ZDT1
 from scipy.spatial.distance import cdist
 
 from mgeo import View
-from mgeo.store import StudyRun
-from mgeo.studies import (
+from mgeo.store.study_run import StudyRun
+from mgeo.studies.indicators import (
     INDICATORS,
     REFERENCE_SIZE,
     NothingToCompareError,

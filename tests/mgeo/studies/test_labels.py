@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mgeo.studies import distinct, filled, folder_name
+from mgeo.studies.labels import distinct, filled, folder_name
 
 ALIKE = ["a b", "a-b", "a.b", "a  b", "A b", "a b ", "a/b", "a, b", "a_b", "ab", "a\nb"]
 

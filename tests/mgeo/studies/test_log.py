@@ -7,9 +7,9 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.population import Population
 from pymoo.problems.multi import ZDT1
 
-from mgeo.runs import set_up
-from mgeo.store import StudyRun
-from mgeo.studies import EvaluationLog, WatchedEvaluator
+from mgeo.runs.solve import set_up
+from mgeo.store.study_run import StudyRun
+from mgeo.studies.run import EvaluationLog, WatchedEvaluator
 
 from ..naive import nondominated_rows
 

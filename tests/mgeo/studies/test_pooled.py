@@ -8,13 +8,9 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from mgeo.studies import (
-    INDICATORS,
-    average_ranks,
-    friedman_over_problems,
-    problem_values,
-    ranks_over_problems,
-)
+from mgeo.studies.indicators import INDICATORS
+from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
+from mgeo.studies.report import average_ranks
 
 NAMES = ("one", "two", "three")
 

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from mgeo.studies import progress
+from mgeo.studies.dispatch import progress
 
 
 class Terminal(io.StringIO):

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from mgeo.studies import (
+from mgeo.studies.statistics import (
     bootstrap_band,
     critical_difference,
     friedman,

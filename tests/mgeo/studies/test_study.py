@@ -18,28 +18,18 @@ from scipy import stats
 from typer.testing import CliRunner
 
 from mgeo import MGEOReal
-from mgeo.cli import app
-from mgeo.studies import (
-    Comparison,
-    FailedRunsWarning,
-    Failure,
-    NothingToCompareError,
-    PublishedTable,
-    against,
-    conclusions,
-    control_table,
-    folder_name,
-    friedman_over_problems,
-    parse_study,
-    problems_table,
-    published_table,
-    ranks_over_problems,
-    read_comparison,
-    read_comparisons,
-    read_study,
-    record,
-    run_study,
-)
+from mgeo.cli.app import app
+from mgeo.studies.comparison import Comparison, problems_table
+from mgeo.studies.conclusions import against, conclusions, control_table, published_table
+from mgeo.studies.file import parse_study, read_study
+from mgeo.studies.indicators import NothingToCompareError
+from mgeo.studies.labels import folder_name
+from mgeo.studies.pooled import friedman_over_problems, ranks_over_problems
+from mgeo.studies.results import FailedRunsWarning
+from mgeo.studies.run import Failure, record
+from mgeo.studies.schema import PublishedTable
+from mgeo.studies.stored import read_comparison, read_comparisons
+from mgeo.studies.study import run_study
 
 from .samples import VALUES, comparison
 from .test_file import STUDIES

@@ -9,16 +9,10 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from mgeo.studies import (
-    Comparison,
-    PublishedTable,
-    latex,
-    markdown,
-    problem_table,
-    problems_table,
-    published_table,
-    study_figures,
-)
+from mgeo.studies.comparison import Comparison, latex, markdown, problem_table, problems_table
+from mgeo.studies.conclusions import published_table
+from mgeo.studies.report import study_figures
+from mgeo.studies.schema import PublishedTable
 
 from .samples import comparison as made_by_hand
 

@@ -7,8 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mgeo.studies import SHORTFALLS, parse_study, run_study, runtimes, targets_reached
-from mgeo.studies.figures import targets_figure
+from mgeo.studies.figures.indicators import targets_figure
+from mgeo.studies.file import parse_study
+from mgeo.studies.results import SHORTFALLS, runtimes, targets_reached
+from mgeo.studies.study import run_study
 
 
 def results(values, n_var=4, name="hypervolume", runs=None):

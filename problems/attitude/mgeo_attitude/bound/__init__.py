@@ -1,5 +1,1 @@
 """What no maneuver can beat: lower bounds of the covariance at all times, without a search."""
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -22,9 +22,9 @@ from mgeo_attitude.bound.gyro import Drift, along_attitude, corners, recursion, 
 from mgeo_attitude.bound.samples import NoLimit, Samples, samples
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.start_times import StartTimes
-from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Photodiode
+from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.gyro import is_uneven
+from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.suite import Suite
 
 

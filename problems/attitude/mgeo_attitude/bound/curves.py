@@ -11,7 +11,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.settings import RequiredSigma
 
 

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.sensors import Photodiode
+from mgeo_attitude.sensors.photodiode import Photodiode
 
 #: Directions that are looked at.
 _POINTS = 60000

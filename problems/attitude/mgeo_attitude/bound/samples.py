@@ -17,7 +17,8 @@ from mgeo_attitude.bound.common_mode import Look, Turned, begun
 from mgeo_attitude.bound.faces import together as of_faces
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import matrix, skew
-from mgeo_attitude.sensors import Photodiode, Sensor
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.suite import Suite
 
 #: Attitudes, as vectors of rotation, at which is seen what depends on them.

@@ -1,5 +1,1 @@
 """``mgeo attitude``: from a front to a plan that is flown."""
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

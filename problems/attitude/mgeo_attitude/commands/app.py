@@ -8,18 +8,10 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.cli import (
-    Debug,
-    ExitCode,
-    Json,
-    Output,
-    Quiet,
-    among,
-    bad_input,
-    epilog,
-    json_text,
-    toml_files,
-)
+from mgeo.cli.app import epilog
+from mgeo.cli.errors import ExitCode, bad_input
+from mgeo.cli.options import Debug, Json, Quiet, among, toml_files
+from mgeo.cli.output import Output, json_text
 
 app = typer.Typer(
     help="Calibration maneuvers: pick a plan from a front, look at it, verify it, export it."
@@ -162,7 +154,7 @@ def export(
 
     A plan that violates a constraint of its scenario is refused, unless told otherwise.
     """
-    from mgeo.store import write_file
+    from mgeo.store.atomic import write_file
     from mgeo_attitude.commands.files import check_constraints, check_targets, load_plan
     from mgeo_attitude.plan.files import WRITERS, plan_content
 
@@ -190,32 +182,6 @@ def export(
     output.result({"files": [str(path) for path in contents]})
 
 
-#: Commands of mgeo-calibration, which puts its own in their place.
-_ELSEWHERE = {
-    "verify": "Fly a plan many times: does it achieve what it promises?",
-    "fly": "Fly a plan once, and write what the satellite sends down.",
-    "calibrate": "Calibrate gyro and sensors from telemetry.",
-}
-
-
-def _elsewhere(command: str, about: str) -> None:
-    @app.command(
-        command,
-        help=f"Of mgeo-calibration, not installed here. {about}",
-        context_settings={"allow_extra_args": True, "ignore_unknown_options": True},
-        add_help_option=False,
-    )
-    def refuse() -> None:
-        from mgeo_attitude.aliases import not_installed
-
-        with bad_input(USERS):
-            raise not_installed(f"mgeo attitude {command}")
-
-
-for _command, _about in _ELSEWHERE.items():
-    _elsewhere(_command, _about)
-
-
 @app.command(epilog=epilog("check", EXAMPLES))
 def check(
     scenario: Annotated[
@@ -236,7 +202,7 @@ def check(
     """
     import numpy as np
 
-    from mgeo.store import read_scenario
+    from mgeo.store.scenario_file import read_scenario
     from mgeo_attitude.filter.reference import agreement
     from mgeo_attitude.plan.run_folder import PROBLEM
     from mgeo_attitude.problem import AttitudeManeuverProblem
@@ -260,6 +226,6 @@ def schema(debug: Debug = False) -> None:
 
     Editors complete and check them by it.
     """
-    from mgeo_attitude.scenario import scenario_schema
+    from mgeo_attitude.scenario.schema import scenario_schema
 
     typer.echo(json_text(scenario_schema()))

@@ -7,10 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from mgeo.runs import nearest_kept
-from mgeo.store import FRONT_FILE, NEAREST_FILE, RUN_FILE, check_writable
-from mgeo_attitude.plan import ManeuverPlan, read_front, read_json
-from mgeo_attitude.plan.run_folder import CHOICES, Front
+from mgeo.runs.answer import nearest_kept
+from mgeo.store.atomic import check_writable
+from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE
+from mgeo_attitude.plan.files import read_json
+from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.plan.run_folder import CHOICES, Front, read_front
 from mgeo_attitude.view.describe import span, within
 
 

@@ -10,15 +10,15 @@ from typing import Any
 import pandas as pd
 from rich.text import Text
 
-from mgeo.cli import Output, rows
-from mgeo.figures import report_page
-from mgeo.store import write_file
+from mgeo.cli.output import Output, rows
+from mgeo.figures.page import report_page
+from mgeo.store.atomic import write_file
 from mgeo.terminal import Columns, note, plain, titled
-from mgeo_attitude.bound import NoLimit
+from mgeo_attitude.bound.samples import NoLimit
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
-from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.figures import plan_figures
+from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.view.plans import MOST_SAMPLES
 
 

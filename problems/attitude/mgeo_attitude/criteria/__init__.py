@@ -1,5 +1,1 @@
 """What designs are judged by: objectives and limits of a run, flown exactly or over flights."""
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -11,7 +11,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import DIRECTIONS
-from mgeo_attitude.fields import InvalidValue, expect
+from mgeo_attitude.fields.quantity import InvalidValue, expect
 from mgeo_attitude.filter.path_limits import excess_along
 from mgeo_attitude.scenario.settings import RequiredSigma
 from mgeo_attitude.scenario.windows import deadlines
@@ -20,7 +20,8 @@ from mgeo_attitude.sensors.suite import block_units
 if TYPE_CHECKING:
     from mgeo_attitude.environment.directions import Place
     from mgeo_attitude.filter.evaluator import Evaluation
-    from mgeo_attitude.scenario import PathLimit, Scenario
+    from mgeo_attitude.scenario.scenario import Scenario
+    from mgeo_attitude.scenario.settings import PathLimit
 
 #: Label of the constraint that a plan is over before its window ends.
 END = "end of the plan"

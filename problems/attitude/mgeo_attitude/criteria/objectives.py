@@ -16,7 +16,7 @@ from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:
     from mgeo_attitude.filter.evaluator import Evaluation
-    from mgeo_attitude.scenario import Scenario
+    from mgeo_attitude.scenario.scenario import Scenario
 
 
 def attitude_sigma_deg(covariance: Floats) -> Floats:

@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment import Environment, instant_after
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.environment.times import instant_after
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.start_times import StartTimes
 from mgeo_attitude.geometry.rotation import matrix
@@ -30,7 +31,7 @@ from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:
     from mgeo_attitude.filter.evaluator import Evaluation
-    from mgeo_attitude.scenario import Scenario
+    from mgeo_attitude.scenario.scenario import Scenario
 
 
 #: Flights of a scenario that stay in memory, and those that are there together besides.

@@ -1,5 +1,1 @@
 """Orbit, Sun, geomagnetic field and shadow of a run, all in GCRS."""
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

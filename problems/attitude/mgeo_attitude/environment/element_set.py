@@ -18,7 +18,8 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import DAY, EARTH_MU, EARTH_RADIUS
 from mgeo_attitude.environment.frames import rotate, teme_to_gcrs
 from mgeo_attitude.environment.times import Instants, instants, utc_text
-from mgeo_attitude.fields import InvalidValue, Validated, expect, positive, quantity
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import InvalidValue, expect, positive, quantity
 
 if TYPE_CHECKING:
     from sgp4.api import Satrec

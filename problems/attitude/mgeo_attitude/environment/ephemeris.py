@@ -14,7 +14,8 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_MU, EARTH_RADIUS
 from mgeo_attitude.environment.kepler import orbital_period
 from mgeo_attitude.environment.times import elapsed, utc_text
-from mgeo_attitude.fields import Validated, expect, quantity
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import expect, quantity
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.arc import Arc

@@ -25,7 +25,8 @@ from mgeo_attitude.environment.kepler import (
     secular_rates,
     two_body,
 )
-from mgeo_attitude.fields import InvalidValue, Kinds, Validated, expect, positive, quantity
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import InvalidValue, Kinds, expect, positive, quantity
 
 #: Functions of Keplerian elements and times, by the ``propagator`` that names them.
 ANALYTIC = {"two-body": two_body, "j2": j2_secular}

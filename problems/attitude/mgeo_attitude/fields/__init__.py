@@ -6,7 +6,3 @@ files and describes them to editors::
     eccentricity: float = quantity(doc="orbit eccentricity", low=0.0, high=1.0, open_high=True)
     # InvalidValue: eccentricity = 1.2: expected a number in [0, 1) (orbit eccentricity)
 """
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -11,7 +11,7 @@ from functools import cache
 from types import NoneType, UnionType
 from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
-from mgeo.validation import did_you_mean
+from mgeo.validation.arguments import did_you_mean
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ import numba
 import numpy as np
 import platformdirs
 
-from mgeo.store import write_file
+from mgeo.store.atomic import write_file
 from mgeo_attitude import _compiled
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter import discretization, polynomials

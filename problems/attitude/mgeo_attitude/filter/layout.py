@@ -11,11 +11,13 @@ import numpy as np
 
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.filter.symbols import slots_of
-from mgeo_attitude.sensors import Gyro, Sensor, World
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.sensors.world import World
 
 if TYPE_CHECKING:
-    from mgeo_attitude.scenario import PathLimit
+    from mgeo_attitude.scenario.settings import PathLimit
 
 
 class Watch(NamedTuple):

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.directions import Passage, Place, directions, radii
+from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.codegen import instrument_constants
 from mgeo_attitude.filter.layout import (
     Monitors,
@@ -31,11 +31,12 @@ from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.maneuvers.schedule import Schedule, Turning, schedule
 from mgeo_attitude.scenario.channels import channel_values
 from mgeo_attitude.scenario.settings import RequiredSigma, TraceWeights
-from mgeo_attitude.sensors import Sensor
+from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:
-    from mgeo_attitude.scenario import PathLimit, Scenario
+    from mgeo_attitude.scenario.scenario import Scenario
+    from mgeo_attitude.scenario.settings import PathLimit
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.directions import Place
+from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.maneuvers.drives import CoilDrive
@@ -23,7 +23,7 @@ from mgeo_attitude.scenario.actuators import slew_limits
 
 if TYPE_CHECKING:
     from mgeo_attitude.filter.evaluator import Evaluation
-    from mgeo_attitude.scenario import Scenario
+    from mgeo_attitude.scenario.scenario import Scenario
 
 #: Models that stay in memory: they are views of the one table.
 _KEPT = 256

@@ -22,8 +22,8 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.path_limits import excess
 from mgeo_attitude.filter.symbols import triangle
 from mgeo_attitude.maneuvers.drives import CoilDrive
-from mgeo_attitude.sensors import Gyro
 from mgeo_attitude.sensors.base import with_noise
+from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.suite import Suite
 
 #: The cosine of the angle to what has not been seen.

@@ -1,5 +1,28 @@
 """A plan as an artefact: picked from a front, looked at, written, read back and flown."""
 
-import lazy_loader
+from mgeo_attitude.plan.aem import aem_text
+from mgeo_attitude.plan.attitudes import script_text, stk_text, waypoints_text
+from mgeo_attitude.plan.files import from_json, read_json, to_csv, to_json, write_plan
+from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.plan.run_folder import Front, read_front
+from mgeo_attitude.plan.spice import ck_bytes, sclk_text
+from mgeo_attitude.plan.uplink import commands, to_uplink_csv
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__all__ = [
+    "Front",
+    "ManeuverPlan",
+    "aem_text",
+    "ck_bytes",
+    "commands",
+    "from_json",
+    "read_front",
+    "read_json",
+    "sclk_text",
+    "script_text",
+    "stk_text",
+    "to_csv",
+    "to_json",
+    "to_uplink_csv",
+    "waypoints_text",
+    "write_plan",
+]

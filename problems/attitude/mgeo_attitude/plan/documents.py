@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from mgeo.store import parse_json, read_text, to_json
-from mgeo.validation import entry, errors_of
-from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.scenario import Scenario
+from mgeo.store.atomic import to_json
+from mgeo.store.reading import parse_json, read_text
+from mgeo.validation.tables import entry, errors_of
+from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.scenario.scenario import Scenario
 
 T = TypeVar("T")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import plotly.graph_objects as go
 
-from mgeo.figures import COLORS, finished, log_axis, symbol
+from mgeo.figures.style import COLORS, finished, log_axis, symbol
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.describe import exactly

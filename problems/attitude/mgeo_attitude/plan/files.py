@@ -12,8 +12,9 @@ from inspect import getfullargspec
 from pathlib import Path
 from typing import Any
 
-from mgeo.store import write_file
-from mgeo.validation import entry, refuse_unknown
+from mgeo.store.atomic import write_file
+from mgeo.validation.arguments import refuse_unknown
+from mgeo.validation.tables import entry
 from mgeo_attitude.plan.aem import aem_text
 from mgeo_attitude.plan.attitudes import script_text, stk_text, waypoints_text
 from mgeo_attitude.plan.documents import Form, read_document, written

@@ -12,21 +12,23 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import deprecated
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.bound import NoLimit
+from mgeo_attitude.bound.samples import NoLimit
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.environment.times import utc_texts
-from mgeo_attitude.fields import InvalidValue, Validated, expect, quantity
-from mgeo_attitude.fields.quantity import DEG
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import DEG, InvalidValue, expect, quantity
 from mgeo_attitude.filter.history import FilterHistory, filter_history
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.maneuvers.motion import Phase
 from mgeo_attitude.maneuvers.schedule import holding
 from mgeo_attitude.problem import AttitudeManeuverProblem
-from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.trajectory import SlewBack, Trajectory
-from mgeo_attitude.view import ManeuverView, at_best, observability
+from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
+from mgeo_attitude.view import at_best
 from mgeo_attitude.view.describe import span
+from mgeo_attitude.view.maneuver_view import ManeuverView
+from mgeo_attitude.view.observability import alternatives, budget, covariance
 from mgeo_attitude.view.plans import Times
 from mgeo_attitude.view.review import promised
 
@@ -261,7 +263,7 @@ class ManeuverPlan(Validated):
 
     def accuracy(self) -> pd.DataFrame:
         """Predicted 1-sigma of every state at the start and at `t_end`, one row per state."""
-        states = observability.States.of(self.problem.model.suite)
+        states = covariance.States.of(self.problem.model.suite)
         before, after = self.history.sigma[0], self.sigma
         return pd.DataFrame(
             {
@@ -327,56 +329,56 @@ class ManeuverPlan(Validated):
         ]
 
     def contributions(self) -> pd.DataFrame:
-        """What each phase bought; see `observability.contributions`."""
-        return observability.contributions(self.problem.model, self.design, self.history)
+        """What each phase bought; see `budget.contributions`."""
+        return budget.contributions(self.problem.model, self.design, self.history)
 
     @cached_property
     def _budget(self) -> pd.DataFrame:
-        return observability.budget(self.problem.model, self.design, self.history)
+        return budget.budget(self.problem.model, self.design, self.history)
 
     def budget(self) -> pd.DataFrame:
-        """What of each 1-sigma at `t_end` is from which source; see `observability.budget`."""
+        """What of each 1-sigma at `t_end` is from which source; see `budget.budget`."""
         return self._budget.copy()
 
     @cached_property
     def _remedies(self) -> pd.DataFrame:
         rate = self.scenario.maneuvers.max_rate_deg_s
-        return observability.remedies(self.problem.model, self.design, self.t_end, rate)
+        return alternatives.remedies(self.problem.model, self.design, self.t_end, rate)
 
     def remedies(self) -> pd.DataFrame:
-        """What would make the 1-sigmas at `t_end` smaller; see `observability.remedies`."""
+        """What would make the 1-sigmas at `t_end` smaller; see `alternatives.remedies`."""
         return self._remedies.copy()
 
     def reasons(self) -> list[str]:
         """Why required 1-sigmas, or that of the attitude, are no smaller, a line for each."""
         limit = at_best.known_limit(self.problem)
         known = self._budget, self._remedies, self.history, limit
-        return observability.reasons(self.problem.model, *known)
+        return budget.reasons(self.problem.model, *known)
 
     def sensor_use(self) -> pd.DataFrame:
         """For how long each sensor measured in each phase until `t_end` [s]."""
         known = self._calibration, self.design, self.history
-        return observability.sensor_use(self.problem.model, *known)
+        return budget.sensor_use(self.problem.model, *known)
 
     def correlations(self) -> pd.DataFrame:
-        """Correlations of the errors at `t_end`; see `observability.correlations`."""
-        return observability.correlations(self.problem.model, self.history.covariance)
+        """Correlations of the errors at `t_end`; see `covariance.correlations`."""
+        return covariance.correlations(self.problem.model, self.history.covariance)
 
     def least_observable(self, count: int = 3) -> pd.DataFrame:
-        """What the plan leaves least known; see `observability.least_observable`."""
-        return observability.least_observable(self.problem.model, self.history.covariance, count)
+        """What the plan leaves least known; see `covariance.least_observable`."""
+        return covariance.least_observable(self.problem.model, self.history.covariance, count)
 
     def compare(self, designs: Mapping[str, ArrayLike] | None = None) -> pd.DataFrame:
-        """The plan, in the first row, beside others at its `t_end`; see `observability.compare`.
+        """The plan, in the first row, beside others at its `t_end`; see `alternatives.compare`.
 
         Parameters
         ----------
         designs : mapping, optional
-            Default: the `observability.baselines` with maneuvers as long as the plan's in all.
+            Default: the `alternatives.baselines` with maneuvers as long as the plan's in all.
         """
         if designs is None:
-            designs = observability.without_optimizer(self.scenario, self._calibration)
-        return observability.compare(self.problem, {"plan": self.design, **designs}, self.t_end)
+            designs = alternatives.without_optimizer(self.scenario, self._calibration)
+        return alternatives.compare(self.problem, {"plan": self.design, **designs}, self.t_end)
 
 
 @lru_cache(maxsize=4)  # its tables take some MB

@@ -16,7 +16,7 @@ from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.start_times import StartTimes
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
-from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.scenario import Scenario
 
 #: By how much of a step ends are early, so that rounding does not put them past a step.
 _EARLY = 1e-6

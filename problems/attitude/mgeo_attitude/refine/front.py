@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mgeo.evaluation import front_rows
+from mgeo.evaluation.dominance import front_rows
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.refine.at_time import Judge
 

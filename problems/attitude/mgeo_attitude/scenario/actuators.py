@@ -15,7 +15,8 @@ from itertools import combinations
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields import InvalidValue, Validated, expect, positive, quantity
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import InvalidValue, expect, positive, quantity
 from mgeo_attitude.geometry.vector import unit
 from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
 from mgeo_attitude.scenario.settings import ManeuverLimits

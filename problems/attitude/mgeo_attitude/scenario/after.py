@@ -12,7 +12,8 @@ import numpy as np
 
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.times import as_utc, elapsed, instant_after
-from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, expect, from_table, to_table
+from mgeo_attitude.fields.quantity import InvalidType, InvalidValue, KeyProblem, expect
+from mgeo_attitude.fields.tables import from_table, to_table
 from mgeo_attitude.scenario.prior import Prior, prior_of
 from mgeo_attitude.scenario.toml import Table, overridden
 from mgeo_attitude.sensors.errors import by_axis

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.fields import InvalidValue, Validated, expect, known_names, positive, quantity
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import InvalidValue, expect, known_names, positive, quantity
 from mgeo_attitude.sensors.suite import Suite
 
 

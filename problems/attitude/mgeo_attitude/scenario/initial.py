@@ -11,7 +11,8 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_MU
-from mgeo_attitude.fields import InvalidValue, Validated, expect, quantity
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import InvalidValue, expect, quantity
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.directions import Place

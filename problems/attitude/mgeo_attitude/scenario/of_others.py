@@ -3,6 +3,6 @@
 from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit
 from mgeo_attitude.environment.ephemeris import EphemerisOrbit
 from mgeo_attitude.environment.orbit import Orbit, OrbitFile
-from mgeo_attitude.fields import KeyProblem
+from mgeo_attitude.fields.quantity import KeyProblem
 
 __all__ = ["EphemerisOrbit", "KeyProblem", "MeanElements", "Orbit", "OrbitFile", "TLEOrbit"]

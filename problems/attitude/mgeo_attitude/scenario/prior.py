@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields import InvalidValue, Validated, expect, from_table, quantity
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import InvalidValue, expect, quantity
+from mgeo_attitude.fields.tables import from_table
 from mgeo_attitude.sensors.suite import Suite
 
 #: Quaternions and matrices are written with all their digits.

@@ -13,20 +13,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from mgeo.store import write_file
+from mgeo.store.atomic import write_file
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.orbit import ORBITS, AnyOrbit
 from mgeo_attitude.environment.times import instant_after
-from mgeo_attitude.fields import (
-    InvalidType,
-    InvalidValue,
-    Kinds,
-    Validated,
-    from_table,
-    positive,
-    quantity,
-    to_table,
-)
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import InvalidType, InvalidValue, Kinds, positive, quantity
+from mgeo_attitude.fields.tables import from_table, to_table
 from mgeo_attitude.maneuvers.schedule import Turning
 from mgeo_attitude.scenario.actuators import Coils, Wheels, assumed, slew_limits
 from mgeo_attitude.scenario.after import going_on
@@ -50,8 +43,11 @@ from mgeo_attitude.scenario.together import check_together
 from mgeo_attitude.scenario.toml import ScenarioFileError, on_preset, read_toml, to_toml, updated
 from mgeo_attitude.scenario.validity import Implausible, implausible
 from mgeo_attitude.scenario.windows import Contact, FlightErrors, Window, deadlines, start_times
-from mgeo_attitude.sensors import SENSORS, Gyro, Sensor, World
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.sensors.kinds import SENSORS
 from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.sensors.world import World
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.directions import Place

@@ -10,8 +10,15 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from mgeo_attitude.environment.directions import DIRECTIONS, Cone
-from mgeo_attitude.fields import InvalidValue, Validated, expect, known_names, positive, quantity
-from mgeo_attitude.fields.quantity import Unit
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import (
+    InvalidValue,
+    Unit,
+    expect,
+    known_names,
+    positive,
+    quantity,
+)
 from mgeo_attitude.geometry.vector import unit
 
 #: Time between starts that may be chosen, if none is given [s].

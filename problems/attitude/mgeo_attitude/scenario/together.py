@@ -8,15 +8,17 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
-from mgeo_attitude.fields import expect
+from mgeo_attitude.fields.quantity import expect
 from mgeo_attitude.scenario.actuators import Coils, Wheels, check_coils
 from mgeo_attitude.scenario.channels import Channel, check_channels
 from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.settings import PathLimit, TraceWeights
 from mgeo_attitude.scenario.windows import Operated, start_times
-from mgeo_attitude.sensors import Gyro, Sensor, World
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.sensors.world import World
 
 _MAX_COUNT = 2**31  # with more steps than this any remainder would be within rounding
 # What is kept of each step would fill the memory: of the run, once; of the window, for each design.

@@ -13,7 +13,8 @@ from typing import Any
 import tomlkit
 
 from mgeo_attitude.environment.orbit import ORBITS
-from mgeo_attitude.fields import InvalidValue, KeyProblem, Validated, declared, known_names
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import InvalidValue, KeyProblem, declared, known_names
 
 Table = dict[str, Any]
 
@@ -172,8 +173,8 @@ def read_toml(source: str | os.PathLike[str]) -> tuple[str, Path, dict[str, Any]
         hint = "" if "\n" in source else " (a file's name would end in .toml)"
         origin, folder, text = f"TOML text{hint}", Path(), source
     else:
-        from mgeo.store import read_text
-        from mgeo.validation import FileError
+        from mgeo.store.reading import read_text
+        from mgeo.validation.tables import FileError
 
         origin, folder = os.fspath(source), Path(source).parent
         try:

@@ -13,9 +13,10 @@ import numpy as np
 
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.element_set import MAX_AGE, ElementSet
-from mgeo_attitude.fields import declared
+from mgeo_attitude.fields.quantity import declared
 from mgeo_attitude.scenario.together import Fields
-from mgeo_attitude.sensors import Magnetometer, Photodiode
+from mgeo_attitude.sensors.photodiode import Photodiode
+from mgeo_attitude.sensors.vector_sensors import Magnetometer
 
 #: Where IGRF, a field without currents outside the Earth, is one: geocentric distance in Earth
 #: radii above which the ring current's field is no longer small beside it, and altitude [m] below

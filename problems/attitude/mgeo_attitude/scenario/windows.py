@@ -11,7 +11,8 @@ from typing import Protocol
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields import InvalidValue, Validated, expect, quantity
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import InvalidValue, expect, quantity
 from mgeo_attitude.scenario.settings import Convergence, ManeuverLimits
 
 

@@ -1,5 +1,24 @@
 """Gyro and sensors: their parameters, their error models, and their readings as arrays."""
 
-import lazy_loader
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.direction_sensors import HorizonSensor, TwoAxisSunSensor
+from mgeo_attitude.sensors.errors import GaussMarkov, Influence
+from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.sensors.photodiode import Photodiode
+from mgeo_attitude.sensors.star_tracker import StarTracker
+from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
+from mgeo_attitude.sensors.world import World
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__all__ = [
+    "GaussMarkov",
+    "Gyro",
+    "HorizonSensor",
+    "Influence",
+    "Magnetometer",
+    "Photodiode",
+    "Sensor",
+    "StarTracker",
+    "SunSensor",
+    "TwoAxisSunSensor",
+    "World",
+]

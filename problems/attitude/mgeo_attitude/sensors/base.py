@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields import Validated, expect, positive, quantity
-from mgeo_attitude.fields.quantity import DIMENSIONLESS, Unit
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import DIMENSIONLESS, Unit, expect, positive, quantity
 from mgeo_attitude.geometry.vector import Vec3
 from mgeo_attitude.sensors.errors import (
     CONSIDERED,
@@ -25,7 +25,7 @@ from mgeo_attitude.sensors.errors import (
 )
 
 if TYPE_CHECKING:
-    from mgeo_attitude.environment import Environment
+    from mgeo_attitude.environment.environment import Environment
 
 
 #: A gyro or a sensor.

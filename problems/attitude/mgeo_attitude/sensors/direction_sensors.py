@@ -12,8 +12,7 @@ import numpy as np
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields import expect, positive, quantity
-from mgeo_attitude.fields.quantity import ARCMIN, DEG, SECOND, Unit
+from mgeo_attitude.fields.quantity import ARCMIN, DEG, SECOND, Unit, expect, positive, quantity
 from mgeo_attitude.geometry.rotation import cross, direction, dot, rotate, tangents
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
@@ -23,7 +22,7 @@ from mgeo_attitude.sensors.vector_sensors import SunSensor, VectorSensor, where_
 from mgeo_attitude.sensors.world import POSITION_UNIT
 
 if TYPE_CHECKING:
-    from mgeo_attitude.environment import Environment
+    from mgeo_attitude.environment.environment import Environment
 
 
 class DirectionSensor(VectorSensor):

@@ -13,8 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from mgeo_attitude.fields import InvalidValue, Validated, expect, known_names, positive, quantity
-from mgeo_attitude.fields.quantity import Unit
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import (
+    InvalidValue,
+    Unit,
+    expect,
+    known_names,
+    positive,
+    quantity,
+)
 
 
 @dataclass(frozen=True)

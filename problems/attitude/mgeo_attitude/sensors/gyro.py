@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields import Validated, expect, positive, quantity
-from mgeo_attitude.fields.quantity import DEG, DEG_H, PPM, Unit
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import DEG, DEG_H, PPM, Unit, expect, positive, quantity
 from mgeo_attitude.geometry.rotation import rotate, shear, unrotate
 from mgeo_attitude.geometry.vector import Vec3, cross, scale
 from mgeo_attitude.geometry.vector import shear as shear_components

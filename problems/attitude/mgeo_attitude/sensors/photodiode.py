@@ -12,8 +12,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields import expect, positive, quantity
-from mgeo_attitude.fields.quantity import SECOND, Unit
+from mgeo_attitude.fields.quantity import SECOND, Unit, expect, positive, quantity
 from mgeo_attitude.geometry.rotation import dot, frame
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import dot as inner
@@ -21,7 +20,7 @@ from mgeo_attitude.sensors.base import NAME, Sensor
 from mgeo_attitude.sensors.errors import State
 
 if TYPE_CHECKING:
-    from mgeo_attitude.environment import Environment
+    from mgeo_attitude.environment.environment import Environment
 
 
 @dataclass(frozen=True)

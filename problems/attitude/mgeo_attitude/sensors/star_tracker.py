@@ -12,8 +12,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields import expect, positive, quantity
-from mgeo_attitude.fields.quantity import DEG, SECOND, Unit
+from mgeo_attitude.fields.quantity import DEG, SECOND, Unit, expect, positive, quantity
 from mgeo_attitude.geometry.rotation import cross, dot, frame, rotate, unrotate
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner

@@ -19,7 +19,7 @@ from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.world import World
 
 if TYPE_CHECKING:
-    from mgeo_attitude.environment import Environment
+    from mgeo_attitude.environment.environment import Environment
 
 Owner = Gyro | Sensor | World
 STILL = Vec3(0.0, 0.0, 0.0)

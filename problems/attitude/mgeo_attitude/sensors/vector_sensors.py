@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields import expect, positive, quantity
-from mgeo_attitude.fields.quantity import ARCMIN, DEG, PPM, SECOND, Unit
+from mgeo_attitude.fields.quantity import ARCMIN, DEG, PPM, SECOND, Unit, expect, positive, quantity
 from mgeo_attitude.geometry.rotation import rotate, shear
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import shear as shear_components
@@ -26,7 +25,7 @@ from mgeo_attitude.sensors.errors import (
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, NT, POSITION_UNIT
 
 if TYPE_CHECKING:
-    from mgeo_attitude.environment import Environment
+    from mgeo_attitude.environment.environment import Environment
 
 
 class VectorSensor(Sensor):

@@ -14,12 +14,12 @@ import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.sun_moon import above_limb, earthlight
-from mgeo_attitude.fields import Validated, expect, positive, quantity
-from mgeo_attitude.fields.quantity import ARCMIN, Unit
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import ARCMIN, Unit, expect, positive, quantity
 from mgeo_attitude.sensors.errors import CONSIDERED, GaussMarkov, check_considered
 
 if TYPE_CHECKING:
-    from mgeo_attitude.environment import Environment
+    from mgeo_attitude.environment.environment import Environment
 
 #: Unit of the field inside the filter [nT], so that every state is of order one or less.
 FIELD_UNIT_NT = 50_000.0

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
 from mgeo_attitude.maneuvers.motion import Body, Motion, Phase, divided, phases
 from mgeo_attitude.maneuvers.schedule import (
@@ -35,7 +35,7 @@ from mgeo_attitude.maneuvers.schedule import (
 from mgeo_attitude.trajectory.arrival import arrival, missing
 
 if TYPE_CHECKING:
-    from mgeo_attitude.scenario import Scenario
+    from mgeo_attitude.scenario.scenario import Scenario
 
 #: What the two maneuvers after those of the design are called.
 LABELS = ("slew back", "starting attitude")

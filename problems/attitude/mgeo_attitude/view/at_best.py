@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.bound import LimitCurves, NoLimit
-from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.bound.curves import LimitCurves
+from mgeo_attitude.bound.samples import NoLimit
+from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.settings import RequiredSigma
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.describe import span
@@ -89,7 +90,7 @@ def remarks(plans: Plans, some: Plans, these: str) -> list[str]:
 
     All are flown exactly.
     """
-    from mgeo.runs import default_solution
+    from mgeo.runs.answer import default_solution
 
     problem = plans.problem
     try:

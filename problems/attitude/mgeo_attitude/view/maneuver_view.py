@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import plotly.graph_objects as go
 
-    from mgeo.plugins import Review
+    from mgeo.plugins.shown import Review
 
 #: By what share of a promise it may be missed.
 TOLERANCE = 0.1
@@ -89,7 +89,7 @@ class ManeuverView(Plans):
 
     def figures(self) -> dict[str, go.Figure]:
         """Interactive figures of the plans together; ``front`` for the paper's objectives."""
-        from mgeo_attitude.view.figures import figures
+        from mgeo_attitude.view.figures.against_time import figures
 
         return figures(self)
 
@@ -104,7 +104,7 @@ class ManeuverView(Plans):
 
     def drawings(self) -> list[dict[str, dict[str, Any]]]:
         """The same as trees; see `single.drawings`."""
-        from mgeo_attitude.view.figures import drawings
+        from mgeo_attitude.view.figures.single import drawings
 
         return list(drawings(self))
 

@@ -15,9 +15,9 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.constraints import END, Limit
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
-from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.directions import Place
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.path_limits import excess_along
 from mgeo_attitude.view.plans import Plans
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from mgeo_attitude.filter.model import FilterModel
-    from mgeo_attitude.scenario import Scenario
-    from mgeo_attitude.trajectory import Trajectory
+    from mgeo_attitude.scenario.scenario import Scenario
+    from mgeo_attitude.trajectory.trajectory import Trajectory
 
 #: Unit, value, "at most" or "at least", limit and margin.
 Row = tuple[str, float, str, float, float]

@@ -11,23 +11,24 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mgeo.plugins import View
+from mgeo.plugins.view import View
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.bound import LimitCurves
+from mgeo_attitude.bound.curves import LimitCurves
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import OBJECTIVES, attitude_sigma_deg
 from mgeo_attitude.criteria.robustness import FlightSamples, kept_by, over_flights
-from mgeo_attitude.environment import Environment
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.start_times import StartTimes
-from mgeo_attitude.scenario import FlightErrors, Scenario
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.windows import FlightErrors
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from mgeo_attitude.filter.evaluator import Evaluation
-    from mgeo_attitude.trajectory import SlewBack, Trajectory
+    from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 
 
 class ManeuverProblem(Protocol):
@@ -311,7 +312,7 @@ class Plans(View):
 
         Its slew back, which takes longest to find, is found once for all views that share a front.
         """
-        from mgeo_attitude.trajectory import Trajectory  # imports scipy
+        from mgeo_attitude.trajectory.trajectory import Trajectory  # imports scipy
 
         own, maneuvers = self.problem.begun(self.X[row])
         times = float(self.exactly.t_end[row]), float(self.held_until[row])

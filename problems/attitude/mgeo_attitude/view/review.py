@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from mgeo.plugins import Review, Section
+from mgeo.plugins.shown import Review, Section
 from mgeo_attitude.environment.times import utc_texts
-from mgeo_attitude.fields import declared
+from mgeo_attitude.fields.quantity import declared
 from mgeo_attitude.filter.history import filter_history
 from mgeo_attitude.maneuvers.motion import Phase
 from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.view import at_best, observability, satellite
+from mgeo_attitude.view import at_best, satellite
 from mgeo_attitude.view.describe import exactly
+from mgeo_attitude.view.observability import alternatives, budget
 from mgeo_attitude.view.observability.alternatives import AS_IT_IS
 from mgeo_attitude.view.plans import MOST_SAMPLES, Plans
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from mgeo_attitude._typing import Floats
     from mgeo_attitude.filter.history import FilterHistory
     from mgeo_attitude.filter.model import FilterModel
-    from mgeo_attitude.scenario import Scenario
+    from mgeo_attitude.scenario.scenario import Scenario
 
 _SECONDS = 19  # characters of a date and time to the second
 _WITH_UNIT = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
@@ -36,15 +37,13 @@ def review(plans: Plans) -> Review:
     (answer,) = plans.answers()
     history = filter_history(model, design)
     trajectory = plans.trajectory(0)
-    known = observability.budget(model, design, history)
-    changes = observability.remedies(
-        model, design, history.t_end, scenario.maneuvers.max_rate_deg_s
-    )
-    why = observability.reasons(model, known, changes, history, at_best.known_limit(problem))
+    known = budget.budget(model, design, history)
+    changes = alternatives.remedies(model, design, history.t_end, scenario.maneuvers.max_rate_deg_s)
+    why = budget.reasons(model, known, changes, history, at_best.known_limit(problem))
     phases, (limits,) = trajectory.phases, plans.limits()
     calibration = [phase for phase in phases if phase.end <= history.t_end]
-    others = observability.without_optimizer(scenario, calibration)
-    compared = observability.compare(problem, {"this plan": design, **others}, history.t_end)
+    others = alternatives.without_optimizer(scenario, calibration)
+    compared = alternatives.compare(problem, {"this plan": design, **others}, history.t_end)
     edges = np.array([*(phase.start for phase in phases), trajectory.end])
     stamps = utc_texts(scenario.epoch, edges)
     facts = satellite.facts(problem)
@@ -75,7 +74,7 @@ def review(plans: Plans) -> Review:
         ),
         Section(
             "How long sensors measure",
-            table=observability.sensor_use(model, calibration, design, history),
+            table=budget.sensor_use(model, calibration, design, history),
         ),
         Section(
             "Objectives of the plan (promised), and kept by " + MOST_SAMPLES, table=promised(plans)
@@ -117,7 +116,7 @@ def _timeline(
         },
         index=pd.Index([phase.label for phase in phases], name="phase"),
     )
-    bought = observability.contributions(model, design, history).iloc[1:]
+    bought = budget.contributions(model, design, history).iloc[1:]
     shown = {"bought [%]": bought["contribution [%]"]}
     steps = np.rint(bought["time [s]"] / model.step).astype(np.int64)
     sigma = history.sigma[steps].reshape(len(steps), -1, 3).max(axis=2)

@@ -14,8 +14,8 @@ from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario.validity import examined, validity
 
 if TYPE_CHECKING:
-    from mgeo_attitude.environment import Environment
-    from mgeo_attitude.scenario import Scenario
+    from mgeo_attitude.environment.environment import Environment
+    from mgeo_attitude.scenario.scenario import Scenario
     from mgeo_attitude.view.plans import ManeuverProblem
 
 #: Times without Sun that are told.
@@ -121,7 +121,7 @@ def margins_at_rest(problem: ManeuverProblem) -> Iterator[str]:
 
     The attitude is then as badly known as at the start.
     """
-    from mgeo_attitude.trajectory import Trajectory  # imports scipy
+    from mgeo_attitude.trajectory.trajectory import Trajectory  # imports scipy
     from mgeo_attitude.view.margins import limits_after  # compiles
 
     scenario, model = problem.scenario, problem.model

@@ -1,5 +1,1 @@
 """What telemetry says of gyro and sensors: estimated, tested, written, drawn and read back."""
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

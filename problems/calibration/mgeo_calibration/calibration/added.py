@@ -9,17 +9,19 @@ from typing import Any, TypeVar
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields import InvalidValue, known_names
-from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Gyro, Influence, Sensor, sigma_of
-from mgeo_attitude.sensors import with_noise as scaled_noise
+from mgeo_attitude.fields.quantity import InvalidValue, known_names
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.base import with_noise as scaled_noise
+from mgeo_attitude.sensors.errors import Influence, sigma_of
+from mgeo_attitude.sensors.gyro import Gyro
 
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.corrections import unit_of_bias
 from mgeo_calibration.calibration.from_telemetry import calibrate
 from mgeo_calibration.calibration.questions import follows
-from mgeo_calibration.telemetry import Telemetry
 from mgeo_calibration.telemetry.columns import name_and_unit
+from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Asks for the noise of the sensors.
 NOISE = "noise"

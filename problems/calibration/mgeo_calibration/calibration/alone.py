@@ -7,15 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Magnetometer, Suite
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.sensors.vector_sensors import Magnetometer
 
 from mgeo_calibration.calibration.agreement import correlation_bound, nis_bounds
 from mgeo_calibration.calibration.corrections import telemetry_units
 from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.field_strength import BLOCKS, by_strength
-from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
+from mgeo_calibration.telemetry.mapping import TelemetryMapping
+from mgeo_calibration.telemetry.reading import read_telemetry
+from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: What is said of it wherever it is shown.
 ALONE = (

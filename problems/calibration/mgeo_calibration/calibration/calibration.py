@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment import utc_texts
-from mgeo_attitude.geometry import quaternions
-from mgeo_attitude.scenario import SUPPORTED, Scenario
-from mgeo_attitude.sensors import Suite
+from mgeo_attitude.environment.times import utc_texts
+from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_attitude.scenario.after import SUPPORTED
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.calibration.agreement import (
     PriorTest,
@@ -26,7 +27,7 @@ from mgeo_calibration.estimation.residuals import History
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
-    from mgeo_attitude.plan import ManeuverPlan
+    from mgeo_attitude.plan.plan import ManeuverPlan
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -266,9 +267,9 @@ class Calibration:
         ValueError
             For a plan of a satellite with other states, or from another epoch.
         """
-        from mgeo_attitude.filter import filter_history
-        from mgeo_attitude.view import exactly
-        from mgeo_attitude.view.observability import States
+        from mgeo_attitude.filter.history import filter_history
+        from mgeo_attitude.view.describe import exactly
+        from mgeo_attitude.view.observability.covariance import States
 
         model, suite = plan.problem.model, self.suite
         if model.suite.blocks != suite.blocks:

@@ -7,9 +7,14 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields import DEG, Unit
-from mgeo_attitude.geometry import matrix, quaternions, shear
-from mgeo_attitude.sensors import Gyro, Photodiode, Sensor, Suite, World
+from mgeo_attitude.fields.quantity import DEG, Unit
+from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_attitude.geometry.rotation import matrix, shear
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.sensors.photodiode import Photodiode
+from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.sensors.world import World
 from scipy.spatial.transform import Rotation
 
 #: Of the gyro in telemetry.

@@ -15,11 +15,12 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.plan import Form, read_document, written
-from mgeo_attitude.scenario import Scenario, prior_of
+from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.plan.documents import Form, read_document, written
+from mgeo_attitude.scenario.prior import prior_of
+from mgeo_attitude.scenario.scenario import Scenario
 
-from mgeo.validation import entry
+from mgeo.validation.tables import entry
 from mgeo_calibration.calibration.agreement import PriorTest, SensorTest
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.model_tests import ModelTest

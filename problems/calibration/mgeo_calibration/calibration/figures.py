@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.view.figures import line
+from mgeo_attitude.view.figures.style import line
 
-from mgeo.figures import COLORS, GRAY, finished, log_axis, symbol
+from mgeo.figures.style import COLORS, GRAY, finished, log_axis, symbol
 from mgeo_calibration.estimation.residuals import History
 
 #: Points of a line that are drawn, about: more cannot be distinguished.

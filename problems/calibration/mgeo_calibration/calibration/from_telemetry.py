@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.geometry import matrix, quaternions
-from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.scenario.scenario import Scenario
 
 from mgeo_calibration.calibration import model_tests as models
 from mgeo_calibration.calibration.agreement import (
@@ -31,14 +32,16 @@ from mgeo_calibration.estimation.residuals import Filtered, History, filtered
 from mgeo_calibration.estimation.smoother import Solution, last_covariance
 from mgeo_calibration.estimation.step_noise import for_delays, with_step_noise, without_step_noise
 from mgeo_calibration.estimation.trajectory import memory_told, spans
-from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
 from mgeo_calibration.telemetry.gyro_samples import (
     gyro_noise,
     gyro_spikes,
     reported,
     usual_step,
 )
+from mgeo_calibration.telemetry.mapping import TelemetryMapping
 from mgeo_calibration.telemetry.quantization import LEAST, matters
+from mgeo_calibration.telemetry.reading import read_telemetry
+from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Probability that a reading without fault is taken for an outlier.
 GATE = 1e-5

@@ -9,7 +9,9 @@ from functools import partial
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.sensors.vector_sensors import Magnetometer
 
 from mgeo_calibration.calibration.corrections import unit_of_innovations
 from mgeo_calibration.estimation import departures as made
@@ -18,8 +20,8 @@ from mgeo_calibration.estimation.quiet import quiet_rates
 from mgeo_calibration.estimation.residuals import Innovations
 from mgeo_calibration.estimation.score import Combined, Departure, Score
 from mgeo_calibration.estimation.smoother import Solution
-from mgeo_calibration.telemetry import Telemetry
 from mgeo_calibration.telemetry.columns import channel_of
+from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: What the key is of something that no state has.
 _SPLIT = "calibrate what is before and after on its own"

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.scenario import Scenario
 
 from mgeo_calibration.calibration.agreement import MOST_REJECTED, tests_table
 from mgeo_calibration.calibration.model_tests import ModelTest, model_tests
@@ -16,7 +16,7 @@ from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import fit
 from mgeo_calibration.estimation.residuals import filtered
-from mgeo_calibration.telemetry import Telemetry
+from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: By how much noise is taken to be larger where readings do not fit at all.
 _WIDER = (5.0, 20.0, 80.0)

@@ -6,7 +6,7 @@ import pandas as pd
 import plotly.graph_objects as go
 from markupsafe import escape
 
-from mgeo.figures import report_page
+from mgeo.figures.page import report_page
 from mgeo_calibration.calibration.calibration import Calibration
 
 #: Outliers that are listed; the others are in the JSON file.

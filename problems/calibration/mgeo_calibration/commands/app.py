@@ -8,21 +8,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from mgeo_attitude.commands import USERS, Overwrite, Pick, Solution, Source, Time
+from mgeo_attitude.commands.app import USERS, Overwrite, Pick, Solution, Source, Time
 
-from mgeo.cli import (
-    Debug,
-    ExitCode,
-    Json,
-    Output,
-    Quiet,
-    among,
-    bad_input,
-    epilog,
-    json_text,
-    rows,
-    toml_files,
-)
+from mgeo.cli.app import epilog
+from mgeo.cli.errors import ExitCode, bad_input
+from mgeo.cli.options import Debug, Json, Quiet, among, toml_files
+from mgeo.cli.output import Output, json_text, rows
 
 app = typer.Typer()
 
@@ -72,10 +63,10 @@ def verify(
     nonlinear, the errors are drawn from the scenario, the filter feeds them back. Of path limits it
     says how often they were broken.
     """
-    from mgeo_attitude.commands import check_targets, load_plan
-    from mgeo_attitude.scenario import OutsideValidity
+    from mgeo_attitude.commands.files import check_targets, load_plan
+    from mgeo_attitude.scenario.validity import OutsideValidity
 
-    from mgeo.store import write_file
+    from mgeo.store.atomic import write_file
     from mgeo_calibration import verification
     from mgeo_calibration.commands.verify import (
         print_verification,
@@ -159,7 +150,7 @@ def fly(
     from the scenario, unless --after says whose they are; the same seed draws the same for both
     simulators.
     """
-    from mgeo_attitude.commands import check_targets, load_plan
+    from mgeo_attitude.commands.files import check_targets, load_plan
 
     from mgeo_calibration.commands import fly as command
     from mgeo_calibration.flight.as_flown import as_flown
@@ -237,14 +228,14 @@ def calibrate(
     If the innovations do not support it, the exit code is 3. Nothing has to be known of the
     attitude. Outliers are left out, and listed.
     """
-    from mgeo_attitude.scenario import Implausible
+    from mgeo_attitude.scenario.validity import Implausible
 
-    from mgeo_calibration.calibration import calibrate as calibrated
     from mgeo_calibration.calibration.added import calibrate_with
     from mgeo_calibration.calibration.alone import calibrate_alone
+    from mgeo_calibration.calibration.from_telemetry import calibrate as calibrated
     from mgeo_calibration.calibration.refused import CannotCalibrate
     from mgeo_calibration.commands import calibrate as command
-    from mgeo_calibration.telemetry import TelemetryMapping
+    from mgeo_calibration.telemetry.mapping import TelemetryMapping
 
     with bad_input(USERS):
         if out:

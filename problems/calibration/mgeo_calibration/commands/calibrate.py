@@ -6,24 +6,26 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
-from mgeo_attitude.environment import utc_text
-from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.environment.times import utc_text
+from mgeo_attitude.scenario.scenario import Scenario
 
-from mgeo.cli import Output, rows
-from mgeo.store import check_writable
+from mgeo.cli.output import Output, rows
+from mgeo.store.atomic import check_writable
 from mgeo.terminal import note, plain, titled
-from mgeo_calibration.calibration import Calibration, to_json
 from mgeo_calibration.calibration.added import beside, noise_of
 from mgeo_calibration.calibration.alone import StrengthCalibration
-from mgeo_calibration.calibration.document import document
+from mgeo_calibration.calibration.calibration import Calibration
+from mgeo_calibration.calibration.document import document, to_json
 from mgeo_calibration.calibration.refused import CannotCalibrate
 from mgeo_calibration.commands.files import write_together
-from mgeo_calibration.estimation import memory_told
-from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
+from mgeo_calibration.estimation.trajectory import memory_told
+from mgeo_calibration.telemetry.mapping import TelemetryMapping
+from mgeo_calibration.telemetry.reading import read_telemetry
+from mgeo_calibration.telemetry.telemetry import Telemetry
 
 if TYPE_CHECKING:
-    from mgeo_attitude.commands import Picked
-    from mgeo_attitude.plan import ManeuverPlan
+    from mgeo_attitude.commands.files import Picked
+    from mgeo_attitude.plan.plan import ManeuverPlan
 
 #: In place of a plan: no maneuver.
 NOTHING = Path("[]")
@@ -89,12 +91,12 @@ def flown_plan(
 ) -> Picked | None:
     """The plan that was flown, if one is named; raises as `load_plan` and `scenario_of`."""
     if source == NOTHING:
-        from mgeo_attitude.commands import Picked
-        from mgeo_attitude.plan import ManeuverPlan
+        from mgeo_attitude.commands.files import Picked
+        from mgeo_attitude.plan.plan import ManeuverPlan
 
         return Picked(ManeuverPlan(scenario_of(scenario, None), ()), "no maneuver")
     if source is not None:
-        from mgeo_attitude.commands import load_plan
+        from mgeo_attitude.commands.files import load_plan
 
         return load_plan(source, pick, time, solution)
     for flag, value in {"--pick": pick, "--time": time, "--solution": solution}.items():
@@ -111,7 +113,7 @@ def check_folder(folder: Path, overwrite: bool) -> None:
     OSError
     """
     if folder.is_dir():
-        from mgeo_attitude.commands import check_targets
+        from mgeo_attitude.commands.files import check_targets
 
         check_targets([folder / name for name in FILES], overwrite)
     elif folder.exists() or folder.is_symlink():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from mgeo.store import lock, remove_leftovers, write_files
+from mgeo.store.atomic import lock, remove_leftovers, write_files
 
 PATIENCE = 10.0  # seconds for another process that writes there
 
@@ -21,7 +21,7 @@ def write_together(contents: Mapping[Path, bytes], overwrite: bool) -> list[str]
     OSError, ValueError
         From `check_targets` and `lock`, or if they cannot be written.
     """
-    from mgeo_attitude.commands import check_targets
+    from mgeo_attitude.commands.files import check_targets
 
     folders: dict[Path, dict[str, bytes]] = {}
     for path, content in contents.items():

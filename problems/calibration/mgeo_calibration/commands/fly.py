@@ -7,20 +7,21 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from mgeo_attitude.commands import Picked
-from mgeo_attitude.environment import elapsed
-from mgeo_attitude.fields import expect
-from mgeo_attitude.geometry import quaternions
-from mgeo_attitude.plan import ManeuverPlan, opened, read_document, scenario_of, written
-from mgeo_attitude.scenario import check_quaternion, states_of
+from mgeo_attitude.commands.files import Picked
+from mgeo_attitude.environment.times import elapsed
+from mgeo_attitude.fields.quantity import expect
+from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_attitude.plan.documents import opened, read_document, scenario_of, written
+from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.scenario.prior import check_quaternion, states_of
 from scipy.spatial.transform import Rotation
 
-from mgeo.cli import Output
+from mgeo.cli.output import Output
 from mgeo.terminal import note, plain, titled
-from mgeo.validation import entry
+from mgeo.validation.tables import entry
 from mgeo_calibration.calibration.corrections import in_units, telemetry_units
 from mgeo_calibration.commands.files import write_together
-from mgeo_calibration.telemetry import Telemetry, Truth
+from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
 SIMULATORS = ("own", "basilisk")
 
@@ -81,16 +82,17 @@ def flown(
         raise ValueError(f"--simulator {simulator}: expected one of {', '.join(SIMULATORS)}")
     scenario, environment = plan.scenario, plan.problem.environment
     if simulator == "own":
-        from mgeo_calibration.flight import fly
+        from mgeo_calibration.flight.own import fly
 
         if vehicle is not None:
             raise ValueError("--vehicle: the own simulation has none; see --simulator basilisk")
         return fly(scenario, plan, seed, after=after, environment=environment)
-    from mgeo_calibration.flight import basilisk
+    from mgeo_calibration.flight.basilisk.fly import fly as fly_basilisk
+    from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 
     coiled = scenario.turned_by_coils and vehicle is None
-    chosen = None if coiled else basilisk.Vehicle.of(scenario, vehicle)
-    return basilisk.fly(scenario, plan, seed, vehicle=chosen, after=after, environment=environment)
+    chosen = None if coiled else Vehicle.of(scenario, vehicle)
+    return fly_basilisk(scenario, plan, seed, vehicle=chosen, after=after, environment=environment)
 
 
 def truth_document(

@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mgeo_attitude.commands import Picked, promised
-from mgeo_attitude.plan import PROBLEM, ManeuverPlan
+from mgeo_attitude.commands.files import Picked
+from mgeo_attitude.commands.show import promised
+from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.plan.run_folder import PROBLEM
 
-from mgeo.cli import Output, rows
-from mgeo.store import RUN_FILE, read_run
+from mgeo.cli.output import Output, rows
+from mgeo.store.run_folder import RUN_FILE, read_run
 from mgeo.terminal import note, plain, titled
 from mgeo_calibration.commands.fly import limited
 from mgeo_calibration.flight.as_flown import told

@@ -1,5 +1,1 @@
 """What is concluded from all readings at once: attitude at every sample, errors and covariance."""
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

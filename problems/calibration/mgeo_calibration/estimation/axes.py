@@ -7,7 +7,7 @@ from itertools import permutations, product
 
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.geometry import exponential
+from mgeo_attitude.geometry.rotation import exponential
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief

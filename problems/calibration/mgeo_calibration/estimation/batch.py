@@ -6,13 +6,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.environment import Environment
-from mgeo_attitude.filter import inertial_vectors
-from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Gyro, Photodiode, Sensor, Suite, in_threes
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.filter.model import inertial_vectors
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.sensors.photodiode import Photodiode
+from mgeo_attitude.sensors.readings import in_threes
+from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.belief import UNKNOWN
-from mgeo_calibration.telemetry import Telemetry
 from mgeo_calibration.telemetry.checks import followed
 from mgeo_calibration.telemetry.gyro_samples import (
     SILENT,
@@ -25,6 +28,7 @@ from mgeo_calibration.telemetry.gyro_samples import (
 )
 from mgeo_calibration.telemetry.mapping import UNITS
 from mgeo_calibration.telemetry.quantization import angle_variance
+from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Vectors longer or shorter than expected by this factor are of another unit.
 _OTHER_UNIT = 4.0

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.geometry import matrix, rotation_vector, skew
-from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Suite
+from mgeo_attitude.geometry.rotation import matrix, rotation_vector, skew
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.suite import Suite
 
 #: 1-sigma of an attitude of which nothing is known [rad], about that of all rotations.
 UNKNOWN = 1.0

@@ -8,8 +8,8 @@ from functools import lru_cache, partial
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.geometry import matrix, shear, skew
-from mgeo_attitude.sensors import Sensor
+from mgeo_attitude.geometry.rotation import matrix, shear, skew
+from mgeo_attitude.sensors.base import Sensor
 
 from mgeo_calibration.estimation.linearization import Equations, misfit
 from mgeo_calibration.estimation.score import Combined, Departure

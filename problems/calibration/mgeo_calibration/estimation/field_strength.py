@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.sensors import Magnetometer
+from mgeo_attitude.sensors.vector_sensors import Magnetometer
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.sensors import Suite
+from mgeo_attitude.sensors.suite import Suite
 from scipy.special import chdtri
 
 from mgeo_calibration.estimation.batch import Batch

@@ -12,9 +12,11 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.filter import FilterModel
-from mgeo_attitude.geometry import matrix, multiply, rotation_vector, skew
-from mgeo_attitude.sensors import Suite, influenced, taken
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.geometry.rotation import matrix, multiply, rotation_vector, skew
+from mgeo_attitude.sensors.errors import influenced
+from mgeo_attitude.sensors.readings import taken
+from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.taylor import Taylor, uncertain, uncertain_rotation
 

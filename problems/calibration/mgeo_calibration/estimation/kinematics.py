@@ -9,8 +9,10 @@ from types import SimpleNamespace
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.geometry import cross, exponential, rotation_vector
-from mgeo_attitude.sensors import Suite, influenced, is_uneven
+from mgeo_attitude.geometry.rotation import cross, exponential, rotation_vector
+from mgeo_attitude.sensors.errors import influenced
+from mgeo_attitude.sensors.gyro import is_uneven
+from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import UNKNOWN

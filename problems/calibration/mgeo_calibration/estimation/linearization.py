@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.sensors import as_reported
+from mgeo_attitude.sensors.readings import as_reported
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.innovation import STILL, Estimate, innovation, jacobian

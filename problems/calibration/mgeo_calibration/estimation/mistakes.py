@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.sensors import SunSensor, TwoAxisSunSensor
+from mgeo_attitude.sensors.direction_sensors import TwoAxisSunSensor
+from mgeo_attitude.sensors.vector_sensors import SunSensor
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.estimation.batch import Batch

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.sensors import Photodiode, Suite, influenced
+from mgeo_attitude.sensors.errors import influenced
+from mgeo_attitude.sensors.photodiode import Photodiode
+from mgeo_attitude.sensors.suite import Suite
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.estimation.batch import Batch

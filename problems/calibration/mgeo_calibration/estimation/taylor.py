@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.geometry import multiply, skew
+from mgeo_attitude.geometry.rotation import multiply, skew
 
 #: The errors are 3-vectors with numbers. A term (i, j) stands for Σ T[p, q] e_i[p] e_j[q].
 Term = tuple[int, ...]

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.geometry import matrix, rotation_vector
-from mgeo_attitude.sensors import Suite
+from mgeo_attitude.geometry.rotation import matrix, rotation_vector
+from mgeo_attitude.sensors.suite import Suite
 
 #: Samples whose equations are formed at once: those of all would need much memory.
 SPAN = 2000

@@ -7,12 +7,15 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment import Place
-from mgeo_attitude.filter import FilterModel, excess_along
-from mgeo_attitude.geometry import matrix
-from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.scenario import PathLimit, Scenario, pseudo_inverse
-from mgeo_attitude.sensors import influenced
+from mgeo_attitude.environment.directions import Place
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.path_limits import excess_along
+from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.scenario.actuators import pseudo_inverse
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.settings import PathLimit
+from mgeo_attitude.sensors.errors import influenced
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.flight import Draws, columns, draw, gyro_of

@@ -8,20 +8,17 @@ from types import SimpleNamespace
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment import Environment
-from mgeo_attitude.filter import FilterModel, availability, can_measure, sampled, transition
-from mgeo_attitude.geometry import matrix, rotation_vector
-from mgeo_attitude.maneuvers import Motion
-from mgeo_attitude.sensors import (
-    Gyro,
-    Readings,
-    Sensor,
-    Suite,
-    as_array,
-    in_threes,
-    influenced,
-    taken,
-)
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.filter.history import can_measure
+from mgeo_attitude.filter.kernel import transition
+from mgeo_attitude.filter.model import FilterModel, availability, sampled
+from mgeo_attitude.geometry.rotation import matrix, rotation_vector
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.errors import influenced
+from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.sensors.readings import Readings, as_array, in_threes, taken
+from mgeo_attitude.sensors.suite import Suite
 from scipy.linalg import block_diag
 from scipy.signal import lfilter
 

@@ -6,11 +6,11 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
 import numpy as np
-from mgeo_attitude.environment import Environment
-from mgeo_attitude.filter import available_threads
-from mgeo_attitude.maneuvers import CoilDrive
-from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import in_threes
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.filter.evaluator import available_threads
+from mgeo_attitude.maneuvers.drives import CoilDrive
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.readings import in_threes
 from numpy.typing import ArrayLike
 
 from mgeo_calibration.calibration.from_telemetry import GATE, at_the_end
@@ -20,8 +20,7 @@ from mgeo_calibration.estimation.fit import check, settle
 from mgeo_calibration.estimation.innovation import Estimate
 from mgeo_calibration.estimation.residuals import filtered
 from mgeo_calibration.estimation.trajectory import Trajectory
-from mgeo_calibration.flight import Flight
-from mgeo_calibration.flight.flight import unsteady
+from mgeo_calibration.flight.flight import Flight, unsteady
 from mgeo_calibration.flight.own import true_states
 from mgeo_calibration.simulation.flights import Planned, planned
 from mgeo_calibration.simulation.monte_carlo import MonteCarlo, Record

@@ -14,10 +14,13 @@ from types import SimpleNamespace
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields import Validated, quantity
-from mgeo_attitude.filter import transition
-from mgeo_attitude.geometry import exponential, multiply, rotation_vector
-from mgeo_attitude.sensors import Readings, Suite, as_reported, influenced
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import quantity
+from mgeo_attitude.filter.kernel import transition
+from mgeo_attitude.geometry.rotation import exponential, multiply, rotation_vector
+from mgeo_attitude.sensors.errors import influenced
+from mgeo_attitude.sensors.readings import Readings, as_reported
+from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.innovation import (
     STILL,

@@ -10,17 +10,24 @@ from itertools import pairwise
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.environment import Cone, Environment, Passage
-from mgeo_attitude.filter import FilterModel, angle_from, evaluate, nearest
-from mgeo_attitude.geometry import multiply
-from mgeo_attitude.maneuvers import CoilDrive, Motion, holding
-from mgeo_attitude.scenario import OutsideValidity, Scenario, validity
-from mgeo_attitude.trajectory import Trajectory
+from mgeo_attitude.environment.directions import Cone, Passage
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.nearest import nearest
+from mgeo_attitude.filter.path_limits import angle_from
+from mgeo_attitude.geometry.rotation import multiply
+from mgeo_attitude.maneuvers.drives import CoilDrive
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.maneuvers.schedule import holding
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.validity import OutsideValidity, validity
+from mgeo_attitude.trajectory.trajectory import Trajectory
 from numpy.typing import ArrayLike
 
 from mgeo_calibration.estimation.innovation import Estimate
-from mgeo_calibration.flight import Flight, draw, fly_run, other_truth, surroundings
-from mgeo_calibration.flight.flight import moved
+from mgeo_calibration.flight.flight import Flight, draw, fly_run, moved
+from mgeo_calibration.flight.own import other_truth, surroundings
 from mgeo_calibration.simulation.filter import ErrorStateFilter, Estimator
 from mgeo_calibration.simulation.monte_carlo import MonteCarlo, Record
 

@@ -13,16 +13,16 @@ from datetime import UTC, datetime
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment import (
-    DAY,
-    Environment,
-    instants,
-    sun_and_field,
-    sun_direction,
-    to_gcrs,
-)
-from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import FIELD_UNIT_NT, Magnetometer, Sensor, SunSensor, sigma_of
+from mgeo_attitude.environment.constants import DAY
+from mgeo_attitude.environment.environment import Environment, sun_and_field
+from mgeo_attitude.environment.frames import to_gcrs
+from mgeo_attitude.environment.sun_moon import sun_direction
+from mgeo_attitude.environment.times import instants
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.errors import sigma_of
+from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
+from mgeo_attitude.sensors.world import FIELD_UNIT_NT
 
 from mgeo_calibration.telemetry.telemetry import Telemetry
 

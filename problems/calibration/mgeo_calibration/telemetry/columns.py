@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment import clock_seconds_after, seconds_after
-from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.environment.times import clock_seconds_after, seconds_after
+from mgeo_attitude.scenario.scenario import Scenario
 
 from mgeo_calibration.telemetry.files import MISSING
 from mgeo_calibration.telemetry.mapping import Channels

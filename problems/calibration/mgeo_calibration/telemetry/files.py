@@ -12,7 +12,7 @@ from typing import Any
 
 import pandas as pd
 
-from mgeo.store import read_packed
+from mgeo.store.reading import read_packed
 
 #: A week of four sensors at 4 Hz is smaller.
 MOST_BYTES = 2**30

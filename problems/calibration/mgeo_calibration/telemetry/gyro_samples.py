@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Suite
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.suite import Suite
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 

@@ -8,14 +8,9 @@ import tomllib
 from dataclasses import dataclass
 
 import numpy as np
-from mgeo_attitude.fields import (
-    InvalidValue,
-    Validated,
-    from_table,
-    known_names,
-    positive,
-    quantity,
-)
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import InvalidValue, known_names, positive, quantity
+from mgeo_attitude.fields.tables import from_table
 from scipy.spatial.transform import Rotation
 
 #: Factors to the unit of telemetry, by that unit.
@@ -158,7 +153,7 @@ class TelemetryMapping(Validated):
         ValueError
             Naming the file and the key.
         """
-        from mgeo.store import read_text
+        from mgeo.store.reading import read_text
 
         text = read_text(path)
         try:

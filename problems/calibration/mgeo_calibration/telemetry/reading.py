@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields import InvalidValue, expect, known_names
-from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Sensor
+from mgeo_attitude.fields.quantity import InvalidValue, expect, known_names
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.base import Sensor
 from scipy.spatial.transform import Rotation
 
-from mgeo.validation import FileError
+from mgeo.validation.tables import FileError
 from mgeo_calibration.telemetry.checks import (
     check_changes,
     check_saturation,

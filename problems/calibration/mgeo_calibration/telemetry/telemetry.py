@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.sensors import Suite, from_channels
+from mgeo_attitude.sensors.readings import from_channels
+from mgeo_attitude.sensors.suite import Suite
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
-from mgeo.store import write_file
+from mgeo.store.atomic import write_file
 from mgeo_calibration.telemetry.quantization import resolution
 
 #: Positions are known between samples that are so far apart [s].

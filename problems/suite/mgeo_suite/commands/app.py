@@ -8,7 +8,10 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.cli import Debug, Json, Output, bad_input, epilog, toml_files
+from mgeo.cli.app import epilog
+from mgeo.cli.errors import bad_input
+from mgeo.cli.options import Debug, Json, toml_files
+from mgeo.cli.output import Output
 
 app = typer.Typer(help="Sensor suites: what a catalog offers, and what a front of suites says.")
 
@@ -65,8 +68,8 @@ def conclude(
     """Say in words what a front of price against accuracy shows, at some budgets."""
     import numpy as np
 
-    from mgeo.plugins import load_problem
-    from mgeo.store import read_run
+    from mgeo.plugins.problems import load_problem
+    from mgeo.store.run_folder import read_run
     from mgeo_suite.problem import SensorSuiteProblem
     from mgeo_suite.view import conclusions
 

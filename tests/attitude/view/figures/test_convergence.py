@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from mgeo_attitude import reference_run
-from mgeo_attitude.view.figures import Solutions, convergence_figure, sample_steps, trace_curves
+from mgeo_attitude.view.figures.against_time import convergence_figure, sample_steps, trace_curves
+from mgeo_attitude.view.figures.style import Solutions
 
 DEG = 180.0 / np.pi
 FACTORS = [DEG, DEG * 3600.0, DEG, DEG * 60.0, DEG, 50e3]

@@ -8,8 +8,8 @@ import plotly.graph_objects as go
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 
-from mgeo.evaluation import front_rows
-from mgeo.runs import default_solution
+from mgeo.evaluation.dominance import front_rows
+from mgeo.runs.answer import default_solution
 
 
 @pytest.mark.parametrize("n", [1, 7, pytest.param(300, marks=pytest.mark.slow)])

@@ -7,14 +7,16 @@ from datetime import timedelta
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
-from mgeo_attitude.criteria import attitude_sigma_deg, draw_flights
+from mgeo_attitude.criteria.objectives import attitude_sigma_deg
+from mgeo_attitude.criteria.robustness import draw_flights
 from mgeo_attitude.scenario import FlightErrors, PathLimit, Window
-from mgeo_attitude.view import spread
-from mgeo_attitude.view.figures import Solutions, front_figure
+from mgeo_attitude.view.figures.front import front_figure
+from mgeo_attitude.view.figures.style import Solutions
+from mgeo_attitude.view.plans import spread
 
-from mgeo.evaluation import front_rows
-from mgeo.figures import literal
-from mgeo.plugins import view_of
+from mgeo.evaluation.dominance import front_rows
+from mgeo.figures.style import literal
+from mgeo.plugins.view import view_of
 
 
 @pytest.fixture(scope="module")

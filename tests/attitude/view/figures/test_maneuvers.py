@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from mgeo_attitude import reference_run
-from mgeo_attitude.view.figures import Solutions, maneuvers_figure, timeline
+from mgeo_attitude.view.figures.against_time import maneuvers_figure, timeline
+from mgeo_attitude.view.figures.style import Solutions
 from scipy.spatial.transform import Rotation
 
 

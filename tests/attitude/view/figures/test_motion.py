@@ -8,7 +8,8 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.scenario import InitialConditions
-from mgeo_attitude.view.figures import SHADOW, projected, turns_of_direction
+from mgeo_attitude.view.figures.curves import projected
+from mgeo_attitude.view.figures.motion import SHADOW, turns_of_direction
 from scipy.spatial.transform import Rotation
 
 

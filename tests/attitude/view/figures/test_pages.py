@@ -5,11 +5,11 @@ import dataclasses
 
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.commands import write_figures
+from mgeo_attitude.commands.show import write_figures
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.scenario import ManeuverLimits
 
-from mgeo.figures import page
+from mgeo.figures.page import page
 
 from ....devtools import opened
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.view.figures import OUTLINE, corners, graticule, projected
+from mgeo_attitude.view.figures.curves import OUTLINE, corners, graticule, projected
 
-from mgeo.report import figure_json, tree_json
+from mgeo.report.solutions import figure_json, tree_json
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem
-from mgeo_attitude.view.figures import Solutions
+from mgeo_attitude.view.figures.style import Solutions
 
-from mgeo.runs import knee
+from mgeo.runs.answer import knee
 
 
 def made_up(F):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.scenario import PathLimit
-from mgeo_attitude.view.figures import OUTLINE, circle, projected
+from mgeo_attitude.view.figures.curves import OUTLINE, circle, projected
 
 
 @pytest.mark.parametrize("axis", [(1, 0, 0), (0, 0, 1), (-1, 0.2, 0.1), (-1, 0, 0)])

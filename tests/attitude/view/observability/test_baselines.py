@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario, reference_run
-from mgeo_attitude.view.observability import baselines, compare
+from mgeo_attitude.view.observability.alternatives import baselines, compare
 
 
 def test_designs_by_hand():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario, filter_history
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.sensors import block_units
+from mgeo_attitude.sensors.suite import block_units
 
 DESIGN = (0.4, -0.2, 0.1, 300.0, 0.3, 0.5, -0.4, 200.0, -0.6, 0.1, 0.2, 100.0)
 

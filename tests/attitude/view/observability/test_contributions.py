@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.view.observability import contributions
+from mgeo_attitude.view.observability.budget import contributions
 
 
 def test_rows_are_the_ends_of_the_phases(problem, design, history):

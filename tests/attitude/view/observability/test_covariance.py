@@ -5,7 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, StarTracker, reference_run
-from mgeo_attitude.view.observability import States, correlations, least_observable, normalized
+from mgeo_attitude.view.observability.covariance import (
+    States,
+    correlations,
+    least_observable,
+    normalized,
+)
 
 
 def test_nothing_learned_is_one_everywhere(problem):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.view.observability import in_words
+from mgeo_attitude.view.observability.covariance import in_words
 
 from ...filter.suites import SUITES
 

@@ -16,7 +16,8 @@ pytest.importorskip(
     "Basilisk", reason='flights by Basilisk: pip install "./problems/calibration[basilisk]"'
 )
 
-from mgeo_calibration.flight.basilisk import Drawn, Outside, fly, simulate
+from mgeo_calibration.flight.basilisk.fly import fly
+from mgeo_calibration.flight.basilisk.simulation import Drawn, Outside, simulate
 
 #: Three maneuvers, the second of them cut short by rounding up to a step.
 PLAN = np.array([0.5, 0.3, -0.2, 200.3, -0.3, 0.6, 0.2, 250.0, 0.2, -0.4, 0.7, 300.0])

@@ -5,11 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel
-from mgeo_attitude.environment import Environment
-from mgeo_attitude.maneuvers import Motion, holding
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.maneuvers.schedule import holding
 from mgeo_attitude.scenario import Coils, InitialConditions, Scenario
-from mgeo_calibration.flight import fly as fly_exactly
-from mgeo_calibration.flight.basilisk import Coiled, Vehicle, fly
+from mgeo_calibration.flight.basilisk.fly import fly
+from mgeo_calibration.flight.basilisk.vehicle import Coiled, Vehicle
+from mgeo_calibration.flight.own import fly as fly_exactly
 from scipy.spatial.transform import Rotation
 
 from ...calibration.independent import tumble, turned

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Environment, FilterModel
-from mgeo_attitude.maneuvers import Motion
-from mgeo_calibration.flight.basilisk import Vehicle
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 
 from ...calibration.test_influences import scenario as following
 from .flights import PLAN, check_calibrated, errorless, seen

@@ -8,18 +8,15 @@ import numpy as np
 import ppigrf
 import pytest
 from mgeo_attitude import FilterModel, Magnetometer, Scenario, StarTracker, SunSensor
-from mgeo_attitude.environment import (
-    Environment,
-    gcrs_to_itrs,
-    instants,
-    lit_fraction,
-    rotate,
-    sun_position,
-)
-from mgeo_attitude.maneuvers import Motion
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.environment.frames import gcrs_to_itrs, rotate
+from mgeo_attitude.environment.sun_moon import lit_fraction, sun_position
+from mgeo_attitude.environment.times import instants
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import InitialConditions, ManeuverLimits, Orbit, TLEOrbit, Wheels
-from mgeo_calibration.flight import fly as fly_exactly
-from mgeo_calibration.flight.basilisk import Vehicle, fly
+from mgeo_calibration.flight.basilisk.fly import fly
+from mgeo_calibration.flight.basilisk.vehicle import Vehicle
+from mgeo_calibration.flight.own import fly as fly_exactly
 from scipy.spatial.transform import Rotation
 
 from .flights import PLAN, errorless, seen, short
@@ -297,7 +294,7 @@ socket.socket.connect = socket.create_connection = socket.getaddrinfo = refused
 import sys
 import numpy as np
 from mgeo_attitude import Scenario
-from mgeo_calibration.flight.basilisk import fly
+from mgeo_calibration.flight.basilisk.fly import fly
 from mgeo_attitude.scenario import Convergence
 import dataclasses
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from mgeo.cli import app
+from mgeo.cli.app import app
 
 pytest.importorskip(
     "Basilisk", reason='flights by Basilisk: pip install "./problems/calibration[basilisk]"'

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Environment, FilterModel, Magnetometer, Photodiode, Scenario, World
-from mgeo_attitude.maneuvers import Motion
-from mgeo_calibration.flight.basilisk import Vehicle
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 
 from .flights import PLAN, check_calibrated, errorless, seen, short
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
-from mgeo_calibration.calibration import calibrate
+from mgeo_calibration.calibration.from_telemetry import calibrate
 from scipy.stats import chi2
 
 pytest.importorskip(
     "Basilisk", reason='flights by Basilisk: pip install "./problems/calibration[basilisk]"'
 )
 
-from mgeo_calibration.flight.basilisk import fly
+from mgeo_calibration.flight.basilisk.fly import fly
 
 from tests.benchmarks.basilisk import errors
 

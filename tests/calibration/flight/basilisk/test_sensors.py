@@ -16,10 +16,11 @@ from mgeo_attitude import (
     TwoAxisSunSensor,
     World,
 )
-from mgeo_attitude.environment import Environment
-from mgeo_attitude.maneuvers import Motion
-from mgeo_attitude.sensors import FIELD_UNIT_NT
-from mgeo_calibration.flight.basilisk import Vehicle, fly
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.sensors.world import FIELD_UNIT_NT
+from mgeo_calibration.flight.basilisk.fly import fly
+from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 

@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario
-from mgeo_attitude.environment import Environment
-from mgeo_attitude.maneuvers import Motion
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Wheels
 from mgeo_calibration import calibrate
-from mgeo_calibration.flight.basilisk import Vehicle, fly
+from mgeo_calibration.flight.basilisk.fly import fly
+from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 from scipy.spatial.transform import Rotation
 
 from ...calibration.flights import check_claimed, normalized

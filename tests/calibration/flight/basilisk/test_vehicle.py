@@ -5,9 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Gyro, Magnetometer, Scenario, Suite, SunSensor
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import Wheels
-from mgeo_calibration.flight.basilisk import Vehicle, check_suite
+from mgeo_calibration.flight.basilisk.fly import check_suite
+from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 
 WHEELS = Wheels(inertia=(3.0, 2.0, 1.0), max_torque=0.1, max_momentum=0.5)
 PYRAMID = ((1, 1, 1), (-1, 1, 1), (-1, -1, 1), (1, -1, 1))

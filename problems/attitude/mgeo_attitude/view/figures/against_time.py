@@ -10,14 +10,14 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
-from mgeo.figures import finished, log_axis
-from mgeo.runs import knee
+from mgeo.figures.style import finished, log_axis
+from mgeo.runs.answer import knee
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.objectives import indicators
 from mgeo_attitude.maneuvers.schedule import flown
 from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.trajectory import Trajectory
+from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view import at_best
 from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.figures.front import front_figure

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo.figures import GRAY
+from mgeo.figures.style import GRAY
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.rotation import across
 

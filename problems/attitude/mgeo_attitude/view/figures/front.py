@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import plotly.graph_objects as go
 
-from mgeo.evaluation import front_rows
-from mgeo.figures import COLORS, GRAY, HOVER, SYMBOLS, finished, literal, log_axis
+from mgeo.evaluation.dominance import front_rows
+from mgeo.figures.style import COLORS, GRAY, HOVER, SYMBOLS, finished, literal, log_axis
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.view.describe import exactly, front_summary, maneuver_texts
 from mgeo_attitude.view.figures.style import Solutions
 from mgeo_attitude.view.plans import MOST_SAMPLES

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from mgeo.figures import COLORS, GRAY
+from mgeo.figures.style import COLORS, GRAY
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment import Environment
+from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.maneuvers.schedule import Flown
-from mgeo_attitude.trajectory import Trajectory
+from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view.figures.style import title
 
 if TYPE_CHECKING:

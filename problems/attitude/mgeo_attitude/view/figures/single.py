@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mgeo.figures import COLORS, GRAY, literal, log_axis
+from mgeo.figures.style import COLORS, GRAY, literal, log_axis
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import Flown
@@ -20,7 +20,7 @@ from mgeo_attitude.view.figures.style import line, title
 from mgeo_attitude.view.plans import Plans
 
 if TYPE_CHECKING:
-    from mgeo_attitude.scenario import Scenario
+    from mgeo_attitude.scenario.scenario import Scenario
     from mgeo_attitude.view.plans import ManeuverProblem
 
 Intervals = list[tuple[float, float]]

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mgeo.evaluation import front_rows
-from mgeo.figures import COLORS
+from mgeo.evaluation.dominance import front_rows
+from mgeo.figures.style import COLORS
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.objectives import attitude_sigma_deg
 from mgeo_attitude.view.plans import Plans

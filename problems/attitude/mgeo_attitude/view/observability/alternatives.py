@@ -16,7 +16,7 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.maneuvers.motion import HELD, Phase
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
-from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.sensors.suite import Suite, block_units
 from mgeo_attitude.view.describe import worst_axes

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from mgeo_attitude.bound import LimitCurves
+from mgeo_attitude.bound.curves import LimitCurves
 from mgeo_attitude.filter.error_budget import error_budget
 from mgeo_attitude.filter.history import FilterHistory, can_measure
 from mgeo_attitude.filter.model import FilterModel

@@ -6,7 +6,8 @@ from functools import cache
 from importlib import resources
 from types import ModuleType
 
-from mgeo_attitude.filter import discretization, load_module, polynomials
+from mgeo_attitude.filter import discretization, polynomials
+from mgeo_attitude.filter.kernel import load_module
 
 from mgeo_calibration.estimation.kernels import algebra, signatures
 

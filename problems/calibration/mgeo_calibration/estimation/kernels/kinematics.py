@@ -2,7 +2,7 @@
 
 import numpy as np
 from mgeo_attitude._compiled import kept
-from mgeo_attitude.filter import discretize_alike
+from mgeo_attitude.filter.polynomials import discretize_alike
 
 
 @kept("void(float64[:,:,::1], float64[:,:,::1])")

@@ -2,7 +2,7 @@
 
 import numpy as np
 from mgeo_attitude._compiled import kept
-from mgeo_attitude.filter import discretize
+from mgeo_attitude.filter.discretization import discretize
 
 
 @kept("void(float64, float64[::1], float64[:,::1], float64[::1], float64[:,:,::1])")

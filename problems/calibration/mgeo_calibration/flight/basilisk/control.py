@@ -12,7 +12,7 @@ from Basilisk.fswAlgorithms import attTrackingError, mrpFeedback, rwMotorTorque
 from Basilisk.simulation import MtbEffector, reactionWheelStateEffector
 from Basilisk.utilities import RigidBodyKinematics, simIncludeRW
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.maneuvers import Motion
+from mgeo_attitude.maneuvers.motion import Motion
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.basilisk.vehicle import Coiled, Vehicle

@@ -8,22 +8,22 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment import Environment
-from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter import FilterModel, can_measure
-from mgeo_attitude.maneuvers import CoilDrive, Motion, Turning
-from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import (
-    Gyro,
-    Magnetometer,
-    Photodiode,
-    Readings,
-    Sensor,
-    StarTracker,
-    Suite,
-    SunSensor,
-    TwoAxisSunSensor,
-)
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.filter.history import can_measure
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.maneuvers.drives import CoilDrive
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.maneuvers.schedule import Turning
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.direction_sensors import TwoAxisSunSensor
+from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.sensors.photodiode import Photodiode
+from mgeo_attitude.sensors.readings import Readings
+from mgeo_attitude.sensors.star_tracker import StarTracker
+from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.basilisk.vehicle import Coiled, Vehicle

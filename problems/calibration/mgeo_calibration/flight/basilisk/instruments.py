@@ -10,17 +10,14 @@ from typing import Any
 import numpy as np
 from Basilisk.simulation import coarseSunSensor, imuSensor, magnetometer, starTracker
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.geometry import matrix
-from mgeo_attitude.sensors import (
-    FIELD_UNIT_NT,
-    Gyro,
-    Magnetometer,
-    Photodiode,
-    Sensor,
-    StarTracker,
-    SunSensor,
-    TwoAxisSunSensor,
-)
+from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.direction_sensors import TwoAxisSunSensor
+from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.sensors.photodiode import Photodiode
+from mgeo_attitude.sensors.star_tracker import StarTracker
+from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
+from mgeo_attitude.sensors.world import FIELD_UNIT_NT
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.basilisk.surroundings import Surroundings

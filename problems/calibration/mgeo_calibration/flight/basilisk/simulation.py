@@ -17,10 +17,14 @@ from Basilisk.architecture import bskLogging
 from Basilisk.simulation import spacecraft
 from Basilisk.utilities import SimulationBaseClass
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment import Environment, Orbit
-from mgeo_attitude.maneuvers import Motion
-from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import FIELD_UNIT_NT, POSITION_UNIT, Magnetometer, Sensor, Suite
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.environment.orbit import Orbit
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.sensors.vector_sensors import Magnetometer
+from mgeo_attitude.sensors.world import FIELD_UNIT_NT, POSITION_UNIT
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.basilisk.control import (

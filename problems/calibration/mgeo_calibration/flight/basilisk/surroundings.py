@@ -14,15 +14,12 @@ import numpy as np
 from Basilisk.architecture import messaging, sysModel
 from Basilisk.simulation import eclipse, gravityEffector, magneticFieldWMM, spacecraft
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment import (
-    EARTH_MU,
-    FIELD_RADIUS,
-    Environment,
-    gauss_coefficients,
-    gcrs_to_itrs,
-    instants,
-    sun_position,
-)
+from mgeo_attitude.environment.constants import EARTH_MU
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.environment.field import FIELD_RADIUS, gauss_coefficients
+from mgeo_attitude.environment.frames import gcrs_to_itrs
+from mgeo_attitude.environment.sun_moon import sun_position
+from mgeo_attitude.environment.times import instants
 
 #: Basilisk's field model ends here; IGRF has a degree more, some 1 nT in a low orbit.
 FIELD_DEGREE = 12

@@ -6,16 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.fields import (
-    InvalidValue,
-    Validated,
-    expect,
-    known_names,
-    positive,
-    quantity,
-)
-from mgeo_attitude.maneuvers import CoilDrive, SlewLimits, decode, maneuver_steps
-from mgeo_attitude.scenario import Scenario, Wheels, pseudo_inverse
+from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.fields.quantity import InvalidValue, expect, known_names, positive, quantity
+from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
+from mgeo_attitude.maneuvers.schedule import decode, maneuver_steps
+from mgeo_attitude.scenario.actuators import Wheels, pseudo_inverse
+from mgeo_attitude.scenario.scenario import Scenario
 
 #: How Basilisk shares a torque among wheels.
 SHARED_BY = "pseudo-inverse"

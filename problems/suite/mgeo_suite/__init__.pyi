@@ -1,4 +1,0 @@
-from .catalog import Catalog as Catalog
-from .problem import SensorSuiteProblem as SensorSuiteProblem
-
-__version__: str
