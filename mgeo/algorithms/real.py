@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +11,7 @@ from pymoo.core.problem import Problem
 from mgeo._typing import FloatArray, IntArray
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.constructors import takes_n_runs
-from mgeo.algorithms.steps import BOUNDS, SCALES, perturb
+from mgeo.algorithms.steps import BOUNDS, NORMAL, SCALES, StepLaw, perturb
 from mgeo.algorithms.variables import Variables
 from mgeo.algorithms.walkers import IndependentWalkers
 from mgeo.validation.arguments import (
@@ -25,10 +25,13 @@ SCHEDULES = ("factorial", "geometric")
 
 
 class RealSteps(IndependentWalkers, ABC):
-    """Independent walkers that are points; a subclass says which steps they try.
+    """Independent walkers that are points of the search space.
 
-    Parameters are those of `MGEOReal`.
+    A subclass supplies the scales of the steps; another law of the steps is another value of the
+    class attribute ``law``. Parameters are those of `MGEOReal`.
     """
+
+    law: ClassVar[StepLaw] = NORMAL
 
     @takes_n_runs
     def __init__(
@@ -60,7 +63,7 @@ class RealSteps(IndependentWalkers, ABC):
 
     def propose(self) -> FloatArray:
         steps = self._coordinates
-        noise = np.array([stream.standard_normal(steps.shape) for stream in self.streams])
+        noise = np.array([self.law.draw(stream, steps.shape) for stream in self.streams])
         xl, xu = self.variables.xl, self.variables.xu
         sigma = self.deviations(np.broadcast_to(self.sigma, xl.shape))
         return perturb(
@@ -72,6 +75,7 @@ class RealSteps(IndependentWalkers, ABC):
             xu[steps],
             BOUNDS[self.bounds],
             lambda: np.array([stream.random(steps.shape) for stream in self.streams]),
+            self.law,
         )
 
 
