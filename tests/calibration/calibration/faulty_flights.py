@@ -2,8 +2,8 @@
 
 ::
 
-    python -m tests.campaign.faulty_flights --cases 1200 --jobs 2
-    python -m tests.campaign.faulty_flights --case 17
+    python -m tests.calibration.calibration.faulty_flights --cases 1200 --jobs 2
+    python -m tests.calibration.calibration.faulty_flights --case 17
 
 A case ends right, supported and within chance of the truth; or its calibration is refused or not
 supported. Then the first line names the cause, or another. What is supported and wrong is silent.
