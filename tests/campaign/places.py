@@ -78,23 +78,21 @@ def strange_path(box: Box) -> Attempt:
 
 @kind(weight=4)
 def strange_entry(box: Box) -> Attempt:
-    """A run folder in which a file is a folder, a link, a pipe or a mountain."""
+    """A run folder in which a file is a folder, a link or a mountain."""
     folder = put(box, box.pick(["run", "attitude"]), "run")
-    names = ["run.json", "front.csv", "run.checkpoint", "evaluations", "evaluations/record.sqlite",
+    names = ["run.json", "front.csv", "run.checkpoint", "evaluations", "evaluations/columns.json",
              "verification.json", "front.html", "report.html"]  # fmt: skip
     path = folder / box.pick([name for name in names if (folder / name).parent.is_dir()])
     if path.is_dir():
         shutil.rmtree(path)
     else:
         path.unlink(missing_ok=True)
-    what = box.pick(["nothing", "folder", "fifo", "dangling", "loop", "precious", "zero", "huge"])
+    what = box.pick(["nothing", "folder", "dangling", "loop", "precious", "huge"])
     box.note(f"{path} is {what}")
-    target = {"dangling": "nowhere", "loop": path.name, "zero": "/dev/zero",
+    target = {"dangling": "nowhere", "loop": path.name,
               "precious": str(box.elsewhere / "precious.txt")}  # fmt: skip
     if what == "folder":
         path.mkdir()
-    elif what == "fifo":
-        os.mkfifo(path)
     elif what == "huge":
         path.touch()
         path.chmod(0o600)
@@ -197,7 +195,8 @@ def disk_full(box: Box) -> Attempt:
     action = box.pick([again, longer, new, ["mgeo", "report", "run", "-q"]])
 
     def usable() -> None:
-        read_run(folder)
+        if (folder / "run.json").exists():
+            read_run(folder)
         if (folder / "run.checkpoint").exists():
             resume_run(folder)
 

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
 import io
 import json
-import sqlite3
-from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +13,6 @@ from mgeo_attitude.plan import read_front
 from mgeo import read_record
 from mgeo.report import report_html
 from mgeo.runs.resume import resume_run
-from mgeo.store import record_file
 from mgeo.store.run import RunConfiguration
 from mgeo.store.run_folder import read_run
 
@@ -111,15 +106,9 @@ def checkpoint_bytes(box: Box) -> Attempt:
     return Attempt(["mgeo", "resume", str(path.parent), "-q"], ("run.checkpoint",), RESUME_WRITES)
 
 
-def sealed(body: bytes) -> bytes:
-    """A checkpoint of this content whose first line says that it is whole."""
-    return f"mgeo checkpoint 1 {hashlib.sha256(body).hexdigest()}\n".encode() + body
-
-
 def spoil_checkpoint(box: Box, path: Path) -> None:
-    """Other content, whole as far as its first line tells."""
-    body = path.read_bytes().partition(b"\n")[2]
-    with np.load(io.BytesIO(body)) as archive:
+    """Another state, or other arrays."""
+    with np.load(path) as archive:
         arrays = dict(archive)
     if box.chance(0.5):
         tree = spoiled_tree(box, json.loads(arrays["json"].tobytes()))
@@ -128,7 +117,7 @@ def spoil_checkpoint(box: Box, path: Path) -> None:
         body = _npz(arrays)
     else:
         body = spoiled_arrays(box, arrays)
-    path.write_bytes(sealed(body))
+    path.write_bytes(body)
 
 
 def _npz(arrays: Any) -> bytes:
@@ -154,33 +143,15 @@ def checkpoint_content_resumed(box: Box) -> Attempt:
 
 
 def spoil_record(box: Box, folder: Path) -> None:
-    """Other bytes, other names, or another value of a generation, often with its CRC-32."""
-    path = folder / record_file.NAME
+    """Other bytes, other names or other arrays."""
+    path = box.pick(sorted(folder.iterdir()))
     if box.chance(0.4):
         path.write_bytes(spoiled_bytes(box, path.read_bytes()))
-        return
-    names, _ = record_file.read(folder)
-    with closing(sqlite3.connect(path)) as database, database:
-        if box.chance(0.2):
-            text = json.dumps(spoiled_tree(box, names["X"]))
-            database.execute("UPDATE names SET X = ?", [text])
-            return
-        number = int(box.rng.integers(1, 3))
-        (row,) = database.execute("SELECT * FROM generations WHERE number = ?", [number])
-        cells = list(row)
-        place = int(box.rng.integers(len(cells)))
-        others: list[Any] = [
-            None, -1, 2**62, 1.5, "x", "", b"", bytes(7), bytes(8), "O", "<U4", "|b1", "<f4", "<i8",
-            spoiled_bytes(box, row[2]), row[2][:-1], np.full(24, np.nan).tobytes(), bytes(100_000),
-        ]  # fmt: skip
-        cells[place] = box.pick(others)
-        box.note(f"{place} of generation {number} is {cells[place]!r:.40}")
-        with contextlib.suppress(TypeError):  # of what is no blob
-            if box.chance(0.7):
-                cells[3] = record_file.crc32_of(names, *cells[:3])
-        changes = "number = ?, dtype = ?, candidates = ?, crc32 = ?"
-        with contextlib.suppress(sqlite3.Error):  # a number that is no integer
-            database.execute(f"UPDATE generations SET {changes} WHERE number = {number}", cells)
+    elif path.suffix == ".json":
+        spoil_json(box, path)
+    else:
+        with np.load(path) as archive:
+            path.write_bytes(spoiled_arrays(box, dict(archive)))
 
 
 @kind(weight=10)

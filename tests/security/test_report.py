@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from mgeo.report import report_html
-from mgeo.store import record_file
+from mgeo.store.recorder import COLUMNS_FILE
 
 from ..mgeo.conftest import stand_in  # noqa: F401 (fixtures)
 from ..mgeo.report.conftest import browser, solved  # noqa: F401
@@ -66,10 +66,9 @@ def hostile(solved, monkeypatch):  # noqa: F811
     table = pd.read_csv(folder / "front.csv")
     table.columns = [*names["variables"], *names["objectives"]]
     table.to_csv(folder / "front.csv", index=False)
-    old, generations = record_file.read(folder / "evaluations")
-    renamed = old | dict(zip("XF", names.values(), strict=True))
-    record_file.create(folder / "evaluations", renamed)
-    record_file.append(folder / "evaluations", enumerate(generations, 1))
+    columns = folder / "evaluations" / COLUMNS_FILE
+    renamed = dict(zip("XF", names.values(), strict=True))
+    columns.write_text(json.dumps(json.loads(columns.read_text()) | renamed))
     tie = {
         "problem": data["configuration"]["problem"],
         "options": data["configuration"]["options"],
