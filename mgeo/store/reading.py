@@ -133,7 +133,7 @@ def _decimal_comma(text: str, error: Exception) -> str:
 
 
 def from_npz(content: bytes) -> dict[str, NDArray[Any]]:
-    """Return the arrays of numbers in an .npz archive. Nothing is unpickled.
+    """Return the arrays of numbers and of text in an .npz archive. Nothing is unpickled.
 
     Raises
     ------
@@ -146,8 +146,8 @@ def from_npz(content: bytes) -> dict[str, NDArray[Any]]:
     except Exception as error:  # zipfile, zlib and numpy raise errors of many kinds
         raise ValueError(f"no archive of arrays: {type(error).__name__}: {error}") from error
     for name, array in arrays.items():
-        if not isinstance(array, np.ndarray) or array.dtype.kind not in "biuf":
-            raise ValueError(f"no archive of arrays: {name!r} is no array of numbers")
+        if not isinstance(array, np.ndarray) or array.dtype.kind not in "biufU":
+            raise ValueError(f"no archive of arrays: {name!r} is no array of numbers or text")
     return arrays
 
 

@@ -8,25 +8,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pymoo.core.callback import Callback
 from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
+from mgeo._typing import FloatArray
 from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.plugins.protocol import column_names
-from mgeo.store.atomic import to_json, to_npz, write_file
-from mgeo.store.reading import from_npz, read_file, read_json
+from mgeo.store.atomic import to_npz, write_file
+from mgeo.store.reading import from_npz, read_file
 from mgeo.validation.arguments import validate_integer, validate_number
-from mgeo.validation.tables import FileError, entry, errors_of
+from mgeo.validation.tables import FileError, errors_of
 
 if TYPE_CHECKING:
     import pandas as pd
-
-#: File with the names of the columns, by array.
-COLUMNS_FILE = "columns.json"
-_ARRAYS = ("X", "F", "G", "H")
 
 
 class Recorder(Callback):
@@ -77,7 +73,8 @@ class Recorder(Callback):
         self.every_seconds = validate_number("every_seconds", every_seconds, low=0)
         self.chunk_rows = validate_integer("chunk_rows", chunk_rows, low=1)
         self.overwrite = overwrite
-        self._buffer: list[dict[str, NDArray[Any]]] = []  # generations that are not written yet
+        self._columns: list[str] = []
+        self._buffer: list[FloatArray] = []  # generations that are not written yet
         self._start_time: float | None = None  # of the recorded run
         self._generation = 0
         self._n_eval = 0
@@ -115,7 +112,7 @@ class Recorder(Callback):
         self._buffer.append(_rows(algorithm.problem, candidates, generation))
         self._start_time = algorithm.start_time
         self._generation, self._n_eval = generation, algorithm.evaluator.n_eval
-        due = sum(len(rows["F"]) for rows in self._buffer) >= self.chunk_rows
+        due = sum(map(len, self._buffer)) >= self.chunk_rows
         if due or time.monotonic() >= self._next_time or algorithm.termination.has_terminated():
             self.flush()
 
@@ -129,33 +126,27 @@ class Recorder(Callback):
         """
         if not self._buffer:
             return
-        joined = {key: np.concatenate([rows[key] for rows in self._buffer]) for key in _COLUMNS}
-        write_file(self.folder / f"{joined['generation'][0]:09d}.npz", to_npz(joined))
+        rows = np.concatenate(self._buffer)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        content = to_npz({"columns": np.array(self._columns), "rows": rows})
+        write_file(self.folder / f"{int(rows[0, 0]):09d}.npz", content)
         self._buffer = []
         self._next_time = time.monotonic() + self.every_seconds
 
     def _open(self, problem: Problem, generation: int) -> None:
         self._buffer, self._next_time = [], 0.0
         variables, objectives = column_names(problem)
-        columns = {
-            "X": list(variables),
-            "F": list(objectives),
-            "G": [f"g{j + 1}" for j in range(problem.n_ieq_constr)],
-            "H": [f"h{j + 1}" for j in range(problem.n_eq_constr)],
-        }
+        G = (f"g{j + 1}" for j in range(problem.n_ieq_constr))
+        H = (f"h{j + 1}" for j in range(problem.n_eq_constr))
+        self._columns = ["generation", *variables, *objectives, *G, *H, "failed"]
         if generation > 1:
-            _truncate(self.folder, columns, generation)
-            return
-        if (self.folder / COLUMNS_FILE).exists() and not self.overwrite:
+            _truncate(self.folder, self._columns, generation)
+        elif not self.overwrite and _parts(self.folder):
             raise FileError(
                 f"{self.folder} holds a record: choose another folder, or overwrite=True"
             )
-        remove_record(self.folder)
-        self.folder.mkdir(parents=True, exist_ok=True)
-        write_file(self.folder / COLUMNS_FILE, to_json(columns))
-
-
-_COLUMNS = ("generation", *_ARRAYS, "failed")
+        else:
+            remove_record(self.folder)
 
 
 def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.DataFrame:
@@ -185,74 +176,59 @@ def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.
     """
     import pandas as pd
 
-    names = _read_columns(Path(folder))
-    parts = [_read_part(path, names) for path in _parts(Path(folder))]
-    values: dict[str, NDArray[Any]] = {}
-    for key in _COLUMNS:
-        width = len(names.get(key, ()))
-        empty = np.empty((0, width) if key in names else 0)
-        joined = np.concatenate([part[key] for part in parts]) if parts else empty
-        if key in names:
-            values |= {name: joined[:, j] for j, name in enumerate(names[key])}
-        else:
-            values[key] = joined
-    if columns is not None:
-        unknown = [name for name in columns if name not in values]
-        if unknown:
-            raise ValueError(
-                f"{folder} has no column {unknown[0]!r}: expected one of {', '.join(values)}"
-            )
-        values = {name: values[name] for name in columns}
-    return pd.DataFrame(values)
+    parts = _parts(Path(folder))
+    if not parts:
+        raise FileNotFoundError(f"{folder} holds no record")
+    names, rows = _read_part(parts[0])
+    rows = np.concatenate([rows, *(_read_part(path, names)[1] for path in parts[1:])])
+    table = pd.DataFrame(rows, columns=names).astype({"generation": int, "failed": bool})
+    unknown = [name for name in columns or () if name not in names]
+    if unknown:
+        raise ValueError(
+            f"{folder} has no column {unknown[0]!r}: expected one of {', '.join(names)}"
+        )
+    return table if columns is None else table[list(columns)]
 
 
 def remove_record(folder: Path) -> None:
     """Remove the files of a record. Other files in the folder are kept."""
-    for path in (folder / COLUMNS_FILE, *_parts(folder)):
-        path.unlink(missing_ok=True)
+    for path in _parts(folder):
+        path.unlink()
     if folder.is_dir() and not any(folder.iterdir()):
         folder.rmdir()
 
 
 def _parts(folder: Path) -> list[Path]:
-    """Return the files with rows, in order of their generations."""
+    """Return the files of a record, each named by its first generation, in their order."""
     return sorted(path for path in folder.glob("*.npz") if path.stem.isdecimal())
 
 
-def _read_columns(folder: Path) -> dict[str, list[str]]:
-    path = folder / COLUMNS_FILE
-    if not path.exists():
-        raise FileNotFoundError(f"{folder} holds no record: there is no {COLUMNS_FILE}")
-    found = read_json(path)
-    with errors_of(path):
-        return {key: entry(found, key, list[str]) for key in _ARRAYS}
-
-
-def _read_part(path: Path, names: dict[str, list[str]]) -> dict[str, NDArray[Any]]:
+def _read_part(path: Path, columns: list[str] | None = None) -> tuple[list[str], FloatArray]:
+    """Return the columns and the rows of a file, with these columns if they are known."""
     with errors_of(path):
         arrays = from_npz(read_file(path))
-        for key in _COLUMNS:
-            n = len(arrays.get("generation", ()))
-            expected = (n, len(names[key])) if key in names else (n,)
-            if key not in arrays or arrays[key].shape != expected:
-                found = arrays[key].shape if key in arrays else None
-                raise ValueError(f"{key} of shape {found}: expected {expected}")
-        return arrays
+        names: list[str] = arrays.get("columns", np.empty(0)).tolist()
+        rows = arrays.get("rows", np.empty(0))
+        if not {"generation", "failed"} <= set(names) or rows.shape[1:] != (len(names),):
+            raise ValueError(f"columns {names!r:.80} and rows of shape {rows.shape}: no record")
+        if columns not in (None, names):
+            raise ValueError(f"columns {names!r:.80}: expected {columns!r:.80}")
+        return names, rows
 
 
-def _truncate(folder: Path, columns: dict[str, list[str]], generation: int) -> None:
+def _truncate(folder: Path, columns: list[str], generation: int) -> None:
     """Remove a generation and the later ones from the record of the same run.
 
     A checkpoint is written after the rows before it, so that a generation to be removed is the
     first one of its file.
     """
-    if _read_columns(folder) != columns:
-        raise FileError(f"{folder} holds the record of another problem")
+    last = 0
     for path in _parts(folder):
+        _, rows = _read_part(path, columns)
         if int(path.stem) >= generation:
             path.unlink()
-    parts = _parts(folder)
-    last = int(_read_part(parts[-1], columns)["generation"][-1]) if parts else 0
+        else:
+            last = int(rows[-1, 0])
     if last != generation - 1:
         raise FileError(
             f"{folder} ends with generation {last}: expected the record of the generations "
@@ -260,9 +236,9 @@ def _truncate(folder: Path, columns: dict[str, list[str]], generation: int) -> N
         )
 
 
-def _rows(problem: Problem, candidates: Population, generation: int) -> dict[str, NDArray[Any]]:
-    X = as_numbers(problem, candidates.get("X"))
-    n, failed = len(X), ~succeeded(candidates)
-    rows = {key: candidates.get(key).astype(float).reshape(n, -1) for key in "FGH"}
-    rows["F"][failed] = np.nan
-    return {"generation": np.full(n, generation), "X": X, **rows, "failed": failed}
+def _rows(problem: Problem, candidates: Population, generation: int) -> FloatArray:
+    n, failed = len(candidates), ~succeeded(candidates)
+    X = as_numbers(problem, candidates.get("X")).astype(float)
+    F, G, H = (candidates.get(key).astype(float).reshape(n, -1) for key in "FGH")
+    F[failed] = np.nan
+    return np.column_stack([np.full(n, generation), X, F, G, H, failed])

@@ -143,12 +143,10 @@ def checkpoint_content_resumed(box: Box) -> Attempt:
 
 
 def spoil_record(box: Box, folder: Path) -> None:
-    """Other bytes, other names or other arrays."""
+    """Other bytes, or other arrays."""
     path = box.pick(sorted(folder.iterdir()))
     if box.chance(0.4):
         path.write_bytes(spoiled_bytes(box, path.read_bytes()))
-    elif path.suffix == ".json":
-        spoil_json(box, path)
     else:
         with np.load(path) as archive:
             path.write_bytes(spoiled_arrays(box, dict(archive)))
