@@ -5,7 +5,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from contextlib import contextmanager
 from functools import partial
 
@@ -91,21 +90,6 @@ def test_a_signal_ends_the_run_and_keeps_what_was_found(
     assert (tmp_path / "a" / "front.html").stat().st_size > 1_000_000
     problem = PreparedRun.of(run.configuration).problem
     assert np.array_equal(problem.evaluate(run.outcome.X), run.outcome.F)
-
-
-@pytest.mark.slow
-def test_impatience_does_not_cost_the_run(stand_in, stand_in_environment, tmp_path):
-    arguments = ["solve", "slow-cantilever", *LONG, "--out", "a"]
-    with started(arguments, stand_in_environment, tmp_path) as process:
-        wait_for_progress(process)
-        for _ in range(8):  # some of these come while the files are written
-            process.send_signal(signal.SIGINT)
-            time.sleep(0.015)
-        _, errors = process.communicate(timeout=300)
-    assert process.returncode == 130, errors
-    assert errors.count("Traceback") == 0
-    assert read_run(tmp_path / "a").outcome.stop_reason == "signal"
-    assert (tmp_path / "a" / "front.html").exists()
 
 
 @pytest.mark.slow

@@ -121,13 +121,6 @@ def test_a_folder_that_somebody_works_in_is_left_alone(mgeo):
     assert {path: path.read_bytes() for path in Path("a").iterdir()} == before
 
 
-def test_another_algorithm_leaves_no_checkpoint_of_the_run_before(mgeo):
-    solve(mgeo, "a", 160)
-    mgeo("solve", "cantilever", "--algorithm", "nsga2", "--evaluations", 200, "--out", "a",
-         "--overwrite")  # fmt: skip
-    assert not Path("a", CHECKPOINT_FILE).exists()
-
-
 def test_errors_in_every_candidate_leave_what_was_made(mgeo, monkeypatch):
     import stand_in
 

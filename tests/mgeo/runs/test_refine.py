@@ -46,11 +46,6 @@ def test_suggested_designs_are_the_first_of_a_run(algorithm, tmp_path):
     np.testing.assert_array_equal(again.F, outcome.F)
 
 
-def test_pymoos_algorithms_begin_with_them_too():
-    run = begun(starts=3, algorithm="nsga2", parameters={"population": 8}, evaluations=8)
-    assert (run.solve().X[:, 1] == 0.2).sum() == 3
-
-
 class Killed(BaseException):
     pass
 
@@ -93,12 +88,6 @@ def test_who_stops_it_keeps_what_is_refined(kind, tmp_path):
     assert outcome.refined == 2
     assert sorted(outcome.F[:, 0]) == sorted(seen[-1][:, 0])
     assert resume_run(tmp_path).solve().refined > 2
-
-
-def test_a_search_that_is_stopped_is_not_refined():
-    run = begun(polish=True)
-    outcome = run.solve(lambda state: state.stop())
-    assert (outcome.stop_reason, outcome.refined) == ("signal", 0)
 
 
 def refines(monkeypatch, method):

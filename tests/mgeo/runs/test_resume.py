@@ -57,12 +57,6 @@ def test_suggested_designs_take_no_generation_from_the_budget(tmp_path):
     assert longer.algorithm.n_generations == 20
 
 
-def test_one_budget_at_a_time(tmp_path):
-    begun(tmp_path, 1)
-    with pytest.raises(ValueError, match="evaluations and generations are both given"):
-        resume_run(tmp_path, evaluations=500, generations=50)
-
-
 SMALL = {"n_walkers": 4, "stages": [0.5, 1.0]}
 
 

@@ -5,13 +5,11 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
-from pymoo.problems.single import Sphere
 
 from mgeo import EvaluationError, compare
 from mgeo.runs.algorithms import build_algorithm
 from mgeo.runs.solve import follow, set_up
 from mgeo.studies.indicators import NothingToCompareError
-from mgeo.studies.run import EvaluationLog, WatchedEvaluator
 from tests.mgeo.solved import solve
 
 
@@ -47,11 +45,6 @@ def test_a_run_ends_after_its_longest_time():
     assert outcome.stop_reason == "max_time"
     assert 0.3 <= outcome.wall_time_s <= time.monotonic() - begin
     assert len(outcome.F)
-
-
-def test_one_objective_gives_one_row():
-    outcome = solve(Sphere(), NSGA2(pop_size=20), 100, seed=1)
-    assert (outcome.X.shape, outcome.F.shape) == ((1, 10), (1, 1))
 
 
 class Infeasible(ZDT1):
@@ -172,21 +165,3 @@ def test_a_run_of_which_everything_failed_is_an_error(name, evaluations, constra
         solve(problem, algorithm, evaluations, seed=1)
     with pytest.raises(NothingToCompareError, match="EvaluationError: all of the last"):
         compare(problem, {"it": algorithm}, evaluations, seeds=1)
-
-
-def test_a_batch_that_failed_as_a_whole_is_in_no_record():
-    # all of the first generation fails, and nothing else
-    problem = Gaps(0.9)
-    first = problem.evaluate
-
-    def evaluate(X, *args, **kwargs):
-        problem.evaluate = first
-        return first(np.where(np.arange(X.shape[1]) == 1, 1.0, X), *args, **kwargs)
-
-    problem.evaluate = evaluate
-    algorithm = set_up(problem, NSGA2(pop_size=10), 20, seed=1)
-    log = EvaluationLog(2, 20)
-    algorithm.evaluator = WatchedEvaluator(algorithm.evaluator, log)
-    algorithm.next()
-    record = log.record(0.0)
-    assert (record.failed, record.evaluations, len(record.F)) == (10, 10, 0)

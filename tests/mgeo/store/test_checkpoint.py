@@ -15,7 +15,6 @@ from pymoo.termination.default import DefaultMultiObjectiveTermination
 import mgeo.algorithms
 from mgeo import (
     Checkpoint,
-    EvaluationError,
     MGEOReal,
     Recorder,
     TolerantEvaluator,
@@ -109,26 +108,6 @@ def test_counts_of_failures_go_on(tmp_path):
     expected = solve(problem).algorithm.evaluator
     assert resumed.evaluator.counts() == expected.counts()
     assert expected.n_failed > 0
-
-
-def test_the_evaluator_s_settings_go_on_unless_another_is_given(tmp_path):
-    given = {"patience": 7, "warn": False, "evaluate_values_of": ["F", "G"]}
-    save = Checkpoint(tmp_path / "a")
-    solve(n_gen=3, callback=save, evaluator=TolerantEvaluator(**given))
-    resumed = resume(tmp_path / "a", PROBLEM, ("n_gen", 5))
-    assert resumed.evaluator.settings() == given | {"skip_already_evaluated": True}
-    other = resume(tmp_path / "a", PROBLEM, ("n_gen", 5), evaluator=TolerantEvaluator(patience=9))
-    assert other.evaluator.patience == 9
-    assert other.evaluator.n_eval == resumed.evaluator.n_eval == 36
-
-    class Broken(ZDT1):
-        def _evaluate(self, X, out, *args, **kwargs):
-            out["F"] = np.full((len(X), 2), np.nan)
-
-    Broken.__name__ = "ZDT1"
-    resumed = resume(tmp_path / "a", Broken(n_var=4), ("n_gen", 50), check=False)
-    with pytest.raises(EvaluationError, match="all of the last 12 candidates failed"):
-        resumed.run()
 
 
 def test_checkpoints_come_when_they_are_due(tmp_path, monkeypatch):
@@ -246,22 +225,6 @@ def test_bad_arguments(tmp_path):
         solve(algorithm=NSGA2(8), callback=Checkpoint(tmp_path / "a"))
 
 
-@pytest.mark.parametrize(
-    ("options", "error", "message"),
-    [
-        ({"sigma": 1}, TypeError, r"^sigma is a parameter of MGEOReal\(...\), not of a run"),
-        ({"calback": print}, TypeError, "unknown keyword 'calback'; did you mean 'callback'"),
-        ({"termination": "never"}, ValueError, "^termination = 'never': expected a pymoo Term"),
-        ({"termination": 3}, ValueError, r"^termination = 3: .* such as \('n_gen', 200\)"),
-    ],
-)
-def test_a_callers_mistake_is_not_the_files(checkpoint, options, error, message):
-    with pytest.raises(error, match=message) as raised:
-        resume(checkpoint, PROBLEM, **options)
-    assert not isinstance(raised.value, FileError)
-    assert checkpoint.name not in str(raised.value)
-
-
 def test_a_termination_that_cannot_be_kept_has_to_be_given_again(tmp_path):
     path = tmp_path / "run.checkpoint"
     run = MGEOReal(0.2, n_walkers=3).setup(
@@ -334,14 +297,6 @@ def test_a_noisy_problem_is_resumed_without_the_check(tmp_path):
     with pytest.raises(ValueError, match="belongs to another problem"):
         resume(path, noisy())
     assert resume(path, noisy(), check=False).n_generations == 6
-
-
-def test_values_that_are_rounded_otherwise_are_the_same(tmp_path):
-    path = tmp_path / "run.checkpoint"
-    solve(Scaled(1.0), n_gen=6, callback=Checkpoint(path))
-    assert resume(path, Scaled(1.0 + 1e-13)).n_generations == 6
-    with pytest.raises(ValueError, match="belongs to another problem"):
-        resume(path, Scaled(1.0 + 1e-7))
 
 
 def test_the_check_is_not_seen_by_the_run(tmp_path):
