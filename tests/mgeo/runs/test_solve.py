@@ -3,6 +3,7 @@ import time
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
 
@@ -165,3 +166,10 @@ def test_a_run_of_which_everything_failed_is_an_error(name, evaluations, constra
         solve(problem, algorithm, evaluations, seed=1)
     with pytest.raises(NothingToCompareError, match="EvaluationError: all of the last"):
         compare(problem, {"it": algorithm}, evaluations, seeds=1)
+
+
+def test_a_run_ends_without_a_new_design():
+    point = Problem(n_var=2, n_obj=2, xl=0.5, xu=0.5)
+    point._evaluate = lambda X, out, *args, **kwargs: out.update(F=X)
+    outcome = solve(point, NSGA2(pop_size=4), 100, seed=1)
+    assert (outcome.stop_reason, outcome.X.tolist()) == ("exhausted", [[0.5, 0.5]])
