@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -105,7 +106,7 @@ class StudyRun:
 
 
 def _checked(data: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Return the attributes of a record from arrays."""
+    """The attributes of a record, from arrays that anybody may have written."""
     values: dict[str, Any] = {}
     for name, (kinds, ndim) in _ARRAYS.items():
         if name not in data:
@@ -114,6 +115,18 @@ def _checked(data: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
         if array.dtype.kind not in kinds or array.ndim != ndim:
             raise ValueError(f"{name} is an array {array.shape} of {array.dtype}")
         values[name] = array if ndim else array.item()
+    numbers, F, front, n_eval = (values[name] for name in ("numbers", "F", "front", "n_eval"))
     texts = {"versions": parse_json(values["versions"].tobytes().decode("utf-8"))}
     values["versions"] = entry(texts, "versions", dict[str, str])
+    for expected, kept in {
+        "one of numbers for each row of F": len(numbers) == len(F),
+        "one row of X for each of front": len(values["X"]) == len(front),
+        "finite numbers": np.isfinite(F).all() and np.isfinite(values["X"]).all(),
+        "front within F": np.isin(front, np.arange(len(F))).all(),
+        "numbers ascending from 1 to n_eval": (np.diff([1, *numbers, n_eval]) >= 0).all(),
+        "counts": values["evaluations"] >= n_eval >= max(1, values["failed"]) >= 0
+        and 0.0 <= values["wall_time"] < math.inf,
+    }.items():
+        if not kept:
+            raise ValueError(f"expected {expected}")
     return values
