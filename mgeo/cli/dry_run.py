@@ -26,8 +26,9 @@ from mgeo.store.run_persistence import RunPersistence
 from mgeo.terminal import pairs
 
 if TYPE_CHECKING:  # every run imports this module, and statistics take most of a second
+    from pymoo.core.problem import Problem
+
     from mgeo.studies.file import Study
-    from mgeo.studies.study import StudyEstimate
 
 
 def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) -> None:
@@ -69,15 +70,23 @@ def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) 
         output.note(f"Note: nothing can keep all limits, and nothing would be searched: {why}")
 
 
-def describe_study(study: Study, expected: StudyEstimate, folder: Path, output: Output) -> None:
-    """Describe a study."""
-    sizes = {label: problem_size(problem) for label, problem in expected.problems.items()}
+def describe_study(
+    study: Study, problems: Mapping[str, Problem], folder: Path, output: Output
+) -> None:
+    """Print the size of a study; nothing is run.
+
+    Parameters
+    ----------
+    problems : by label, without those ``module:Class``: a dry run imports no module that a file
+        names.
+    """
+    sizes = {label: problem_size(problem) for label, problem in problems.items()}
     algorithms = [algorithm.label for algorithm in study.algorithms]
+    runs = len(study.problems) * len(algorithms) * len(study.seeds)
     each = " per variable" if study.per_variable else ""
     texts = {label: _size(size) for label, size in sizes.items()} | {
         "algorithms": ", ".join(algorithms),
-        "budget": f"{expected.runs:,} runs of {study.evaluations:,} evaluations{each}; "
-        f"{expected.found:,} of them found, {expected.runs - expected.found:,} to make",
+        "budget": f"{runs:,} runs of {study.evaluations:,} evaluations{each}",
         "folder": str(folder),
     }
     output.print(study.title, pairs(texts))
@@ -89,9 +98,7 @@ def describe_study(study: Study, expected: StudyEstimate, folder: Path, output: 
             "algorithms": algorithms,
             "evaluations": study.evaluations,
             "per_variable": study.per_variable,
-            "runs": expected.runs,
-            "runs_found": expected.found,
-            "processes": expected.processes,
+            "runs": runs,
             "folder": str(folder),
         }
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import time
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
@@ -19,9 +18,9 @@ from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.plugins.protocol import column_names, constraint_names
 from mgeo.runs.hypervolume import hypervolume
 from mgeo.runs.nearest import nearest_solutions
-from mgeo.runs.operators import fitted, with_suggested
-from mgeo.runs.pymoo_algorithms import seed_archives
 from mgeo.runs.refine import Refinement
+from mgeo.runs.setup import IDLE_STEPS
+from mgeo.runs.setup import set_up as set_up
 from mgeo.store.run import Nearest, Notes, Outcome, StopReason
 
 if TYPE_CHECKING:
@@ -29,8 +28,6 @@ if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
     from mgeo.store.run_persistence import RunPersistence
-
-IDLE_STEPS = 100  # generations without an evaluation after which a run ends
 
 
 class State:
@@ -268,34 +265,3 @@ def _refine(state: State, monitor: _Monitor) -> None:
     except KeyboardInterrupt:
         state.stop()
     monitor.watch()
-
-
-def set_up(
-    problem: Problem, algorithm: Algorithm, evaluations: int, seed: int, starts: int = 0
-) -> Algorithm:
-    """Return a copy of an algorithm that is ready for its first generation.
-
-    Parameters
-    ----------
-    evaluations
-        Budget.
-    starts
-        Number of designs suggested by the problem to begin with.
-
-    Raises
-    ------
-    ValueError
-        If `evaluations` or `seed` is out of range, or the algorithm cannot treat the problem or
-        begin with the designs.
-    """
-    if evaluations < 1:
-        raise ValueError(f"evaluations = {evaluations}: expected >= 1")
-    if seed < 0:
-        raise ValueError(f"seed = {seed}: expected >= 0")
-    ready = fitted(algorithm, problem)
-    ready = copy.deepcopy(with_suggested(ready, starts) if starts else ready)
-    ready.evaluator = TolerantEvaluator.like(ready.evaluator)
-    ready.evaluator.warn = False  # the outcome has the failures
-    ready.setup(problem, termination=("n_eval", evaluations), seed=seed)
-    seed_archives(ready)
-    return ready

@@ -47,7 +47,7 @@ def test_what_would_be_refused_is_refused(mgeo):
 def test_a_study_is_described_without_an_import_of_its_modules(mgeo):
     Path("one.toml").write_text(STUDY)
     found = json.loads(mgeo("study", "one.toml", "--jobs", 1, "--dry-run", "--json").stdout)
-    assert (found["runs"], found["runs_found"], found["processes"]) == (4, 0, 1)
+    assert found["runs"] == 4
     assert found["problems"]["cantilever"]["objectives"] == ["mass [kg]", "deflection [m]"]
     Path("of_a_stranger.py").write_text("raise RuntimeError('imported')")
     Path("one.toml").write_text(STUDY.replace('"random"', '"of_a_stranger:Search"'))
