@@ -67,7 +67,7 @@ def study(
                 from mgeo.cli.dry_run import describe_study
 
                 expected = estimate_study(read, folder, n_jobs=n_jobs)
-                describe_study(read, expected, folder, output)
+                describe_study(read, expected.problems, folder, output)
                 return
             try:
                 comparisons = run_study(

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
 from functools import partial
-from operator import length_hint
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -140,12 +139,6 @@ def refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
             )
         least = len(table)
         yield table
-
-
-def refinement_steps(problem: Problem, X: FloatArray) -> int:
-    """How many steps as long as its first one its ``refine(X)`` has, 0 if it does not say."""
-    with code_of_others(f"refine of problem {type(problem).__name__} raised"):
-        return length_hint(problem.refine(X.copy()))
 
 
 class Recommended(NamedTuple):

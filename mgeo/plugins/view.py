@@ -127,6 +127,14 @@ class View:
         _, G, H = self._values
         return -excess(G, H)
 
+    def arrays(self) -> dict[str, np.ndarray[Any, Any]]:
+        """Return further arrays to store with a front, shape (n, ...) each, by name; here none.
+
+        They are written into ``front.npz`` beside X, F, G and H, and read as
+        ``read_run(folder).outcome.arrays``.
+        """
+        return {}
+
     def remarks(self) -> list[str]:
         """Lines about the solutions as a whole, a front; here none."""
         return []

@@ -24,7 +24,7 @@ from mgeo.algorithms.staged import MGEOStaged, is_rough
 from mgeo.evaluation.dominance import not_weakly_dominated
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import succeeded
-from mgeo.runs.solve import IDLE_STEPS, set_up
+from mgeo.runs.setup import IDLE_STEPS, set_up
 from mgeo.store.study_run import StudyRun
 from mgeo.studies.fingerprint.modules import made_with
 

@@ -14,9 +14,9 @@ from pydantic import ConfigDict, Field
 from mgeo.plugins import protocol
 from mgeo.plugins.problems import load_problem
 from mgeo.plugins.protocol import column_names
-from mgeo.store.atomic import lock, replace_files, to_json
+from mgeo.store.atomic import lock, to_json, write_files
 from mgeo.store.provenance import difference
-from mgeo.store.reading import check_unchanged, read_json, read_texts, to_csv
+from mgeo.store.reading import read_json, read_texts, to_csv
 from mgeo.store.run_folder import STUDY_FILE
 from mgeo.store.study_run import StudyRun
 from mgeo.studies.comparison import Comparison
@@ -112,7 +112,6 @@ def read_comparison(folder: Path | str, *, named: Collection[str] = ()) -> Compa
             for row in runs.to_dict("records")
             if row["status"] == "finished"
         }
-    check_unchanged(path, data)
     return Comparison(problem, algorithms, n_eval, table, runs, records, space)
 
 
@@ -267,7 +266,7 @@ def claim(folder: Path, study: Study) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     with lock(folder, PATIENCE):  # another study's, for the time of a claim
         check(folder, study)
-        replace_files(folder, {TEXT: study.text.encode(), STUDY_FILE: content})
+        write_files(folder, {TEXT: study.text.encode(), STUDY_FILE: content})
 
 
 def check(folder: Path, study: Study) -> None:

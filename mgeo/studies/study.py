@@ -1,8 +1,7 @@
-"""Runs a study and writes what it found, or tells how large it is and how long it will take."""
+"""Runs a study and writes what it found, or tells how large it is."""
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -16,8 +15,7 @@ from plotly.offline import get_plotlyjs
 
 from mgeo.figures.page import LIBRARY
 from mgeo.plugins.problems import is_own_class
-from mgeo.runs.estimate import estimate
-from mgeo.store.atomic import check_writable, lock, replace_files, to_json
+from mgeo.store.atomic import check_writable, lock, to_json, write_files
 from mgeo.store.run_folder import REPORT_FILE
 from mgeo.studies.comparison import Comparison, markdown, problems_table
 from mgeo.studies.conclusions import published_table
@@ -29,7 +27,7 @@ from mgeo.studies.labels import folder_name
 from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
 from mgeo.studies.report import problem_page, study_page
 from mgeo.studies.results import failures, targets_reached
-from mgeo.studies.run import Task, told
+from mgeo.studies.run import Task
 from mgeo.studies.stored import PATIENCE, PROVENANCE, check, claim, stored_tables
 
 if TYPE_CHECKING:
@@ -137,14 +135,14 @@ def run_study(
         place.mkdir(parents=True, exist_ok=True)
         with lock(folder, PATIENCE):  # or tables of two processes would be mixed
             if len(study.problems) > 1 and not comparisons:
-                replace_files(folder, {LIBRARY: get_plotlyjs().encode()})
-            replace_files(place, contents)
+                write_files(folder, {LIBRARY: get_plotlyjs().encode()})
+            write_files(place, contents)
         comparisons[label] = comparison
         failed += failures(comparison.failures(), label)
     if len(study.problems) > 1 and comparisons:
         texts = _over_problems(study, comparisons, failed + without)
         with lock(folder, PATIENCE):
-            replace_files(folder, {name: text.encode() for name, text in texts.items()})
+            write_files(folder, {name: text.encode() for name, text in texts.items()})
     if without:
         raise NothingToCompareError("; ".join(without))
     return comparisons
@@ -238,27 +236,22 @@ def _provenance(
 class StudyEstimate:
     """What would be run.
 
-    ``found`` of the ``runs`` are in the folder already; for the others it would take about
-    ``seconds``, ``processes`` at once, judged by ``timed`` evaluations made for that purpose.
-    ``untold`` says whose runs these seconds are without, and why.
+    Attributes
+    ----------
+    runs, found : number of runs, and of those that are in the folder already.
+    processes : number of processes that run at the same time.
     """
 
     problems: Mapping[str, Problem]
     runs: int
     found: int
     processes: int
-    seconds: float
-    timed: int
-    untold: tuple[str, ...] = ()
 
 
 def estimate_study(study: Study, folder: Path | str, *, n_jobs: int | None = None) -> StudyEstimate:
     """Look at a study that is to be run by `run_study`; nothing is written.
 
-    Each algorithm is tried on each problem, by `mgeo.runs.estimate`. A run is expected to keep one
-    process busy for as long as all processors together work for it here. What fails when it is
-    tried, as its runs would, is told and left out. So is what the study names ``module:Class``: a
-    look at a file has no module imported that it names.
+    No module is imported that the study names as ``module:Class``.
 
     Raises
     ------
@@ -267,7 +260,6 @@ def estimate_study(study: Study, folder: Path | str, *, n_jobs: int | None = Non
     """
     own = [a.label for a in study.algorithms if ":" in a.name]
     own += [p.label for p in study.problems if is_own_class(p.name)]
-    untold = [f"{label}: a dry run has no module imported that a file names" for label in own]
     named = replace(
         study,
         algorithms=tuple(a for a in study.algorithms if a.label not in own),
@@ -275,29 +267,16 @@ def estimate_study(study: Study, folder: Path | str, *, n_jobs: int | None = Non
     )
     built = build(named)
     check(Path(folder), study)
-    found, timed, work = 0, 0, 0.0
-    for configuration, (problem, algorithms) in zip(named.problems, built, strict=True):
+    found = 0
+    for problem, algorithms in built:
         n_eval, _ = study.budget(problem)
         tasks = {
             (label, seed): Task(problem, algorithm, n_eval, seed)
             for (label, algorithm), seed in product(algorithms.items(), study.seeds)
         }
         files = run_files(Path(folder) / RECORDS, tasks)
-        there = Counter(label for (label, _), path in files.items() if path.is_file())
-        found += there.total()
-        for label, algorithm in algorithms.items():
-            if there[label] < len(study.seeds):
-                try:
-                    expected = estimate(problem, algorithm, n_eval, study.seeds[0])
-                except Exception as error:  # foreign code: it may raise anything
-                    untold.append(f"{label} on {configuration.label} fails: {told(error)}")
-                    continue
-                work += (len(study.seeds) - there[label]) * max(
-                    expected.elapsed, expected.processor
-                )
-                timed += expected.timed
+        found += sum(path.is_file() for path in files.values())
     runs = len(study.problems) * len(study.algorithms) * len(study.seeds)
     processes = max(1, min(joblib.effective_n_jobs(n_jobs), runs - found))
     problems = {p.label: made for p, (made, _) in zip(named.problems, built, strict=True)}
-    seconds = work / processes
-    return StudyEstimate(problems, runs, found, processes, seconds, timed, tuple(untold))
+    return StudyEstimate(problems, runs, found, processes)

@@ -124,7 +124,7 @@ def test_dominated_rows_are_never_picked(folder):
     cells = lines[1].split(",")
     worse = ",".join([*cells[:-2], cells[-2], "1e3"])
     path.write_text("\n".join([lines[0], worse, *lines[1:]]) + "\n")
-    edit(folder, lambda d: d.update(solutions=len(lines)))
+    resize(folder, len(lines))
     front = read_front(folder)
     assert all(front.row(choice) != 0 for choice in ("fastest", "knee", "best"))
 
@@ -142,6 +142,11 @@ def test_objectives_that_the_filter_does_not_give_are_refused(folder, column):
         read_front(folder).plan("best")
 
 
+def resize(folder, n):
+    edit(folder, lambda d: d.update(solutions=n))
+    np.savez(folder / "front.npz", G=np.empty((n, 0)), H=np.empty((n, 0)))
+
+
 def edit(folder, change):
     path = folder / "run.json"
     data = json.loads(path.read_text(encoding="utf-8"))
@@ -152,7 +157,7 @@ def edit(folder, change):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda d: d.update(format=1), "format = 1: this version of mgeo reads format 2"),
+        (lambda d: d.update(format=1), "format = 1: this version of mgeo reads format 3"),
         (lambda d: d.update(format=True), "format = True"),
         (lambda d: d.pop("configuration"), "configuration is missing"),
         (lambda d: d.update(configuration=[]), r"configuration = \[\]"),
@@ -186,11 +191,10 @@ def test_a_front_of_another_scenario_is_refused(folder):
     [
         (lambda t: t[: len(t) // 2], "row .* values|end of line|finite"),
         (lambda t: t[:-1], "end of line"),
-        (lambda t: t.split("\n")[0] + "\n", r"has 0 rows .*: expected [1-9]\d* rows"),
+        (lambda t: t.split("\n")[0] + "\n", r": 0 rows .*: expected [1-9]\d* rows"),
         (lambda t: "", "expected a header"),
         (lambda t: t.replace("omega_x_1", "omega_w_1"), "columns"),
         (lambda t: t.split("\n")[0] + "\n" + ",".join(["nan"] * 14) + "\n", "row 1, omega_x_1"),
-        (lambda t: t.split("\n")[0] + "\n" + ",".join(["1_0", *["0"] * 13]) + "\n", "1_0"),
         (lambda t: t.split("\n")[0] + "\n" + ",".join(["open()"] * 14) + "\n", r"'open\(\)'"),
     ],
 )
@@ -206,7 +210,7 @@ def test_rates_beyond_the_limits_are_no_plan(folder):
     path = folder / "front.csv"
     header = path.read_text().split("\n")[0]
     path.write_text(f"{header}\n{','.join(['5', *['0'] * 11, '600', '1e-4'])}\n")
-    edit(folder, lambda d: d.update(solutions=1))
+    resize(folder, 1)
     with pytest.raises(ValueError, match=r"front\.csv: design\[0\] = 5\.0: expected -1 to 1"):
         read_front(folder).plan("best")
 

@@ -30,14 +30,14 @@ def test_solve_and_resume(mgeo):
     found = document(done)
     assert found == json.loads(Path("a/run.json").read_text()) | {
         "folder": "a",
-        "files": ["front.csv", "run.json", "front.html", "run.checkpoint"],
+        "files": ["front.csv", "front.npz", "run.json", "front.html", "run.checkpoint"],
         "checkpoint_error": None,
         "answer": found["answer"],
         "dead_end": None,
         "remarks": [f"{found['solutions']} beams, of steel"],
     }
     assert found["answer"].keys() == {"solution", "count", "label", "text", "exceeded", "instead"}
-    assert found["hypervolume"]["value"] == read_run("a").outcome.hypervolume.value
+    assert found["hypervolume"] == read_run("a").outcome.hypervolume
     assert "100%  80 of 80 evaluations" in done.stderr
     longer = mgeo("resume", "a", "--evaluations", 160, "--json", "--quiet")
     assert (document(longer)["evaluations"], longer.stderr) == (160, "")

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
-from mgeo.store.atomic import lock, replace_files
+from mgeo.store.atomic import lock, write_files
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import parse_study
 from mgeo.studies.run import Failure, record
@@ -52,13 +52,13 @@ def test_no_other_process_writes_tables_meanwhile(tmp_path, monkeypatch):
     """Those of two studies, of other seeds say, would be mixed."""
     written = []
 
-    def watched(folder, contents, write=replace_files):
+    def watched(folder, contents, write=write_files):
         with pytest.raises(ValueError, match="is in use"), lock(tmp_path):
             pass
         written.extend(contents)
         write(folder, contents)
 
-    monkeypatch.setattr("mgeo.studies.study.replace_files", watched)
+    monkeypatch.setattr("mgeo.studies.study.write_files", watched)
     monkeypatch.setattr(Comparison, "figures", lambda self: {})
     run_study(study(TWO), tmp_path, progress=False)
     assert {"table.csv", "provenance.json", "summary.csv"} < set(written)

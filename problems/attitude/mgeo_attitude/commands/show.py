@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from rich.table import Table
 from rich.text import Text
 
 from mgeo.cli.output import Output, rows
 from mgeo.figures.page import report_page
 from mgeo.store.atomic import write_file
-from mgeo.terminal import Columns, note, plain, titled
+from mgeo.terminal import note, plain, titled
 from mgeo_attitude.bound.samples import NoLimit
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
@@ -81,7 +82,7 @@ def _slew_back(plan: ManeuverPlan) -> list[str]:
     ]
 
 
-def _at_best(plan: ManeuverPlan) -> tuple[Text | Columns, ...]:
+def _at_best(plan: ManeuverPlan) -> tuple[Text | Table, ...]:
     try:
         return titled("Worst axis, and what no maneuver can beat", plan.at_best())
     except NoLimit:  # which is told above
@@ -97,7 +98,7 @@ def _over_flights(plan: ManeuverPlan) -> list[Text]:
     return [note(f"values until t_end: what {share} keep; all other tables: flown exactly")]
 
 
-def promised(plan: ManeuverPlan) -> tuple[Text | Columns, ...]:
+def promised(plan: ManeuverPlan) -> tuple[Text | Table, ...]:
     """What is promised and kept, as a table for people."""
     said = f"promised: by the plan; kept: by {MOST_SAMPLES} of 200, of the errors in [flight]"
     if math.inf in plan.over_flights:

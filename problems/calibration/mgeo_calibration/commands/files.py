@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from mgeo.store.atomic import lock, remove_leftovers, write_files
+from mgeo.store.atomic import lock, write_files
 
 PATIENCE = 10.0  # seconds for another process that writes there
 
@@ -28,8 +28,6 @@ def write_together(contents: Mapping[Path, bytes], overwrite: bool) -> list[str]
         folders.setdefault(path.parent, {})[path.name] = content
     with lock(next(iter(folders)), PATIENCE):
         check_targets(list(contents), overwrite)
-        for path in contents:
-            remove_leftovers(path)
         if len(folders) > 1:  # in one folder the last goes once all are on the disk
             [*contents][-1].unlink(missing_ok=True)
         for folder, files in folders.items():
