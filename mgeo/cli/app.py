@@ -17,7 +17,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from mgeo._foreign import foreign
-from mgeo.cli import explore, installed, new, report, runs, study
+from mgeo.cli import explore, installed, report, runs, study
 from mgeo.cli.errors import ExitCode, ended
 from mgeo.cli.output import reserved
 from mgeo.plugins.discovery import (
@@ -63,7 +63,6 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo study table3.toml --dry-run",
         "mgeo study table3.toml --cluster tcp://HOST:8786",
     ),
-    "new": ("mgeo new problem my-beam", "mgeo new problem my-beam --out plugins/my-beam"),
     "schema": ("mgeo schema study | tee study.schema.json",),
 }
 
@@ -223,18 +222,6 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["--help", "-h"]},
 )
-_new = typer.Typer(
-    cls=Commands, help="Write a package to begin with.", rich_markup_mode=None, epilog=epilog("new")
-)
-app.add_typer(_new, name="new")
-
-
-@_new.callback()
-def _begin() -> None:
-    """A group of commands, though there is but one."""
-
-
-_new.command(epilog=epilog("new"))(new.problem)
 
 
 def main() -> None:
