@@ -46,8 +46,6 @@ ALGORITHMS: Mapping[str, tuple[str, ...]] = {
     "mopso-cd": (f"{_PYMOO}.moo.mopso_cd", "MOPSO_CD", "pop_size"),
     "cmopso": (f"{_PYMOO}.moo.cmopso", "CMOPSO", "pop_size"),
     "rvea": ("mgeo.runs.pymoo_algorithms", "FrontRVEA", "ref_dirs"),
-    "mo-cma-es": ("mgeo.runs.pymoo_algorithms", "MOCMAES", "pop_size"),
-    "como-cma-es": ("mgeo.runs.pymoo_algorithms", "COMOCMAES", "pop_size"),
     "random": (f"{_PYMOO}.soo.nonconvex.random_search", "RandomSearch", "n_points_per_iteration"),
 }
 FAMILY = [name for name, (_, _, *population) in ALGORITHMS.items() if not population]

@@ -176,7 +176,7 @@ def test_a_front_in_numbers_is_that_of_the_designs(name):
     assert told == (-G[:, 0]).tolist()
 
 
-@pytest.mark.parametrize("name", ["gde3", "moead", "cmopso", "ctaea", "mo-cma-es", "como-cma-es"])
+@pytest.mark.parametrize("name", ["gde3", "moead", "cmopso", "ctaea"])
 def test_what_takes_arrays_alone_is_refused(name):
     with pytest.raises(ValueError, match=f"algorithm '{name}' .*one by one: expected .* NSGA2"):
         build_algorithm(name, {"population": 20}, Free())
@@ -203,8 +203,6 @@ REAL_ONLY = (
     "nsde",
     "mopso-cd",
     "cmopso",
-    "mo-cma-es",
-    "como-cma-es",
 )
 
 
@@ -260,9 +258,7 @@ class Entropy:
 
 
 @pytest.mark.cases(2)
-@pytest.mark.parametrize(
-    "name", [n for n in EACH if n not in ("moead", "mo-cma-es", "como-cma-es")]
-)
+@pytest.mark.parametrize("name", [n for n in EACH if n not in ("moead",)])
 def test_ties_are_drawn_by_the_seed(name, monkeypatch):
     fresh = np.random.default_rng
 
