@@ -12,11 +12,12 @@ from mgeo.evaluation.dominance import nondominated
 from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.plugins.protocol import indicator_space
 from mgeo.plugins.view import excess
-from mgeo.store.run import Hypervolume, Nearest
 
 if TYPE_CHECKING:
     from pymoo.core.population import Population
     from pymoo.core.problem import Problem
+
+    from mgeo.store.run import Hypervolume, Nearest
 
 MOST = 10  # solutions are remembered
 # The exact hypervolume takes 1 ms for 300 points in 5 objectives, 40 ms in 6, a minute in 8.
@@ -47,6 +48,8 @@ class HypervolumeMeter:
 
         None where there is only one objective, or more than `MAX_OBJECTIVES`.
         """
+        from mgeo.store.run import Hypervolume
+
         front = np.asarray(F, dtype=float)
         if not 1 < self._n_obj <= MAX_OBJECTIVES:
             return None
@@ -85,6 +88,8 @@ class NearestMeter:
     @property
     def nearest(self) -> Nearest:
         """What is nearest so far."""
+        from mgeo.store.run import Nearest
+
         if not self.seen:
             return Nearest.none()
         return Nearest(*np.hsplit(np.array(self.seen), self._sizes))

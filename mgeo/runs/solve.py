@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import time
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
@@ -17,9 +16,9 @@ from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.plugins.protocol import column_names, constraint_names
 from mgeo.runs.meters import HypervolumeMeter, NearestMeter
-from mgeo.runs.operators import fitted, with_suggested
-from mgeo.runs.pymoo_algorithms import seed_archives
 from mgeo.runs.refine import Refinement
+from mgeo.runs.setup import IDLE_STEPS
+from mgeo.runs.setup import set_up as set_up
 from mgeo.store.run import Hypervolume, Nearest, Notes, Outcome
 
 if TYPE_CHECKING:
@@ -27,8 +26,6 @@ if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
     from mgeo.store.run_persistence import RunPersistence
-
-IDLE_STEPS = 100  # without an evaluation, after which an algorithm has no new candidate
 
 
 class State:
@@ -224,32 +221,6 @@ def _refine(state: State, callback: Callable[[State], object] | None) -> None:
         state.stop()
     if callback is not None:
         callback(state)
-
-
-def set_up(
-    problem: Problem, algorithm: Algorithm, evaluations: int, seed: int, starts: int = 0
-) -> Algorithm:
-    """A copy of `algorithm`, ready for its first step; nothing is evaluated yet.
-
-    It begins with so many of the designs that the problem suggests as `starts` says.
-
-    Raises
-    ------
-    ValueError
-        If `evaluations` or `seed` is out of range, or the algorithm refuses the problem, or the
-        designs.
-    """
-    if evaluations < 1:
-        raise ValueError(f"evaluations = {evaluations}: expected >= 1")
-    if seed < 0:
-        raise ValueError(f"seed = {seed}: expected >= 0")
-    ready = fitted(algorithm, problem)
-    ready = copy.deepcopy(with_suggested(ready, starts) if starts else ready)
-    ready.evaluator = TolerantEvaluator.like(ready.evaluator)
-    ready.evaluator.warn = False  # the outcome tells
-    ready.setup(problem, termination=("n_eval", evaluations), seed=seed)
-    seed_archives(ready)
-    return ready
 
 
 def _outcome(state: State) -> Outcome:

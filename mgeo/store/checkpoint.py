@@ -30,7 +30,7 @@ from mgeo.store.provenance import as_written_now, difference, identity, versions
 from mgeo.store.reading import from_npz, parse_json, read_file
 from mgeo.store.recorder import Recorder
 from mgeo.validation.arguments import validate_integer, validate_number
-from mgeo.validation.tables import entry, errors_of
+from mgeo.validation.entries import entry, errors_of
 
 FORMAT = 3
 _MAGIC = b"mgeo checkpoint"

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from mgeo.store.atomic import remove_leftovers, write_file
 from mgeo.store.reading import parse_json
-from mgeo.validation.tables import FileError, entry, errors_of
+from mgeo.validation.entries import FileError, entry, errors_of
 
 NAME = "record.sqlite"
 FORMAT = 3

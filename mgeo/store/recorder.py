@@ -17,7 +17,7 @@ from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.plugins.protocol import column_names
 from mgeo.store import record_file
 from mgeo.validation.arguments import validate_integer, validate_number
-from mgeo.validation.tables import FileError
+from mgeo.validation.entries import FileError
 
 if TYPE_CHECKING:
     import pandas as pd
