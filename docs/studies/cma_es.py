@@ -1,7 +1,7 @@
 """MO-CMA-ES and COMO-CMA-ES as pymoo algorithms, for the studies of this folder.
 
-Studies name them as ``cma_es:MOCMAES`` and ``cma_es:COMOCMAES`` and are run from this folder. They need
-two packages that nothing else needs: ``pip install deap comocma``.
+Studies name them as ``cma_es:MOCMAES`` and ``cma_es:COMOCMAES`` and are run from this folder. They
+need two packages that nothing else needs: ``pip install deap comocma``.
 """
 
 from __future__ import annotations
