@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from mgeo.studies.file import ProblemConfiguration, parse_study, read_study
+from mgeo.studies.file import parse_study, read_study
 
 STUDIES = Path(__file__).parents[3] / "docs" / "studies"
 SMALL = """
@@ -174,11 +174,6 @@ def test_a_problem_that_pymoo_does_not_have_is_named():
     (problem,) = parsed(SMALL.replace("zdt1", "zdt99")).problems
     with pytest.raises(ValueError, match="pymoo has no problem 'zdt99'"):
         problem.build()
-
-
-def test_a_problem_of_pymoo_that_cannot_be_searched_is_named():
-    with pytest.raises(ValueError, match=r"n_obj of problem 'pymoo:dtlz2' = 2\.5: expected"):
-        ProblemConfiguration("", "pymoo:dtlz2", {"n_obj": 2.5}).build()
 
 
 def test_budgets_may_grow_with_the_number_of_variables():
