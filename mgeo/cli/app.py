@@ -63,15 +63,23 @@ def epilog(command: str, examples: Mapping[str, Iterable[str]] = EXAMPLES) -> st
     return "\n".join(["\b", "Examples:", *(f"  {line}" for line in examples[command])])
 
 
-class Commands(TyperGroup):
-    """Commands of mgeo and of plugins, all of whose errors are one line and an exit code."""
+class CommandGroup(TyperGroup):
+    """Commands that print their help if none of them is named."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the options before the command's name; without any words, print the help."""
-        ctx.meta["debug"] = "--debug" in args
+        """Read the options before the command's name."""
         if not (args or ctx.resilient_parsing):
             typer.echo(ctx.get_help(), err=True)
             raise typer.Exit(ExitCode.BAD_INPUT)
+        return super().parse_args(ctx, args)
+
+
+class Commands(CommandGroup):
+    """Commands of mgeo and of plugins, all of whose errors are one line and an exit code."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the options before the command's name."""
+        ctx.meta["debug"] = "--debug" in args
         with one_line_errors(ctx):
             return super().parse_args(ctx, args)
 
@@ -107,7 +115,7 @@ class _PluginCommands(TyperCommand):
     def __init__(self, plugin: Plugin) -> None:
         distribution = plugin.entry_point.dist
         summary = None if distribution is None else distribution.metadata["Summary"]
-        super().__init__(name=plugin.name, help=summary)
+        super().__init__(name=plugin.name, short_help=summary)
         self._plugin = plugin
 
     def load(self) -> Any:
@@ -121,7 +129,7 @@ class _PluginCommands(TyperCommand):
 
 def _group(plugin: Plugin) -> Any:
     root = typer.Typer(rich_markup_mode=None)
-    root.add_typer(plugin.load(), name=plugin.name)
+    root.add_typer(plugin.load(), name=plugin.name, cls=CommandGroup)
     return typer.main.get_group(root).commands[plugin.name]
 
 
@@ -129,7 +137,7 @@ app = typer.Typer(
     name="mgeo",
     cls=Commands,
     help="Multiobjective generalized extremal optimization of installed problems.",
-    epilog="\n".join(["\b", "Exit codes:", *(f"{c.value:>5}  {c.meaning}" for c in ExitCode)]),
+    epilog="\n\n".join(["Exit codes:", *(f"{code.value}: {code.meaning}" for code in ExitCode)]),
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["--help", "-h"]},
@@ -192,4 +200,5 @@ for _command in (
     study.study,
     study.schema,
 ):
-    app.command(epilog=epilog(_command.__name__))(_command)
+    _about = (_command.__doc__ or "").partition("\n")[0]
+    app.command(epilog=epilog(_command.__name__), short_help=_about)(_command)

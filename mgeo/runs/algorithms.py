@@ -87,17 +87,10 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     if not isinstance(parameters, Mapping):
         raise TypeError(f"parameters = {parameters!r}: expected a mapping of names to values")
     known = _parameters(name)
-    if "n_walkers" in known:
-        parameters = constructors.with_n_walkers(parameters)
-    if not _is_pymoos(name):
-        parameters = constructors.without_constants(_class(name), parameters)
     for key in parameters:
         if key not in known:
             expected = ", ".join(known) or "none"
-            raise ValueError(
-                f"algorithm {name!r} has no parameter {key!r}: expected {expected}"
-                f"{constructors.of_papers(key)}"
-            )
+            raise ValueError(f"algorithm {name!r} has no parameter {key!r}: expected {expected}")
     return {key: value for key, value in known.items() if _is_plain(value)} | dict(parameters)
 
 

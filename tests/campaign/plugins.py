@@ -126,7 +126,7 @@ def plugin_reported(box: Box) -> Attempt:
 def plugin_studied(box: Box) -> Attempt:
     Path("s.toml").write_text(
         'title = "t"\nevaluations = 8\nseeds = 1\ngrid = 2\n[[problems]]\nname = "faulty"\n'
-        '[[algorithms]]\nname = "mgeo-real"\nn_runs = 2\n'
+        '[[algorithms]]\nname = "mgeo-real"\nn_walkers = 2\n'
     )
     return Attempt(["mgeo", "study", "s.toml", "--out", "made", "--jobs", "1", "-q"],
                    writes=WRITES, progress=("work/made/runs/*",),

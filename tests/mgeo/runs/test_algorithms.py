@@ -113,12 +113,6 @@ def test_the_default_budget_is_the_papers_and_the_same_for_all():
     assert default_evaluations(alone, problem) == 60000
 
 
-def test_n_runs_of_the_papers_and_of_older_files_is_n_walkers():
-    assert complete_parameters("mgeo-real", {"n_runs": 5})["n_walkers"] == 5
-    with pytest.raises(TypeError, match="n_walkers = 4 and n_runs = 5: expected one of them"):
-        complete_parameters("mgeo-real", {"n_runs": 5, "n_walkers": 4})
-
-
 class Rod(Strict):
     """Without its checks of types: pymoo's operators give NumPy's numbers."""
 
