@@ -29,6 +29,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
     "docstrings",
+    "algorithms",
     "keys",
     "mathml",
     "plotly_figures",

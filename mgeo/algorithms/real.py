@@ -10,7 +10,6 @@ from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray, IntArray
 from mgeo.algorithms.coding import RealCode
-from mgeo.algorithms.constructors import takes_n_runs
 from mgeo.algorithms.steps import BOUNDS, NORMAL, SCALES, StepLaw, perturb
 from mgeo.algorithms.variables import Variables
 from mgeo.algorithms.walkers import IndependentWalkers
@@ -33,7 +32,6 @@ class RealSteps(IndependentWalkers, ABC):
 
     law: ClassVar[StepLaw] = NORMAL
 
-    @takes_n_runs
     def __init__(
         self,
         sigma: float | ArrayLike = 1.0,
@@ -91,8 +89,7 @@ class MGEOReal(RealSteps):
     sigma : standard deviation of the step, > 0: a number, or one per variable.
     tau : selection pressure, >= 0: the candidate of rank k is accepted with probability ~ k^-tau;
         or "a-geo1" or "a-geo2" to let it follow the search (`mgeo.algorithms.selection`).
-    n_walkers : number of independent walkers; `n_runs`, after the n_i re-initializations of the
-        papers, is another name of it.
+    n_walkers : number of independent walkers, the n_i re-initializations of the papers.
     perturbation : what sigma is a multiple of: "absolute" the variable's unit, "relative" its
         value (a variable at zero stays there), "range" the width of its bounds (for variables
         of different units).
@@ -171,7 +168,6 @@ class MGEOReal2(RealSteps):
 
     evaluates_walkers = True
 
-    @takes_n_runs
     def __init__(
         self,
         sigma: float | ArrayLike = 1.0,

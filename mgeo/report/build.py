@@ -45,7 +45,7 @@ from mgeo.store.run_folder import (
     check_verification,
     read_run,
 )
-from mgeo.validation.tables import errors_of
+from mgeo.validation.entries import errors_of
 
 _SAMPLES = 60
 

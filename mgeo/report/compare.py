@@ -24,7 +24,7 @@ from mgeo.runs.answer import default_solution
 from mgeo.store.reading import read_json
 from mgeo.store.run import Run
 from mgeo.store.solution_file import solution_of
-from mgeo.validation.tables import errors_of
+from mgeo.validation.entries import errors_of
 
 
 @dataclass(frozen=True)

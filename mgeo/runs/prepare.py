@@ -89,7 +89,7 @@ class PreparedRun:
         self._set_up()
         if run.starts:
             with_suggested(self.algorithm, run.starts)
-            if getattr(self.problem, "starts", None) is None:
+            if not protocol.is_own(self.problem, protocol.ProblemMixin.starts):
                 raise ValueError(
                     f"{run.problem} suggests no designs to begin with: expected starts = 0"
                 )

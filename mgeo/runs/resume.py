@@ -14,7 +14,8 @@ from mgeo.runs.prepare import PreparedRun
 from mgeo.store.checkpoint import read_notes, resume
 from mgeo.store.run import Notes
 from mgeo.store.run_folder import CHECKPOINT_FILE
-from mgeo.validation.tables import checked, errors_of
+from mgeo.validation.entries import errors_of
+from mgeo.validation.tables import checked
 
 
 def resume_run(

@@ -28,7 +28,7 @@ from mgeo.store.provenance import difference, identity, versions
 from mgeo.store.reading import from_npz, parse_json, read_file
 from mgeo.store.recorder import Recorder
 from mgeo.validation.arguments import validate_integer, validate_number
-from mgeo.validation.tables import entry, errors_of
+from mgeo.validation.entries import entry, errors_of
 
 _MAX_SHARE = 0.02  # largest share of the run time that checkpoints may take
 

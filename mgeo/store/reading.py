@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mgeo.validation.arguments import decimal_point
-from mgeo.validation.tables import FileError, errors_of
+from mgeo.validation.entries import FileError, errors_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -19,7 +19,7 @@ from mgeo.plugins.protocol import column_names
 from mgeo.store.atomic import to_npz, write_file
 from mgeo.store.reading import from_npz, read_file
 from mgeo.validation.arguments import validate_integer, validate_number
-from mgeo.validation.tables import FileError, errors_of
+from mgeo.validation.entries import FileError, errors_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -20,7 +20,8 @@ from mgeo.store.atomic import LOCK_FILE, to_json, to_npz, write_file, write_file
 from mgeo.store.reading import from_npz, read_file, read_json, read_numbers, to_csv
 from mgeo.store.recorder import remove_record
 from mgeo.store.run import Nearest, Outcome, Run, RunConfiguration
-from mgeo.validation.tables import Table, checked, entry, errors_of
+from mgeo.validation.entries import entry, errors_of
+from mgeo.validation.tables import Table, checked
 
 if TYPE_CHECKING:
     import pandas as pd

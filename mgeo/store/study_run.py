@@ -17,7 +17,7 @@ from mgeo._typing import FloatArray
 from mgeo.evaluation.dominance import nondominated
 from mgeo.store.atomic import write_file
 from mgeo.store.reading import from_npz, parse_json, read_file
-from mgeo.validation.tables import entry
+from mgeo.validation.entries import entry
 
 _ARRAYS = {  # kinds of entries, and dimensions
     "numbers": ("iu", 1),

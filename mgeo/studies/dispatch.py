@@ -14,13 +14,10 @@ from typing import Any
 
 import joblib
 from joblib.parallel import get_active_backend
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.progress import TimeRemainingColumn as TimeLeftColumn
 
 from mgeo.store.study_run import StudyRun
 from mgeo.studies.fingerprint.modules import source_file
 from mgeo.studies.run import Failure, Task, run
-from mgeo.terminal import console, is_terminal
 
 Key = tuple[str, int]
 Result = StudyRun | Failure
@@ -171,12 +168,23 @@ def progress(title: str, total: int, found: int, shown: bool | None) -> Iterator
     total, found : how many runs there are, and how many of them were made before.
     shown : False for nothing, None for something only if stderr is a terminal.
     """
-    terminal = is_terminal(stderr=True)
+    terminal = sys.stderr.isatty()
     if shown is False or (shown is None and not terminal):
         yield lambda name, seed, error: None
     elif not terminal:
         yield _lines(title, total, found)
     else:
+        from rich.progress import (
+            BarColumn,
+            MofNCompleteColumn,
+            Progress,
+            TextColumn,
+            TimeElapsedColumn,
+        )
+        from rich.progress import TimeRemainingColumn as TimeLeftColumn
+
+        from mgeo.terminal import console
+
         columns = (
             TextColumn("{task.description}", markup=False),
             BarColumn(),
@@ -205,7 +213,7 @@ def _lines(title: str, total: int, found: int) -> Done:
     return done
 
 
-def _bar(bar: Progress, title: str, total: int, found: int) -> Done:
+def _bar(bar: Any, title: str, total: int, found: int) -> Done:
     task = bar.add_task(title, total=total, completed=found, failed="")
     failed = 0
 

@@ -18,7 +18,7 @@ from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
-from mgeo._foreign import foreign, one_line
+from mgeo._text import one_line
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.staged import MGEOStaged, is_rough
 from mgeo.evaluation.dominance import not_weakly_dominated
@@ -65,8 +65,7 @@ class Failure:
 def run(task: Task) -> StudyRun | Failure:
     """Make it; what it raises is returned, so that other runs go on."""
     try:
-        with foreign():
-            return record(task)
+        return record(task)
     except Exception as error:  # foreign code: it may raise anything
         return Failure(told(error))
 

@@ -23,7 +23,8 @@ from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import Study
 from mgeo.studies.indicators import OBJECTIVE_SPACE, POINTS, IndicatorSpace, Origin, applicable
 from mgeo.studies.labels import folder_name
-from mgeo.validation.tables import Table, checked, entry, errors_of
+from mgeo.validation.entries import entry, errors_of
+from mgeo.validation.tables import Table, checked
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem

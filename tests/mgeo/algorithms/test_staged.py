@@ -178,26 +178,6 @@ def test_a_study_knows_values_of_the_last_stage_alone(stages):
         np.testing.assert_array_equal(own.F, record.front_F[np.argsort(record.front_F[:, 0])])
 
 
-class Handed(Problem):
-    """Which learns its stage from the algorithm, as problems did before `at_stage`."""
-
-    def __init__(self):
-        super().__init__(n_var=4, n_obj=2, xl=0.0, xu=1.0, requires_kwargs=True)
-
-    def _evaluate(self, X, out, *args, algorithm=None, **kwargs):
-        of_stage = Estimated().at_stage(getattr(algorithm, "stage", 2))
-        of_stage._evaluate(X, out)
-
-
-def test_one_that_asks_the_algorithm_for_its_stage_still_runs_and_is_warned_of():
-    options = {"termination": ("n_eval", 400), "seed": 1}
-    with pytest.warns(DeprecationWarning, match=r"Handed .*method at_stage\(k\)"):
-        found = minimize(Handed(), MGEOStaged(n_walkers=4), **options)
-    expected = minimize(Estimated(), MGEOStaged(n_walkers=4), **options)
-    np.testing.assert_array_equal(found.X, expected.X)
-    np.testing.assert_array_equal(found.F, expected.F)
-
-
 class Finer(Estimated):
     """Of more stages than a search has."""
 

@@ -15,7 +15,7 @@ from mgeo.runs.nearest import MOST
 from mgeo.runs.prepare import prepare
 from mgeo.store.run import Run
 from mgeo.store.run_folder import read_run, write_run
-from mgeo.validation.tables import FileError
+from mgeo.validation.entries import FileError
 from tests.mgeo.solved import solve
 
 from .test_limits import Told

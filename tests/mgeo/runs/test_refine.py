@@ -124,7 +124,7 @@ def shorter_table(self, X):
     [
         (longer, slice(None), ""),
         (breaks, slice(1, None), "refine of problem Cantilever raised RuntimeError: no more"),
-        (shorter_table, slice(None), "expected finite numbers of shape"),
+        (shorter_table, slice(None), "gives shape"),
     ],
 )
 def test_what_fails_or_is_no_better_keeps_what_was_given(method, kept, message, monkeypatch):
@@ -168,7 +168,7 @@ def test_what_cannot_be_asked_of_a_problem_is_told_before_the_search(monkeypatch
     with pytest.raises(ValueError, match="refine of problem Cantilever raised ValueError: two"):
         begun(polish=True)
     monkeypatch.delattr(type(load_problem("cantilever")), "refine")
-    with pytest.raises(ValueError, match="refine of problem Cantilever is missing"):
+    with pytest.raises(ValueError, match=r"problem Cantilever has no refine\(\)"):
         begun(polish=True)
     with pytest.raises(ValueError, match=r"starts = 5: expected at most 4, with which MGEODirect"):
         begun(starts=5)
@@ -197,8 +197,3 @@ def test_a_problem_recommends_both_for_runs_that_are_told_nothing_else(monkeypat
     advice |= {"evaluations": 320}
     assert prepare("cantilever", starts=None, polish=None).configuration.evaluations == 320
     assert prepare("cantilever", starts=None, polish=False).configuration.evaluations > 320
-    advice["polish"] = "yes"
-    with pytest.raises(
-        ValueError, match=r"recommended\(\) of problem Cantilever .*a dict of starts"
-    ):
-        configuration()

@@ -22,7 +22,7 @@ from mgeo import (
     resume,
 )
 from mgeo.store.checkpoint import read_notes
-from mgeo.validation.tables import FileError
+from mgeo.validation.entries import FileError
 
 PROBLEM = ZDT1(n_var=4)
 NAMES = [name for name in mgeo.algorithms.__all__ if name.startswith("MGEO")]

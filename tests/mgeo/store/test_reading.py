@@ -1,7 +1,7 @@
 import pytest
 
 from mgeo.store.reading import read_json, read_text
-from mgeo.validation.tables import FileError
+from mgeo.validation.entries import FileError
 
 
 @pytest.mark.parametrize("number", ["NaN", "-Infinity"])

@@ -30,8 +30,7 @@ from mgeo.studies.dispatch import run_all
 from mgeo.studies.fingerprint.modules import distinct
 from mgeo.studies.indicators import NothingToCompareError
 from mgeo.studies.results import FailedRunsWarning
-from mgeo.studies.run import Failure, Task, record
-from mgeo.studies.run import run as made
+from mgeo.studies.run import Task, record
 
 from ..naive import nondominated_rows
 from .problems import DyingNSGA2, Element, FailingNSGA2, GlobalRandomSearch, Half, StuckSearch
@@ -302,15 +301,6 @@ def test_an_algorithm_that_failed_everywhere_is_told_by_name():
     with pytest.warns(FailedRunsWarning, match=message) as told:
         compare(PROBLEM, algorithms, 40, seeds=[2, 4])
     assert [warning.filename for warning in told] == [__file__]
-
-
-def test_an_algorithm_that_exits_is_a_run_that_fails():
-    class Exiting(NSGA2):
-        def _infill(self):
-            raise SystemExit(0)
-
-    failed = made(Task(ZDT1(n_var=3), Exiting(pop_size=8), 40, 1))
-    assert failed == Failure("ExitError: SystemExit(0) was raised")
 
 
 def test_if_every_run_fails_the_first_error_is_raised():

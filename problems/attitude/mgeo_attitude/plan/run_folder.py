@@ -16,7 +16,7 @@ import numpy as np
 from mgeo.evaluation.dominance import front_rows
 from mgeo.runs.answer import default_solution
 from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
-from mgeo.validation.tables import errors_of
+from mgeo.validation.entries import errors_of
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.plan.documents import TOLERANCE

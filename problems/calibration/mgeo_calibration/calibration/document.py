@@ -20,7 +20,7 @@ from mgeo_attitude.plan.documents import Form, read_document, written
 from mgeo_attitude.scenario.prior import prior_of
 from mgeo_attitude.scenario.scenario import Scenario
 
-from mgeo.validation.tables import entry
+from mgeo.validation.entries import entry
 from mgeo_calibration.calibration.agreement import PriorTest, SensorTest
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.model_tests import ModelTest

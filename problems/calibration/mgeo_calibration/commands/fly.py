@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from mgeo.cli.output import Output
 from mgeo.terminal import note, plain, titled
-from mgeo.validation.tables import entry
+from mgeo.validation.entries import entry
 from mgeo_calibration.calibration.corrections import in_units, telemetry_units
 from mgeo_calibration.commands.files import write_together
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth

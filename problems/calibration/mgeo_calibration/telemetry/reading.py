@@ -15,7 +15,7 @@ from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import Sensor
 from scipy.spatial.transform import Rotation
 
-from mgeo.validation.tables import FileError
+from mgeo.validation.entries import FileError
 from mgeo_calibration.telemetry.checks import (
     check_changes,
     check_saturation,
