@@ -20,8 +20,9 @@ from mgeo.store.run_persistence import RunPersistence
 from mgeo.terminal import pairs
 
 if TYPE_CHECKING:  # every run imports this module, and statistics take most of a second
+    from pymoo.core.problem import Problem
+
     from mgeo.studies.file import Study
-    from mgeo.studies.study import StudyEstimate
 
 
 def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) -> None:
@@ -67,33 +68,38 @@ def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) 
         output.note(f"Note: nothing can keep all limits, and nothing would be searched: {why}")
 
 
-def describe_study(study: Study, expected: StudyEstimate, folder: Path, output: Output) -> None:
-    """Tell it about a study."""
-    sizes = {label: problem_size(problem) for label, problem in expected.problems.items()}
+def describe_study(
+    study: Study, problems: Mapping[str, Problem], folder: Path, output: Output
+) -> None:
+    """Print the size of a study; nothing is run.
+
+    Parameters
+    ----------
+    problems : by label, without those ``module:Class``: a dry run imports no module that a file
+        names.
+    """
+    sizes = {label: problem_size(problem) for label, problem in problems.items()}
     algorithms = [algorithm.label for algorithm in study.algorithms]
+    runs = len(study.problems) * len(algorithms) * len(study.seeds)
     each = " per variable" if study.per_variable else ""
     texts = {label: _size(size) for label, size in sizes.items()} | {
         "algorithms": ", ".join(algorithms),
-        "budget": f"{expected.runs:,} runs of {study.evaluations:,} evaluations{each}; "
-        f"{expected.found:,} of them found, {expected.runs - expected.found:,} to make",
+        "budget": f"{runs:,} runs of {study.evaluations:,} evaluations{each}",
         "folder": str(folder),
     }
-    found = {
-        "title": study.title,
-        "problems": sizes,
-        "algorithms": algorithms,
-        "evaluations": study.evaluations,
-        "per_variable": study.per_variable,
-        "runs": expected.runs,
-        "runs_found": expected.found,
-        "processes": expected.processes,
-        "untold": list(expected.untold),
-        "folder": str(folder),
-    }
-    at_once = f", {expected.processes} at once"
-    _tell(study.title, texts, found, (expected.seconds, expected.timed), output, at_once)
-    for reason in expected.untold:
-        output.note(f"Note: not in the time: {reason}")
+    output.print(study.title, pairs(texts))
+    output.result(
+        {
+            "dry_run": True,
+            "title": study.title,
+            "problems": sizes,
+            "algorithms": algorithms,
+            "evaluations": study.evaluations,
+            "per_variable": study.per_variable,
+            "runs": runs,
+            "folder": str(folder),
+        }
+    )
 
 
 def _tell(
@@ -102,10 +108,9 @@ def _tell(
     found: Mapping[str, Any],
     expected: tuple[float, int],
     output: Output,
-    at_once: str = "",
 ) -> None:
     seconds, timed = expected
-    time = f"about {_about(seconds)}, an estimate from {timed:,} evaluations{at_once}"
+    time = f"about {_about(seconds)}, an estimate from {timed:,} evaluations"
     output.print(title, pairs({**texts, "time": time}))
     output.result(
         {"dry_run": True, **found, "expected_time_s": seconds, "timed_evaluations": timed}

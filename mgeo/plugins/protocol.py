@@ -174,19 +174,6 @@ def recommended(problem: Problem) -> Recommended:
     return Recommended(**(asked(problem, "recommended()", is_valid, expected) or {}))
 
 
-def fingerprint(thing: Any) -> str:
-    """The ``fingerprint`` by which a problem's or an algorithm's author vouches; empty for none."""
-    given = getattr(thing, "fingerprint", None)
-    if given is None:
-        return ""
-    if not isinstance(given, str) or not given:
-        raise PluginError(
-            f"fingerprint of {type(thing).__name__} = {given!r:.80}: expected a text that says "
-            "what it computes"
-        )
-    return given
-
-
 def instance_of(problem: Problem) -> str:
     """Its ``instance_of``, the function of which it is one instance or size; empty for none."""
     given = getattr(problem, "instance_of", "")

@@ -88,9 +88,8 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
     require(isinstance(problem, Problem), f"{problem!r} is not a pymoo Problem")
     _check_bounds(problem)
     _check_names(problem)
-    for attribute in (protocol.fingerprint, protocol.instance_of):
-        with no_error(attribute.__name__):
-            attribute(problem)
+    with no_error("instance_of"):
+        protocol.instance_of(problem)
     X = _points(problem, np.random.default_rng(seed), n_points)
     values = _check_evaluation(problem, X)
     _check_grouping(problem, X, values, rtol)

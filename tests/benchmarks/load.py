@@ -139,7 +139,7 @@ def study(folder: Path, runs: int) -> Leftovers:
     before = _shared_memory()
     mark = f"{_MARK}={folder}"
     subprocess.run(
-        [sys.executable, "-m", f"{__package__}.load", "study", folder / "runs", str(runs)],
+        [sys.executable, "-m", f"{__package__}.load", "study", folder / "study", str(runs)],
         env={**os.environ, _MARK: str(folder), "TMPDIR": str(temporary)},
         cwd=Path(__file__).parents[2],
         check=True,
@@ -151,10 +151,10 @@ def study(folder: Path, runs: int) -> Leftovers:
             break
         time.sleep(0.1)
     return Leftovers(
-        runs=len(list((folder / "runs").glob("*.npz"))),
+        runs=len(list((folder / "study" / "runs").iterdir())),
         processes=tuple(processes),
         files=(
-            *(path.name for path in (folder / "runs").iterdir() if path.suffix != ".npz"),
+            *(path.name for path in (folder / "study").rglob("*.tmp")),
             *(path.name for path in temporary.rglob("*")),
         ),
         shared_memory=tuple(shared),

@@ -15,8 +15,8 @@ from mgeo_attitude.plan import read_json
 from mgeo.plugins.problems import load_problem
 from mgeo.runs.prepare import prepare
 from mgeo.store.scenario_file import read_scenario
-from mgeo.store.study_run import StudyRun
 from mgeo.studies import read_comparison, read_study
+from mgeo.studies.record import StudyRun
 
 from .harness import Attempt, Box, kind
 from .mutations import spoiled_arrays, spoiled_bytes, spoiled_table, spoiled_tree
@@ -150,7 +150,8 @@ def study_record_used(box: Box) -> Attempt:
     with np.load(path) as archive:
         path.write_bytes(spoiled_arrays(box, dict(archive)))
     return Attempt(["mgeo", "study", str(folder / "study.toml"), "--out", str(folder / "out"),
-                    "--jobs", "1", "-q"], (path.name,), writes=("work/study/out/*",))  # fmt: skip
+                    "--resume", "--jobs", "1", "-q"], (path.name,),
+                   writes=("work/study/out/*",))  # fmt: skip
 
 
 @kind(weight=1)

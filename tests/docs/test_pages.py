@@ -54,7 +54,7 @@ def test_the_example_plugin_is_what_is_written():
 
 def test_every_optional_part_of_a_problem_is_on_the_page():
     asked = re.findall(
-        r'"(\w+\(\w*\)|\w+_names|fingerprint)"',
+        r'"(\w+\(\w*\)|\w+_names)"',
         "".join(
             (DOCS.parent / f"mgeo/plugins/{name}.py").read_text() for name in ("protocol", "view")
         ),

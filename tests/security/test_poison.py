@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from mgeo import read_record
 from mgeo.cli.app import app
 from mgeo.store import record_file
-from mgeo.store.study_run import StudyRun
+from mgeo.studies.record import StudyRun
 
 
 class Poison:

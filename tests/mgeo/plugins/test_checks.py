@@ -165,7 +165,7 @@ class NoPickle(Good):
 
 
 class NumberedNotNamed(Good):
-    fingerprint = 3
+    instance_of = 3
 
 
 class ForgetsItself(Good):
@@ -336,7 +336,7 @@ BROKEN = [
     (JudgesOtherwise(), r"F of at_stage\(0\) of shape \(10, 1\): \(10, 2\)"),
     (JudgesByNothing(), r"at_stage\(0\) is no pymoo Problem: {}"),
     (ForgetsItsStages(), r"evaluated after at_stage\(k\)"),
-    (NumberedNotNamed(), "fingerprint: PluginError: fingerprint of NumberedNotNamed = 3"),
+    (NumberedNotNamed(), "instance_of: PluginError: instance_of of problem NumberedNotNamed = 3"),
     (ForgetsItself(), "F, evaluated by a pickled copy"),
     (NeedsArguments(1.0), r"NeedsArguments\(\) must be constructible without arguments"),
     (IndicatorSwaps(), "must keep which points dominate which"),

@@ -8,7 +8,6 @@ from pymoo.problems.multi import ZDT1
 from scipy.spatial.distance import cdist
 
 from mgeo import View
-from mgeo.store.study_run import StudyRun
 from mgeo.studies.indicators import (
     INDICATORS,
     REFERENCE_SIZE,
@@ -18,6 +17,7 @@ from mgeo.studies.indicators import (
     parts_of,
     trace,
 )
+from mgeo.studies.record import StudyRun
 
 HV, IGD, EPS = INDICATORS
 unit = st.floats(0, 1, width=32)

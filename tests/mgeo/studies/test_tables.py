@@ -9,10 +9,11 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from mgeo.studies.comparison import Comparison, latex, markdown, problem_table, problems_table
+from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import published_table
 from mgeo.studies.report import study_figures
 from mgeo.studies.schema import PublishedTable
+from mgeo.studies.tables import latex, markdown, problem_table, problems_table
 
 from .samples import comparison as made_by_hand
 

@@ -9,8 +9,8 @@ import pytest
 
 from mgeo.studies.figures.indicators import targets_figure
 from mgeo.studies.file import parse_study
-from mgeo.studies.results import SHORTFALLS, runtimes, targets_reached
 from mgeo.studies.study import run_study
+from mgeo.studies.targets import SHORTFALLS, runtimes, targets_reached
 
 
 def results(values, n_var=4, name="hypervolume", runs=None):
