@@ -110,7 +110,6 @@ def schema(
 def _show(study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output) -> int:
     """Print the results; the exit code says whether runs failed."""
     from mgeo.store.run_folder import REPORT_FILE
-    from mgeo.studies.comparison import failures
     from mgeo.studies.conclusions import conclusions, published_table
 
     for label, comparison in comparisons.items():
@@ -136,7 +135,7 @@ def _show(study: Study, comparisons: dict[str, Comparison], folder: Path, output
         }
     )
     for label, comparison in comparisons.items():
-        for text in failures(comparison.failures(), label):
+        for text in comparison.failures(label):
             output.note(f"Note: {text}")
     failed = sum(_count(comparison, "failed") for comparison in comparisons.values())
     if failed:

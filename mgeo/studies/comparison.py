@@ -146,15 +146,23 @@ class Comparison:
         """Return the final fronts of an algorithm's finished runs, (n, n_obj) each."""
         return [r.front_F for (name, _), r in self.records.items() if name == algorithm]
 
-    def failures(self) -> pd.DataFrame:
-        """Return, for each algorithm with failed runs, their number, that of all, and an error."""
-        by_algorithm = self.runs.assign(failed=self.runs["status"] == "failed").groupby(
-            "algorithm", sort=False
-        )
-        counts = by_algorithm["failed"].agg(failed="sum", runs="size")
-        failed = self.runs[self.runs["status"] == "failed"]
-        found: pd.DataFrame = counts.join(failed.groupby("algorithm")["error"].first(), how="inner")
-        return found
+    def failures(self, label: str, *, everywhere: bool = False) -> list[str]:
+        """Return a sentence on each algorithm with failed runs, or only failed runs.
+
+        Parameters
+        ----------
+        label : name of the problem in the sentence.
+        everywhere : whether only algorithms of which all runs failed are meant.
+        """
+        sentences = []
+        for name, runs in self.runs.groupby("algorithm", sort=False):
+            errors = runs.loc[runs["status"] == "failed", "error"]
+            if len(errors) >= (len(runs) if everywhere else 1):
+                sentences.append(
+                    f"{name} on {label}: {len(errors)} of {len(runs)} runs failed, the first with "
+                    f"{errors.iloc[0]}"
+                )
+        return sentences
 
     def samples(self, indicator: str | None = None) -> dict[str, FloatArray]:
         """Return the final values of each algorithm's finished runs, larger being better."""
@@ -263,20 +271,6 @@ class Comparison:
     def order_with_fronts(self) -> list[str]:
         """Return the algorithms of `order` of which a run has a front."""
         return [name for name in self.order() if any(map(len, self.fronts(name)))]
-
-
-def failures(found: pd.DataFrame, label: str) -> list[str]:
-    """Return a sentence on each algorithm that failed on the problem of this label.
-
-    Parameters
-    ----------
-    found : as returned by `Comparison.failures`.
-    """
-    return [
-        f"{each.Index} on {label}: {each.failed} of {each.runs} runs failed, the first with "
-        f"{each.error}"
-        for each in found.itertuples()
-    ]
 
 
 def _mean_and_sd(mean: float, sd: float) -> str:

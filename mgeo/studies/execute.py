@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from pymoo.core.algorithm import Algorithm
 
 from mgeo.runs.operators import fitted
-from mgeo.studies.comparison import Comparison, FailedRunsWarning, failures
+from mgeo.studies.comparison import Comparison, FailedRunsWarning
 from mgeo.studies.indicators import NothingToCompareError, check_space, indicator_space, trace
 from mgeo.studies.labels import folder_name
 from mgeo.studies.plan import claim, describe_algorithm, describe_problem, installed_versions
@@ -181,7 +181,7 @@ def make_comparison(
     runs_table = pd.DataFrame([_run_row(key, results[key]) for key in keys])
     labels, table = tuple(algorithms), pd.DataFrame(rows)
     comparison = Comparison(problem, labels, n_eval, table, runs_table, records, measured)
-    for message in failures(comparison.failures().query("failed == runs"), title):
+    for message in comparison.failures(title, everywhere=True):
         warnings.warn(message, FailedRunsWarning, stacklevel=3)
     return comparison
 
@@ -225,12 +225,14 @@ def _run_with_key(key: Key, task: Task) -> tuple[Key, Result]:
 
 
 def _run_row(key: Key, result: Result) -> dict[str, Any]:
-    if isinstance(result, Failure):
-        values: tuple[Any, ...] = ("failed", np.nan, 0, result.error)
-    else:
-        values = ("finished", result.wall_time, result.failed, "")
-    columns = ("status", "wall_time", "failed_evaluations", "error")
-    return {"algorithm": key[0], "seed": key[1], **dict(zip(columns, values, strict=True))}
+    return {
+        "algorithm": key[0],
+        "seed": key[1],
+        "status": "finished" if isinstance(result, StudyRun) else "failed",
+        "wall_time": result.wall_time if isinstance(result, StudyRun) else np.nan,
+        "failed_evaluations": result.failed if isinstance(result, StudyRun) else 0,
+        "error": result.error if isinstance(result, Failure) else "",
+    }
 
 
 def _label(algorithms: Mapping[str, Algorithm] | Iterable[Algorithm]) -> dict[str, Algorithm]:

@@ -77,7 +77,7 @@ def study_page(
     ----------
     standings : as of `mgeo.studies.pooled.ranks_over_problems`.
     reached : as of `mgeo.studies.targets.targets_reached`.
-    failed : sentences on what failed, as of `mgeo.studies.comparison.failures`.
+    failed : sentences on what failed, as of `mgeo.studies.comparison.Comparison.failures`.
     """
     labels = tuple(algorithm.label for algorithm in study.algorithms)
     problems = render(

@@ -12,7 +12,7 @@ from plotly.offline import get_plotlyjs
 from mgeo.figures.page import LIBRARY
 from mgeo.store.atomic import write_file
 from mgeo.store.run_folder import REPORT_FILE
-from mgeo.studies.comparison import Comparison, failures
+from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import published_table
 from mgeo.studies.execute import RECORDS, grid_steps, make_comparison
 from mgeo.studies.file import Study
@@ -168,9 +168,8 @@ def _over_problems(
     reached = targets_reached(comparisons)
     ranked = friedman_over_problems(values)
     marked = problems_table(comparisons)
-    failed = [
-        text for label, each in comparisons.items() for text in failures(each.failures(), label)
-    ] + without
+    failed = [text for label, each in comparisons.items() for text in each.failures(label)]
+    failed += without
     return {
         "summary.md": marked.markdown() + "".join(f"\n{text}\n" for text in failed),
         "summary.tex": marked.latex(),

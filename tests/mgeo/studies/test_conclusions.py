@@ -1,7 +1,6 @@
 """Sentences and small tables about a comparison."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -9,8 +8,7 @@ import pytest
 from scipy import stats
 
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.conclusions import against, conclusions, control_table, published_table
-from mgeo.studies.schema import PublishedTable
+from mgeo.studies.conclusions import against, conclusions, control_table
 
 from .samples import VALUES, comparison
 
@@ -28,33 +26,6 @@ def test_the_conclusions_name_the_best_its_rivals_and_what_points_say():
         "The most points are on the fronts of B: 99 on average. By hypervolume it is number 3 of "
         "3: points say how finely a front was traced, not how far it reaches.",
     ]
-
-
-def test_the_conclusions_say_where_other_indicators_disagree():
-    made = comparison()
-    values = {"A_1": (0.7, 0.3, 0.2), "B": (0.1, 0.1, 0.3), "C": (0.2, 0.5, 0.21)}
-    rows = [
-        {"algorithm": name, "seed": seed, "evaluations": 100, "points": 9}
-        | dict(
-            zip(("hypervolume", "igd_plus", "epsilon"), np.add(v, 0.004 * (seed - 1)), strict=True)
-        )
-        for name, v in values.items()
-        for seed in range(1, 9)
-    ]
-    found = conclusions(Comparison(**{**vars(made), "table": pd.DataFrame(rows)}))
-    assert found[2:4] == [
-        "By IGD+, B ranks first: 0.1140 ± 0.0098, and A_1 number 2: 0.3140 ± 0.0098; B is "
-        "significantly better (A = 1.00).",
-        "By additive epsilon, A_1 ranks first, too.",
-    ]
-    table = pd.DataFrame(rows)
-    chosen = table["algorithm"] == "A_1"
-    table.loc[chosen, "epsilon"] += 0.011  # behind C by a little
-    found = conclusions(Comparison(**{**vars(made), "table": table}))
-    assert found[3] == (
-        "By additive epsilon, C ranks first: 0.2240 ± 0.0098, and A_1 number 2: 0.2250 ± 0.0098; "
-        "these two are not significantly different."
-    )
 
 
 def test_the_conclusions_part_rivals_from_others():
@@ -154,21 +125,6 @@ def test_a_front_in_one_run_of_ten_is_not_the_best():
     assert r"always & 10 & \textbf{0.5045" in made.to_latex()
 
 
-def test_what_the_test_finds_worse_is_not_called_best_for_its_mean():
-    # four runs of twenty are far ahead, the others behind: A = 0.2 with the higher mean
-    low, high = 0.40 + 0.001 * np.arange(16), 0.9 + 0.001 * np.arange(4)
-    made = final({"lucky": [*low, *high], "steady": 0.42 + 0.001 * np.arange(20)})
-    pair = made.tests().pairs.iloc[0]
-    assert pair["A"] == pytest.approx(0.2)
-    assert pair["p_holm"] < 0.002
-    assert made.summary()[("hypervolume", "mean")].idxmax() == "lucky"
-    assert made.order() == ["steady", "lucky"]
-    found = conclusions(made)
-    assert found[0].startswith("By hypervolume, steady ranks first: 0.4295 ± 0.0059, then lucky: ")
-    assert found[1].startswith("The best mean is that of lucky, 0.51 ± 0.20; ")
-    assert found[2].startswith("It is significantly better than every other (A = 0.80). ")
-
-
 def test_conclusions_name_what_beats_the_first():
     """Ranks among all runs need not agree with every pair: where some runs fall behind all, the
     others may be ahead by little, and often.
@@ -203,9 +159,3 @@ def test_a_control_is_corrected_for_its_rivals_alone():
     assert table["hypervolume: A"].tolist() == ["0.000", f"{1.5 / 9:.3f}"]
     assert table["IGD+: p (Holm)"].tolist() == ["0.2", f"{tied:.2g}"]
     assert table.index.name == "B against"
-
-
-def test_published_indicators_are_named_as_in_the_table():
-    published = PublishedTable(source="x", table={"A_1": {"igd_plus": 0.5}})
-    table = published_table(SimpleNamespace(published=published), comparison())
-    assert table.loc["A_1"].tolist() == ["0.5", "0.40 ± 0.10", "0.60 ± 0.10"]

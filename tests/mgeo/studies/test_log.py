@@ -73,13 +73,6 @@ def test_every_evaluation_of_an_algorithm_is_seen_once():
     assert np.array_equal(problem.evaluate(record.X), record.front_F)
 
 
-def test_solutions_that_are_no_numbers_leave_no_columns():
-    log = EvaluationLog(2, 10)
-    X = np.array([{"kind": "a"}, {"kind": "b"}], dtype=object)
-    log(Population.new("X", X, "F", np.array([[0.0, 1.0], [1.0, 0.0]])))
-    assert log.record(0.0).X.shape == (2, 0)
-
-
 def test_a_record_survives_its_file(tmp_path):
     record = watched([np.array([[1.0, 2.0], [np.pi, 0.1]])], [np.array([True, True])], 2)
     one, other = tmp_path / "one.npz", tmp_path / "other.npz"
@@ -90,9 +83,3 @@ def test_a_record_survives_its_file(tmp_path):
         assert type(getattr(again, name)) is type(value)
     again.write(other)
     assert other.read_bytes() == one.read_bytes()
-
-
-def test_a_record_without_a_point_survives_too(tmp_path):
-    record = watched([np.array([[1.0, 2.0]])], [np.array([False])], 1)
-    record.write(tmp_path / "run.npz")
-    assert StudyRun.read(tmp_path / "run.npz").front_F.shape == (0, 2)

@@ -92,12 +92,6 @@ def test_all_problems_in_one_table(three):
     assert table.latex().count(r"\textbf") == 2
 
 
-def test_one_algorithm_has_nothing_to_be_compared_with():
-    table = problem_table(comparison(alone=0.0))
-    assert (list(table.best), list(table.alike), table.note) == ([], [], "")
-    assert "textbf" not in table.latex()
-
-
 def test_special_characters_of_tables_are_escaped():
     table = pd.DataFrame({"50 %": ["a|b<c"]}, index=pd.Index(["σ ^ {1} \\"], name="x & y"))
     assert markdown(table) == "| x & y | 50 % |\n| --- | ---: |\n| σ ^ {1} \\ | a\\|b<c |\n"
