@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -65,7 +66,7 @@ def study(
     from mgeo.studies.study import run_study
 
     folder, output = out or Path("studies", file.stem), Output(quiet, json)
-    with bad_input():
+    with bad_input((ValueError, TypeError, OSError, BrokenProcessPool)):
         read = read_study(file, imports=not dry_run).reduced(evaluations, seeds)
         if dry_run:
             from mgeo.cli.dry_run import describe_study

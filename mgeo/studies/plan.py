@@ -47,24 +47,21 @@ def claim(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[No
     ValueError
         If the plans differ, with the first difference, or another process uses the folder.
     """
-    path = folder / PLAN
-    if path.exists() and not resume:
-        raise FileExistsError(
-            f"{folder} holds a study: --resume (resume=True in Python) continues it, "
-            "read_comparison reads it; expected one of these, or another folder"
-        )
-    content = to_json(plan)
+    path, content = folder / PLAN, to_json(plan)
     folder.mkdir(parents=True, exist_ok=True)
     with lock(folder):
-        if path.exists():
-            recorded = json.loads(path.read_bytes())
-            if text := difference(recorded, json.loads(content)):
-                raise ValueError(
-                    f"{folder} holds another study: {text}; to resume, expected the same names, "
-                    "options, parameters, seeds, evaluations and versions"
-                )
-        else:
+        if not path.exists():
             write_file(path, content)
+        elif not resume:
+            raise FileExistsError(
+                f"{folder} holds a study: --resume (resume=True in Python) continues it, "
+                "read_comparison reads it; expected one of these, or another folder"
+            )
+        elif text := difference(json.loads(path.read_bytes()), json.loads(content)):
+            raise ValueError(
+                f"{folder} holds another study: {text}; to resume, expected the same names, "
+                "options, parameters, seeds, evaluations and versions"
+            )
         yield
 
 

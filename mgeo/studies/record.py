@@ -63,6 +63,11 @@ class StudyRun:
             front, start = both[nondominated(both)], end
             yield front
 
+    def is_consistent(self) -> bool:
+        """Return whether the arrays have fitting shapes and the objectives are finite."""
+        rows = self.numbers.shape == (len(self.F),) and self.front.shape == (len(self.X),)
+        return rows and self.F.ndim == self.front_F.ndim == 2 and bool(np.isfinite(self.F).all())
+
     def write(self, path: Path) -> None:
         """Write a compressed NumPy archive without pickles; equal records give equal bytes."""
         buffer = io.BytesIO()
@@ -85,8 +90,7 @@ class StudyRun:
                 arrays = {name: archive[name] for name in _ARRAYS}
                 numbers = {name: archive[name].item() for name in _NUMBERS}
             record = cls(**arrays, **numbers)
-            aligned = len(record.numbers) == len(record.F) and len(record.front) == len(record.X)
-            if not aligned or not np.isfinite(record.front_F).all():
+            if not record.is_consistent():
                 raise ValueError("arrays do not belong together")
         except (ValueError, TypeError, KeyError, IndexError, EOFError, AttributeError) as error:
             raise _not_a_record(path, error) from error

@@ -115,11 +115,13 @@ def read_comparison(
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
     indicators = [indicator.name for indicator in applicable(problem.n_obj)]
-    table = _read_table(folder / TABLE, ["evaluations", "points", *indicators])
-    runs = _read_table(folder / RUNS, ["status", "wall_time", "failed_evaluations", "error"])
+    table = _read_table(folder / TABLE, algorithms, ["evaluations", "points", *indicators])
+    runs = _read_table(
+        folder / RUNS, algorithms, ["status", "wall_time", "failed_evaluations", "error"]
+    )
     records = {}
     if (folder / FRONTS).exists():
-        fronts = _read_table(folder / FRONTS, protocol.column_names(problem)[1])
+        fronts = _read_table(folder / FRONTS, algorithms, protocol.column_names(problem)[1])
         records = {
             (str(row["algorithm"]), int(row["seed"])): _record(row, fronts, n_eval)
             for row in runs.to_dict("records")
@@ -188,8 +190,8 @@ def _space(problem: Problem, about: Mapping[str, Any]) -> IndicatorSpace:
         reference_front=np.empty((0, n_obj)),
         origin=origin,
         transform=protocol.indicator_space(problem) if origin == "problem" else None,
-        parts=tuple(about.get("parts", ())),
-        cuts=tuple(about.get("cuts", ())),
+        parts=tuple(map(float, about.get("parts", ()))),
+        cuts=tuple(map(float, about.get("cuts", ()))),
     )
 
 
@@ -197,7 +199,7 @@ _TEXTS = ("algorithm", "status", "error", "versions")  # columns that are not nu
 _TYPES: dict[str, Any] = dict.fromkeys(_TEXTS, str)
 
 
-def _read_table(path: Path, columns: Collection[str]) -> pd.DataFrame:
+def _read_table(path: Path, algorithms: Collection[str], columns: Collection[str]) -> pd.DataFrame:
     """Read a table of runs; floats exactly."""
     try:
         table = pd.read_csv(
@@ -208,13 +210,16 @@ def _read_table(path: Path, columns: Collection[str]) -> pd.DataFrame:
             na_values=["nan"],
             index_col=False,
         )
-    except (ValueError, pd.errors.ParserError) as error:
+    except ValueError as error:
         raise ValueError(f"{path}: not a table: {error}") from error
     for name in ("algorithm", "seed", *columns):
         if name not in table:
             raise ValueError(f"{path}: there is no column {name!r}")
-        if name not in _TEXTS and table[name].dtype.kind not in "if":
+    for name in set(table.columns) - set(_TEXTS):
+        if not pd.api.types.is_numeric_dtype(table[name]):
             raise ValueError(f"{path}: column {name}: expected numbers")
+    for name in set(table["algorithm"]) - set(algorithms):
+        raise ValueError(f"{path}: algorithm {name!r}: expected one of {', '.join(algorithms)}")
     return table
 
 
