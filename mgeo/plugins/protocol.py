@@ -298,14 +298,6 @@ def recommended(problem: Problem) -> Recommended:
     return Recommended(**ask(problem, ProblemMixin.recommended))
 
 
-def fingerprint(thing: Any) -> str:
-    """Return the ``fingerprint`` of a problem or an algorithm; empty for none."""
-    given = getattr(thing, "fingerprint", None)
-    if given is not None and (not isinstance(given, str) or not given):
-        raise PluginError(f"fingerprint of {type(thing).__name__} = {given!r:.80}: expected a text")
-    return given or ""
-
-
 def instance_of(problem: Problem) -> str:
     """Return the function of which the problem is one instance or size; empty for none."""
     return str(getattr(problem, "instance_of", ""))

@@ -1,4 +1,4 @@
-"""Studies: algorithms compared on equal terms, resumable, on one machine or many.
+"""Studies: algorithms compared on equal terms.
 
 ::
 
@@ -11,18 +11,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mgeo.studies.comparison import Comparison, Tests
+    from mgeo.studies.comparison import Comparison, FailedRunsWarning, Tests
     from mgeo.studies.execute import compare
     from mgeo.studies.file import Study, read_study
     from mgeo.studies.indicators import NothingToCompareError
-    from mgeo.studies.results import FailedRunsWarning, NotReusedWarning
     from mgeo.studies.stored import read_comparison, read_comparisons
     from mgeo.studies.study import run_study
 
 __all__ = [
     "Comparison",
     "FailedRunsWarning",
-    "NotReusedWarning",
     "NothingToCompareError",
     "Study",
     "Tests",
@@ -36,8 +34,7 @@ __all__ = [
 #: Modules of the public names, imported at first use: `compare` needs no package of the command.
 _MODULES = {
     "Comparison": "comparison",
-    "FailedRunsWarning": "results",
-    "NotReusedWarning": "results",
+    "FailedRunsWarning": "comparison",
     "NothingToCompareError": "indicators",
     "Study": "file",
     "Tests": "comparison",

@@ -25,7 +25,7 @@ from mgeo.validation.arguments import validate_list, validate_number
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
-    from mgeo.store.study_run import StudyRun
+    from mgeo.studies.record import StudyRun
 
 BEYOND_NADIR = 1.1  # reference point where the union of fronts spans 0 to 1
 REFERENCE_SIZE = 500  # points of the reference front

@@ -7,8 +7,6 @@ from mgeo_attitude.bound.assembly import limit
 from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.plan import ManeuverPlan, from_json, to_json
 
-from mgeo.studies.fingerprint.parts import fingerprint
-
 #: An orbit and its eclipse lie between the first start and the last.
 FREE = {"latest_start": 5400.0, "start_interval": 600.0}
 
@@ -50,12 +48,6 @@ def test_a_batch_of_several_starts_gives_what_each_gives_alone(problem, X):
         again = AttitudeManeuverProblem(problem.scenario, threads=threads)
         again.__dict__["start_times"] = problem.start_times
         np.testing.assert_array_equal(values(again, X[::-1]), F[::-1])
-
-
-def test_problems_of_starts_that_it_remembers_are_no_part_of_it_nor_is_the_number_of_threads(X):
-    new, used = (AttitudeManeuverProblem(scenario(), threads=threads) for threads in (1, 2))
-    assert used.begun(X[0])[0] is used.begun(X[0])[0]
-    assert fingerprint(new) == fingerprint(used)
 
 
 def test_a_plan_is_one_of_the_scenario_that_begins_then(problem, X):

@@ -44,13 +44,23 @@ def test_what_would_be_refused_is_refused(mgeo):
     assert mgeo("solve", "cantilevr", "--dry-run").exit_code == 2
 
 
-def test_a_study_is_described_without_an_import_of_its_modules(mgeo):
-    Path("one.toml").write_text(STUDY)
-    found = json.loads(mgeo("study", "one.toml", "--jobs", 1, "--dry-run", "--json").stdout)
-    assert found["runs"] == 4
-    assert found["problems"]["cantilever"]["objectives"] == ["mass [kg]", "deflection [m]"]
+def test_a_dry_run_of_a_study_imports_no_module_that_it_names(mgeo):
     Path("of_a_stranger.py").write_text("raise RuntimeError('imported')")
     Path("one.toml").write_text(STUDY.replace('"random"', '"of_a_stranger:Search"'))
     done = mgeo("study", "one.toml", "--jobs", 1, "--dry-run")
     assert done.exit_code == 0, done.output
     assert "algorithms  nsga2, of_a_stranger:Search" in done.stdout
+    (note,) = done.stderr.splitlines()
+    assert note.startswith("Note: of_a_stranger:Search: a dry run has no module")
+    assert "RuntimeError: imported" in mgeo("study", "one.toml", "--jobs", 1).stderr
+
+
+def test_a_study_is_described_and_nothing_is_written(mgeo):
+    Path("one.toml").write_text(STUDY)
+    first = mgeo("study", "one.toml", "--jobs", 1, "--dry-run")
+    assert first.exit_code == 0, first.output
+    assert "4 runs of 60 evaluations" in first.stdout
+    assert [path.name for path in Path().iterdir()] == ["one.toml"]
+    found = json.loads(mgeo("study", "one.toml", "--dry-run", "--json").stdout)
+    assert found["runs"] == 4
+    assert found["problems"]["cantilever"]["objectives"] == ["mass [kg]", "deflection [m]"]
