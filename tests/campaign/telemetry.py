@@ -14,7 +14,7 @@ import pandas as pd
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_calibration import Calibration, Telemetry, TelemetryMapping, calibrate, fly
 from mgeo_calibration.calibration.document import read_json, to_json
-from mgeo_calibration.telemetry.files import table_of
+from mgeo_calibration.telemetry.files import parse_table
 from mgeo_calibration.telemetry.reading import read_telemetry
 
 from mgeo.store.scenario_file import read_scenario
@@ -90,7 +90,7 @@ def telemetry_read(box: Box) -> Attempt:
     Path("t.csv").write_bytes(spoiled_bytes(box, made) if plain is None else made)
 
     def sound(found: Telemetry) -> None:
-        others = [found.frame()] if plain is None else [found.frame(), table_of(plain)]
+        others = [found.frame()] if plain is None else [found.frame(), parse_table(plain)]
         for other in others:
             again = read_telemetry(other, scenario())
             pd.testing.assert_frame_equal(again.frame(), found.frame(), check_exact=True)

@@ -30,8 +30,8 @@ from mgeo_calibration.estimation.fit import Fit, fit
 from mgeo_calibration.estimation.kinematics import discretized, turns
 from mgeo_calibration.estimation.residuals import Filtered, History, filtered
 from mgeo_calibration.estimation.smoother import Solution, last_covariance
-from mgeo_calibration.estimation.step_noise import for_delays, with_step_noise, without_step_noise
-from mgeo_calibration.estimation.trajectory import memory_told, spans
+from mgeo_calibration.estimation.step_noise import for_delays, without_step_noise
+from mgeo_calibration.estimation.trajectory import spans
 from mgeo_calibration.telemetry.gyro_samples import (
     gyro_noise,
     gyro_spikes,
@@ -97,7 +97,6 @@ def calibrate(
         raise InvalidValue("gyro.holds", "unknown", "expected none, or that of calibrate_alone")
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
-    memory_told(with_step_noise(scenario.suite, scenario.step), len(telemetry.times))
     belief, data = Belief.of(scenario), None
     try:
         data, belief = for_delays(batch(scenario, telemetry), belief)
