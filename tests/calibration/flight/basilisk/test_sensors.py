@@ -2,7 +2,6 @@
 
 import dataclasses
 from itertools import combinations
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from mgeo_attitude import (
     StarTracker,
     SunSensor,
     TwoAxisSunSensor,
-    World,
 )
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.maneuvers.motion import Motion
@@ -225,31 +223,3 @@ def test_normalized_sun_vectors_are_calibrated_as_claimed():
     telemetry = check_calibrated(scenario, PLAN, 3)
     lengths = np.linalg.norm(telemetry.sensors["sun"][1:], axis=1)
     np.testing.assert_allclose(lengths, 1.0, rtol=0, atol=1e-12)
-
-
-def test_errors_of_the_world_are_what_sensors_measure():
-    """By their own `measured`; a wrong orbit's field is IGRF's here and a dipole's there."""
-    world = World(
-        earth_albedo=0.3,
-        albedo=0.05,
-        albedo_correlation_time=20.0,
-        field_error_nt=3000.0,
-        field_error_correlation_time=20.0,
-        orbit_error_m=(3000.0, 100.0, 100.0),
-    )
-    scenario = short(Scenario.paper(), 60.0, sensors=QUIET, world=world)
-    found, model = fly(scenario, PLAN, 5), FilterModel.from_scenario(scenario)
-    truth, suite = found.truth, model.suite
-
-    def to_body(vector):
-        return np.einsum("kij,kj->ki", truth.attitude, vector)
-
-    for index, close in ((0, 1e-6), (1, 100.0)):
-        sensor = suite.sensors[index]
-        rows = model.references[:, suite.gradient_rows(index)].swapaxes(0, 1)
-        x = {state: truth.states[:, i : i + 3] for state, i in suite.places(sensor).items()}
-        for size, states in ((1.0, x), (0.0, {key: x[key] for key in ("misalignment", "bias")})):
-            at = SimpleNamespace(to_body=to_body, gradient=[*map(to_body, rows)], **states)
-            expected = sensor.measured(at, to_body(model.references[:, index]))
-            off = found.sensors[sensor.name] - expected * sensor.channel_unit.factor
-            assert (np.nanmax(np.abs(off)) < close) == bool(size), sensor.name

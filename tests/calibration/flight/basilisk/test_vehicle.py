@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import Gyro, Magnetometer, Scenario, Suite, SunSensor
+from mgeo_attitude import Gyro, Magnetometer, Scenario, Suite, SunSensor, World
 from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import Wheels
 from mgeo_calibration.flight.basilisk.fly import check_suite
@@ -86,7 +86,7 @@ def test_what_basilisk_has_not_is_named(monkeypatch):
     with pytest.raises(InvalidValue, match=r"sensors\[1\].kind = 'horizon-sensor'.*magnetometer"):
         check_suite(Suite(Gyro(), (Magnetometer(), Horizon(name="earth"))))
     monkeypatch.setattr(Magnetometer, "states", lambda self: {"bias": 1.0, "soft_iron": 0.1})
-    with pytest.raises(InvalidValue, match=r"sensors\[0\].soft_iron = 'mag': .*bias and mis"):
+    with pytest.raises(InvalidValue, match=r"sensors\[0\].soft_iron = 0.1: .*bias, mis"):
         check_suite(Suite(Gyro(), (Magnetometer(),)))
 
 
@@ -95,12 +95,13 @@ def test_what_basilisk_has_not_is_named(monkeypatch):
     [
         (
             Suite(Gyro(), (SunSensor(), Magnetometer(initial_scale_factor=0.1))),
-            r"sensors\[1\].scale_factor = 'mag': Basilisk's magnetometer has bias and misalignment",
+            r"sensors\[1\].scale_factor = 0.1: Basilisk's magnetometer has bias, misalignment only",
         ),
         (
             Suite(Gyro(initial_nonorthogonality_deg=0.1), ()),
             r"gyro.nonorthogonality = 0.0017\d*: Basilisk's gyro has",
         ),
+        (Suite(Gyro(), (), World(albedo=0.03)), "world = .*: expected none"),
     ],
 )
 def test_errors_that_basilisk_has_not_are_refused_by_name(suite, message):

@@ -39,18 +39,12 @@ class Sources:
     ----------
     field, shadow : modules
         Of Basilisk; None where the scenario needs none.
-    light : array, shape (m, 3)
-        What adds to the Sun's unit vector at each step, GCRS; there may be more than there are.
-    mean_light : array, shape (m, 3)
-        What is believed of it, by which it comes from before or behind a face.
     """
 
     satellite: Any
     surroundings: Surroundings
     field: Any
     shadow: Any
-    light: Floats
-    mean_light: Floats
 
 
 @dataclass(frozen=True)
@@ -76,10 +70,6 @@ class Instrument:
 
 
 Errors = Mapping[str, Floats]
-
-#: Among the errors of a sensor what channels add to its bias at each step, shape (m, 3); there may
-#: be more steps than there are. Basilisk's bias is a constant: this is added to what is recorded.
-FOLLOWED = "followed"
 
 
 def rate_gyro(gyro: Gyro, errors: Errors, step: float, sources: Sources, seed: int) -> Any:
@@ -118,9 +108,8 @@ def three_axis_magnetometer(
     tam.walkBounds = [NO_BOUND] * 3
 
     def vectors(of: Mapping[str, Any]) -> Floats:
-        found = of[sensor.name].tam_S / _TESLA
-        reported: Floats = (found + _followed(errors, len(found)))[:, None]
-        return reported
+        found: Floats = of[sensor.name].tam_S[:, None] / _TESLA
+        return found
 
     return Instrument([tam], {sensor.name: tam.tamDataOutMsg.recorder()}, vectors)
 
@@ -149,10 +138,6 @@ def coarse_sun_sensors(
     def vectors(of: Mapping[str, Any]) -> Floats:
         cosines = of[sensor.name].CosValue[:, :6]
         found = cosines[:, 0::2] - cosines[:, 1::2]
-        if "albedo" in sensor.sees():
-            to_body = Rotation.from_mrp(of[f"{sensor.name} state"].sigma_BN).inv()
-            found += to_body.apply(sources.light[: len(found)]) @ mount.T
-        found += _followed(errors, len(found))
         reported: Floats = np.where(_seen(sensor, of)[:, None], found, np.nan)
         if sensor.unit_length:
             reported /= np.linalg.norm(reported, axis=1, keepdims=True)
@@ -167,8 +152,7 @@ def photodiode(
     """One of Basilisk's coarse Sun sensors, which reads zero in the dark, but for noise.
 
     Its cosine is that of any angle to 90 deg: what is beyond the half-angle is told, too. It does
-    not report while it is not in full sunlight. Light from the Earth is none of Basilisk's: that
-    which comes from before the face is added.
+    not report while it is not in full sunlight.
     """
     along = sensor.axes[2] + errors["sensitivity"] @ sensor.axes
     gain = float(np.linalg.norm(along))
@@ -177,14 +161,7 @@ def photodiode(
     head.senNoiseStd = sensor.relative_noise / gain  # which is scaled, too
 
     def vectors(of: Mapping[str, Any]) -> Floats:
-        found = np.array(of[sensor.name].OutputData)
-        if sensor.sees_albedo:
-            to_body = Rotation.from_mrp(of[f"{sensor.name} state"].sigma_BN).inv()
-            light, mean = (
-                to_body.apply(each[: len(found)]) for each in (sources.light, sources.mean_light)
-            )
-            found += np.where(mean @ sensor.axes[2] >= 0.0, light @ along, 0.0)
-        reported: Floats = np.where(_in_light(sensor, of), found, np.nan)
+        reported: Floats = np.where(_in_light(sensor, of), of[sensor.name].OutputData, np.nan)
         return reported[:, None, None]
 
     return Instrument([head], _records(sensor, head.cssDataOutMsg, sources), vectors)
@@ -211,11 +188,6 @@ def _records(sensor: Sensor, message: Any, sources: Sources) -> dict[str, Any]:
     if sources.shadow is not None:
         records[f"{sensor.name} light"] = sources.shadow.eclipseOutMsgs[0].recorder()
     return records
-
-
-def _followed(errors: Errors, n: int) -> Floats:
-    more = errors.get(FOLLOWED)
-    return np.zeros((n, 3)) if more is None else more[:n]
 
 
 def _in_light(sensor: Sensor, of: Mapping[str, Any]) -> Bools:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import reduce
 from operator import mul
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from Basilisk.architecture import bskLogging
@@ -21,10 +21,8 @@ from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
-from mgeo_attitude.sensors.world import FIELD_UNIT_NT, POSITION_UNIT
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.basilisk.control import (
@@ -34,9 +32,8 @@ from mgeo_calibration.flight.basilisk.control import (
     control_loop,
     reaction_wheels,
 )
-from mgeo_calibration.flight.basilisk.instruments import FOLLOWED, INSTRUMENTS, Sources, rate_gyro
+from mgeo_calibration.flight.basilisk.instruments import INSTRUMENTS, Sources, rate_gyro
 from mgeo_calibration.flight.basilisk.surroundings import (
-    FieldBesideModel,
     Surroundings,
     central_body,
     field_coefficients,
@@ -49,43 +46,6 @@ from mgeo_calibration.flight.flight import coning
 
 #: Longest step of dynamics and control [s]; the scenario's step is cut into equal parts.
 LONGEST_STEP = 1.0
-
-
-class Outside(NamedTuple):
-    """What field and light are beside field model and Sun at n + 1 samples, GCRS.
-
-    Attributes
-    ----------
-    field : array, shape (n + 1, 3)
-        [nT]
-    light : array, shape (n + 1, 3)
-        Added to the Sun's unit vector.
-    mean_light : array, shape (n + 1, 3)
-        What is believed of that.
-    """
-
-    field: Floats
-    light: Floats
-    mean_light: Floats
-
-    @classmethod
-    def of(
-        cls, scenario: Scenario, environment: Environment, errors: Mapping[str, Floats]
-    ) -> Outside:
-        """By errors of the world, shape (n + 1, 3); the field of a wrong orbit is IGRF's there."""
-        world, n = scenario.world, len(environment.times)
-        mean, field = world.around(environment).earthlight, np.zeros((n, 3))
-        light = np.zeros((n, 3)) if mean is None else mean
-        if "orbit_error" in errors:
-            axes = world.by_orbit_error(np.tile(np.eye(3), (n, 1, 1)), environment)
-            off = POSITION_UNIT * np.einsum("kij,kj->ki", axes, errors["orbit_error"])
-            there = Environment.at(scenario, environment.times, environment.position + off)
-            field = there.field - environment.field
-        return cls(
-            field + FIELD_UNIT_NT * errors.get("field_error", 0.0),
-            light + errors.get("albedo", 0.0),
-            light,
-        )
 
 
 @dataclass(frozen=True)
@@ -104,10 +64,6 @@ class Drawn:
         Gyro and sensor states at the start.
     bias : array, shape (n, 3)
         Mean of the gyro's bias over each step [rad/s].
-    outside : Outside
-        What is beside the models of field and light.
-    follows : mapping of str to array, shape (n + 1, 3)
-        What channels add to the bias of a sensor, by its name, in the filter's unit.
     """
 
     start: Floats
@@ -115,8 +71,6 @@ class Drawn:
     believed: Floats
     errors: Floats
     bias: Floats
-    outside: Outside
-    follows: Mapping[str, Floats] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -169,10 +123,6 @@ def simulate(
         places = suite.places(owner).items()
         return {name: drawn.errors[i : i + 3] for name, i in places if name in owner.states()}
 
-    def followed(sensor: Sensor) -> dict[str, Floats]:
-        more = drawn.follows.get(sensor.name)
-        return {} if more is None else {FOLLOWED: np.repeat(more, parts, axis=0)}
-
     def seed() -> int:
         return int(generator.integers(1, 2**31 - 1))
 
@@ -186,17 +136,13 @@ def simulate(
             coefficients = Path(folder, "igrf.COF")
             coefficients.write_text(field_coefficients(middle(environment, scenario.epoch)))
             modules.append(field := field_model(satellite, surroundings, coefficients))
-            if (beside := drawn.outside.field).any():
-                modules.append(field := FieldBesideModel(field, beside, parts * nanoseconds))
         if scenario.eclipse:
             modules.append(shadow := shadow_model(satellite, surroundings))
-        lights = (drawn.outside.light, drawn.outside.mean_light)
-        light, mean_light = (np.repeat(each, parts, axis=0) for each in lights)
-        sources = Sources(satellite, surroundings, field, shadow, light, mean_light)
+        sources = Sources(satellite, surroundings, field, shadow)
         own = errors_of(suite.gyro)
         imu = rate_gyro(suite.gyro, own, h, sources, seed())
         instruments = [
-            INSTRUMENTS[type(sensor)](sensor, errors_of(sensor) | followed(sensor), sources, seed)
+            INSTRUMENTS[type(sensor)](sensor, errors_of(sensor), sources, seed)
             for sensor in suite.sensors
         ]
         bias = np.repeat(drawn.bias / (1.0 + own.get("scale_factor", 0.0)), parts, axis=0)
