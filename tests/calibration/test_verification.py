@@ -97,21 +97,6 @@ def test_a_real_plan(short_plan):
 
 
 @pytest.mark.slow
-def test_ending_at_t_end_changes_nothing(short_plan):
-    design, soon = (
-        short_plan.design,
-        dataclasses.replace(short_plan.scenario.convergence, window=50.0, relative_decrease=0.9),
-    )
-    scenario = dataclasses.replace(short_plan.scenario, convergence=soon)
-    whole, part = (simulate(scenario, design, 3, 2, until=until) for until in (None, 0.0))
-    assert part.times[-1] == part.t_end < whole.times[-1]
-    k = len(part.times)
-    for name in ("errors", "sigma", "nees"):
-        np.testing.assert_array_equal(getattr(part, name), getattr(whole, name)[:, :k])
-    np.testing.assert_array_equal(part.broken, whole.broken)
-
-
-@pytest.mark.slow
 def test_a_filter_that_is_promised_too_much_is_caught(short_plan, monkeypatch):
     """Truth with three times the Sun sensor's noise and bias."""
     sun, *others = short_plan.scenario.sensors

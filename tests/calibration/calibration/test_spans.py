@@ -1,9 +1,6 @@
 """Telemetry in spans, which are formed again, against all of it at once; what a row takes."""
 
 import dataclasses
-import gc
-import tracemalloc
-from pkgutil import resolve_name
 
 import numpy as np
 import pytest
@@ -117,26 +114,3 @@ def test_a_calibration_in_spans_is_that_of_all_at_once(spans):
     np.testing.assert_allclose(parts.attitude, whole.attitude, rtol=0.0, atol=1e-8)
     pairs = zip(parts.model_tests, whole.model_tests, strict=True)
     assert all(abs(one.chi_square - other.chi_square) < 1e-6 for one, other in pairs)
-
-
-@pytest.mark.cases(0, 1)
-@pytest.mark.parametrize("preset", ["cubesat_6u", "cubesat_6u_full"])
-def test_a_sample_takes_less_than_four_kilobytes(preset, spans, monkeypatch):
-    """Of all that NumPy allocates at once; it was 10 and 37."""
-    spans(500)
-    monkeypatch.setattr("mgeo_attitude.environment.field._AT_ONCE", 500)
-    of = short(getattr(Scenario, preset)(), 6000.0)
-    telemetry = flown(of, 1)
-    calibrate(of, telemetry.until(300.0))  # what is compiled, or found once
-    peaks = []
-    for end in (2000.0, 6000.0):
-        some = telemetry.until(end)
-        resolve_name("mgeo_attitude.environment.environment._sun_and_field").cache_clear()
-        gc.collect()
-        tracemalloc.start()
-        calibrate(of, some)
-        peaks.append(tracemalloc.get_traced_memory()[1])
-        tracemalloc.stop()
-    row = (peaks[1] - peaks[0]) / 4000.0
-    print(f"{preset}: {row:.0f} bytes a sample")
-    assert row < 4000.0

@@ -219,16 +219,6 @@ def test_an_orbit_error_moves_the_eclipse_of_a_flight_and_calibration_does_not_m
     assert not made.rejected
 
 
-def test_a_bias_that_does_not_drift_stays(model):
-    suite = dataclasses.replace(
-        model.suite, gyro=dataclasses.replace(model.suite.gyro, rate_random_walk=0.0)
-    )
-    steady = dataclasses.replace(model, suite=suite)
-    noise = draw(steady, 50, np.random.default_rng(0)).gyro_noise
-    assert not noise[:, 3:].any()
-    assert noise[:, :3].std() == pytest.approx(np.sqrt(at_rest(steady)[1][0, 0]), rel=0.3)
-
-
 def test_sensors_measure_where_they_see():
     narrow = SunSensor(boresight=(1.0, 0.0, 0.0), half_angle_deg=60.0)
     of = short(Scenario.paper(), sensors=(narrow, Magnetometer()))
@@ -273,26 +263,6 @@ def test_readings_are_those_of_rotated_vectors(pointing):
                 found = flight.readings.sensors[index][k, 0]
                 np.testing.assert_allclose(found, seen, rtol=0, atol=1e-9)
         assert np.isnan(flight.readings.sensors[0][0]).all()  # the start is what is believed
-
-
-def test_a_field_is_distorted_by_a_symmetric_matrix_and_turned():
-    magnetometer, rng = SUITES["soft iron"].sensors[1], np.random.default_rng(4)
-    bias, k, psi, eta = 0.2 * rng.standard_normal((4, 3))
-    field = rng.standard_normal(3)
-    x = SimpleNamespace(bias=bias, scale_factor=k, misalignment=psi, nonorthogonality=eta)
-    distorted = (np.eye(3) + np.diag(k) + symmetric(eta)) @ field
-    expected = as_scipy(psi).apply(distorted) + bias
-    np.testing.assert_allclose(magnetometer.measured(x, field), expected, rtol=0, atol=1e-15)
-
-
-def test_the_error_of_a_start_elsewhere_is_in_body_axes():
-    """What the estimator is off by at first are the errors that were drawn, body axis by axis."""
-    initial = InitialConditions(pointing="sun", axis=(0.0, 0.6, 0.8))
-    model = FilterModel.from_scenario(short(Scenario.paper(), initial=initial))
-    draws = none(model, DURATION)
-    draws.errors[:] = x = np.random.default_rng(1).normal(0.0, 0.05, model.suite.n_states)
-    record = estimated(model, PLAN, np.array([0, DURATION]), draws)
-    np.testing.assert_allclose(record.errors[0, 0], x, rtol=0, atol=1e-14)
 
 
 def test_gyro_is_corrected_by_what_it_measures():

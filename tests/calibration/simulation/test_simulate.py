@@ -11,13 +11,11 @@ import numpy as np
 import pytest
 from mgeo_attitude import (
     Environment,
-    FilterModel,
     Gyro,
     Scenario,
     Sensor,
     SunSensor,
     World,
-    evaluate,
     validity,
 )
 from mgeo_attitude.geometry import vector
@@ -28,7 +26,7 @@ from mgeo_attitude.scenario.actuators import Wheels
 from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.settings import Convergence, ManeuverLimits
 from mgeo_attitude.scenario.validity import OutsideValidity
-from mgeo_calibration import Estimator, consistency, simulate
+from mgeo_calibration import consistency, simulate
 from mgeo_calibration.estimation.taylor import Taylor
 from mgeo_calibration.simulation.flights import RUNS, planned
 
@@ -71,30 +69,6 @@ def test_a_run_is_the_same_however_many_run_beside_it(brief):
         np.testing.assert_array_equal(getattr(alone, name), getattr(one, name)[:1])
     assert not np.array_equal(one.errors[0], one.errors[1])
     np.testing.assert_array_equal(one.predicted, two.predicted)
-
-
-@pytest.mark.slow
-def test_what_is_predicted_is_the_kernels(paper):
-    scenario, environment = paper
-    result = run(paper, 2)
-    kernel = evaluate(FilterModel.from_scenario(scenario, environment), PLAN, history=True)
-    assert result.t_end == kernel.t_end[0]
-    k = result.sample()
-    assert result.times[k] == result.t_end
-    np.testing.assert_allclose(
-        result.predicted[k] ** 2, kernel.variances[0, int(result.t_end)], rtol=1e-9
-    )
-    np.testing.assert_allclose(result.table()["predicted"], result.predicted[k])
-
-
-@pytest.mark.slow
-def test_a_gyro_with_every_error_is_consistent(paper):
-    scenario, environment = paper
-    gyro = Gyro(initial_scale_factor=1e-3, initial_misalignment_deg=0.2)
-    result = run((dataclasses.replace(scenario, gyro=gyro), environment), 40)
-    assert result.states[6:12:3] == ("gyro.scale_factor.x", "gyro.misalignment.x")
-    report = consistency(result, since=200.0)
-    assert all(report[name].passed for name in ("nees", "nis sun", "nis mag")), report.table()
 
 
 @pytest.mark.slow
@@ -159,28 +133,6 @@ def test_a_filter_that_believes_in_too_little_noise_is_found_out(paper):
     assert report["nis sun"].value == pytest.approx(1.3**2, rel=0.05)
     assert report["nis mag"].value == pytest.approx(1.3**2, rel=0.05)
     assert not report.passed
-
-
-@pytest.mark.slow
-def test_a_drifting_gyro_believed_steady_is_found_out(paper):
-    scenario, _ = paper
-    drifting = dataclasses.replace(scenario.gyro, rate_random_walk=3e-5)
-    report = consistency(
-        run(paper, truth=dataclasses.replace(scenario, gyro=drifting)), since=200.0
-    )
-    assert report["nees"].value > 2.0
-    assert report["largest rms / predicted"].value > 2.0
-
-
-RESULTS = ("errors", "sigma", "nees", "nis", "updates", "predicted", "times")
-
-
-def test_a_truth_that_is_what_the_estimator_believes_changes_no_bit(brief):
-    scenario, _ = brief
-    alone, same = run(brief, 3), run(brief, 3, truth=dataclasses.replace(scenario, name="same"))
-    for name in RESULTS:
-        np.testing.assert_array_equal(getattr(alone, name), getattr(same, name))
-    assert alone.t_end == same.t_end
 
 
 @pytest.mark.slow
@@ -327,17 +279,6 @@ def test_a_sensor_of_ones_own_is_simulated(paper):
     assert report["nis scaled"].passed, report.table()
 
 
-@pytest.mark.slow
-def test_a_sensor_that_does_not_say_what_it_measures_cannot_be_simulated(paper):
-    @dataclass(frozen=True)
-    class Linear(Scaled):
-        measured = Sensor.measured
-
-    scenario, environment = paper
-    with pytest.raises(NotImplementedError, match="Linear does not say what it measures"):
-        run((dataclasses.replace(scenario, sensors=(Linear(),)), environment), 1)
-
-
 @pytest.mark.parametrize(
     ("arguments", "options", "message"),
     [
@@ -352,12 +293,6 @@ def test_bad_arguments_are_named(paper, arguments, options, message):
         simulate(scenario, *arguments, environment=environment, **options)
 
 
-def test_an_environment_of_another_scenario_is_refused(paper):
-    _, environment = paper
-    with pytest.raises(ValueError, match=r"environment\.duration = 600\.0: .* scenario's 700\.0"):
-        run((short(Scenario.paper(), 700.0), environment), 1)
-
-
 @pytest.mark.slow
 def test_scenarios_outside_the_map_are_warned_of(paper):
     assert validity(Scenario.paper()) == ()
@@ -368,13 +303,6 @@ def test_scenarios_outside_the_map_are_warned_of(paper):
     assert [reason.split(" ")[0] for reason in validity(large)] == ["gyro.initial_bias_deg_s"]
     with pytest.warns(OutsideValidity, match=r"gyro.initial_bias_deg_s = 1: .* true up to"):
         run((large, environment), 1)
-
-
-def test_estimator_options_are_checked():
-    with pytest.raises(ValueError, match="jacobians = 'truth': expected one of"):
-        Estimator(jacobians="truth")
-    with pytest.raises(ValueError, match="iterations = 0"):
-        Estimator(iterations=0)
 
 
 @pytest.mark.slow
