@@ -141,21 +141,13 @@ _ASKED = ["says", "chi_square", "freedom", "p", "named", "key"]
 
 
 def print_refusal(refused: CannotCalibrate, output: Output) -> None:
-    """Print all that was tested of telemetry of which no calibration comes."""
+    """Print the checks of telemetry that cannot be calibrated."""
     output.print(*titled("Without any attitude", refused.check_table()))
-    if refused.model_tests:
-        title = f"Beside what the scenario says, with noise {refused.noise_factor:g} times as large"
-        output.print(*titled(title, refused.model_table()[_ASKED]))
 
 
 def refusal_document(refused: CannotCalibrate) -> dict[str, Any]:
-    """The same as JSON values."""
-    return {
-        "refused": str(refused),
-        "checks": rows(refused.check_table()),
-        "noise_factor": refused.noise_factor,
-        "model_tests": rows(refused.model_table()),
-    }
+    """Return the refusal and its checks as JSON values."""
+    return {"refused": str(refused), "checks": rows(refused.check_table())}
 
 
 def print_tests(calibration: Calibration, output: Output) -> None:
