@@ -32,7 +32,7 @@ from mgeo_calibration.flight.basilisk.control import (
     control_loop,
     reaction_wheels,
 )
-from mgeo_calibration.flight.basilisk.instruments import INSTRUMENTS, Sources, rate_gyro
+from mgeo_calibration.flight.basilisk.instruments import INSTRUMENTS, Log, Sources, rate_gyro
 from mgeo_calibration.flight.basilisk.surroundings import (
     Surroundings,
     central_body,
@@ -129,23 +129,24 @@ def simulate(
     surroundings = Surroundings(environment, scenario.epoch, parts * nanoseconds)
     satellite = _satellite(scenario, drawn, vehicle, environment, surroundings)
     modules: list[Any] = [surroundings, satellite]
-    field = shadow = None
+    field = shadow = spins = None
     with tempfile.TemporaryDirectory() as folder:
-        coiled = isinstance(vehicle, Coiled)
-        if coiled or any(isinstance(sensor, Magnetometer) for sensor in suite.sensors):
+        if isinstance(vehicle, Coiled) or any(
+            isinstance(sensor, Magnetometer) for sensor in suite.sensors
+        ):
             coefficients = Path(folder, "igrf.COF")
             coefficients.write_text(field_coefficients(middle(environment, scenario.epoch)))
             modules.append(field := field_model(satellite, surroundings, coefficients))
         if scenario.eclipse:
             modules.append(shadow := shadow_model(satellite, surroundings))
         sources = Sources(satellite, surroundings, field, shadow)
-        own = errors_of(suite.gyro)
-        imu = rate_gyro(suite.gyro, own, h, sources, seed())
+        of_gyro = errors_of(suite.gyro)
+        imu = rate_gyro(suite.gyro, of_gyro, h, sources, seed())
         instruments = [
             INSTRUMENTS[type(sensor)](sensor, errors_of(sensor), sources, seed)
             for sensor in suite.sensors
         ]
-        bias = np.repeat(drawn.bias / (1.0 + own.get("scale_factor", 0.0)), parts, axis=0)
+        bias = np.repeat(drawn.bias / (1.0 + of_gyro.get("scale_factor", 0.0)), parts, axis=0)
         corrected = _corrected(suite, drawn.believed)
         loop: Sequence[Any]
         if isinstance(vehicle, Coiled):
@@ -158,15 +159,15 @@ def simulate(
             loop = [guidance, *control_loop(vehicle, guidance, effector, configuration)]
             spins = effector.rwSpeedOutMsg.recorder()
         modules.insert(1, effector)
-        modules += [imu, *(one for i in instruments for one in i.modules), *loop]
-        records = {"state": satellite.scStateOutMsg.recorder(), "gyro": imu.sensorOutMsg.recorder()}
-        if not coiled:
-            records["wheels"] = spins
-        if field is not None:
-            records["field"] = field.envOutMsgs[0].recorder()
-        # by names of sensors, which may be any
-        reported = {key: one for each in instruments for key, one in each.records.items()}
-        recorders = [*records.values(), *reported.values()]
+        modules += [imu, *(each.module for each in instruments), *loop]
+        log = Log(
+            satellite.scStateOutMsg.recorder(),
+            surroundings.unit_sun.recorder(),
+            shadow and shadow.eclipseOutMsgs[0].recorder(),
+        )
+        turns, around = imu.sensorOutMsg.recorder(), field and field.envOutMsgs[0].recorder()
+        reported = [each.message.recorder() for each in instruments]
+        recorders = [each for each in (*log, turns, around, spins, *reported) if each is not None]
         run = _initialized([*modules, *recorders], nanoseconds)
     run.ConfigureStopTime(n * parts * nanoseconds)
     run.ExecuteSimulation()
@@ -174,10 +175,21 @@ def simulate(
     if isinstance(vehicle, Vehicle):
         count = len(vehicle.wheels.axes)
         wheels = spins.wheelSpeeds[::parts, :count] * configuration.read().JsList[:count]
-    vectors = [one.vectors(reported)[::parts] for one in instruments]
+    vectors = [
+        each.vectors(own, log)[::parts] for each, own in zip(instruments, reported, strict=True)
+    ]
     for each in vectors:
         each[0] = np.nan  # at the start nothing is reported
-    return _seen(records, vectors, wheels, scenario.step, parts)
+    rates = log.state.omega_BN_B[::parts]
+    turned = _composed(turns.DRFramePlatform[1:].reshape(-1, parts, 3))  # since its last step
+    return Seen(
+        attitude=Rotation.from_mrp(log.state.sigma_BN[::parts]).inv().as_matrix(),
+        position=log.state.r_BN_N[::parts],
+        field=np.zeros((0, 3)) if around is None else 1e9 * around.magField_N[::parts],
+        gyro=turned / scenario.step + coning(rates[:-1], rates[1:], scenario.step),
+        sensors=tuple(vectors),
+        wheels=wheels,
+    )
 
 
 def _initialized(modules: list[Any], nanoseconds: int) -> Any:
@@ -189,24 +201,6 @@ def _initialized(modules: list[Any], nanoseconds: int) -> Any:
         run.AddModelToTask("step", module, priority)
     run.InitializeSimulation()
     return run
-
-
-def _seen(
-    records: dict[str, Any], vectors: list[Floats], wheels: Floats, step: float, parts: int
-) -> Seen:
-    """What was recorded of satellite, field and gyro in the parts of steps [s], at the samples."""
-    state, field = records["state"], records.get("field")
-    # it tells the turn since its last step
-    turns = records["gyro"].DRFramePlatform[1:].reshape(-1, parts, 3)
-    rates = state.omega_BN_B[::parts]
-    return Seen(
-        attitude=Rotation.from_mrp(state.sigma_BN[::parts]).inv().as_matrix(),
-        position=state.r_BN_N[::parts],
-        field=np.zeros((0, 3)) if field is None else 1e9 * field.magField_N[::parts],
-        gyro=_composed(turns) / step + coning(rates[:-1], rates[1:], step),
-        sensors=tuple(vectors),
-        wheels=wheels,
-    )
 
 
 def _corrected(suite: Suite, states: Floats) -> Callable[[Floats], Floats]:
