@@ -8,7 +8,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_calibration import Verification, simulate, verification, verify
-from mgeo_calibration.verification import conclusion, findings, predictions, remedies
+from mgeo_calibration.verification import conclusion, findings, predictions
 from scipy.stats import chi2
 
 from ..three import three
@@ -58,18 +58,6 @@ def test_flights_of_coils_know_what_is_predicted_of_the_motion_of_each():
     found, claimed = predictions(plan, flights), flights.sigma[:, flights.sample()]
     np.testing.assert_allclose(found, claimed, rtol=0.1)
     assert np.abs(np.log(claimed / plan.history.sigma[-1])).max() > 0.5  # flown exactly, it is not
-
-
-def test_remedies_begin_with_what_is_known_at_the_start(short_plan):
-    assert not list(remedies(short_plan, judged()))
-    first, *_ = remedies(short_plan, judged(nees_p=0.0))
-    assert first.startswith("know more at the start, such as the attitude (initial.attitude_deg, 5")
-    unsure = dataclasses.replace(
-        short_plan.scenario,
-        initial=dataclasses.replace(short_plan.scenario.initial, attitude_deg=30),
-    )
-    first, *_ = remedies(ManeuverPlan(unsure, short_plan.design), judged(nees_p=0.0))
-    assert "initial.attitude_deg = 30: the linear covariance was found true up to 20" in first
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,7 @@ import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario
 from mgeo_attitude.environment.orbit import Orbit
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.geometry.rotation import matrix, rotation_vector
-from mgeo_attitude.scenario import Wheels
 from mgeo_calibration import calibrate, fly, simulate
 from mgeo_calibration.calibration.document import from_json, to_json
 from mgeo_calibration.estimation.belief import Belief
@@ -116,20 +114,6 @@ def test_a_later_epoch_carries_what_is_known_until_then(first):
     AttitudeManeuverProblem(after)
     from_toml = changes | {"epoch": after.epoch}
     assert found.scenario_after(from_toml) == after
-
-
-def test_a_rate_at_its_limit_is_not_above_it(first):
-    found, _ = first
-    noisy = dataclasses.replace(found, rate_deg_s=np.array([1.002, 0.5, 0.0]))
-    assert max(noisy.scenario_after().prior.rate_deg_s) == pytest.approx(1.0, rel=1e-12)
-    AttitudeManeuverProblem(noisy.scenario_after())
-    fast = dataclasses.replace(found, rate_deg_s=np.array([1.2, 0.5, 0.0]))
-    with pytest.raises(InvalidValue, match=r"prior\.rate_deg_s = \(1\.2, .*not 1\.2 about x"):
-        AttitudeManeuverProblem(fast.scenario_after())
-    wheels = Wheels(inertia=(0.2, 0.1, 0.1), max_momentum=0.2 * np.radians(0.5))
-    heavy = dataclasses.replace(found, scenario=dataclasses.replace(found.scenario, wheels=wheels),
-                                rate_deg_s=np.array([0.501, 0.0, 0.0]))  # fmt: skip
-    AttitudeManeuverProblem(heavy.scenario_after())
 
 
 def test_what_was_sent_before_is_read_once(first):

@@ -102,19 +102,6 @@ def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
         assert (np.abs(error) < 3.0 * np.sqrt(np.diag(again.covariance)[first : first + 3])).all()
 
 
-@pytest.mark.slow
-def test_what_cannot_be_told_and_matters_is_a_note():
-    """A decay of 1e-5 1/s at 0.02 deg/s is seen to two sigma, and moves the bias by as much."""
-    scenario = short(Scenario.paper(), 3000.0)
-    telemetry = fly(
-        scenario, MOTIONS["plan"], 1, Craft(gyro_bias_deg_s=[0.01, -0.01, 0.02], **CONSTANT)
-    )
-    (note,) = calibrate(scenario, telemetry).notes
-    assert note.startswith("gyro.bias may be constant: telemetry says that it decays by ")
-    assert note.endswith("see gyro.bias_decay = 1e-05")
-    assert not calibrate(believed(scenario, bias_decay=0.0), telemetry).notes
-
-
 @pytest.mark.parametrize("walk", [3e-8, 0.0])
 def test_a_score_is_the_step_of_an_estimate(walk):
     """A decay that is a little wrong is found as it is, with its change of the last bias."""

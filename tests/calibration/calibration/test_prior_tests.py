@@ -7,10 +7,6 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
 from mgeo_calibration.calibration.agreement import ALL
-from mgeo_calibration.calibration.document import to_json
-from typer.testing import CliRunner
-
-from mgeo.cli.app import app
 
 from .flights import PLAN, short
 from .independent import Craft, fly, steady
@@ -89,22 +85,12 @@ def test_a_second_calibration_is_held_against_the_first():
 
 
 @pytest.mark.slow
-def test_what_is_not_supported_is_no_start_unless_one_says_so(tmp_path, monkeypatch):
+def test_what_is_not_supported_is_no_start_unless_one_says_so():
     """Neither in Python nor of a file; it was taken without a word."""
     found = calibrated(mag_bias_nt=[5000.0, 0.0, 0.0])
     with pytest.raises(ValueError, match=r"after\.conclusion = .*mag\.bias .*accept_unsupported"):
         found.scenario_after({"duration": 700.0})
     after = found.scenario_after({"duration": 700.0, "accept_unsupported": True})
     assert after.prior is not None
-    monkeypatch.chdir(tmp_path)  # where there is no run yet
-    path = tmp_path / "calibration.json"
-    path.write_text(to_json(found))
-    solve = ["solve", "attitude", "--after", str(path), "--dry-run"]
-    refused = CliRunner().invoke(app, solve)
-    assert refused.exit_code == 2
-    assert "accept_unsupported = true goes on all the same" in " ".join(refused.output.split())
-    rest = tmp_path / "rest.toml"
-    rest.write_text("accept_unsupported = true\nduration = 700.0\n")
-    assert CliRunner().invoke(app, [*solve, "--scenario", str(rest)]).exit_code == 0
     with pytest.raises(TypeError, match="accept_unsupported = 1: expected true or false"):
         found.scenario_after({"accept_unsupported": 1})

@@ -4,8 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import Scenario
-from mgeo_calibration import calibrate
 from mgeo_calibration.calibration.questions import questions
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.residuals import filtered, residuals
@@ -13,7 +11,7 @@ from mgeo_calibration.estimation.score import scores
 from mgeo_calibration.estimation.smoother import last_covariance, linear_solution
 from mgeo_calibration.estimation.trajectory import Partition
 
-from .flights import flown, options, short, with_holes, with_outliers
+from .flights import options
 from .test_smoother import MEMS, covariances, near, scenario, spread
 
 
@@ -89,28 +87,3 @@ def test_spans_say_what_all_at_once_say(name, gyro, spans):
         parts = said(of, data, at)
         for what, values in whole.items():
             np.testing.assert_allclose(parts[what], values, rtol=1e-9, atol=1e-9, err_msg=what)
-
-
-@pytest.mark.slow
-def test_a_calibration_in_spans_is_that_of_all_at_once(spans):
-    """With holes and outliers, rounds of which leave out the same readings."""
-    of = short(Scenario.cubesat_6u(), 600.0)
-    rng = np.random.default_rng(3)
-    telemetry, _ = with_outliers(with_holes(flown(of, 4), 0.1, rng), 0.02, rng)
-    whole = calibrate(of, telemetry)
-    spans(150)
-    parts = calibrate(of, telemetry)
-    assert len(whole.rejected) > 10
-    assert [each[:2] for each in parts.rejected] == [each[:2] for each in whole.rejected]
-    assert parts.conclusion == whole.conclusion
-    sigma = np.sqrt(np.diag(whole.covariance))
-    np.testing.assert_allclose(parts.states / sigma, whole.states / sigma, rtol=0.0, atol=1e-7)
-    np.testing.assert_allclose(
-        parts.covariance / np.outer(sigma, sigma),
-        whole.covariance / np.outer(sigma, sigma),
-        rtol=0.0,
-        atol=1e-8,
-    )
-    np.testing.assert_allclose(parts.attitude, whole.attitude, rtol=0.0, atol=1e-8)
-    pairs = zip(parts.model_tests, whole.model_tests, strict=True)
-    assert all(abs(one.chi_square - other.chi_square) < 1e-6 for one, other in pairs)

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import ppigrf
 import pytest
-from mgeo_attitude import FilterModel, Magnetometer, Scenario, StarTracker
+from mgeo_attitude import FilterModel, Scenario
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.frames import gcrs_to_itrs, rotate
 from mgeo_attitude.environment.sun_moon import lit_fraction, sun_position
@@ -134,54 +134,6 @@ def test_a_start_that_turns_is_flown_with_wheels_that_spin(wheels):
     off = Rotation.from_matrix(found.attitude @ motion.attitude.transpose(0, 2, 1)).magnitude()
     assert np.degrees(off.max()) < 0.05
     assert np.abs(np.degrees(motion.rates)).max() > 0.3
-
-
-@pytest.mark.parametrize("momentum", [(), (4.0, 2.0, -3.0, -1.0)])
-def test_the_momentum_of_wheels_is_the_satellite_s_at_the_start(momentum):
-    """Free of torque, wheels without a motor: the body goes round the total momentum."""
-    wheels = dataclasses.replace(PYRAMID, initial_momentum=momentum, max_torque=1e-12)
-    scenario = silent(short(Scenario.paper(), 600.0, wheels=wheels, initial=SPINNING))
-    environment = Environment.from_scenario(scenario)
-    model = FilterModel.from_scenario(scenario, environment)
-    motion = Motion.of(model, np.zeros(12), model.n_steps)
-    C = seen(scenario, motion, errorless(model), Vehicle(wheels=wheels), environment).attitude
-    rates = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
-    J = wheels.matrix()
-    spin = wheels.spin_axes().T @ np.array(momentum or np.zeros(4))
-    if not momentum:
-        spin = -J @ model.initial_rate
-    middle = Rotation.from_rotvec(-0.5 * rates).as_matrix() @ C[:-1]
-    total = np.einsum("kji,kj->ki", middle, rates @ J + spin)
-    expected = C[0].T @ (J @ model.initial_rate + spin)
-    scale = np.linalg.norm(J @ model.initial_rate) + np.linalg.norm(spin)
-    np.testing.assert_allclose(total, np.tile(expected, (len(total), 1)), atol=1e-4 * scale)
-
-
-def test_a_star_tracker_reports_where_it_sees_stars_along_the_path_that_is_flown():
-    """By geometry from the flight's own truth."""
-    tracker = StarTracker(
-        boresight=(-1.0, 0.0, 0.0),
-        max_rate_deg_s=0.75,
-        sun_exclusion_deg=40.0,
-        earth_exclusion_deg=20.0,
-    )
-    scenario = short(Scenario.cubesat_6u(), 900.0, sensors=(tracker, Magnetometer()))
-    environment = Environment.from_scenario(scenario)
-    telemetry = fly(scenario, PLAN, 4, environment=environment)
-    C = telemetry.truth.attitude
-    turns = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).magnitude()
-    distance = np.linalg.norm(environment.position, axis=1)
-    sun, nadir = (
-        np.degrees(np.arccos(-np.einsum("kij,kj->ki", C, vectors)[:, 0]))
-        for vectors in (environment.sun, -environment.position / distance[:, None])
-    )
-    expected = (sun > 40.0) | ~environment.sunlit
-    expected &= nadir - np.degrees(np.arcsin(6378136.3 / distance)) > 20.0
-    expected[1:] &= np.degrees(turns) <= 0.75
-    expected[0] = False
-    reported = np.isfinite(telemetry.sensors["tracker"][:, 0])
-    np.testing.assert_array_equal(reported, expected)
-    assert 50 < reported.sum() < 850
 
 
 def test_torque_and_momentum_stay_within_what_wheels_give():
