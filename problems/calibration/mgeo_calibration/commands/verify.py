@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,6 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
 
 from mgeo.cli.output import Output, rows
-from mgeo.store.run_folder import RUN_FILE, read_run
 from mgeo.terminal import note, plain, titled
 from mgeo_calibration.commands.fly import limited
 from mgeo_calibration.flight.as_flown import told
@@ -87,21 +85,10 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
     }
 
 
-def result_file(source: Path, document: Mapping[str, Any]) -> Path | None:
-    """Where a result goes that nobody named a file for: the run that the plan is of, if any.
-
-    That is the folder itself, or the one in which the plan's file stands.
-    """
-    folder = source if source.is_dir() else source.parent
-    if not (folder / RUN_FILE).is_file():
-        return None
-    seed = document["seed"]
-    number = document["solution"]
-    if number is None:
-        designs = read_run(folder).outcome.X.tolist()
-        if document["design"] in designs:
-            number = designs.index(document["design"])
-    return None if number is None else folder / f"verification-solution{number}-seed{seed}.json"
+def result_file(source: Path, picked: Picked, seed: int) -> Path | None:
+    """Return the file for the result of a run's solution, for `mgeo report`; None for a plan."""
+    number = picked.solution
+    return None if number is None else source / f"verification-solution{number}-seed{seed}.json"
 
 
 def _broken(plan: ManeuverPlan) -> str:
