@@ -30,6 +30,7 @@ extensions = [
     "sphinx.ext.viewcode",
     "docstrings",
     "keys",
+    "objectives",
     "mathml",
     "plotly_figures",
     "study_data",

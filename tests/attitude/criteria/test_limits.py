@@ -11,7 +11,7 @@ from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.maneuvers.motion import phases
 from mgeo_attitude.scenario.actuators import Wheels
-from mgeo_attitude.scenario.settings import NAMES, Convergence, ManeuverLimits, PathLimit
+from mgeo_attitude.scenario.settings import Convergence, ManeuverLimits, PathLimit
 
 from ..between import worst_excess
 
@@ -375,10 +375,6 @@ def test_objectives_of_a_scenario_are_its_problems_unless_others_are_asked_for()
     other = AttitudeManeuverProblem(problem.scenario, objectives=["t_end", "trace"])
     assert other.objectives == other.scenario.objectives == ("t_end", "trace")
     assert "objectives" not in other.options()
-
-
-def test_every_objective_has_a_name_that_a_scenario_takes():
-    assert [*OBJECTIVES] == [*NAMES]
 
 
 @pytest.mark.parametrize(

@@ -12,11 +12,10 @@ from numpy.typing import ArrayLike
 from mgeo.evaluation.dominance import nondominated
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.samples import NoLimit
-from mgeo_attitude.criteria.objectives import OBJECTIVES
+from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER
 from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.sensors.suite import Suite, block_units
 from mgeo_attitude.view.plans import MOST_SAMPLES, UNKNOWN, Plans, Times
 

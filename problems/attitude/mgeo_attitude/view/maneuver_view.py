@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude.criteria.constraints import constraints
-from mgeo_attitude.criteria.objectives import OBJECTIVES
-from mgeo_attitude.scenario.settings import PAPER
+from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER
 from mgeo_attitude.scenario.validity import implausible, validity
 from mgeo_attitude.view import at_best, describe, requirements
 from mgeo_attitude.view.plans import MOST_SAMPLES, Plans, looked_at, spread

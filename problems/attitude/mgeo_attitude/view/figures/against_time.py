@@ -13,9 +13,8 @@ from plotly.subplots import make_subplots
 from mgeo.figures.style import finished, log_axis
 from mgeo.runs.answer import knee
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.criteria.objectives import indicators
+from mgeo_attitude.criteria.objectives import PAPER, indicators
 from mgeo_attitude.maneuvers.schedule import flown
-from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view import at_best
