@@ -27,7 +27,7 @@ def test_a_glance_is_of_one_run_of_the_filter(problem, monkeypatch):
     """And what it says is what is told of plans at length."""
     X = np.random.default_rng(1).uniform(problem.xl, problem.xu, (3, problem.n_var))
     described = problem.view(X).describe()
-    monkeypatch.setattr(Plans, "_kept", lambda *given: 1 / 0)  # flights
+    monkeypatch.setattr(Plans, "_over_others", lambda *given: 1 / 0)  # flights
     found = problem.view(X).glance()
     assert [name for name in described if name not in found] == [
         *("kept t_end [s]", "kept trace [-]"),

@@ -67,42 +67,6 @@ def test_choices(run, folder, front):
 
 
 @pytest.mark.slow
-def test_a_time_at_which_no_plan_ends_is_told(run, folder, front):
-    """What it is good for to wait, or which plan is the last that ends by then."""
-    rows, t_end = front._by_time
-    assert len(rows) > 2
-    note = run("show", folder, "--time", t_end[-1] + 2000.0).stdout.splitlines()[1]
-    assert note == (
-        f"Note: nothing is gained by waiting until {t_end[-1] + 2000.0:.6g} s: this plan leaves "
-        f"the least trace of this front, after {t_end[-1]:.6g} s"
-    )
-    early = run("show", folder, "--time", 10).stdout
-    assert f"no plan of this front converges by 10 s: the first takes {t_end[0]:.6g} s" in early
-    gap = int(np.argmax(np.diff(t_end)))
-    before, after = t_end[gap], t_end[gap + 1]
-    assert after - before > 0.04 * after  # the widest gap of this front
-    late, soon = before + 0.75 * (after - before), before + 0.25 * (after - before)
-    told = (
-        f"this plan converges after {after:.6g} s, not by {late:.6g} s; the last that does so is "
-    )
-    assert f"{told}--solution {rows[gap]}, after {before:.6g} s" in front.about(late)
-    told = f"this plan, after {before:.6g} s, is the last that converges by {soon:.6g} s; the next"
-    assert told in front.about(soon)
-    for exact in t_end:
-        assert front.about(float(exact)) is None
-    assert "\nNote: nothing" not in run("show", folder, "--time", t_end[-1]).stdout
-
-
-@pytest.mark.slow
-def test_a_plans_own_file_shows_the_same(run, folder, front, tmp_path):
-    path = tmp_path / "plan.json"
-    path.write_text(to_json(front.plan("best")), encoding="utf-8")
-    name = f"solution {front.row('best')} of {len(front.X)}, best: "
-    shown = run("show", folder, "--pick", "best").stdout
-    assert run("show", path).stdout == shown.replace(name, "plan.json: ")
-
-
-@pytest.mark.slow
 def test_a_solution_by_the_number_that_reports_show(run, folder, front):
     number = len(front.X) - 2
     text = run("show", folder, "--solution", number).stdout
@@ -127,30 +91,6 @@ def test_a_plan_that_calibrates_nothing_says_so(run, front, tmp_path):
     assert end.startswith("Note: commands end after ")
     assert end.endswith("; fewer than 9 of 10 Monte Carlo samples converge\n")
     assert run("export", path, tmp_path / "quiet.csv", "--quiet").stderr == ""
-
-
-def test_a_sensor_that_never_measures_is_named(tmp_path, run):
-    """A plan may converge in the dark: of its Sun sensor nothing was learned, and why is told."""
-    dark = {"preset": "cubesat_6u", "duration": 600.0, "orbit": {"true_anomaly_deg": 220.0}}
-    scenario = Scenario.from_dict(dark | {"maneuvers": {"count": 1}})
-    still = ManeuverPlan(scenario, (0.0, 0.0, 0.0, 600.0))
-    path = tmp_path / "dark.json"
-    path.write_text(to_json(still), encoding="utf-8")
-    said = "sun never measured in these 10 min, in the dark or out of sight\n"
-    assert f"Note: {said}" in run("show", path).stdout
-
-
-@pytest.mark.slow
-def test_constraints_and_their_margins(run, violating, folder):
-    found = table(run("show", violating).stdout, "Constraints")["wheel momentum"]
-    assert found == ["N m s", "0.001745", "at most", "0.0001745", "-0.001571", "violated"]
-    (row,) = json.loads(run("show", violating, "--json").stdout)["constraints"]
-    assert row["constraint"] == "wheel momentum"
-    assert row["value"] == pytest.approx(0.1 * np.radians(1.0))
-    assert row["margin"] == pytest.approx(-0.9 * row["value"])
-    assert row["kept"] is False
-    assert "Constraints" not in run("show", folder).stdout
-    assert json.loads(run("show", folder, "--json").stdout)["constraints"] == []
 
 
 @pytest.mark.slow
@@ -208,16 +148,7 @@ def test_bad_sources(run, folder, tmp_path):
     plan = tmp_path / "plan.json"
     plan.write_text("{}")
     assert "plan.json: format = None" in run("show", plan, code=2).stderr
-    for name, message in (
-        ("sat.toml", "is a scenario, not a plan: search one by mgeo solve attitude --scenario "),
-        (
-            "plan.uplink.csv",
-            "cannot be read back: expected a run folder, or a .json by mgeo attitude",
-        ),
-    ):
-        other = tmp_path / name
-        other.write_text('preset = "paper"\n')
-        assert message in run("show", other, code=2).stderr
-    part = run("show", folder / "front.csv", code=2).stderr
-    assert f"front.csv is part of a run, not a plan: name its folder {folder}" in part
+    other = tmp_path / "sat.toml"
+    other.write_text('preset = "paper"\n')
+    assert "expected the folder of a run by mgeo solve" in run("show", other, code=2).stderr
     assert "--pick is for run folders" in run("show", plan, "--pick", "knee", code=2).stderr

@@ -68,18 +68,6 @@ def test_picks_where_others_than_the_paper_s_were_minimized(tmp_path):
         read_front(tmp_path / "run").plan("fastest")
 
 
-@pytest.mark.parametrize(
-    ("objectives", "message"),
-    [("trace", "options.objectives = 'trace'"), (["tracce"], "did you mean 'trace'")],
-)
-def test_bad_objectives_are_named(folder, objectives, message):
-    data = json.loads((folder / "run.json").read_text())
-    data["configuration"]["options"]["objectives"] = objectives
-    (folder / "run.json").write_text(json.dumps(data))
-    with pytest.raises(ValueError, match=message):
-        read_front(folder)
-
-
 def test_picks(run, written):
     front = read_front(written)
     F = run.outcome.F
@@ -98,35 +86,6 @@ def test_picks(run, written):
     for seconds in (0.0, 1900.0, 1e9):
         nearest = times[np.argmin(np.abs(times - seconds))]
         assert front.plan(seconds).t_end == nearest
-
-
-def test_a_solution_by_its_number(run, written):
-    front = read_front(written)
-    for number in (0, 3, len(front.X) - 1):
-        assert front.solution(number).design == tuple(run.outcome.X[number])
-    for number in (-1, len(front.X)):
-        with pytest.raises(
-            ValueError, match=rf"solution {number}: expected 0 to {len(front.X) - 1}"
-        ):
-            front.solution(number)
-
-
-@pytest.mark.parametrize("choice", ["slowest", "", float("nan"), float("inf")])
-def test_other_choices_are_named(written, choice):
-    with pytest.raises(ValueError, match="choice = "):
-        read_front(written).plan(choice)
-
-
-def test_dominated_rows_are_never_picked(folder):
-    """A front that somebody has put together by hand may hold what no front would."""
-    path = folder / "front.csv"
-    lines = path.read_text().splitlines()
-    cells = lines[1].split(",")
-    worse = ",".join([*cells[:-2], cells[-2], "1e3"])
-    path.write_text("\n".join([lines[0], worse, *lines[1:]]) + "\n")
-    edit(folder, lambda d: d.update(solutions=len(lines)))
-    front = read_front(folder)
-    assert all(front.row(choice) != 0 for choice in ("fastest", "knee", "best"))
 
 
 @pytest.mark.parametrize("column", [-1, -2])
@@ -173,53 +132,3 @@ def test_what_was_changed_in_the_configuration_is_named(folder, change, message)
     with pytest.raises(ValueError, match=message) as error:
         read_front(folder)
     assert "run.json" in str(error.value)
-
-
-def test_a_front_of_another_scenario_is_refused(folder):
-    edit(folder, lambda d: d["configuration"]["options"].update(eclipse=True, duration=2300.0))
-    with pytest.raises(ValueError, match="the filter gives"):
-        read_front(folder).plan("best")
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda t: t[: len(t) // 2], "row .* values|end of line|finite"),
-        (lambda t: t[:-1], "end of line"),
-        (lambda t: t.split("\n")[0] + "\n", r"has 0 rows .*: expected [1-9]\d* rows"),
-        (lambda t: "", "expected a header"),
-        (lambda t: t.replace("omega_x_1", "omega_w_1"), "columns"),
-        (lambda t: t.split("\n")[0] + "\n" + ",".join(["nan"] * 14) + "\n", "row 1, omega_x_1"),
-        (lambda t: t.split("\n")[0] + "\n" + ",".join(["1_0", *["0"] * 13]) + "\n", "1_0"),
-        (lambda t: t.split("\n")[0] + "\n" + ",".join(["open()"] * 14) + "\n", r"'open\(\)'"),
-    ],
-)
-def test_what_was_changed_in_the_table_is_named(folder, change, message):
-    path = folder / "front.csv"
-    path.write_text(change(path.read_text()))
-    with pytest.raises(ValueError, match=message) as error:
-        read_front(folder)
-    assert "front.csv" in str(error.value)
-
-
-def test_rates_beyond_the_limits_are_no_plan(folder):
-    path = folder / "front.csv"
-    header = path.read_text().split("\n")[0]
-    path.write_text(f"{header}\n{','.join(['5', *['0'] * 11, '600', '1e-4'])}\n")
-    edit(folder, lambda d: d.update(solutions=1))
-    with pytest.raises(ValueError, match=r"front\.csv: design\[0\] = 5\.0: expected -1 to 1"):
-        read_front(folder).plan("best")
-
-
-def test_missing_files(folder, tmp_path):
-    with pytest.raises(FileNotFoundError, match="holds no run"):
-        read_front(tmp_path)
-    (folder / "front.csv").unlink()
-    with pytest.raises(FileNotFoundError, match=r"front\.csv"):
-        read_front(folder)
-
-
-def test_a_limit_that_was_tightened_since_is_a_limit(folder):
-    edit(folder, lambda d: d["configuration"]["options"]["maneuvers"].update(max_rate_deg_s=0.01))
-    with pytest.raises(ValueError, match=r"expected -0\.01 to 0\.01"):
-        read_front(folder).plan("best")

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from mgeo_attitude.commands.files import Picked
-from mgeo_attitude.commands.show import promised
+from mgeo_attitude.commands.show import printed
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
+from mgeo_attitude.plan.tables import TABLES
 
 from mgeo.cli.output import Output, rows
 from mgeo.store.run_folder import RUN_FILE, read_run
@@ -45,7 +46,7 @@ def print_verification(picked: Picked, found: Verification, output: Output) -> N
         *titled(f"{found.n_runs} simulated flights, errors after {plan.t_end:.6g} s", shown),
         note(f"NEES per state {found.nees:.3f}; {power(found)}"),
     )
-    output.print(*promised(plan))
+    output.print(*printed(TABLES["promises"], plan))
     if len(found.path_limits):
         output.print(
             *titled("path limits broken", found.path_limits),

@@ -1,12 +1,10 @@
 """The set of figures as a whole."""
 
-import dataclasses
 import json
 
-import numpy as np
 import plotly.graph_objects as go
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude import AttitudeManeuverProblem
 
 from mgeo.evaluation.dominance import front_rows
 from mgeo.runs.answer import default_solution
@@ -22,16 +20,6 @@ def test_all_figures_serialize(problem, X, n):
         assert figure.layout.template.layout.plot_bgcolor == "white"
 
 
-@pytest.mark.slow
-def test_chosen_few_are_the_same_in_both_close_looks(problem, X, F):
-    figures = problem.view(X).figures()
-    names = {trace.name for trace in figures["convergence"].data}
-    rows = [annotation.text for annotation in figures["maneuvers"].layout.annotations]
-    assert names == {row.partition(":")[0] for row in rows}
-    assert rows[0].startswith(f"solution {np.lexsort((F[:, 1], F[:, 0]))[0]} (fastest")
-    assert f"solution {F[:, 1].argmin()} (least trace)" in names
-
-
 @pytest.mark.parametrize("objectives", [None, ["trace", "angle"]])
 def test_the_knee_is_that_of_reports(problem, X, objectives):
     """Of what was minimized, whatever it was."""
@@ -42,16 +30,3 @@ def test_the_knee_is_that_of_reports(problem, X, objectives):
     assert expected.label == "knee"
     names = {trace.name for trace in other.view(rows).figures()["convergence"].data}
     assert {name for name in names if "knee" in name} == {f"solution {expected.row} (knee)"}
-
-
-@pytest.mark.parametrize("shape", [(0, 12), (3, 8)])
-def test_nothing_to_show_is_refused(problem, shape):
-    with pytest.raises(ValueError, match=r"X of shape \(\d, \d+\): expected"):
-        problem.view(np.zeros(shape)).figures()
-
-
-def test_other_objectives_than_the_papers_have_no_picture_of_its_front(X):
-    scenario = dataclasses.replace(Scenario.paper(), duration=2400.0)
-    three = AttitudeManeuverProblem(scenario, objectives=["t_end", "trace", "angle"])
-    assert set(three.view(X[:10]).figures()) == {"maneuvers", "convergence"}
-    assert len(three.view(X[:2]).solution_figures()) == 2

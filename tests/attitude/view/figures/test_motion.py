@@ -82,14 +82,6 @@ def test_the_body_starts_where_the_scenario_says(X):
     assert (sun.x[0], sun.y[0]) == (seen[0][0], seen[1][0])
 
 
-def test_a_ramp_takes_few_turns(ramped, sharp, X):
-    few = np.array([len(motion_of(ramped, x)[1]["turns"]["body"]["x"]) for x in X[:5]])
-    stretches = ramped.model.schedule(X[:5]).flown().sum(axis=1)
-    assert (few < stretches / 4).all()
-    assert max(few) < 60 < max(stretches)
-    assert len(motion_of(sharp, X[0])[1]["turns"]["body"]["x"]) <= 3
-
-
 @pytest.mark.parametrize("name", ["sun", "field"])
 def test_sun_and_field_stand_where_the_environment_has_them(sharp, X, name):
     figure, motion = motion_of(sharp, X[0])
