@@ -42,8 +42,8 @@ class Picked:
         plan = self.plan
         if plan.scenario.flight:
             return [f"Note: {line}" for line in plan.late()]
-        kept = plan.over_flights.kept
-        if kept is None or kept <= plan.t_end:
+        (kept,) = plan.view.kept_t_end
+        if not kept > plan.t_end:
             return []
         ends = "the slew back begins" if plan.slew_back else "commands end"
         # with magnetorquers the body moves freely, whatever is commanded

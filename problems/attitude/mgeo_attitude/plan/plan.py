@@ -27,7 +27,6 @@ from mgeo_attitude.view import at_best
 from mgeo_attitude.view.describe import span
 from mgeo_attitude.view.maneuver_view import ManeuverView
 from mgeo_attitude.view.observability import alternatives, budget, covariance
-from mgeo_attitude.view.plans import Times
 
 #: Share of an initial 1-sigma from which on an error counts as not calibrated.
 UNLEARNED = 0.5
@@ -167,12 +166,6 @@ class ManeuverPlan(Validated):
         """What the plan is worth, in one line; see `describe.answer`."""
         (answer,) = self.view.answers()
         return answer
-
-    @property
-    def over_flights(self) -> Times:
-        """When the plan converges over flights, as promised and kept."""
-        (found,) = self.view.times
-        return found
 
     def promises(self) -> pd.DataFrame:
         """Compare the objectives with those in 9 of 10 Monte Carlo runs, one row per objective.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -117,7 +116,7 @@ def _over_flights(plan: ManeuverPlan) -> str:
 
 def _promised(plan: ManeuverPlan) -> str:
     text = f"promised: by the plan; kept: by {MOST_SAMPLES} of 200, of the errors in [flight]"
-    if math.inf not in plan.over_flights:
+    if not np.isinf([plan.view.kept_t_end, plan.view.robust_t_end]).any():
         return text
     longest = plan.problem.model.longest
     return f"{text}; a t_end of {longest:.6g} s is that of samples that do not converge"

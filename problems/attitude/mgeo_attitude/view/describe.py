@@ -17,7 +17,7 @@ from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite, block_units
-from mgeo_attitude.view.plans import MOST_SAMPLES, Plans, Times
+from mgeo_attitude.view.plans import MOST_SAMPLES, Plans
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,24 +37,25 @@ def answers(plans: Plans) -> list[str]:
     """
     model = plans.problem.model
     kept_sigma = plans.kept_sigma_deg if model.ends_by_design else np.full(len(plans.X), np.nan)
-    rows = zip(plans.exactly.t_end, plans.sigma, plans.times, kept_sigma, strict=True)
-    return [_answer(plans, *row) for row in rows]
+    times = plans.exactly.t_end, plans.robust_t_end, plans.kept_t_end, kept_sigma
+    return [_answer(plans, *row) for row in zip(plans.sigma, *times, strict=True)]
 
 
-def _answer(plans: Plans, t_end: float, sigma: Floats, times: Times, kept_sigma: float) -> str:
+def _answer(
+    plans: Plans, sigma: Floats, t_end: float, robust: float, kept: float, kept_sigma: float
+) -> str:
     if not math.isfinite(t_end):
         return LOST
     by_coils = plans.problem.scenario.turned_by_coils
     known = _known(plans.problem.model.suite, sigma, by_coils)
-    late = None if times.kept is None else within(times.kept)
+    late = None if math.isnan(kept) else within(kept)
     if math.isfinite(kept_sigma):
         late = f"{MOST_SAMPLES} keep attitude {two_digits(kept_sigma)} deg"
     converged = t_end < plans.problem.model.too_late
     ended = span(t_end) if converged else f"not converged{{}} after {span(t_end)}"
-    if times.promised is None:
+    if math.isnan(robust):
         first = f"{ended.format(';')}{'; then' if converged else ''}"
         return "; ".join(filter(None, [f"{first} {known}", late]))
-    robust = times.promised
     own = f"robust time {span(robust)}" if robust < math.inf else "no robust time"
     nominal = f"{ended.format(',')}{', then' if converged else ''} {known}"
     return "; ".join(filter(None, [own, late, nominal if by_coils else f"flown exactly {nominal}"]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -143,8 +142,7 @@ def _objectives_kept(plans: Plans, these: str) -> str:
         names = [name for name in names if name != OBJECTIVES["t_end"].label] or names
     # false of NaN, too, where a covariance is lost
     in_time = plans.kept - plans.F <= TOLERANCE * np.abs(plans.F)
-    endless = [found.kept == math.inf for found in plans.times]
-    keep = in_time.all(axis=1) & ~np.array(endless)
+    keep = in_time.all(axis=1) & ~np.isinf(plans.kept_t_end)
     ratio = plans.promises()[f"kept / promised {names[0]}"]
     return (
         f"{keep.sum()} of {these} keep their objectives in {MOST_SAMPLES}, to {TOLERANCE:.0%}; "

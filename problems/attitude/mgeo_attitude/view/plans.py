@@ -49,21 +49,6 @@ class Exactly(NamedTuple):
     covariance: Floats
 
 
-class Times(NamedTuple):
-    """t_end [s] of a plan over Monte Carlo runs, infinite if too few converge.
-
-    Attributes
-    ----------
-    kept
-        In `MOST` of 200 runs; None where t_end is no objective, or the covariance was lost.
-    promised
-        Over the runs of the plan's problem; None, too, if it has none.
-    """
-
-    kept: float | None = None
-    promised: float | None = None
-
-
 class Plans(View):
     """Maneuver plans, shape (n, n_var); those taken of others share what is known of them."""
 
@@ -206,24 +191,25 @@ class Plans(View):
         return pd.DataFrame(columns)
 
     @property
-    def times(self) -> list[Times]:
-        """The `Times` of each plan."""
-        kept = [None if math.isnan(time) else time for time in self._t_end(self.kept)]
-        robust = self._robust_t_end if self.problem.scenario.flight else [math.nan] * len(kept)
-        own = [None if math.isnan(time) else time for time in robust]
-        return [Times(*both) for both in zip(kept, own, strict=True)]
+    def kept_t_end(self) -> Floats:
+        """t_end in `MOST` of 200 other Monte Carlo runs [s], shape (n,).
+
+        Infinite if too few converge; NaN where t_end is no objective, or the covariance was lost.
+        """
+        return self._t_end(self.kept)
 
     @property
-    def _robust_t_end(self) -> list[float]:
-        return self._t_end(self.F)
+    def robust_t_end(self) -> Floats:
+        """t_end over the Monte Carlo runs of the problem [s], shape (n,); NaN if it has none."""
+        known = self.problem.scenario.flight is not None
+        return self._t_end(self.F) if known else np.full(len(self.X), np.nan)
 
-    def _t_end(self, F: Floats) -> list[float]:
-        """The t_end among objectives [s]; infinite if too late, NaN if it is none."""
+    def _t_end(self, F: Floats) -> Floats:
         label = OBJECTIVES["t_end"].label
         if label not in self.problem.obj_names:
-            return [math.nan] * len(F)
-        times = F[:, self.problem.obj_names.index(label)].tolist()
-        return [math.inf if time >= self.problem.model.too_late else time for time in times]
+            return np.full(len(F), np.nan)
+        times = F[:, self.problem.obj_names.index(label)]
+        return np.where(times >= self.problem.model.too_late, np.inf, times)
 
     @cached_property
     def held_until(self) -> Floats:
@@ -237,11 +223,11 @@ class Plans(View):
         errors = problem.scenario.flight
         if not errors:
             return t_end
-        late = np.array(self._robust_t_end)
+        late = self.robust_t_end
         if errors.mean or errors.quantile < MOST:
-            late = np.fmax(late, self._t_end(self.kept))
+            late = np.fmax(late, self.kept_t_end)
         step = problem.model.step
-        late = np.fmin(np.nan_to_num(late, nan=0.0, posinf=np.inf), problem.model.longest)
+        late = np.fmin(np.nan_to_num(late, posinf=np.inf), problem.model.longest)
         held: Floats = np.maximum(t_end, np.ceil(late / step - 1e-9) * step)  # a mean is on no step
         return held
 
