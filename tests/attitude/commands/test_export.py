@@ -20,17 +20,6 @@ def test_all_formats(run, folder, front, tmp_path):
     assert sorted(tmp_path.iterdir()) == sorted(paths)
 
 
-def test_from_a_plan_and_with_the_names_of_a_satellite(run, folder, tmp_path):
-    assert run("export", folder, tmp_path / "plan.json", "-q").stdout == ""
-    run(
-        *("export", tmp_path / "plan.json", tmp_path / "one.aem"),
-        *("--object-name", "SAT", "--object-id", "2021-015A", "--spacing", "10"),
-    )
-    text = (tmp_path / "one.aem").read_text(encoding="utf-8")
-    assert text.startswith("CCSDS_AEM_VERS = 1.0\n")
-    assert "OBJECT_NAME = SAT\nOBJECT_ID = 2021-015A\n" in text
-
-
 def test_nothing_is_replaced_unless_allowed(run, folder, tmp_path):
     path = tmp_path / "plan.csv"
     path.write_text("precious")

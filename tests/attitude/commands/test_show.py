@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan, to_json
+from mgeo_attitude.plan.tables import TABLES
 from mgeo_attitude.scenario import Wheels
 
 from mgeo.store.run_folder import write_run
 
 from ..small_run import small_run
-
-BLOCKS = ("attitude", "gyro bias", "sun misalignment", "sun bias", "mag misalignment", "mag bias")
 
 
 def table(text, title):
@@ -24,36 +23,17 @@ def table(text, title):
     return {row[0]: row[1:] for row in cells}
 
 
-def test_tables_of_the_knee(run, folder, front, monkeypatch):
+def test_every_table_of_the_knee(run, folder, front, monkeypatch):
     monkeypatch.setenv("COLUMNS", "400")  # a row is a line
     plan = front.plan("knee")
     text = run("show", folder).stdout
-    answer, *doubts, first, limit = text.partition("\n\n")[0].splitlines()
-    assert answer == f"solution {front.row('knee')} of {len(front.X)}, knee: {plan.answer}"
-    assert len(doubts) == bool(plan.uncalibrated()) + 1
-    assert doubts[-1].startswith("Note: body rates are assumed to be free: ")
-    assert first.startswith("scenario paper: ")
-    assert f"at {plan.t_end:.6g} s" in first
-    assert f"trace {plan.trace:.4g}" in first
-    least = plan.problem.limit_curves.trace[plan.steps(plan.t_end)]
-    assert limit.startswith(f"the trace is {plan.trace / least:.2f} times the limit: no maneuver")
-    beside = table(text, "Worst axis, and what no maneuver can beat")
-    assert beside["mag bias"][:2] == ["nT", f"{plan.at_best()['predicted']['mag bias']:.4g}"]
-    assert all(float(row[-1]) > 1.0 for label, row in beside.items() if label in BLOCKS)
-    timeline = table(text, "Timeline")
-    assert timeline["start UTC"][0] == "2018-06-05T00:00:00.000000"
-    assert timeline["rate x [deg/s]"][0] == f"{plan.phases[0].rates_deg_s[0]:.6g}"
-    accuracy = table(text, "Predicted 1-sigma")
+    assert text.startswith(f"solution {front.row('knee')} of {len(front.X)}, knee: {plan.answer}\n")
+    for each in TABLES.values():
+        assert (f"\n{each.title}\n" in text) == (len(each.table(plan)) > 0)
     after = plan.accuracy().loc["mag bias x", "after"]
-    assert accuracy["mag bias x"] == ["nT", "2000", f"{after:.4g}", accuracy["mag bias x"][3]]
-    contributions = table(text, "What each phase bought")
-    assert contributions["trace [-]"][-1] == f"{plan.trace:.4g}"
-    worst = plan.accuracy().loc[[f"attitude {axis}" for axis in "xyz"], "after"].max()
-    assert contributions["attitude [deg]"][-1] == f"{worst:.4g}"
-    assert len(table(text, "Least observable directions")) == 7  # heading, five, explanation
+    assert table(text, "Predicted 1-sigma")["mag bias x"][:3] == ["nT", "2000", f"{after:.4g}"]
     others = table(text, "Beside plans that need no optimizer")
     assert others["trace [-]"][0] == f"{plan.trace:.4g}"
-    assert len(others["trace [-]"]) == 7
     assert "\x1b" not in text
 
 

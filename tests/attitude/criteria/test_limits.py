@@ -6,7 +6,6 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, SunSensor, evaluate, reference_run
-from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.maneuvers.motion import phases
 from mgeo_attitude.scenario.actuators import Wheels
 from mgeo_attitude.scenario.settings import Convergence, ManeuverLimits, PathLimit
@@ -244,15 +243,6 @@ def test_angle_is_what_the_phases_of_the_plan_sweep(acceleration):
     alone = [evaluated(problem, x[None])["F"][0] for x in X]
     np.testing.assert_array_equal(F, alone)  # to the last bit, whatever is beside it
     assert (problem.indicator_space(F) <= 1.0).all()
-
-
-def test_a_design_without_result_has_no_angle_either():
-    problem = AttitudeManeuverProblem(scenario(), objectives=("angle", "rate_change"))
-    result = evaluate(problem.model, designs(2))
-    lost = dataclasses.replace(result, t_end=np.array([np.nan, 300.0]))
-    for name in problem.objectives:
-        found = OBJECTIVES[name].value(problem.model, lost)
-        assert np.isnan(found).tolist() == [True, False]
 
 
 def test_sharing_prefixes_does_not_change_monitored_runs(limited):

@@ -4,12 +4,10 @@ import dataclasses
 import pickle
 
 import numpy as np
-import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.scenario import ManeuverLimits
-from mgeo_attitude.view.observability.alternatives import baselines
 from scipy.spatial.transform import Rotation
 
 from .conftest import DESIGN
@@ -85,18 +83,6 @@ def test_a_plan_is_its_scenario_and_its_design(plan, problem):
     copy = pickle.loads(pickle.dumps(same))
     assert copy == plan
     assert copy.t_end == plan.t_end
-
-
-def test_analyses_are_those_of_the_observability_package(plan):
-    assert list(plan.contributions().index) == ["start", "maneuver 1", "maneuver 3", "rate held"]
-    assert plan.correlations().shape == (18, 18)
-    assert len(plan.least_observable(4)) == 4
-    default = plan.compare()
-    named = plan.compare(baselines(plan.scenario, 181.0))  # both maneuvers, on whole steps
-    pd.testing.assert_frame_equal(default, named)
-    assert default.loc["plan", "trace [-]"] == pytest.approx(plan.trace, rel=1e-9)
-    still = ManeuverPlan.from_design(plan.problem, np.zeros(12))
-    assert still.compare().loc["no maneuver", "times the first [-]"] == 1.0
 
 
 @pytest.mark.parametrize(
