@@ -75,7 +75,7 @@ def test_a_run_is_explored_and_a_plan_of_it_saved(problem, tmp_path):
     np.testing.assert_allclose(explorer.glance(x)["numbers"], front["rows"][place], rtol=1e-9)
     assert {"rates", "motion", "trace"} <= explorer.figures(x)["figures"].keys()
     titles = [section["title"] for section in explorer.review(x)["sections"]]
-    assert "Why it is no smaller" in titles
+    assert "Error budget, 1-sigma of the worst body axis" in titles
     changed = x.copy()
     changed[3] = 0.5 * (x[3] + problem.xu[3])
     explorer.save(changed, "plan.json", overwrite=False)

@@ -11,14 +11,12 @@ import plotly.graph_objects as go
 
 from mgeo.evaluation.dominance import front_rows
 from mgeo.figures.style import COLORS, GRAY, HOVER, SYMBOLS, finished, literal, log_axis
-from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.view.describe import exactly, maneuver_texts
 from mgeo_attitude.view.figures.style import Solutions
 from mgeo_attitude.view.plans import MOST_SAMPLES
 
-#: Ticks of the upper axis, at most, and the minutes that may be between them.
-_TICKS, _MINUTES = 10, (1, 2, 5, 10, 20, 30, 60, 120, 240, 480, 1440)
 #: Share of the axis of times that is left free on both sides.
 _ROOM = 0.04
 
@@ -71,23 +69,29 @@ def front_figure(
     kept = np.full((len(values), 3), np.nan) if kept is None else kept
     least = np.empty((0, 3)) if least is None else least
     hover = np.array([_hover_text(solutions, i, scenario, kept[i]) for i in range(len(values))])
-    endless = values[:, 0] >= longest
     span = _span(scenario, np.append(values[:, 0], kept[:, 0]))
     attitude = f"attitude 1-sigma, worst axis{exactly(scenario)} [deg]"
     scales = [
         _Scale("attitude", attitude, 2, scenario.required_sigma.get("attitude_deg", math.inf)),
         _Scale("trace", "trace of the covariance at t_end [-]", 1),
     ]
-    drawn = [
-        [
-            _stairs(values[:, [0, scale.column]], "boundary", {"width": 1, "color": "#b9c2cc"})
-            | {"xaxis": "x2", "showlegend": False},  # an axis that no trace has is not drawn
-            _solutions(solutions, values, ~endless, hover, scale, "plans", COLORS[0], SYMBOLS[0]),
-            _solutions(solutions, values, endless, hover, scale, "not converged", GRAY, "x"),
-            *_lines(scale, kept, least, values[[] if bend is None else [bend]], span),
-        ]
-        for scale in scales
+    knee = values[[] if bend is None else [bend]]
+    groups = [
+        ("plans", values[:, 0] < longest, COLORS[0], SYMBOLS[0]),
+        ("not converged", values[:, 0] >= longest, GRAY, "x"),
     ]
+    drawn = []
+    for scale in scales:
+        at = [0, scale.column]
+        traces = [_stairs(values[:, at], "boundary", {"width": 1, "color": "#b9c2cc"})]
+        traces[0]["showlegend"] = False
+        for name, group, color, symbol in groups:
+            # no outline: where points overlap it would hide their color
+            look = {"color": color, "symbol": symbol, "size": 8, "opacity": 0.8}
+            more = {"customdata": solutions.numbers[group], "hovertext": hover[group]}
+            points = _points(values[group][:, at], name) | {"marker": look | {"line": {"width": 0}}}
+            traces.append(points | more | {"hoverinfo": "text"})
+        drawn.append([*traces, *_lines(scale, kept, least, knee, span)])
     state = ", none of which keeps all limits" if dead_end else ""
     figure = finished(
         go.Figure(drawn[0]),
@@ -109,26 +113,9 @@ def front_figure(
             "yanchor": "bottom",
         },
         hovermode="closest",
-        margin={"t": 150, "b": 105},  # room for buttons and upper axis, and the legend
-        xaxis2=_upper_axis(span),
+        margin={"t": 125, "b": 105},  # room for buttons and the legend
         updatemenus=[_buttons(scales, drawn, axes)],
     )
-
-
-def _solutions(
-    solutions: Solutions,
-    values: Floats,
-    group: Bools,
-    hover: Any,
-    scale: _Scale,
-    name: str,
-    color: str,
-    symbol: str,
-) -> dict[str, Any]:
-    # no outline: where points overlap it would hide their color
-    look = {"color": color, "symbol": symbol, "size": 8, "opacity": 0.8, "line": {"width": 0}}
-    more = {"marker": look, "customdata": solutions.numbers[group], "hovertext": hover[group]}
-    return _points(values[group][:, [0, scale.column]], name) | more | {"hoverinfo": "text"}
 
 
 def _lines(
@@ -201,7 +188,7 @@ def _buttons(
         "xanchor": "left",
         "y": 1,
         "yanchor": "bottom",
-        "pad": {"b": 55},
+        "pad": {"b": 8},
         "font": {"size": 12},
     }
 
@@ -238,24 +225,3 @@ def _hover_text(solutions: Solutions, i: int, scenario: Scenario, kept: Floats) 
     lines.append("maneuvers, x / y / z [deg/s] for duration [s]:")
     lines += [f"{m}: {text}" for m, text in enumerate(maneuver_texts(solutions.X[i]), 1)]
     return "<br>".join(lines)
-
-
-def _upper_axis(span: list[float]) -> dict[str, object]:
-    """The same times in minutes, zoomed and moved together with the axis in seconds."""
-    most = span[1] / 60.0 / _TICKS
-    distance = next((minutes for minutes in _MINUTES if minutes > most), _MINUTES[-1])
-    ticks = distance * np.arange(math.ceil(span[1] / (60.0 * distance)) + 1)
-    return {
-        "title": {"text": "t_end [min]"},
-        "overlaying": "x",
-        "matches": "x",
-        "side": "top",
-        "tickmode": "array",
-        "tickvals": 60.0 * ticks,
-        "ticktext": [f"{tick:g}" for tick in ticks],
-        "showgrid": False,
-        "zeroline": False,
-        "showline": True,
-        "linecolor": GRAY,
-        "ticks": "outside",
-    }
