@@ -2,7 +2,6 @@
 
 import dataclasses
 import pickle
-from concurrent.futures import ThreadPoolExecutor
 from copy import deepcopy
 
 import numpy as np
@@ -39,25 +38,6 @@ def test_a_copy_knows_nothing():
     np.testing.assert_array_equal(cache.complete(designs, np.zeros_like), designs)
     for copy in (pickle.loads(pickle.dumps(cache)), deepcopy(cache)):
         np.testing.assert_array_equal(copy.complete(designs, np.zeros_like), 0.0 * designs)
-
-
-def test_a_batch_of_another_thread_in_between_takes_nothing_away():
-    cache, known = EvaluationCache(), np.array([[1.0], [2.0]])
-    cache.complete(known, np.copy)
-    ran = []
-
-    def run(designs):
-        ran.extend(designs[:, 0].tolist())
-        with ThreadPoolExecutor(1) as other:
-            other.submit(cache.complete, np.array([[9.0]]), np.copy).result()
-        return designs.copy()
-
-    for _ in range(2):
-        np.testing.assert_array_equal(cache.complete(known, run), known)
-    assert ran == []
-    designs = np.array([[2.0], [3.0]])
-    np.testing.assert_array_equal(cache.complete(designs, run), designs)
-    assert ran == [3.0]
 
 
 def test_values_of_a_problem_with_limits_do_not_depend_on_what_was_run_before(monkeypatch):

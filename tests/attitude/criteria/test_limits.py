@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, SunSensor, evaluate, reference_run
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from mgeo_attitude.maneuvers.motion import phases
 from mgeo_attitude.scenario.actuators import Wheels
 from mgeo_attitude.scenario.settings import Convergence, ManeuverLimits, PathLimit
@@ -186,26 +186,6 @@ def test_wheels_hold_no_momentum_of_maneuvers_after_the_end(acceleration):
         assert momentum[1] == pytest.approx(0.04 * np.radians(1.0), rel=1e-12)
 
 
-@pytest.mark.cases(0)
-@pytest.mark.parametrize("limit", ["field of view", "eclipse"])
-def test_what_a_sensor_does_not_see_it_cannot_calibrate(limit):
-    """Variances only grow, and do so while the satellite is in the shadow it starts in."""
-    X = designs(4)
-    night = {"epoch": datetime(2018, 6, 5, 0, 35, tzinfo=UTC)}
-    narrow = tuple(
-        dataclasses.replace(s, half_angle_deg=40.0) if isinstance(s, SunSensor) else s
-        for s in Scenario.paper().sensors
-    )
-    changes = {"sensors": narrow} if limit == "field of view" else {"eclipse": True}
-    blind, seeing = (
-        evaluate(AttitudeManeuverProblem(scenario(**night, **change)).model, X, history=True)
-        for change in (changes, {})
-    )
-    both = np.isfinite(blind.variances) & np.isfinite(seeing.variances)
-    assert (blind.variances[both] >= seeing.variances[both] * (1.0 - 1e-9)).all()
-    assert (blind.variances[both] > 2.0 * seeing.variances[both]).any()
-
-
 NOT_FLOWN = [
     # no time for anything but the last rate
     ([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0], 3**0.5 * DURATION, 3**0.5),
@@ -243,17 +223,6 @@ def test_angle_is_what_the_phases_of_the_plan_sweep(acceleration):
     alone = [evaluated(problem, x[None])["F"][0] for x in X]
     np.testing.assert_array_equal(F, alone)  # to the last bit, whatever is beside it
     assert (problem.indicator_space(F) <= 1.0).all()
-
-
-def test_sharing_prefixes_does_not_change_monitored_runs(limited):
-    problem, X, _, _ = limited
-    batch = np.repeat(X[:2], 12, axis=0)
-    batch[np.arange(24), np.tile(np.arange(12), 2)] *= 0.9
-    together = evaluated(problem, batch)
-    evaluated(problem, X[2:3])  # which now is the batch before
-    alone = [evaluated(problem, x[None]) for x in batch]
-    np.testing.assert_array_equal(together["F"], np.vstack([out["F"] for out in alone]))
-    np.testing.assert_array_equal(together["G"], np.vstack([out["G"] for out in alone]))
 
 
 @pytest.mark.parametrize(

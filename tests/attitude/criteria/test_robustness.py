@@ -1,13 +1,11 @@
 """Plans judged over flights."""
 
-import copy
 import dataclasses
 
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario, reference_run
 from mgeo_attitude.criteria.robustness import (
-    FlightSamples,
     draw_flights,
     judged,
     kept_by,
@@ -15,10 +13,7 @@ from mgeo_attitude.criteria.robustness import (
 )
 from mgeo_attitude.maneuvers.schedule import schedule
 from mgeo_attitude.scenario import FlightErrors, InitialConditions, PathLimit, Prior, Wheels
-from pymoo.optimize import minimize
 from scipy.spatial.transform import Rotation
-
-from mgeo import Checkpoint, MGEOStaged, resume
 
 from ..between import worst_excess
 
@@ -257,46 +252,6 @@ def test_a_stage_of_a_search_has_as_many_flights_as_it_says(stage, flights):
     np.testing.assert_array_equal(F, expected.evaluate(X, return_values_of=["F"]))
     assert (judge is problem) == (stage >= 2)
     assert judge.options() == problem.options()
-
-
-@pytest.mark.slow
-def test_a_robust_search_goes_on_as_it_would_have(tmp_path):
-    """Killed in any stage; and what it finds are values over all flights."""
-    problem = AttitudeManeuverProblem(scenario(count=8, grow=(0, 1, 2))).robust()
-    algorithm = MGEOStaged(stages=(0.4, 0.8, 1.0), n_walkers=4, max_candidates=12)
-    path = tmp_path / "checkpoint"
-    whole = minimize(problem, algorithm, ("n_eval", 720), seed=2)
-    F = AttitudeManeuverProblem(scenario(count=8)).evaluate(whole.X, return_values_of=["F"])
-    np.testing.assert_array_equal(whole.F, F)
-    for generations, stage in ((3, 0), (9, 1), (14, 2)):
-        running = copy.deepcopy(algorithm)
-        running.setup(problem, termination=("n_eval", 720), seed=2)
-        for _ in range(generations):
-            running.next()
-        assert running.stage == stage
-        Checkpoint(path).write(running)
-        again = resume(path, AttitudeManeuverProblem.from_options(problem.options()))
-        result = again.run()
-        np.testing.assert_array_equal(result.X, whole.X)
-        np.testing.assert_array_equal(result.F, whole.F)
-
-
-def test_few_flights_stay_in_memory_and_all_are_the_same_again(monkeypatch):
-    monkeypatch.setattr("mgeo_attitude.criteria.robustness.KEPT", 3)
-    of, X = scenario(count=20, rate_error_deg_s=0.2), designs(2)
-    model = FilterModel.from_scenario(of)
-    flights = FlightSamples(of, model, of.flight)
-    every = draw_flights(of, model, of.flight)
-    assert len(flights) == 20
-
-    def t_end(model, ran):
-        return ran.t_end[:, None]
-
-    found = [over_flights(each, X, t_end, 2, False) for each in (every, flights, flights.first(7))]
-    np.testing.assert_array_equal(found[1], found[0])
-    np.testing.assert_array_equal(found[2], found[0][:7])
-    same = [one is again for one, again in zip(flights, flights, strict=True)]
-    assert same == [number < 3 for number in range(20)]
 
 
 @pytest.mark.slow

@@ -79,11 +79,3 @@ def test_what_is_promised_over_flights_comes_first(problem, X):
         )
         assert found, line
         assert [in_seconds(text) for text in found.groups()] == expected
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(0.1149, "0.11"), (0.0996, "0.10"), (9.96, "10"), (123.4, "123"), (1e-4, "0.00010")],
-)
-def test_two_digits_without_powers_of_ten(value, text):
-    assert two_digits(value) == text

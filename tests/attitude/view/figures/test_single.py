@@ -98,20 +98,6 @@ def test_the_map_has_equal_areas_and_its_axes_where_they_belong():
     assert len(graticule()) == 2
 
 
-def test_few_samples_draw_the_curves(short, X):
-    plan = ManeuverPlan.from_design(short, X[0])
-    (figures,) = short.view(X[:1]).solution_figures()
-    for name, exact in (("trace", plan.history.trace), ("attitude", None)):
-        line = figures[name].data[0]
-        if exact is None:
-            factor = line.y[0] / plan.history.sigma[0, 0]
-            exact = plan.history.sigma[:, 0] * factor
-        drawn = np.interp(plan.history.times, line.x, np.log10(line.y))
-        off = np.abs(drawn - np.log10(exact)) / np.ptp(np.log10(exact))
-        assert off.max() < 0.06
-        assert len(line.x) == 48
-
-
 def test_corners_of_a_polyline_are_found():
     x = np.arange(101.0)
     curves = np.column_stack([np.interp(x, [0, 20, 100], [0, 5, 5]), np.abs(x - 70.0), 0.0 * x])
