@@ -51,13 +51,12 @@ def _answer(
     late = None if math.isnan(kept) else within(kept)
     if math.isfinite(kept_sigma):
         late = f"{MOST_SAMPLES} keep attitude {two_digits(kept_sigma)} deg"
-    converged = t_end < plans.problem.model.too_late
-    ended = span(t_end) if converged else f"not converged{{}} after {span(t_end)}"
+    converged, after = t_end < plans.problem.model.too_late, span(t_end)
     if math.isnan(robust):
-        first = f"{ended.format(';')}{'; then' if converged else ''}"
-        return "; ".join(filter(None, [f"{first} {known}", late]))
+        nominal = f"{after}; then {known}" if converged else f"not converged; after {after} {known}"
+        return "; ".join(filter(None, [nominal, late]))
     own = f"robust time {span(robust)}" if robust < math.inf else "no robust time"
-    nominal = f"{ended.format(',')}{', then' if converged else ''} {known}"
+    nominal = f"{after}, then {known}" if converged else f"not converged, after {after} {known}"
     return "; ".join(filter(None, [own, late, nominal if by_coils else f"flown exactly {nominal}"]))
 
 
