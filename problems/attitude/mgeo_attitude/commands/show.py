@@ -33,10 +33,10 @@ def print_plan(picked: Picked, output: Output) -> None:
         *plan.late(),
     )
     for table in TABLES.values():
-        output.print(*printed(table, plan))
+        output.print(*render_table(table, plan))
 
 
-def printed(table: PlanTable, plan: ManeuverPlan) -> Iterator[RenderableType | str]:
+def render_table(table: PlanTable, plan: ManeuverPlan) -> Iterator[RenderableType | str]:
     """Yield a table of a plan with its texts for a terminal; nothing if it has no row."""
     section = table.section(plan)
     if section.table is None or not len(section.table):

@@ -1,4 +1,4 @@
-"""The tables about one plan, declared once: for the terminal, for reviews and for JSON."""
+"""Tables about one plan, declared once for the terminal, for reviews and for JSON."""
 
 from __future__ import annotations
 
@@ -33,24 +33,24 @@ class PlanTable:
     title : str
     table : function of a plan
         All columns, as JSON has them.
-    shown : function of that table
-        Columns that people are shown.
+    columns : function of that table
+        What the terminal and a review have of it.
     note, text : function of a plan
-        Below the table, and before it.
+        A line below the table, and lines on what it means.
     is_wide : bool
-        Whether its rows stand side by side in a terminal.
+        Whether a terminal shows its rows as columns.
     """
 
     title: str
     table: Callable[[ManeuverPlan], pd.DataFrame]
-    shown: Callable[[pd.DataFrame], pd.DataFrame] = pd.DataFrame.copy
+    columns: Callable[[pd.DataFrame], pd.DataFrame] = pd.DataFrame.copy
     note: Callable[[ManeuverPlan], str] = _nothing
     text: Callable[[ManeuverPlan], list[str]] = lambda plan: []
     is_wide: bool = False
 
     def section(self, plan: ManeuverPlan) -> Section:
-        """Return the table with its texts, as people are shown it."""
-        table = self.shown(self.table(plan))
+        """Return the table with its texts, for people."""
+        table = self.columns(self.table(plan))
         return Section(self.title, tuple(self.text(plan)), table, self.note(plan))
 
 
@@ -83,11 +83,11 @@ def _lower_bound(plan: ManeuverPlan) -> pd.DataFrame:
         return pd.DataFrame()
 
 
-def _with_state(table: pd.DataFrame) -> pd.DataFrame:
+def _state_in_words(table: pd.DataFrame) -> pd.DataFrame:
     return table.assign(kept=table["kept"].map({True: "kept", False: "violated"}))
 
 
-def _commands(table: pd.DataFrame) -> pd.DataFrame:
+def _command_columns(table: pd.DataFrame) -> pd.DataFrame:
     """Phases with rates and attitudes, to six digits as times need them."""
     rates = [f"rate {axis} [deg/s]" for axis in "xyz"]
     attitude = [f"end q{part}" for part in "123c"]
@@ -96,17 +96,17 @@ def _commands(table: pd.DataFrame) -> pd.DataFrame:
     return table[["start UTC"]].join(table[numbers].map("{:.6g}".format))
 
 
-def _worst_axes(table: pd.DataFrame) -> pd.DataFrame:
+def _worst_axis_columns(table: pd.DataFrame) -> pd.DataFrame:
     """The largest 1-sigma of the three axes of each error."""
     errors = table.iloc[:, 3:].T.groupby(lambda name: re.sub(" [xyz] ", " ", name), sort=False)
     return table.iloc[:, :3].join(errors.max().T)
 
 
-def _in_words(table: pd.DataFrame) -> pd.DataFrame:
+def _direction_columns(table: pd.DataFrame) -> pd.DataFrame:
     return table.iloc[:, 1::-1]
 
 
-def _over_flights(plan: ManeuverPlan) -> str:
+def _constraints_note(plan: ManeuverPlan) -> str:
     errors = plan.scenario.flight
     if errors is None:
         return ""
@@ -114,7 +114,7 @@ def _over_flights(plan: ManeuverPlan) -> str:
     return f"values until t_end: what {share} keep; all other tables: flown exactly"
 
 
-def _promised(plan: ManeuverPlan) -> str:
+def _objectives_note(plan: ManeuverPlan) -> str:
     text = f"promised: by the plan; kept: by {MOST_SAMPLES} of 200, of the errors in [flight]"
     if not np.isinf([plan.view.kept_t_end, plan.view.robust_t_end]).any():
         return text
@@ -122,20 +122,20 @@ def _promised(plan: ManeuverPlan) -> str:
     return f"{text}; a t_end of {longest:.6g} s is that of samples that do not converge"
 
 
-def _of_samples(plan: ManeuverPlan) -> str:
+def _accuracy_note(plan: ManeuverPlan) -> str:
     return "of Monte Carlo samples" if plan.scenario.turned_by_coils else ""
 
 
-#: The tables of a plan by their keys in JSON, in the order in which they are shown.
+#: The tables of a plan by their keys in JSON, in the order in which they are printed.
 TABLES = {
     "constraints": PlanTable(
-        "Constraints", ManeuverPlan.constraints, _with_state, note=_over_flights
+        "Constraints", ManeuverPlan.constraints, _state_in_words, note=_constraints_note
     ),
     "promises": PlanTable(
-        "Objectives, and over Monte Carlo samples", ManeuverPlan.promises, note=_promised
+        "Objectives, and over Monte Carlo samples", ManeuverPlan.promises, note=_objectives_note
     ),
-    "timeline": PlanTable("Timeline", ManeuverPlan.timeline, _commands, is_wide=True),
-    "accuracy": PlanTable("Predicted 1-sigma", ManeuverPlan.accuracy, note=_of_samples),
+    "timeline": PlanTable("Timeline", ManeuverPlan.timeline, _command_columns, is_wide=True),
+    "accuracy": PlanTable("Predicted 1-sigma", ManeuverPlan.accuracy, note=_accuracy_note),
     "worst_axis": PlanTable("Worst axis, and what no maneuver can beat", _lower_bound),
     "budget": PlanTable(
         "Error budget, 1-sigma of the worst body axis",
@@ -155,14 +155,14 @@ TABLES = {
     "contributions": PlanTable(
         "What each phase bought",
         ManeuverPlan.contributions,
-        _worst_axes,
+        _worst_axis_columns,
         note=lambda plan: "trace and worst body axis at its end",
         is_wide=True,
     ),
     "least_observable": PlanTable(
         "Least observable directions",
         lambda plan: plan.least_observable(5),
-        _in_words,
+        _direction_columns,
         note=lambda plan: "remaining: 1-sigma along it over the initial one; 1 is nothing learned",
     ),
     "comparison": PlanTable(
