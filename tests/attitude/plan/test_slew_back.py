@@ -168,27 +168,6 @@ def test_the_attitude_at_the_end_is_within_a_tolerance(plan):
         Scenario.from_dict({"preset": "paper", "maneuvers": {"end_tolerance_deg": 0.5}})
 
 
-def test_a_front_is_told_how_many_keep_their_limits_until_the_end(plan):
-    """The search sees none of it, so its answers have to say."""
-    limit = PathLimit(boresight=(0.0, 0.0, -1.0), half_angle_deg=1.0, attitude_sigmas=0.0)
-    tight = dataclasses.replace(plan.scenario, path_limits=(limit,))
-    problem = ManeuverPlan(tight, DESIGN).problem
-    (before, after) = problem.view([DESIGN]).limits()[0]["value"]
-    between = dataclasses.replace(limit, half_angle_deg=float(after + before) / 2.0)
-    assert after < before
-    scenario = dataclasses.replace(plan.scenario, path_limits=(between,))
-    watched = ManeuverPlan(scenario, DESIGN)
-    table = watched.constraints()
-    assert table["kept"].tolist() == [True, False]
-    assert (watched.problem.evaluate(np.array([DESIGN]), return_values_of=["G"]) <= 0.0).all()
-    exceeded = table.index[1]
-    keep = "plans keep all limits after they have converged"
-    told = watched.problem.view([DESIGN, DESIGN]).remarks()[1]
-    assert told == f"0 of 2 {keep}; the others exceed {exceeded}"
-    assert problem.view([DESIGN]).remarks()[1] == f"1 of 1 {keep}"
-    assert not [line for line in plan.problem.view([DESIGN]).remarks() if "limits after" in line]
-
-
 def test_a_plan_that_cannot_slew_back_in_time_exceeds_a_limit():
     table = {"preset": "cubesat_6u", "duration": 600.0, "initial": {"pointing": "nadir"}}
     table |= {"maneuvers": {"count": 3, "max_rate_deg_s": 0.065, "slew_back": True}}

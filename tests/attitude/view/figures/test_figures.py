@@ -4,10 +4,6 @@ import json
 
 import plotly.graph_objects as go
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem
-
-from mgeo.evaluation.dominance import front_rows
-from mgeo.runs.answer import default_solution
 
 
 @pytest.mark.parametrize("n", [1, 7, pytest.param(300, marks=pytest.mark.slow)])
@@ -18,15 +14,3 @@ def test_all_figures_serialize(problem, X, n):
         assert "<html>" in figure.to_html(include_plotlyjs="cdn")
         assert go.Figure(json.loads(figure.to_json())).layout.title == figure.layout.title
         assert figure.layout.template.layout.plot_bgcolor == "white"
-
-
-@pytest.mark.parametrize("objectives", [None, ["trace", "angle"]])
-def test_the_knee_is_that_of_reports(problem, X, objectives):
-    """Of what was minimized, whatever it was."""
-    other = AttitudeManeuverProblem(objectives=objectives)
-    other.__dict__["model"] = problem.model
-    rows = X[front_rows(F := other.evaluate(X[:60], return_values_of=["F"]))]
-    expected = default_solution(other, F[front_rows(F)])
-    assert expected.label == "knee"
-    names = {trace.name for trace in other.view(rows).figures()["convergence"].data}
-    assert {name for name in names if "knee" in name} == {f"solution {expected.row} (knee)"}
