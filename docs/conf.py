@@ -31,6 +31,7 @@ extensions = [
     "docstrings",
     "algorithms",
     "keys",
+    "objectives",
     "mathml",
     "plotly_figures",
     "study_data",

@@ -72,9 +72,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         Share of the flights that must keep the value of an objective, if not its
         ``flight.quantile``.
     objectives : sequence of str, optional
-        What to minimize, if not the scenario's ``objectives``; docs/limits.md explains each:
-        "t_end", "trace", "normalized_trace", "log_det", "max_eigenvalue", "t_required", "angle",
-        "rate_change", and "trace:attitude,gyro.bias" for some blocks of the state.
+        What to minimize, if not the scenario's ``objectives``: keys of `criteria.objectives`, or
+        "trace:attitude,gyro.bias" for some blocks of the state.
 
     Raises
     ------

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from mgeo_attitude.commands.files import Picked
-from mgeo_attitude.commands.show import promised
+from mgeo_attitude.commands.show import render_table
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
+from mgeo_attitude.plan.tables import TABLES
 
 from mgeo.cli.output import Output, rows
 from mgeo.terminal import note, plain, titled
@@ -43,7 +44,7 @@ def print_verification(picked: Picked, found: Verification, output: Output) -> N
         *titled(f"{found.n_runs} simulated flights, errors after {plan.t_end:.6g} s", shown),
         note(f"NEES per state {found.nees:.3f}; {power(found)}"),
     )
-    output.print(*promised(plan))
+    output.print(*render_table(TABLES["promises"], plan))
     if len(found.path_limits):
         output.print(
             *titled("path limits broken", found.path_limits),
