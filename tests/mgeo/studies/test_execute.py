@@ -20,8 +20,7 @@ from mgeo import MGEOReal, compare
 from mgeo.studies.comparison import FailedRunsWarning
 from mgeo.studies.conclusions import conclusions
 from mgeo.studies.indicators import NothingToCompareError
-from mgeo.studies.run import Failure, Task, record
-from mgeo.studies.run import run as make_run
+from mgeo.studies.run import Task, record
 
 from ..naive import nondominated_rows
 from .problems import FailingNSGA2, GlobalRandomSearch, Half, StuckSearch, Wearing
@@ -147,15 +146,6 @@ def test_an_algorithm_that_failed_everywhere_is_named_in_a_warning():
 def test_if_every_run_fails_the_first_error_is_raised():
     with pytest.raises(NothingToCompareError, match=r"all 2 runs failed.*seed 2 is even"):
         compare(PROBLEM, [FailingNSGA2()], 40, seeds=[2, 4])
-
-
-def test_an_algorithm_that_exits_is_a_run_that_fails():
-    class Exiting(NSGA2):
-        def _infill(self):
-            raise SystemExit(0)
-
-    failed = make_run(Task(ZDT1(n_var=3), Exiting(pop_size=8), 40, 1))
-    assert failed == Failure("ExitError: SystemExit(0) was raised")
 
 
 def test_an_algorithm_without_new_candidates_fails():
