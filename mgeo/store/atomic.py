@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from filelock import FileLock, Timeout
 from numpy.typing import NDArray
 
 #: File that is locked while a process writes into the folder.
@@ -118,6 +117,8 @@ def lock(folder: Path, patience: float = 0.0) -> Iterator[None]:
     OSError
         If the lock file cannot be written.
     """
+    from filelock import FileLock, Timeout  # a comparison in Python needs no lock
+
     guard = FileLock(folder / LOCK_FILE)
     try:
         guard.acquire(timeout=patience)

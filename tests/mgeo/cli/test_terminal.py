@@ -2,7 +2,6 @@
 
 import os
 import re
-import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -40,17 +39,6 @@ def read(end):
         if not some:
             return found
         found += some
-
-
-@pytest.mark.slow
-def test_a_command_on_a_terminal_of_its_own(stand_in_environment, tmp_path):
-    seen = []
-    with terminal(seen) as its:
-        command = [sys.executable, "-m", "mgeo", *RUN]
-        environment = stand_in_environment | TERMINAL
-        streams = {"stdin": its, "stdout": its, "stderr": its}
-        subprocess.run(command, cwd=tmp_path, env=environment, check=True, **streams)
-    check(seen[0], redrawn=True, colored=True)
 
 
 @pytest.mark.cases(2)

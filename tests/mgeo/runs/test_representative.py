@@ -86,24 +86,10 @@ def test_a_small_front_is_shown_whole(n):
     assert sorted(h.row for h in chosen) == list(range(n))
 
 
-def test_one_solution_is_the_best_of_everything():
-    assert [h.label for h in representative_solutions(Plain(), [[3.0, 4.0]], ("a", "b"))] == [
-        "best a, best b"
-    ]
-
-
-def test_one_objective_shows_the_best():
-    assert representative_solutions(Plain(1), [[3.0]], ("a",))[0].label == "best a"
-
-
 def test_equal_solutions_do_not_hide_others():
     F = np.repeat(circle(5), 20, axis=0)
     shown = F[[h.row for h in representative_solutions(Plain(), F, ("a", "b"))]]
     assert len(np.unique(shown, axis=0)) == 5
-
-
-def test_a_tie_in_one_objective_goes_to_the_better_in_the_other():
-    assert extremes(np.array([[0.0, 2.0], [0.0, 1.0], [1.0, 0.0]])) == [1, 2]
 
 
 def test_what_is_shown_unasked_is_the_knee_or_the_best_of_the_first():

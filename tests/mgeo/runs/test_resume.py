@@ -27,17 +27,6 @@ def begun(folder, generations):
     return run
 
 
-@pytest.mark.parametrize("generations", [1, 17, 40])
-def test_it_ends_as_the_run_would_have_ended(generations, tmp_path):
-    expected = begun(tmp_path, generations).solve()
-    resumed = resume_run(tmp_path)
-    outcome = resumed.solve()
-    assert np.array_equal(outcome.X, expected.X)
-    assert np.array_equal(outcome.F, expected.F)
-    assert outcome.hypervolume == expected.hypervolume
-    assert (outcome.stop_reason, outcome.evaluations) == ("budget", 320)
-
-
 def test_the_configuration_has_the_new_budget(tmp_path):
     begun(tmp_path, 3)
     longer = resume_run(tmp_path, generations=50)
