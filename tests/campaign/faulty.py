@@ -26,15 +26,8 @@ class Faulty(Problem):
 
     def __init__(self) -> None:
         self._raise("construction")
-        self.var_names = _part("var_names", ["x [m]", "y [m]"])
-        self.obj_names = _part("obj_names", ["a [s]", "b [s]"])
-        super().__init__(
-            n_var=_part("n_var", 2),
-            n_obj=_part("n_obj", 2),
-            n_ieq_constr=_part("n_ieq_constr", 0),
-            xl=_part("xl", np.array([-3.0, -3.0])),
-            xu=_part("xu", np.array([3.0, 3.0])),
-        )
+        self.var_names, self.obj_names = ["x [m]", "y [m]"], ["a [s]", "b [s]"]
+        super().__init__(n_var=2, n_obj=2, xl=-3.0, xu=3.0)
 
     @classmethod
     def from_options(cls, options: Any) -> Any:
@@ -51,8 +44,6 @@ class Faulty(Problem):
         F = np.column_stack([x**2 + y**2, (x - 2) ** 2 + y**2])
         part = _part("F", F)
         out["F"] = part(F) if callable(part) else part
-        if "G" in PART:
-            out["G"] = _part("G", None)
 
     def indicator_space(self, F: Any) -> Any:
         part = _part("indicator_space", np.asarray(F) / 20.0)

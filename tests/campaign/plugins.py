@@ -1,4 +1,4 @@
-"""Plugins that break the plugin protocol."""
+"""Plugins of which a part raises."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-import pandas as pd
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
@@ -19,40 +18,20 @@ from mgeo.store.run_folder import read_run
 
 from . import faulty
 from .harness import Attempt, Box, kind
-from .mutations import ESCAPES, nasty
+from .mutations import ESCAPES
 
 WRITES = ("work/made/*",)
 
-_SPECIAL: dict[str, list[Any]] = {
-    "n_var": [0, -1, 2.0, "2", None, 3],
-    "n_obj": [0, -1, 2.0, "2", None, 3, 1],
-    "n_ieq_constr": [-1, "1", None, 1, 2.5],
-    "xl": [np.nan, [np.nan, 0], [4, 4], [-np.inf, 0], [0], [0, 0, 0], "low", [[-1, -1]], None, 10],
-    "xu": [np.nan, [np.nan, 0], [-4, -4], [np.inf, 0], [0], [0, 0, 0], "high", [[1, 1]], None],
-    "var_names": [["a"], ["a", "a"], 5, None, "xy", ["a [s]", "b"], [ESCAPES, "y"], [1, 2],
-                  [[], {}]],
-    "obj_names": [["a"], ["a", "a"], 5, None, "ab", ["x [m]", "b"], [ESCAPES, "b"], [1, 2]],
-    "F": [None, 5.0, np.zeros(3), "x", lambda F: F[:, :1], lambda F: F.T, lambda F: F[:-1],
-          lambda F: np.full_like(F, np.nan), lambda F: np.where(F > 4, np.nan, F),
-          lambda F: np.where(F > 4, np.inf, F), lambda F: F.astype(str), lambda F: F * 1j,
-          lambda F: F.astype(object), lambda F: F * 1e300 * 1e300, lambda F: F.tolist(),
-          lambda F: np.zeros_like(F), lambda F: F * 1e-320],
-    "G": [None, np.zeros(3), "x", np.nan],
-    "indicator_space": [None, np.zeros(3), lambda F: F[:1], lambda F: F[:, :1], "x",
-                        lambda F: np.full(np.shape(F), np.nan), lambda F: np.asarray(F) * np.inf,
-                        lambda F: np.asarray(F).tolist(), lambda F: np.asarray(F).astype(str)],
-    "describe": [None, {}, pd.DataFrame(), pd.DataFrame({"x": []}), pd.DataFrame({"x": [1]}), "x",
-                 pd.DataFrame({ESCAPES: ["\x1b[31m"] * 3}), [1, 2, 3]],
-    "answers": [None, [], "x", [1], [""], {"a": "b"}, [ESCAPES], np.array(["a"])],
-    "limits": [None, [], "x", [1], [pd.DataFrame()], [pd.DataFrame({"unit": ["m"]})]],
-    "front_summary": [None, [], "x", {"points": ESCAPES}, {1: 2}],
-    "figures": [None, [], {}, {"front": None}, {"front": 5}, {"front": "<script>"}],
-    "solution_figures": [None, [], [{}], 5, [None], "x"],
-    "options": [None, 5, [], {"a": np.zeros(2)}, {"a": float("nan")}, {"a": object()}, {1: 2},
-                "x"],
-    "from_options": [None, 5, lambda: None, lambda: 5, lambda: object()],
-    "construction": [],
-}  # fmt: skip
+#: Parts that raise, and values of the objectives with which a run must cope.
+_PARTS = (
+    *("construction", "options", "from_options", "indicator_space", "view", "describe", "answers"),
+    *("limits", "front_summary", "figures", "solution_figures", "F"),
+)
+_OBJECTIVES = [
+    lambda F: np.full_like(F, np.nan), lambda F: np.where(F > 4, np.nan, F),
+    lambda F: np.where(F > 4, np.inf, F), lambda F: F * 1e300 * 1e300,
+    lambda F: np.zeros_like(F), lambda F: F * 1e-320,
+]  # fmt: skip
 
 _RAISED = [
     ValueError("no license"), TypeError("two\nlines"), KeyError("key"), ZeroDivisionError(),
@@ -63,8 +42,8 @@ _RAISED = [
 ]  # fmt: skip
 
 
-def _point(name: str) -> list[EntryPoint]:
-    return [EntryPoint(name, f"{faulty.__name__}:Faulty", PROBLEMS)]
+def _points(group: str = "") -> list[EntryPoint]:
+    return [EntryPoint("faulty", f"{faulty.__name__}:Faulty", PROBLEMS)] * (group == PROBLEMS)
 
 
 @contextlib.contextmanager
@@ -72,17 +51,14 @@ def spoiled_plugin(name: str, part: Any) -> Iterator[None]:
     """The one problem that is installed, ``faulty``, with a part that is as given."""
     with (
         patch.dict(faulty.PART, {name: part}, clear=True),
-        patch("mgeo.plugins.discovery.entry_points", lambda group: _point("faulty")),
+        patch("mgeo.plugins.discovery.metadata.entry_points", _points),
     ):
         yield
 
 
 def _drawn(box: Box) -> tuple[str, Any]:
-    name = box.pick(list(_SPECIAL))
-    special = _SPECIAL[name]
-    part = box.pick(_RAISED) if not special or box.chance(0.35) else box.pick(special)
-    if special and box.chance(0.15):
-        part = nasty(box)
+    name = box.pick(_PARTS)
+    part = box.pick(_OBJECTIVES if name == "F" and box.chance(0.5) else _RAISED)
     box.note(f"{name} is {part!r:.200}")
     return name, part
 

@@ -110,7 +110,8 @@ def test_its_steps_are_cauchys(folder):
 
 @pytest.mark.slow
 def test_an_installed_one_is_known_by_its_name(installed):
-    assert re.search(rf"^{installed} +Walkers that", run("mgeo algorithms").stdout, re.MULTILINE)
+    listed = run("mgeo algorithms").stdout
+    assert re.search(rf"^{installed} +{installed} +Walkers that", listed, re.MULTILINE)
     told = run(f"mgeo algorithms {installed}").stdout
     assert re.search(r"^scale ", told, re.MULTILINE)
     assert "--set NAME=VALUE" in told
