@@ -195,8 +195,7 @@ def test_a_name_may_stand_for_many_of_cocos_functions():
 
 
 @pytest.mark.parametrize("name", [path.stem for path in sorted(STUDIES.glob("*.toml"))])
-def test_the_published_studies_can_be_built(name, monkeypatch):
-    monkeypatch.chdir(STUDIES)  # where modules of their own algorithms are
+def test_the_published_studies_can_be_built(name):
     if name in ("table3", "tuning", "comparison", "budgets", "robust", "held-out", "propellant"):
         pytest.importorskip("mgeo_attitude")
     study = read_study(STUDIES / f"{name}.toml")
