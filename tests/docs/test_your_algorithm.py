@@ -132,21 +132,6 @@ def test_no_file_has_a_module_imported(folder):
     assert "expected 'other:Class', as asked for" in refused.stderr
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("nowhere:Class", "algorithm 'nowhere:Class' does not load: ModuleNotFoundError"),
-        ("math:pi", "algorithm 'math:pi': expected a class derived from pymoo.core.algorithm.Algo"),
-        ("a b:c", "algorithm 'a b:c': expected module:Class"),
-        ("cauchy:MGEOCauch", "does not load: AttributeError"),
-    ],
-)
-def test_what_is_none_is_said(folder, name, message):
-    refused = run(f"mgeo solve pymoo:zdt1 --algorithm '{name}'", code=2)
-    assert message in refused.stderr
-    assert refused.stderr.count("\n") == 1
-
-
 class Small(NSGA2):
     def __init__(self, pop_size=12, eager=False, **options):
         if pop_size < 4:
