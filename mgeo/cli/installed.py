@@ -89,7 +89,7 @@ def _problem(plugin: Plugin) -> dict[str, Any]:
     }
     try:
         return known | problem_size(load_problem(plugin.name)) | {"error": None}
-    except PluginError as error:  # a broken plugin does not hide the others
+    except (ValueError, OSError) as error:  # a broken plugin does not hide the others
         return known | {"variables": [], "objectives": [], "constraints": 0, "error": str(error)}
 
 

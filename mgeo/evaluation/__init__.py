@@ -1,5 +1,5 @@
-"""Evaluations that may fail, and what is nondominated among them.
+"""Evaluation of candidates, some of which may fail.
 
-`evaluator` counts and survives failures, `failures` finds the candidates that fail, `dominance`
-says which vectors no other dominates, `individuals` reads pymoo's individuals and designs.
+`evaluator` counts and survives failures, `failures` finds the failing candidates of a batch,
+`dominance` selects nondominated vectors, `individuals` reads pymoo's individuals and designs.
 """

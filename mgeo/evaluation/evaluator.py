@@ -1,4 +1,4 @@
-"""Evaluations that may fail, at the cost of the candidates concerned, or be made again."""
+"""An evaluator that survives failing candidates."""
 
 from __future__ import annotations
 
@@ -28,39 +28,36 @@ _ROUNDING = 1e-9  # of a column's largest value: other versions and other batche
 
 
 class EvaluationError(RuntimeError):
-    """Every candidate fails, so there is nothing to go on with."""
+    """Every candidate fails."""
 
 
 class TolerantEvaluator(Evaluator):
-    """A pymoo evaluator under which a failing candidate costs itself only.
+    """A pymoo evaluator that survives failing candidates.
 
     A candidate fails when the problem raises an exception for it, when the worker process that
-    evaluates it dies, or when it gets a NaN or an infinite objective or a NaN constraint. Where a
-    batch fails as a whole, the culprits are found by halving it; those of elementwise problems
-    that raise are caught where they are evaluated. Failed candidates count as evaluations.
+    evaluates it dies, or when it gets a NaN or infinite objective or a NaN constraint. A batch that
+    raises is halved until the failing candidates are alone; an elementwise problem is caught at its
+    element. Failed candidates count as evaluations and are marked by
+    ``individual.get("failed")``.
 
-    What a failed candidate gets depends on the algorithm. Those of the MGEO family keep the NaN:
-    they rank it last and never archive it. In others a NaN can wipe the front; there it gets, in
-    each objective, the worst value seen so far worsened by the range seen, and violates each
-    constraint likewise, so that every candidate that succeeded dominates it. Either way it is
-    marked: ``individual.get("failed")`` is True.
-
-    So it does when the problem raises SystemExit, as `sys.exit` does. A KeyboardInterrupt, and what
-    a signal's handler raises, are no failures and always end the run.
+    Algorithms of the MGEO family keep the NaN: they rank a failed candidate last and never archive
+    it. In other algorithms a NaN can wipe the front. There a failed candidate gets, in each
+    objective and constraint, the worst value seen so far plus the range seen, so that every
+    candidate that succeeded dominates it.
 
     Parameters
     ----------
-    patience : the run stops once so many candidates in a row have failed, batches counting as a
-        whole: none in them succeeded.
-    warn : whether the first exception of a problem is told by a RuntimeWarning.
+    patience : number of candidates in a row that may fail before the run stops; a batch counts as a
+        whole if none in it succeeded.
+    warn : whether the first exception of a problem is reported by a RuntimeWarning.
     options : as for pymoo's `Evaluator`.
 
     Attributes
     ----------
-    n_eval : evaluations, failed ones included.
-    n_failed : failed ones.
-    causes : how many failed why; the first key is the first cause.
-    n_in_a_row : failed since the last batch in which one succeeded.
+    n_eval : number of evaluations, failed ones included.
+    n_failed : number of failed evaluations.
+    causes : number of failures by cause, in the order of first occurrence.
+    n_in_a_row : number of failures since the last batch in which a candidate succeeded.
 
     Examples
     --------
@@ -92,7 +89,7 @@ class TolerantEvaluator(Evaluator):
 
     @classmethod
     def like(cls, evaluator: Evaluator) -> Evaluator:
-        """A tolerant one with the options of `evaluator`, unless that is one of a kind itself."""
+        """Return a tolerant evaluator with the options of a plain one; any other kind as it is."""
         if type(evaluator) is not Evaluator:
             return evaluator
         tolerant = cls(
@@ -104,7 +101,7 @@ class TolerantEvaluator(Evaluator):
         return tolerant
 
     def settings(self) -> dict[str, Any]:
-        """What its constructor takes to make it again, as JSON values; a callback is none."""
+        """Return the arguments of the constructor as JSON values, without the callback."""
         return {
             "patience": self.patience,
             "warn": self.warn,
@@ -113,7 +110,7 @@ class TolerantEvaluator(Evaluator):
         }
 
     def counts(self) -> dict[str, Any]:
-        """What was counted, as JSON values."""
+        """Return the counters as JSON values."""
         return {
             "n_eval": self.n_eval,
             "n_failed": self.n_failed,
@@ -122,7 +119,7 @@ class TolerantEvaluator(Evaluator):
         }
 
     def count_on(self, counts: Mapping[str, Any]) -> None:
-        """Go on from the `counts` of another one, which may be no more than an `n_eval`."""
+        """Continue from the `counts` of another evaluator, of which only ``n_eval`` is required."""
         self.n_eval = counts["n_eval"]
         self.n_failed = counts.get("n_failed", 0)
         self._any_succeeded = self.n_eval > self.n_failed
@@ -130,7 +127,7 @@ class TolerantEvaluator(Evaluator):
         self.causes = dict(counts.get("causes", {}))
 
     def require_success(self) -> None:
-        """Refuse a run that ends with nothing but failures, fewer than `patience` though they are.
+        """Refuse a run in which every candidate failed.
 
         Raises
         ------
@@ -196,7 +193,7 @@ class TolerantEvaluator(Evaluator):
         return error
 
     def _penalize(self, name: str, values: FloatArray, failed: BoolArray) -> None:
-        """Put something worse than all that was seen into the failed rows, in place."""
+        """Write values worse than all seen into the failed rows, in place."""
         if not values.shape[1]:
             return
         good = np.abs(values[~failed]) if name == "H" else values[~failed]
@@ -217,10 +214,10 @@ class TolerantEvaluator(Evaluator):
 
 
 def changed_value(problem: Problem, known: Population, options: Mapping[str, Any]) -> str:
-    """The first value that is another one now, in words; empty if there is none.
+    """Return the first value that differs in a new evaluation, in words; empty if there is none.
 
-    A few points are evaluated again by the problem itself: no evaluator counts them, and the
-    problem's callback does not see them.
+    A few points are evaluated by the problem itself: no evaluator counts them, and the problem's
+    callback does not see them.
 
     Parameters
     ----------

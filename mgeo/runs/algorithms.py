@@ -56,12 +56,13 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
     population = validate_integer(
         "population", complete["population"], low=4, high=_MOST_POPULATION
     )
-    if name == "moead" and problem.has_constraints():
-        raise ValueError("algorithm 'moead' does not treat constraints, which this problem has")
+    record = ALGORITHMS[name]
+    if not record.constraints and problem.has_constraints():
+        raise ValueError(f"algorithm {name!r} does not treat constraints, which this problem has")
     declared = getattr(problem, "vars", None) is not None  # with bounds of their own
     if not declared and name != "random" and (problem.xl is None or problem.xu is None):
         raise ValueError(f"algorithm {name!r} needs bounds, which this problem does not have")
-    given: dict[str, Any] = dict.fromkeys(ALGORITHMS[name].population, population)
+    given: dict[str, Any] = dict.fromkeys(record.population, population)
     if "ref_dirs" in given:
         given["ref_dirs"] = _directions(population, problem)
     from mgeo.runs.operators import fitted  # imports algorithms

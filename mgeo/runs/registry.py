@@ -25,6 +25,8 @@ class AlgorithmRecord:
     population : tuple of str
         Keywords of a constructor of pymoo's that the parameter ``population`` sets. Empty if the
         parameters are the constructor's own.
+    constraints : bool
+        Whether it treats constraints.
     """
 
     name: str
@@ -32,6 +34,7 @@ class AlgorithmRecord:
     description: str
     path: str
     population: tuple[str, ...] = ()
+    constraints: bool = True
 
 
 _SIZE, _DIRECTIONS = ("pop_size",), ("ref_dirs",)
@@ -45,9 +48,8 @@ def _own(name: str, label: str, cls: str, description: str) -> AlgorithmRecord:
 def _pymoo(
     name: str, label: str, place: str, description: str, population: tuple[str, ...] = _SIZE
 ) -> AlgorithmRecord:
-    return AlgorithmRecord(
-        name, label, f"{description}, of pymoo", f"pymoo.algorithms.{place}", population
-    )
+    path = f"pymoo.algorithms.{place}"
+    return AlgorithmRecord(name, label, f"{description}, of pymoo", path, population)
 
 
 #: The algorithms of mgeo and of pymoo. An installed plugin adds its own by an entry point.
@@ -64,7 +66,14 @@ RECORDS = (
     _pymoo("spea2", "SPEA2", "moo.spea2:SPEA2", "strength Pareto evolutionary algorithm"),
     _pymoo("sms-emoa", "SMS-EMOA", "moo.sms:SMSEMOA", "selection by hypervolume contribution"),
     _pymoo("age-moea2", "AGE-MOEA-II", "moo.age2:AGEMOEA2", "selection by the front's geometry"),
-    _pymoo("moead", "MOEA/D", "moo.moead:MOEAD", "decomposition, no constraints", _DIRECTIONS),
+    AlgorithmRecord(
+        "moead",
+        "MOEA/D",
+        "decomposition, without constraints, of pymoo",
+        "pymoo.algorithms.moo.moead:MOEAD",
+        _DIRECTIONS,
+        constraints=False,
+    ),
     _pymoo("ctaea", "C-TAEA", "moo.ctaea:CTAEA", "two archives, for constraints", _DIRECTIONS),
     _pymoo("gde3", "GDE3", "moo.gde3:GDE3", "differential evolution"),
     _pymoo("nsde", "NSDE", "moo.nsde:NSDE", "differential evolution with nondominated sorting"),

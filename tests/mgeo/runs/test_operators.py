@@ -8,11 +8,10 @@ from pymoo.algorithms.moo.moead import MOEAD
 from pymoo.algorithms.moo.mopso_cd import MOPSO_CD
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.nsga3 import NSGA3, comp_by_cv_then_random
-from pymoo.algorithms.moo.unsga3 import UNSGA3, comp_by_rank_and_ref_line_dist
+from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
 from pymoo.algorithms.soo.nonconvex.cmaes import CMAES
 from pymoo.algorithms.soo.nonconvex.de import DE
 from pymoo.algorithms.soo.nonconvex.es import ES
-from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.algorithms.soo.nonconvex.pso import PSO
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.mixed import MixedVariableGA, MixedVariableMating
@@ -140,17 +139,6 @@ def test_what_searches_reals_alone_is_refused(algorithm, problem):
         compare(problem, {"it": algorithm}, 40, seeds=1)
 
 
-def test_one_objective_too():
-    class Single(Whole):
-        def _evaluate(self, X, out, *args, **kwargs):
-            super()._evaluate(X, out)
-            out["F"] = out["F"].sum(axis=1)
-
-    problem = Single()
-    problem.n_obj = 1
-    assert solve(problem, GA(pop_size=10), 100, seed=1).X.dtype == float
-
-
 @pytest.mark.cases(1)
 @pytest.mark.parametrize("top", [0.0, 1.0, 3.0])
 def test_a_run_ends_where_there_are_few_designs(top, monkeypatch):
@@ -180,10 +168,3 @@ def test_where_nothing_ties_comparisons_are_pymoos(pymoos):
     expected = pymoos(population, pairs, random_state=draws[0])
     found = SeededComparison(pymoos)(population, pairs, random_state=draws[1])
     assert np.array_equal(found, expected)
-
-
-@pytest.mark.slow  # processes that begin
-def test_instances_repeat_in_other_processes_though_violations_tie():
-    algorithms = {"NSGA-III": NSGA3(DIRECTIONS), "U-NSGA-III": UNSGA3(DIRECTIONS, pop_size=12)}
-    here, there = (compare(Tied(), algorithms, 200, seeds=2, n_jobs=n) for n in (1, 2))
-    assert there.table.equals(here.table)
