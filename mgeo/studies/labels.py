@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 _LONGEST = 60  # characters of a folder's name, but for what makes it unique
@@ -29,18 +28,6 @@ def filled(text: str, where: str, values: Mapping[str, Any]) -> str:
         )
     parts[1::2] = (str(values[key]) for key in parts[1::2])
     return "".join(parts)
-
-
-def distinct(candidates: Sequence[Sequence[str]]) -> list[str]:
-    """One of its candidates for each, the first that nobody else has; or else its last."""
-    left = [list(each) for each in candidates]
-    while True:
-        count = Counter(first for first, *_ in left)
-        longer = [each for each in left if count[each[0]] > 1 and len(each) > 1]
-        if not longer:
-            return [first for first, *_ in left]
-        for each in longer:
-            del each[0]
 
 
 def folder_name(label: str) -> str:
