@@ -39,7 +39,7 @@ class ProblemConfiguration:
     parts: tuple[float, ...] | None = None
 
     def build(self) -> Problem:
-        """The problem of this name, a plugin's or of a collection such as ``pymoo:``.
+        """Build the problem of this name: a plugin's, or one of a collection such as ``pymoo:``.
 
         Raises
         ------
@@ -58,7 +58,7 @@ class AlgorithmConfiguration:
     parameters: dict[str, Any]
 
     def build(self, problem: Problem) -> Algorithm:
-        """The algorithm, for this problem.
+        """Build the algorithm for a problem.
 
         Raises
         ------
@@ -74,11 +74,11 @@ class AlgorithmConfiguration:
 
 @dataclass(frozen=True)
 class Study:
-    """What a study file says; `text` is the file.
+    """Content of a study file; `text` is the file.
 
     Attributes
     ----------
-    title, about : what people are told.
+    title, about : texts for the page.
     evaluations, per_variable : of each run, or of each run for each variable of its problem.
     seeds : of the runs of each algorithm on each problem.
     grid : at how many, or which, numbers of evaluations fronts are measured.
@@ -137,7 +137,7 @@ class Study:
         return found
 
     def budget(self, problem: Problem) -> tuple[int, int | list[int]]:
-        """Evaluations of a run on a problem, and at how many of them, or at which, to measure."""
+        """Return the evaluations of a run on a problem, and its `grid`."""
         each = problem.n_var if self.per_variable else 1
         if isinstance(self.grid, int):
             return self.evaluations * each, self.grid
@@ -145,7 +145,7 @@ class Study:
         return self.evaluations * each, steps
 
     def reduced(self, evaluations: int | None = None, seeds: int | None = None) -> Study:
-        """The same study with another budget, or with its first so many seeds.
+        """Return the study with another budget, or with its first so many seeds.
 
         Raises
         ------
@@ -163,7 +163,7 @@ class Study:
 
 
 def read_study(path: Path | str, *, imports: bool = True) -> Study:
-    """A study from its file.
+    """Read a study from its file.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def read_study(path: Path | str, *, imports: bool = True) -> Study:
 
 
 def parse_study(text: str, folder: Path, *, imports: bool = True) -> Study:
-    """A study from the text of its file; scenario files are relative to `folder`.
+    """Parse the text of a study file; scenario files are relative to `folder`.
 
     Raises
     ------
@@ -268,7 +268,7 @@ def _problems(
 def _algorithms(
     table: AlgorithmTable, index: int, imports: bool
 ) -> Iterator[AlgorithmConfiguration]:
-    """Every combination of the values in lists; a list as one value is a list in a list."""
+    """Yield every combination of the values in lists; a list as one value is a list in a list."""
     where = f"algorithms[{index}]."
     given = table.parameters
     swept = [key for key, value in given.items() if isinstance(value, list)]

@@ -1,4 +1,4 @@
-"""What problems and algorithms of a study are called, and the folders of its problems."""
+"""Labels of problems and algorithms of a study, and the folders of its problems."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _TAKEN = ("runs",)  # what else is in a study's folder
 
 
 def filled(text: str, where: str, values: Mapping[str, Any]) -> str:
-    """The ``label`` of a table, in which ``{name}`` stands for the value of that name.
+    """Fill a ``label``, in which ``{name}`` stands for the value of that name.
 
     Raises
     ------
@@ -31,7 +31,7 @@ def filled(text: str, where: str, values: Mapping[str, Any]) -> str:
 
 
 def folder_name(label: str) -> str:
-    """The name of a label's folder; different labels have different ones.
+    """Return the name of a label's folder; different labels have different folders.
 
     Of a label of lower-case words, digits and underscores it is these words with hyphens between
     them. Of any other the rest is left out, and ``~`` and eight hexadecimal digits tell it from
