@@ -1,8 +1,7 @@
 """MO-CMA-ES and COMO-CMA-ES as pymoo algorithms, for the studies that compare with them.
 
 Studies name them ``docs.studies.cma_es:MOCMAES`` and ``docs.studies.cma_es:COMOCMAES`` and are run
-in the folder above docs. The extra ``coco`` installs the packages of their authors, ``deap`` and
-``comocma``.
+in the folder above docs. They need the packages of their authors: pip install deap comocma.
 """
 
 from importlib import import_module
@@ -31,7 +30,7 @@ class UnitBox(Algorithm):
         try:
             import_module(self.module)
         except ImportError as error:
-            raise ValueError(f"{self.title} needs the extra: pip install 'mgeo[coco]'") from error
+            raise ValueError(f"{self.title} needs its package: pip install deap comocma") from error
         if problem.has_constraints() or problem.xl is None or problem.n_obj != 2:
             raise ValueError(
                 f"{self.title}: expected a problem of two objectives with bounds and without "

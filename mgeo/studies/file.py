@@ -22,7 +22,8 @@ from mgeo.studies.labels import filled
 from mgeo.studies.pooled import KEYS
 from mgeo.studies.schema import AlgorithmTable, ProblemTable, PublishedTable, StudyTable
 from mgeo.validation.arguments import validate_integer
-from mgeo.validation.tables import checked, errors_of
+from mgeo.validation.entries import errors_of
+from mgeo.validation.tables import checked
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm

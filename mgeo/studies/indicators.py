@@ -19,7 +19,7 @@ from mgeo.evaluation.dominance import nondominated
 from mgeo.plugins import protocol
 from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, view_of
-from mgeo.runs.meters import MAX_OBJECTIVES, scaled
+from mgeo.runs.hypervolume import MAX_OBJECTIVES, scaled
 from mgeo.validation.arguments import validate_list, validate_number
 
 if TYPE_CHECKING:

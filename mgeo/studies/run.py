@@ -18,13 +18,13 @@ from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
-from mgeo._foreign import foreign, one_line
+from mgeo._text import one_line
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.staged import MGEOStaged, is_rough
 from mgeo.evaluation.dominance import not_weakly_dominated
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import succeeded
-from mgeo.runs.solve import IDLE_STEPS, set_up
+from mgeo.runs.setup import IDLE_STEPS, set_up
 from mgeo.studies.record import StudyRun
 
 if TYPE_CHECKING:
@@ -54,8 +54,7 @@ class Failure:
 def run(task: Task) -> StudyRun | Failure:
     """Make a run; return an exception as a `Failure`, so that other runs continue."""
     try:
-        with foreign():
-            return record(task)
+        return record(task)
     except Exception as error:  # algorithms and problems of others may raise anything
         return Failure(f"{type(error).__name__}: {one_line(str(error))}")
 

@@ -26,7 +26,7 @@ from mgeo_attitude.fields.tables import from_table, to_table
 from mgeo_attitude.geometry.vector import Vec3
 
 from mgeo.store.reading import read_text
-from mgeo.validation.tables import FileError
+from mgeo.validation.entries import FileError
 
 #: Outward normals of the faces of a satellite, body axes.
 FACES: dict[str, tuple[float, float, float]] = {

@@ -121,7 +121,8 @@ def test_budgets_may_grow_with_the_number_of_variables():
 
 
 @pytest.mark.parametrize("name", [path.stem for path in sorted(STUDIES.glob("*.toml"))])
-def test_the_published_studies_can_be_built(name):
+def test_the_published_studies_can_be_built(name, monkeypatch):
+    monkeypatch.chdir(STUDIES)  # where modules of their own algorithms are
     if name in ("table3", "tuning", "comparison", "budgets", "robust", "held-out", "propellant"):
         pytest.importorskip("mgeo_attitude")
     study = read_study(STUDIES / f"{name}.toml")

@@ -14,7 +14,7 @@ from typing import Any
 
 from mgeo.store.atomic import write_file
 from mgeo.validation.arguments import refuse_unknown
-from mgeo.validation.tables import entry
+from mgeo.validation.entries import entry
 from mgeo_attitude.plan.aem import aem_text
 from mgeo_attitude.plan.attitudes import script_text, stk_text, waypoints_text
 from mgeo_attitude.plan.documents import Form, read_document, written
