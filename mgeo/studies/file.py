@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -17,7 +18,7 @@ from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.store.reading import parse_toml, read_text
 from mgeo.store.scenario_file import read_scenario
 from mgeo.studies.execute import MOST
-from mgeo.studies.labels import distinct, filled
+from mgeo.studies.labels import filled
 from mgeo.studies.pooled import KEYS
 from mgeo.studies.schema import AlgorithmTable, ProblemTable, PublishedTable, StudyTable
 from mgeo.validation.arguments import validate_integer
@@ -39,7 +40,7 @@ class ProblemConfiguration:
     parts: tuple[float, ...] | None = None
 
     def build(self) -> Problem:
-        """The problem of this name, a plugin's or of a collection such as ``pymoo:``.
+        """Build the problem of this name: a plugin's, or one of a collection such as ``pymoo:``.
 
         Raises
         ------
@@ -58,7 +59,7 @@ class AlgorithmConfiguration:
     parameters: dict[str, Any]
 
     def build(self, problem: Problem) -> Algorithm:
-        """The algorithm, for this problem.
+        """Build the algorithm for a problem.
 
         Raises
         ------
@@ -74,11 +75,11 @@ class AlgorithmConfiguration:
 
 @dataclass(frozen=True)
 class Study:
-    """What a study file says; `text` is the file.
+    """Content of a study file; `text` is the file.
 
     Attributes
     ----------
-    title, about : what people are told.
+    title, about : texts for the page.
     evaluations, per_variable : of each run, or of each run for each variable of its problem.
     seeds : of the runs of each algorithm on each problem.
     grid : at how many, or which, numbers of evaluations fronts are measured.
@@ -137,7 +138,7 @@ class Study:
         return found
 
     def budget(self, problem: Problem) -> tuple[int, int | list[int]]:
-        """Evaluations of a run on a problem, and at how many of them, or at which, to measure."""
+        """Return the evaluations of a run on a problem, and its `grid`."""
         each = problem.n_var if self.per_variable else 1
         if isinstance(self.grid, int):
             return self.evaluations * each, self.grid
@@ -145,7 +146,7 @@ class Study:
         return self.evaluations * each, steps
 
     def reduced(self, evaluations: int | None = None, seeds: int | None = None) -> Study:
-        """The same study with another budget, or with its first so many seeds.
+        """Return the study with another budget, or with its first so many seeds.
 
         Raises
         ------
@@ -163,7 +164,7 @@ class Study:
 
 
 def read_study(path: Path | str, *, imports: bool = True) -> Study:
-    """A study from its file.
+    """Read a study from its file.
 
     Parameters
     ----------
@@ -201,7 +202,7 @@ def read_study(path: Path | str, *, imports: bool = True) -> Study:
 
 
 def parse_study(text: str, folder: Path, *, imports: bool = True) -> Study:
-    """A study from the text of its file; scenario files are relative to `folder`.
+    """Parse the text of a study file; scenario files are relative to `folder`.
 
     Raises
     ------
@@ -209,32 +210,31 @@ def parse_study(text: str, folder: Path, *, imports: bool = True) -> Study:
         As `read_study`, without the name of the file.
     """
     table = checked(StudyTable, parse_toml(text))
-    named = [
-        each for i, one in enumerate(table.problems) for each in _problems(one, i, folder, imports)
-    ]
-    labels = distinct([candidates for _, candidates in named])
     problems = [
-        replace(problem, label=label) for (problem, _), label in zip(named, labels, strict=True)
+        each for i, one in enumerate(table.problems) for each in _problems(one, i, folder, imports)
     ]
     algorithms = [
         each for i, one in enumerate(table.algorithms) for each in _algorithms(one, i, imports)
     ]
-    for key, found in (("problems", problems), ("algorithms", algorithms)):
-        for label, times in Counter(each.label for each in found).items():
+    labels = {"problems": [p.label for p in problems], "algorithms": [a.label for a in algorithms]}
+    for key, found in labels.items():
+        for label, times in Counter(found).items():
             if times > 1:
-                raise ValueError(f"{key}: {label!r} is there twice; expected different labels")
-    known = [algorithm.label for algorithm in algorithms]
+                raise ValueError(
+                    f"{key}: {label!r} is there twice; expected different ones, by the key label"
+                )
+    known = labels["algorithms"]
     for label in set(known) & set(KEYS):
         raise ValueError(
             f"algorithms: the label {label!r} is that of another column of the tables over "
             "problems; expected another one"
         )
-    labels_of = {
+    mentioned = {
         "published.table": list(table.published.table) if table.published else [],
         "control": [] if table.control is None else [table.control],
     }
-    for key, mentioned in labels_of.items():
-        for label in mentioned:
+    for key, names in mentioned.items():
+        for label in names:
             if label not in known:
                 raise ValueError(
                     f"{key}: {label!r} is no algorithm of this study, which are "
@@ -246,41 +246,30 @@ def parse_study(text: str, folder: Path, *, imports: bool = True) -> Study:
 
 def _problems(
     table: ProblemTable, index: int, folder: Path, imports: bool
-) -> Iterator[tuple[ProblemConfiguration, Sequence[str]]]:
-    """Every problem of a table, and what it may be called, the shortest first."""
+) -> Iterator[ProblemConfiguration]:
+    """Yield every problem that a table stands for."""
     where = f"problems[{index}]."
     if table.scenario is not None and table.options is not None:
         raise ValueError(f"{where}scenario and options: expected one of them")
-    every = [name for given in table.name for name in _expanded(given, where)]
+    with _name_in_errors(where):
+        every = [name for given in table.name for name in expanded(given)]
     for full, scenario in product(every, table.scenario or ("",)):
-        name = short_name(full)
-        if not scenario:
-            options = table.options or {}
-            details = [f"{key} = {value}" for key, value in options.items()]
-            names = [name, ", ".join([name, *details]), ", ".join([full, *details])]
-            values = {**options, "name": name}
-        else:
+        label, options = short_name(full), table.options or {}
+        values = {**options, "name": label}
+        if scenario:
             options = read_scenario(full, scenario, folder, named=(full,) if imports else ())
-            stem = Path(scenario).stem
-            names = [f"{name} {stem}", f"{name} {scenario}", f"{full} {scenario}"]
-            values = {"name": name, "scenario": stem}
+            values["scenario"] = Path(scenario).stem
+            label = f"{label} {values['scenario']}"
         if table.label is not None:
-            names = [filled(table.label, where, values)]
+            label = filled(table.label, where, values)
         parts = None if table.parts is None else tuple(table.parts)
-        yield ProblemConfiguration("", full, options, parts), names
-
-
-def _expanded(name: str, where: str) -> list[str]:
-    try:
-        return expanded(name)
-    except ValueError as error:
-        raise ValueError(f"{where}name: {error}") from error
+        yield ProblemConfiguration(label, full, options, parts)
 
 
 def _algorithms(
     table: AlgorithmTable, index: int, imports: bool
 ) -> Iterator[AlgorithmConfiguration]:
-    """Every combination of the values in lists; a list as one value is a list in a list."""
+    """Yield every combination of the values in lists; a list as one value is a list in a list."""
     where = f"algorithms[{index}]."
     given = table.parameters
     swept = [key for key, value in given.items() if isinstance(value, list)]
@@ -289,14 +278,20 @@ def _algorithms(
     if count > MOST:
         raise ValueError(f"{where[:-1]} stands for {count} algorithms: expected at most {MOST}")
     for name in table.name:
-        try:
+        with _name_in_errors(where):
             if imports or ":" not in name:
                 complete_parameters(name, given)
-        except ValueError as error:
-            raise ValueError(f"{where}name: {error}") from error
         for values in product(*lists):
             chosen = dict(zip(given, values, strict=True))
             label = ", ".join([name, *(f"{key} = {chosen[key]}" for key in swept)])
             if table.label is not None:
                 label = filled(table.label, where, {"name": name, **chosen})
             yield AlgorithmConfiguration(label, name, chosen)
+
+
+@contextmanager
+def _name_in_errors(where: str) -> Iterator[None]:
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"{where}name: {error}") from error

@@ -1,11 +1,10 @@
-"""What problems and algorithms of a study are called, and the folders of its problems."""
+"""Labels of problems and algorithms of a study, and the folders of its problems."""
 
 from __future__ import annotations
 
 import hashlib
 import re
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 _LONGEST = 60  # characters of a folder's name, but for what makes it unique
@@ -13,7 +12,7 @@ _TAKEN = ("runs",)  # what else is in a study's folder
 
 
 def filled(text: str, where: str, values: Mapping[str, Any]) -> str:
-    """The ``label`` of a table, in which ``{name}`` stands for the value of that name.
+    """Fill a ``label``, in which ``{name}`` stands for the value of that name.
 
     Raises
     ------
@@ -31,20 +30,8 @@ def filled(text: str, where: str, values: Mapping[str, Any]) -> str:
     return "".join(parts)
 
 
-def distinct(candidates: Sequence[Sequence[str]]) -> list[str]:
-    """One of its candidates for each, the first that nobody else has; or else its last."""
-    left = [list(each) for each in candidates]
-    while True:
-        count = Counter(first for first, *_ in left)
-        longer = [each for each in left if count[each[0]] > 1 and len(each) > 1]
-        if not longer:
-            return [first for first, *_ in left]
-        for each in longer:
-            del each[0]
-
-
 def folder_name(label: str) -> str:
-    """The name of a label's folder; different labels have different ones.
+    """Return the name of a label's folder; different labels have different folders.
 
     Of a label of lower-case words, digits and underscores it is these words with hyphens between
     them. Of any other the rest is left out, and ``~`` and eight hexadecimal digits tell it from

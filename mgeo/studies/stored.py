@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Collection, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,7 +14,6 @@ import pandas as pd
 from mgeo.plugins import protocol
 from mgeo.plugins.problems import load_problem
 from mgeo.store.atomic import to_json, write_file
-from mgeo.store.reading import read_json, to_csv
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.indicators import OBJECTIVE_SPACE, POINTS, IndicatorSpace, applicable
 from mgeo.studies.labels import folder_name
@@ -45,7 +45,8 @@ def write_comparison(
     }
     (folder / PROVENANCE).unlink(missing_ok=True)
     for name, table in tables.items():
-        write_file(folder / name, to_csv(table))
+        text = table.to_csv(index=False, na_rep="nan", lineterminator="\n")
+        write_file(folder / name, text.encode())
     for name, text in more.items():
         write_file(folder / name, text.encode())
     write_file(folder / PROVENANCE, to_json(about))
@@ -104,7 +105,7 @@ def read_comparison(
     if not path.is_file():
         several = " of one problem: see read_comparisons" if (folder / PLAN).is_file() else ""
         raise FileNotFoundError(f"{folder} holds no comparison{several}: there is no {PROVENANCE}")
-    about = read_json(path)
+    about = _read_json(path)
     try:
         if problem is None:
             problem = _load_problem(about["problem"], named)
@@ -155,7 +156,7 @@ def read_comparisons(folder: Path | str, *, named: Collection[str] = ()) -> dict
     path = folder / PLAN
     if not path.is_file():
         raise FileNotFoundError(f"{folder} holds no study: there is no {PLAN}")
-    plan = read_json(path)
+    plan = _read_json(path)
     labels = list(plan.get("problems", ())) if isinstance(plan, dict) else []
     places = {label: problem_folder(folder, label, len(labels)) for label in labels}
     done = {label: place for label, place in places.items() if (place / PROVENANCE).is_file()}
@@ -167,6 +168,13 @@ def read_comparisons(folder: Path | str, *, named: Collection[str] = ()) -> dict
 def problem_folder(folder: Path, label: str, n_problems: int) -> Path:
     """Return the folder of a problem: that of the study, or one below if it has several."""
     return folder if n_problems == 1 else folder / folder_name(label)
+
+
+def _read_json(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text("utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"{path}: not JSON: {error}") from error
 
 
 def _load_problem(about: Mapping[str, Any], named: Collection[str]) -> Problem:

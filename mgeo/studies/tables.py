@@ -41,7 +41,7 @@ Cells = Collection[tuple[str, str]]
 
 @dataclass(frozen=True, eq=False)
 class MarkedTable:
-    """A table of text, which of its cells are the `best`, which are `alike`, and what that means.
+    """A table of text with marked cells: the `best`, and those `alike`; `note` explains the marks.
 
     Rows and columns have different names each.
     """
@@ -52,19 +52,19 @@ class MarkedTable:
     note: str
 
     def markdown(self) -> str:
-        """As Markdown, with the note below."""
+        """Return the table in Markdown, with the note below."""
         text = markdown(_changed(self.table, self.best, self.alike, "**{}**"))
         return f"{text}\n{self.note}\n" if self.note else text
 
     def latex(self) -> str:
-        """As a booktabs ``tabular``, with the note below, for a ``table`` environment."""
+        """Return a booktabs ``tabular`` with the note below, for a ``table`` environment."""
         text = latex(_changed(self.table, (), self.alike, ""), self.best)
         note = rf"\par\smallskip{{\footnotesize {escape(self.note)}}}"
         return f"{text}{note}\n" if self.note else text
 
 
 def problem_table(comparison: Comparison) -> MarkedTable:
-    """The `overview` of a comparison, each column of an indicator marked."""
+    """Return the `overview` of a comparison, each column of an indicator marked."""
     best, alike = [], []
     for indicator in [*comparison.indicators, *comparison.parts]:
         first, others = marks(comparison, indicator)
@@ -74,7 +74,7 @@ def problem_table(comparison: Comparison) -> MarkedTable:
 
 
 def problems_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
-    """Mean ± sd of each problem's first indicator, problems by algorithms, each row marked."""
+    """Return mean ± sd of each problem's first indicator, problems by algorithms, rows marked."""
     rows, best, alike = {}, [], []
     for label, comparison in comparisons.items():
         indicator = comparison.indicator()
@@ -87,9 +87,9 @@ def problems_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
 
 
 def marks(comparison: Comparison, indicator: Indicator) -> tuple[list[str], list[str]]:
-    """The algorithms with the best mean, and those that do not differ significantly from it.
+    """Return the algorithms with the best mean, and those that do not differ from it.
 
-    None where fewer than two have finished runs, or no mean is finite.
+    Both are empty where fewer than two have finished runs, or no mean is finite.
     """
     order = comparison.order(indicator.name)
     means = indicator.better(comparison.summary().loc[order, (indicator.name, "mean")])
@@ -103,7 +103,7 @@ def marks(comparison: Comparison, indicator: Indicator) -> tuple[list[str], list
 
 
 def markdown(table: pd.DataFrame) -> str:
-    """A table with its index as the first column."""
+    """Format a table in Markdown, with its index as the first column."""
     shown = table.rename_axis(str(table.index.name or "")).reset_index()
     lines = [[str(name) for name in shown], ["---", *["---:"] * len(table.columns)]]
     lines += shown.map(str).to_numpy().tolist()
@@ -112,7 +112,7 @@ def markdown(table: pd.DataFrame) -> str:
 
 
 def latex(table: pd.DataFrame, bold: Cells = ()) -> str:
-    """A booktabs ``tabular`` with its index as the first column, some cells in bold."""
+    """Format a booktabs ``tabular``, with its index as the first column and some bold cells."""
     cells = _changed(table.map(escape), bold, (), r"\textbf{{{}}}")
     shown = cells.rename(index=escape).rename_axis(str(table.index.name or "")).reset_index()
     columns = "l" + "r" * len(table.columns)
@@ -121,7 +121,7 @@ def latex(table: pd.DataFrame, bold: Cells = ()) -> str:
 
 
 def escape(text: object) -> str:
-    """Text that LaTeX prints as it stands."""
+    """Escape the characters of a text that LaTeX would interpret."""
     return "".join(_LATEX.get(character, character) for character in str(text))
 
 

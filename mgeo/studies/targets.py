@@ -17,11 +17,11 @@ SHORTFALLS = 10.0 ** np.linspace(-0.1, -5.0, 50)
 
 
 def runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]:
-    """Evaluations per variable until each target, of each run on each problem, was reached.
+    """Return the evaluations per variable that each run on each problem took to each target.
 
-    A problem's targets are hypervolumes: those that fall short of the best final one of all runs
-    by `SHORTFALLS`. Runs are looked at where their indicators were measured (the study's grid).
-    A run that failed reached none, and nobody reached any where that best one is zero.
+    A problem's targets are hypervolumes that fall short of the best final one of all runs by
+    `SHORTFALLS`. Runs are examined where their indicators were measured (the study's grid). A run
+    that failed reached no target. No run reached any where the best hypervolume is zero.
 
     Returns
     -------
@@ -51,7 +51,7 @@ def runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]:
 
 
 def targets_reached(results: Mapping[str, Comparison]) -> pd.DataFrame:
-    """Empirical distribution of `runtimes`: steps of each algorithm's curve.
+    """Return the empirical distribution of `runtimes`: steps of each algorithm's curve.
 
     Columns ``algorithm``, ``evaluations`` per variable, ascending, and ``share``, that of all
     targets, of all runs on all problems, that are reached within them; a row of zeros for an

@@ -201,7 +201,7 @@ def targets_figure(reached: pd.DataFrame, n_problems: int) -> go.Figure:
 
     Parameters
     ----------
-    reached : as of `mgeo.studies.comparison.targets_reached`.
+    reached : as of `mgeo.studies.targets.targets_reached`.
     n_problems : how many problems it is of.
     """
     figure = go.Figure()

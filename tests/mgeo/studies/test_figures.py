@@ -97,17 +97,6 @@ def test_equal_attainment_has_no_area_and_the_menu_shows_one_pair():
     assert all(t.x[0] is None for t in shown)
 
 
-def test_every_algorithm_has_its_own_picture():
-    figure = each_figure(comparison())
-    assert [title.text for title in figure.layout.annotations[:3]] == list(VALUES)
-    for (name, fronts), gray, colored in zip(
-        FRONTS.items(), figure.data[::2], figure.data[1::2], strict=True
-    ):
-        assert len(gray.x) == sum(map(len, fronts))
-        assert f"<b>{name}</b>, seed" in colored.hovertemplate
-        assert gray.xaxis == colored.xaxis
-
-
 def test_runs_without_a_front_count_in_what_is_attained():
     """One run of three has a front: it is not what half of them or all of them attain."""
     made = comparison()

@@ -51,41 +51,22 @@ def test_problems_are_installed_ones_with_scenarios(stand_in, tmp_path):
     assert [p.build().load for p in study.problems] == [2000.0, 3.5]
 
 
-def test_a_problem_is_there_with_several_options():
-    three = """[[problems]]
-name = "pymoo:dtlz2"
-options = { n_obj = 3 }
-"""
-    study = parse(SMALL.replace('name = "pymoo:zdt1"', 'name = "pymoo:dtlz2"\n' + three))
-    assert [p.label for p in study.problems] == ["dtlz2", "dtlz2, n_obj = 3"]
-    assert [p.build().n_obj for p in study.problems] == [3, 3]
-    labeled = three.replace("options", 'label = "{name} {n_obj}D"\noptions')
-    study = parse(SMALL.replace('name = "pymoo:zdt1"', 'name = "pymoo:dtlz2"\n' + labeled))
+def test_a_problem_with_several_options_needs_labels():
+    two = 'name = "pymoo:dtlz2"\noptions = { n_obj = 2 }\n'
+    three = two.replace("2 }", '3 }\nlabel = "{name} {n_obj}D"')
+    study = parse(SMALL.replace('name = "pymoo:zdt1"', f"{two}[[problems]]\n{three}"))
     assert [p.label for p in study.problems] == ["dtlz2", "dtlz2 3D"]
-    with pytest.raises(ValueError, match="problems: 'pymoo:dtlz2, n_obj = 3' is there twice"):
-        parse(SMALL.replace('name = "pymoo:zdt1"', 'name = "pymoo:dtlz1"\n' + three + three))
-    with pytest.raises(ValueError, match=r"problems\[1\].label = .*braces hold only n_obj, name"):
-        parse(SMALL.replace('name = "pymoo:zdt1"', 'name = "a"\n' + labeled.replace("{n_o", "{o")))
+    assert [p.build().n_obj for p in study.problems] == [2, 3]
+    with pytest.raises(ValueError, match=r"problems: 'dtlz2' is there twice; .* by the key label"):
+        parse(SMALL.replace('name = "pymoo:zdt1"', f"{two}[[problems]]\n{two}"))
+    with pytest.raises(ValueError, match=r"problems\[0\].label = .*braces hold only n_obj, name"):
+        parse(SMALL.replace('name = "pymoo:zdt1"', three.replace("{n_o", "{o")))
 
 
-def test_scenarios_of_one_name_have_different_labels(stand_in, tmp_path):
-    for folder, load in (("one", 1.0), ("two", 2.0)):
-        (tmp_path / folder).mkdir()
-        (tmp_path / folder / "mine.toml").write_text(f"load = {load}")
-    table = 'name = "cantilever"\nscenario = ["one/mine.toml", "two/mine.toml", "heavy"]'
-    study = parse(SMALL.replace('name = "pymoo:zdt1"', table), tmp_path)
-    labels = ["cantilever one/mine.toml", "cantilever two/mine.toml", "cantilever heavy"]
-    assert [p.label for p in study.problems] == labels
-    labeled = parse(
-        SMALL.replace('name = "pymoo:zdt1"', 'label = "{scenario} of {name}"\n' + table).replace(
-            '"two/mine.toml", ', ""
-        ),
-        tmp_path,
-    )
-    assert [p.label for p in labeled.problems] == [
-        "mine of cantilever",
-        "heavy of cantilever",
-    ]
+def test_a_label_names_its_scenario(stand_in):
+    table = 'name = "cantilever"\nscenario = "heavy"\nlabel = "{scenario} of {name}"'
+    study = parse(SMALL.replace('name = "pymoo:zdt1"', table))
+    assert [p.label for p in study.problems] == ["heavy of cantilever"]
 
 
 def test_it_can_be_reduced_and_extended():

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mgeo.studies.labels import distinct, filled, folder_name
+from mgeo.studies.labels import filled, folder_name
 
 ALIKE = ["a b", "a-b", "a.b", "a  b", "A b", "a b ", "a/b", "a, b", "a_b", "ab", "a\nb"]
 
@@ -33,16 +33,6 @@ def test_folders_are_single_names_and_as_different_as_labels(a, b):
 def test_no_label_takes_the_folder_of_the_runs():
     assert folder_name("runs").startswith("runs~")
     assert folder_name("").startswith("problem~")
-
-
-def test_the_shortest_label_that_nobody_else_has():
-    assert distinct([["a", "a 1"], ["b", "b 1"]]) == ["a", "b"]
-    assert distinct([["a", "a 1", "x"], ["a", "a 2", "y"], ["b"]]) == ["a 1", "a 2", "b"]
-    # the longer ones may be another's, too
-    assert distinct([["a", "b", "c"], ["a", "d"], ["b", "e"]]) == ["c", "d", "e"]
-    assert distinct([["a"], ["a", "b"]]) == ["a", "b"]
-    assert distinct([["a"], ["a"]]) == ["a", "a"]
-    assert distinct([]) == []
 
 
 def test_braces_are_filled():

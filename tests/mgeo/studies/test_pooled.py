@@ -147,18 +147,6 @@ def test_signed_ranks_are_averaged_over_the_instances_of_a_function():
     assert (found["functions"] == 4).all()
 
 
-def test_functions_count_once_however_many_instances_they_have():
-    rng = np.random.default_rng(7)
-    one, other = many(rng, 1), many(rng, 1)
-    values = [problem_values(copied(each, n)) for each, n in ((one, 1), (other, 4))]
-    values[1]["function"] = "other"
-    alone = [ranks_over_problems(each).set_index("algorithm") for each in values]
-    at = [each[each["evaluations"] == 80]["average_rank"] for each in alone]
-    both = ranks_over_problems(pd.concat(values)).query("evaluations == 80")
-    expected = (at[0] + at[1]) / 2
-    assert both.set_index("algorithm")["average_rank"].to_dict() == expected.to_dict()
-
-
 def test_fronts_without_a_hypervolume_are_ranked_by_epsilon():
     nothing = {(name, 1): [0.0] for name in NAMES}
     epsilon = {("one", 1): [3.0], ("two", 1): [2.0], ("three", 1): [np.inf]}

@@ -10,7 +10,6 @@ from mgeo.studies.statistics import (
     friedman,
     holm,
     kruskal_wallis,
-    magnitude,
     mann_whitney,
     mean_ranks,
     pairwise,
@@ -46,14 +45,6 @@ def test_vargha_delaney_counts_pairs_and_is_u_over_n1_n2(a, b):
     u = stats.mannwhitneyu(a, b, method="asymptotic").statistic if len({*a, *b}) > 1 else None
     if u is not None:
         assert vargha_delaney(a, b) == pytest.approx(u / (len(a) * len(b)))
-
-
-@pytest.mark.parametrize(
-    ("effect", "word"),
-    [(0.5, "negligible"), (0.56, "small"), (0.44, "small"), (0.64, "medium"), (0.0, "large")],
-)
-def test_magnitudes(effect, word):
-    assert magnitude(effect) == word
 
 
 def test_pairs():
@@ -165,8 +156,3 @@ def test_the_bootstrap_band_is_that_of_the_mean():
     again = bootstrap_band(runs)
     assert np.array_equal(low, again[0])
     assert np.array_equal(high, again[1])
-
-
-def test_one_run_has_a_band_without_width():
-    low, high = bootstrap_band(np.array([[1.0, 2.0]]))
-    assert low.tolist() == high.tolist() == [1.0, 2.0]

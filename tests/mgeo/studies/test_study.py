@@ -19,7 +19,6 @@ from typer.testing import CliRunner
 from mgeo import MGEOReal
 from mgeo.cli.app import app
 from mgeo.studies import read_comparison, read_comparisons, read_study, run_study
-from mgeo.studies.comparison import FailedRunsWarning
 from mgeo.studies.file import parse_study
 from mgeo.studies.indicators import NothingToCompareError
 from mgeo.studies.pooled import friedman_over_problems, ranks_over_problems
@@ -161,25 +160,6 @@ def test_a_problem_without_a_result_does_not_stop_the_others(tmp_path, monkeypat
     assert (tmp_path / "out" / "dtlz2" / "report.html").is_file()
     assert "zdt1: all 4 runs failed" in (tmp_path / "out" / "summary.md").read_text()
     assert list(read_comparisons(tmp_path / "out")) == ["dtlz2"]
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("undrawn")
-def test_an_algorithm_that_fails_on_a_problem_is_last_there(tmp_path, monkeypatch):
-    def failing(task):
-        bad = task.problem.n_obj == 3 and type(task.algorithm).__name__ == "NSGA2"
-        return Failure("ValueError: no") if bad and task.algorithm.pop_size == 10 else record(task)
-
-    monkeypatch.setattr("mgeo.studies.execute.run", failing)
-    message = "nsga2 10 on dtlz2: 2 of 2 runs failed, the first with ValueError: no"
-    with pytest.warns(FailedRunsWarning, match=f"^{message}$"):
-        run_study(parse_study(TWO, tmp_path), tmp_path, progress=False)
-    ranks = pd.read_csv(tmp_path / "ranks.csv").query("evaluations == 120 and variables == 0")
-    assert len(ranks) == 4
-    values = pd.read_csv(tmp_path / "values.csv").query("problem == 'dtlz2'")
-    assert (values["nsga2 10"] == -np.inf).all()
-    for name in ("summary.md", "report.html"):
-        assert message in (tmp_path / name).read_text()
 
 
 @pytest.fixture
