@@ -212,8 +212,6 @@ def check(
         problem = AttitudeManeuverProblem.from_options(read_scenario(PROBLEM, scenario))
         rng = np.random.default_rng(seed)
         designs = rng.uniform(problem.xl, problem.xu, (plans, problem.n_var))
-        if problem.start_times is not None:  # all from the first: another one is another epoch
-            designs, _ = problem.start_times.split(designs)
         found = agreement(problem.model, designs)
     output = Output(quiet, json)
     output.print(f"{problem.scenario.name}: {found}, {TOLERANCE:g} allowed")
