@@ -16,7 +16,6 @@ from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.plan import ManeuverPlan, aem_text
-from mgeo_attitude.scenario import InitialConditions
 from scipy.spatial.transform import Rotation
 
 from .conftest import DESIGN
@@ -78,20 +77,6 @@ def test_a_known_vector_in_the_body(message):
     np.testing.assert_allclose(turned @ [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], atol=1e-14)
     half = matrix(aem.segment_to_attitude_trajectory(0), instant(plan, 90.0))
     np.testing.assert_allclose(half @ [1.0, 0.0, 0.0], np.array([1, -1, 0]) / 2**0.5, atol=1e-14)
-
-
-def test_a_nadir_start_is_read_back_as_looking_down():
-    """z toward the Earth's center, x along the velocity, as brahe's radial frame has them."""
-    initial = InitialConditions(pointing="nadir")
-    scenario = dataclasses.replace(Scenario.paper(), duration=600.0, initial=initial)
-    problem = AttitudeManeuverProblem(scenario, n_maneuvers=1)
-    plan = ManeuverPlan.from_design(problem, [0.0, 0.0, 0.5, 180.0])
-    aem = read_2(plan)
-    body = matrix(aem.segment_to_attitude_trajectory(0), instant(plan, 0.0))
-    position, velocity = problem.environment.position[0], problem.environment.velocity[0]
-    radial, along, _ = brahe.rotation_eci_to_rtn(np.append(position, velocity))
-    np.testing.assert_allclose(body @ radial, [0.0, 0.0, -1.0], atol=1e-14)
-    np.testing.assert_allclose(body @ along, [1.0, 0.0, 0.0], atol=1e-14)
 
 
 def test_attitudes_read_back_are_those_of_the_filter(plan, message):
@@ -242,13 +227,6 @@ def test_a_plan_across_a_leap_second(problem):
         "2017-01-01 00:00:01.000 UTC",
     ]
     assert str(first.stop_time) == "2017-01-01 00:02:59.000 UTC"
-
-
-def test_a_name_that_no_line_can_hold(problem):
-    scenario = dataclasses.replace(problem.scenario, name="São José dos Campos " * 20)
-    text = aem_text(ManeuverPlan(scenario, (0.1, 0.0, 0.0, 20.0) * 3))
-    assert text.isascii()
-    assert max(map(len, text.splitlines())) <= 254
 
 
 @pytest.mark.parametrize(

@@ -167,11 +167,6 @@ def test_orbit_formats_reads_stk_and_messages_without_rates(plan, tmp_path):
         reader.read(tmp_path / "rates.aem")
 
 
-def test_violated_constraints_are_comments(plan, monkeypatch):
-    monkeypatch.setattr(ManeuverPlan, "violations", lambda self: ["Sun off camera: 3°"])
-    assert "# VIOLATED CONSTRAINT: Sun off camera: 3?\n" in stk_text(plan, spacing=50.0)
-
-
 def test_unknown_options_are_refused(plan, tmp_path):
     with pytest.raises(TypeError, match="unknown keyword 'spacings'; did you mean 'spacing'"):
         write_plan(plan, tmp_path / "plan.a", spacings=3.0)

@@ -7,11 +7,10 @@ import itertools
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 from typing import Any
 
 from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit, epoch_of
-from mgeo_attitude.environment.times import utc_of
 from mgeo_attitude.fields.quantity import InvalidValue
 
 Fields = Mapping[str, Any]
@@ -135,7 +134,11 @@ def _entry(fields: Fields) -> Entry:
     name, designator, number, epoch = (
         str(fields.get(key) or "") for key in ("OBJECT_NAME", "OBJECT_ID", "NORAD_CAT_ID", "EPOCH")
     )
-    return Entry(name, designator, number, utc_of(epoch), fields)
+    return Entry(name, designator, number, _utc(epoch), fields)
+
+
+def _utc(stamp: str) -> datetime:
+    return datetime.fromisoformat(stamp).replace(tzinfo=UTC)
 
 
 def _lines(text: str) -> list[Entry]:
@@ -170,7 +173,7 @@ def _mean_elements(fields: Fields, source: str) -> MeanElements:
         except (KeyError, TypeError, ValueError):
             raise ValueError(f"{key} = {fields.get(key)!r:.60}: expected a number") from None
     try:
-        return MeanElements(source=source, epoch=utc_of(fields["EPOCH"]), **numbers)
+        return MeanElements(source=source, epoch=_utc(fields["EPOCH"]), **numbers)
     except InvalidValue as error:
         key = _KEYWORDS.get(error.key, error.key)
         raise ValueError(f"{key} = {error.value!r}: {error.expected}") from None

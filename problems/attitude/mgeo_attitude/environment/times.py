@@ -117,12 +117,6 @@ def clock_seconds_after(epoch: datetime, seconds: ArrayLike) -> Floats:
     return found
 
 
-def utc_of(stamp: str) -> datetime:
-    """The instant of a stamp in UTC, to a microsecond; one that is none is a ValueError."""
-    day, seconds = _parts(stamp)
-    return datetime(day.year, day.month, day.day, tzinfo=UTC) + timedelta(seconds=seconds)
-
-
 def _parts(stamp: str) -> tuple[date, float]:
     """The day, and seconds since its midnight."""
     found = _STAMP.fullmatch(stamp)
