@@ -25,7 +25,7 @@ from mgeo_attitude.fields.quantity import (
 from mgeo_attitude.fields.tables import from_table, to_table
 from mgeo_attitude.geometry.vector import Vec3
 
-from mgeo.validation.tables import errors_of
+from mgeo.validation.entries import errors_of
 
 #: Outward normals of the faces of a satellite, body axes.
 FACES: dict[str, tuple[float, float, float]] = {

@@ -15,6 +15,7 @@ import numpy as np
 
 from mgeo.store.atomic import write_file
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER, TRACE_OF
 from mgeo_attitude.environment.orbit import ORBITS, AnyOrbit
 from mgeo_attitude.environment.times import instant_after
 from mgeo_attitude.fields.checking import Validated
@@ -27,9 +28,6 @@ from mgeo_attitude.scenario.channels import Channel
 from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.settings import (
-    NAMES,
-    PAPER,
-    TRACE_OF,
     Convergence,
     ManeuverLimits,
     PathLimit,
@@ -86,7 +84,7 @@ class Scenario(Validated):
     step: float = positive(1.0, unit="s", doc="time step of the filter")
     eclipse: bool = quantity(True, doc="whether the Earth's shadow blinds the Sun sensors")
     objectives: tuple[str, ...] = quantity(
-        PAPER, doc=f"what to minimize, of {', '.join(NAMES)}, {TRACE_OF}BLOCK,BLOCK..."
+        PAPER, doc=f"what to minimize, of {', '.join(OBJECTIVES)}, {TRACE_OF}BLOCK,BLOCK..."
     )
     orbit: AnyOrbit = quantity(
         kinds=ORBITS, doc="elements at the epoch, an element set, or an ephemeris"

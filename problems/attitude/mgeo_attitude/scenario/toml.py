@@ -174,7 +174,7 @@ def read_toml(source: str | os.PathLike[str]) -> tuple[str, Path, dict[str, Any]
         origin, folder, text = f"TOML text{hint}", Path(), source
     else:
         from mgeo.store.reading import read_text
-        from mgeo.validation.tables import FileError
+        from mgeo.validation.entries import FileError
 
         origin, folder = os.fspath(source), Path(source).parent
         try:
