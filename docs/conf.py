@@ -30,6 +30,7 @@ extensions = [
     "sphinx.ext.viewcode",
     "docstrings",
     "algorithms",
+    "export_formats",
     "keys",
     "objectives",
     "mathml",

@@ -128,10 +128,9 @@ def edited(text, **changes):
     ("changes", "message"),
     [
         ({"format": "x"}, "format = 'x': expected 'mgeo-attitude-calibration'"),
-        ({"version": 1}, "version = 1: this package reads version 2"),
+        ({"version": 1}, "version = 1: expected 2"),
         ({"time_s": None}, "time_s is missing"),
         ({"time_s": "1"}, "time_s = '1': expected a finite number"),
-        ({"more": 1}, "more = 1: expected format, version"),
         (
             {"quaternion": [1.0, 1.0, 0.0, 0.0]},
             "quaternion = .*: expected four numbers of unit length",
@@ -141,8 +140,6 @@ def edited(text, **changes):
         ({"covariance": [[0.0] * 18] * 18}, "symmetric positive definite"),
         ({"tests": [{}]}, r"tests\[0\].sensor is missing"),
         ({"rejected": [1.0]}, r"rejected\[0\] = 1.0"),
-        ({"conclusion": "good"}, "conclusion = 'good': expected .*follows from the estimate"),
-        ({"utc": "2018"}, "utc = '2018'"),
         ({"scenario": {}}, "scenario.epoch: missing|scenario"),
     ],
 )

@@ -14,7 +14,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.samples import NoLimit
 from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import DEG, InvalidValue, expect, quantity
+from mgeo_attitude.fields.quantity import DEG, InvalidValue, quantity
 from mgeo_attitude.filter.history import FilterHistory, filter_history
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.maneuvers.motion import Phase
@@ -70,9 +70,6 @@ class ManeuverPlan(Validated):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        latest = self.scenario.maneuvers.latest_start
-        given = "none in the scenario of a plan, whose epoch is its start: see from_design"
-        expect(latest is None, "scenario.maneuvers.latest_start", latest, given)
         problem = self.problem
         nothing = tuple(
             np.tile(holding(problem.model.initial_rate), self.scenario.maneuvers.count).tolist()
@@ -101,8 +98,6 @@ class ManeuverPlan(Validated):
     ) -> ManeuverPlan:
         """Return the plan of a design vector, shape (n_var,), sharing the problem's tables.
 
-        Where the start is free, the plan's scenario is that of the start that the design chose.
-
         Parameters
         ----------
         F : array, shape (n_obj,), optional
@@ -117,10 +112,8 @@ class ManeuverPlan(Validated):
         design = np.asarray(x, dtype=float)
         if design.ndim != 1:
             raise ValueError(f"x of shape {design.shape}: expected ({problem.n_var},)")
-        begun, maneuvers = problem.begun(design)
-        plan = cls(begun.scenario, tuple(maneuvers.tolist()))
-        if begun is problem:
-            plan.__dict__["problem"] = problem
+        plan = cls(problem.scenario, tuple(design.tolist()))
+        plan.__dict__["problem"] = problem
         if F is not None:
             plan.view.F = np.array([F], dtype=float)
         return plan

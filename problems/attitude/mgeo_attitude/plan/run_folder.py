@@ -17,7 +17,6 @@ from mgeo.validation.entries import errors_of
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.objectives import PAPER
 from mgeo_attitude.fields.quantity import InvalidValue
-from mgeo_attitude.plan.documents import TOLERANCE
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.scenario import Scenario
@@ -25,6 +24,8 @@ from mgeo_attitude.scenario.scenario import Scenario
 Choice = Literal["knee", "fastest", "best"]
 
 CHOICES: tuple[Choice, ...] = get_args(Choice)
+#: Objectives computed again, perhaps by other libraries, may differ by this fraction.
+TOLERANCE = 1e-6
 #: Name of this problem among those of mgeo.
 PROBLEM = "attitude"
 

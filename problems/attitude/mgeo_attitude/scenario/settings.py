@@ -22,9 +22,6 @@ from mgeo_attitude.fields.quantity import (
 )
 from mgeo_attitude.geometry.vector import unit
 
-#: Time between starts that may be chosen, if none is given [s].
-_BETWEEN_STARTS = 60.0
-
 
 @dataclass(frozen=True, kw_only=True)
 class ManeuverLimits(Validated):
@@ -45,18 +42,6 @@ class ManeuverLimits(Validated):
         unit="deg/s²",
         doc="greatest angular acceleration per axis; without it rates change at once",
     )
-    latest_start: float | None = positive(
-        None,
-        unit="s",
-        doc="a plan begins when it is best, so long after the epoch at most; without it at the "
-        "epoch",
-    )
-    start_interval: float | None = positive(
-        None,
-        unit="s",
-        doc="time between such starts, a multiple of the step and of all sample intervals; 60 if "
-        "none is given",
-    )
     slew_back: bool = quantity(
         False, doc="whether a plan ends, after t_end, with a slew back to the attitude of [initial]"
     )
@@ -69,17 +54,9 @@ class ManeuverLimits(Validated):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        needed = "none without latest_start, up to which a plan may begin at such intervals"
-        alone = self.latest_start is None and self.start_interval is not None
-        expect(not alone, "start_interval", self.start_interval, needed)
         needed = "none without slew_back = true: a plan then ends wherever its last maneuver does"
         alone = self.end_tolerance_deg is not None and not self.slew_back
         expect(not alone, "end_tolerance_deg", self.end_tolerance_deg, needed)
-
-    @property
-    def between_starts(self) -> float:
-        """Time between starts [s]."""
-        return _BETWEEN_STARTS if self.start_interval is None else self.start_interval
 
 
 @dataclass(frozen=True, kw_only=True)

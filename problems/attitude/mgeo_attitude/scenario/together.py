@@ -13,8 +13,8 @@ from mgeo_attitude.scenario.actuators import Coils, Wheels, check_coils
 from mgeo_attitude.scenario.channels import Channel, check_channels
 from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.prior import Prior
-from mgeo_attitude.scenario.settings import PathLimit, TraceWeights
-from mgeo_attitude.scenario.windows import Operated, start_times
+from mgeo_attitude.scenario.settings import ManeuverLimits, PathLimit, TraceWeights
+from mgeo_attitude.scenario.windows import Operated, check_windows
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.suite import Suite
@@ -33,6 +33,8 @@ class Fields(Operated, Protocol):
     def duration(self) -> float: ...
     @property
     def latest_end(self) -> float: ...
+    @property
+    def maneuvers(self) -> ManeuverLimits: ...
     @property
     def gyro(self) -> Gyro: ...
     @property
@@ -73,7 +75,7 @@ def check_together(scenario: Fields, suite: Suite) -> None:
     check_channels(scenario.channels)
     check_coils(scenario.coils, scenario.wheels, scenario.maneuvers, scenario.step)
     _check_epoch(scenario)
-    _check_starts(scenario)
+    check_windows(scenario)
     _check_names(scenario)
     _check_states(scenario, suite)
     _check_limits(scenario)
@@ -132,28 +134,6 @@ def _check_epoch(scenario: Fields) -> None:
         "magnetometers, coils that turn the satellite and a residual dipole do"
     )
     expect(inside or not scenario.needs_field, "epoch", epoch.isoformat(), years)
-
-
-def _check_starts(scenario: Fields) -> None:
-    """A free start lies on steps and samples, and beside nothing that is of one time."""
-    limits, key = scenario.maneuvers, "maneuvers.start_interval"
-    if limits.latest_start is not None:
-        samples = [sensor.sample_interval or scenario.step for sensor in scenario.sensors]
-        for span in (scenario.step, *samples):
-            fits = _is_multiple(limits.between_starts, span)
-            of_all = f"a multiple of {span!r} s, a step or sample interval"
-            expect(fits, key, limits.between_starts, of_all)
-        few = scenario.latest_end / scenario.step <= _MAX_STEPS["duration"]
-        most = (
-            f"with duration and flight.start_delay at most {_MAX_STEPS['duration']} times step = "
-            f"{scenario.step!r} s"
-        )
-        expect(few, "maneuvers.latest_start", limits.latest_start, most)
-        later = "no free start after a calibration, which knows attitude and errors of one time"
-        expect(scenario.prior is None, "maneuvers.latest_start", limits.latest_start, later)
-        fixed = "none beside [[channels]], which are of one start"
-        expect(not scenario.channels, "maneuvers.latest_start", limits.latest_start, fixed)
-    start_times(scenario)
 
 
 def _check_names(scenario: Fields) -> None:

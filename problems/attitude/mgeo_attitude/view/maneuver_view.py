@@ -51,9 +51,8 @@ class ManeuverView(Plans):
         from mgeo_attitude.view.margins import all_after, tables  # compiles
 
         found = []
-        for x, row, after in zip(self.X, self.excesses, all_after(self), strict=True):
-            own, _ = self.problem.begun(x)  # whose bounds are those of its own start
-            limits = [limit for each in constraints(own.scenario) for limit in each.limits]
+        limits = [limit for each in constraints(self.problem.scenario) for limit in each.limits]
+        for row, after in zip(self.excesses, all_after(self), strict=True):
             found += tables(limits, row[None], [after])
         return found
 

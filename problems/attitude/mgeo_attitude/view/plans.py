@@ -255,9 +255,8 @@ class Plans(View):
         """
         from mgeo_attitude.trajectory.trajectory import Trajectory  # imports scipy
 
-        own, maneuvers = self.problem.begun(self.X[row])
-        times = float(self.exactly.t_end[row]), float(self.held_until[row])
-        found = Trajectory(own.scenario, own.model, maneuvers, *times)
+        problem, times = self.problem, (float(self.exactly.t_end[row]), float(self.held_until[row]))
+        found = Trajectory(problem.scenario, problem.model, self.X[row], *times)
         key = self.X[row].tobytes()
         if key not in self._backs:
             with suppress(InvalidValue):  # there is none, as whoever asks for it is told
