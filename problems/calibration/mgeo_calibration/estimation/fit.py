@@ -13,9 +13,8 @@ from scipy.special import chdtri
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.field_strength import start_states
-from mgeo_calibration.estimation.mistakes import (
+from mgeo_calibration.estimation.lengths import (
     check_normalized,
-    check_orders,
     implausible,
 )
 from mgeo_calibration.estimation.residuals import Residuals, residuals
@@ -78,7 +77,7 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     ------
     ValueError
         If no attitude follows from the vectors, they are directions where three numbers are
-        expected, quaternions are in another order, or more than half of a
+        expected, or more than half of a
         sensor's readings are outliers.
     """
     N = len(batch.times)
@@ -86,7 +85,6 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     states = np.tile(begin.states, (N, 1))
     where = stretch(directions(batch, accumulated(batch, states), states), N)
     check_normalized(batch)
-    check_orders(batch, where, begin)
     reach = carried_for(batch, belief.sigma[3:6], _ASTRAY)
     least = min(FIRST, max(_FEWEST, where.stop - where.start, reach))
     at = Trajectory(np.tile(np.eye(3), (N, 1, 1)), states)
