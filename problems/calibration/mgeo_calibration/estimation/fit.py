@@ -164,12 +164,6 @@ def check(found: Fit, gate: float, last: tuple[float, float] = LAST) -> None:
         Saying what may be wrong.
     """
     suite = found.batch.suite
-    trackers = [sensor.name for sensor in suite.sensors if len(sensor.channels) == 4]
-    order = (
-        f" Are quaternions of {' and '.join(trackers)} scalar last, from GCRF to the body?"
-        if trackers
-        else ""
-    )
     for sensor, no, square, limit in zip(
         suite.sensors, found.rejected, found.residuals.squares, limits(suite, gate), strict=True
     ):
@@ -179,12 +173,12 @@ def check(found: Fit, gate: float, last: tuple[float, float] = LAST) -> None:
                 f"{sensor.name}: {no.sum()} of {count} readings are beyond the chi-square gate "
                 f"{limit:.4g}, their median is {np.nanmedian(square):.3g} where "
                 f"{chdtri(len(sensor.noise()), 0.5):.2g} is expected: "
-                f"are noise, mounting frame and unit as the scenario has them?{order}"
+                f"are noise, mounting frame and unit as the scenario has them?"
             )
     if not found.solution.settled(last):
         raise ValueError(
             "the estimate does not settle: are orbit, epoch and mounting frames those of the "
-            f"satellite?{order}"
+            "satellite?"
         )
 
 
