@@ -76,11 +76,11 @@ def test_basilisk_flies_it_with_the_same_errors(run, plan, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        (("--simulator", "simulink"), "--simulator simulink: expected one of own, basilisk"),
+        (("--simulator", "simulink"), "'simulink' is not one of 'own', 'basilisk'"),
         (("--vehicle", "paper"), "--vehicle: the own simulation has none"),
         (("--out", "telemetry.txt"), "telemetry.txt: expected a name that ends in .csv"),
         (("--truth", "truth.csv"), "truth.csv: expected a name that ends in .json"),
-        (("--simulator", "basilisk", "--vehicle", "tug"), "unknown vehicle"),
+        (("--simulator", "basilisk", "--vehicle", "tug"), "'tug' is not one of"),
     ],
 )
 def test_bad_input_is_one_line_and_nothing_is_written(
