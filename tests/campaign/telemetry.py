@@ -73,7 +73,6 @@ _WRITTEN: dict[str, Callable[[str], bytes]] = {
     "tabs": lambda text: text.replace(",", "\t").encode(),
     "blanks": lambda text: text.replace(",", ", ").replace("\n", " \r\n").encode(),
     "separators at the ends": lambda text: text.replace("\n", ",\n").encode(),
-    "UTF-16": lambda text: text.encode("utf-16"),
     "gzip": lambda text: gzip.compress(text.encode(), mtime=0),
     "a row of units": lambda text: _with_units(text).encode(),
     "comments": lambda text: f"# pass 7\n\n{text}# end\n".encode(),

@@ -28,7 +28,7 @@ _SHORT = {"rms / predicted [-]": "/ predicted", "rms / claimed [-]": "/ claimed"
 
 
 def print_verification(picked: Picked, found: Verification, output: Output) -> None:
-    """Print how simulated flights of a plan went, and what to do if they did not go well."""
+    """Print errors of simulated flights against their prediction, and suggestions."""
     plan = picked.plan
     shown = found.table.iloc[:, :5].rename(columns=_SHORT)
     output.print(
@@ -57,7 +57,7 @@ def print_verification(picked: Picked, found: Verification, output: Output) -> N
 
 
 def verification_document(picked: Picked, found: Verification, seed: int) -> dict[str, Any]:
-    """The result as JSON values, with the problem and the design that it is about."""
+    """Return the result as JSON values, with problem and design."""
     plan = picked.plan
     table = found.table.reset_index()
     lines = [

@@ -1,4 +1,8 @@
-"""Axes, quaternions and rates that agree far better if they are read in another way."""
+"""Search for swapped axes, other orders of quaternions and other units of rates.
+
+Short windows of samples are compared with what the vectors should be by Wahba's problem, once as
+the telemetry says and once for each mistake.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +53,7 @@ Seen = tuple[Floats, Floats, Floats]
 
 
 def axes_causes(batch: Batch) -> Iterator[str]:
-    """In words: the change of axes or rates that makes windows of samples agree far better."""
+    """Yield the mistake whose correction makes the windows agree far better, in words."""
     bias = np.full(3, batch.suite.gyro.states()["bias"])
     windows = _windows(batch, carried_for(batch, bias, _ASTRAY))
     sensors = [i for i in range(len(batch.sensors)) if _has_directions(batch.sensors[i])]
@@ -80,7 +84,7 @@ def axes_causes(batch: Batch) -> Iterator[str]:
 
 
 def _signed() -> Iterator[tuple[Floats, int, str]]:
-    """The 47 signed permutations of axes, how many of these they change, and words."""
+    """Yield the 47 signed permutations of axes, the number of changed axes, and words."""
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
             P = np.zeros((3, 3))
@@ -95,7 +99,7 @@ def _signed() -> Iterator[tuple[Floats, int, str]]:
 
 
 def _windows(batch: Batch, longest: int) -> Ints:
-    """Samples of each window, one after the other, without a silence of the gyro."""
+    """Return the samples of each window, shape (w, k); none spans a silence of the gyro."""
     n, rate = len(batch.times), np.linalg.norm(batch.gyro * batch.durations[:, None], axis=1)
     length = int(np.clip(_TURN / max(float(np.median(rate)), 1e-9), _SAMPLES, _LONGEST))
     length = max(_FEWEST, min(length, n, longest))
@@ -106,7 +110,7 @@ def _windows(batch: Batch, longest: int) -> Ints:
 
 
 def _variants(rows: Floats) -> Iterator[tuple[int, str, Floats]]:
-    """Yield how many axes change, words, and the rows of a sensor read in another way."""
+    """Yield the number of changed axes, words, and the corrected rows for each mistake."""
     if rows.shape[-2] == 1:
         yield from ((changes, words, rows @ P.T) for P, changes, words in _signed())
         return
@@ -141,7 +145,7 @@ def _seen(batch: Batch, index: int, body: Floats, picked: Ints) -> Seen:
 
 
 def _believed(batch: Batch, index: int) -> float:
-    """Mean square of what noise, bias and misalignment, as believed, change a unit vector by."""
+    """Return the expected mean square error of a unit vector [rad²]: noise, bias, misalignment."""
     places = batch.suite.places(batch.suite.sensors[index])
     sigma = Belief.initial(batch.suite).sigma
     bias, turned = (
@@ -155,18 +159,22 @@ def _believed(batch: Batch, index: int) -> float:
 
 
 def _picks(windows: Ints) -> Ints:
-    """Of the samples of a window those that are looked at."""
+    """Return the positions within a window that are compared."""
     picks: Ints = np.unique(np.linspace(0, windows.shape[1] - 1, _SAMPLES).astype(int))
     return picks
 
 
 def _turned(angles: Floats) -> Floats:
-    """Rotations from the body axes of picked samples to those of the first of the window.
+    """Return rotations from the body axes of the compared samples to those of the first sample.
 
     Parameters
     ----------
     angles : array, shape (w, n - 1, 3)
-        By which the body turns in each step [rad].
+        Rotation of the body in each step [rad].
+
+    Returns
+    -------
+    array, shape (w, k, 3, 3)
     """
     with np.errstate(over="ignore", invalid="ignore"):
         angles = np.clip(angles, -_WILD, _WILD)
@@ -182,7 +190,7 @@ def _turned(angles: Floats) -> Floats:
 
 
 def _misfit(seen: Sequence[Seen], turned: Floats) -> float:
-    """What Wahba's problem leaves of a unit vector in a window, mean square over all windows."""
+    """Return the mean square residual of Wahba's problem over all windows [rad²]."""
     profile, total = np.zeros((len(turned), 3, 3)), np.zeros(len(turned))
     for body, known, weight in seen:
         there = np.einsum("wkij,wkmj->wkmi", turned, body)
