@@ -101,10 +101,6 @@ def test_a_filter_that_is_promised_too_much_is_caught(short_plan, monkeypatch):
     assert any(line.startswith("sun bias") for line in findings(found))
 
 
-@pytest.mark.parametrize(
-    ("keywords", "message"),
-    [({"n_runs": 1}, "n_runs = 1: expected at least 2"), ({"seed": -1}, "seed = -1")],
-)
-def test_bad_arguments_are_named(short_plan, keywords, message):
-    with pytest.raises(ValueError, match=message):
-        verify(short_plan, **keywords)
+def test_too_few_flights_are_refused(short_plan):
+    with pytest.raises(ValueError, match="n_runs = 1: expected at least 2"):
+        verify(short_plan, n_runs=1)

@@ -4,9 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_calibration import calibrate
-from mgeo_calibration.calibration.added import addable, beside, calibrate_with, noise_of
+from mgeo_calibration.calibration.added import beside, calibrate_with, noise_of
 
 from .faults import MOTION, SCENARIO
 from .independent import Craft, fly
@@ -41,20 +40,6 @@ def test_scale_factors_and_noise_are_found_and_both_are_compared(flight, first):
     noise = found.scenario.sensors[0].noise_deg
     assert noise == pytest.approx(SCENARIO.sensors[0].noise_deg, rel=0.02)
     assert f"sun.noise_deg = {noise:.4g}" in noise_of(found)
-
-
-@pytest.mark.slow
-def test_what_cannot_be_added_is_refused(flight, first):
-    options = addable(first.scenario)
-    assert {"mag.scale_factor", "mag.nonorthogonality", "gyro.misalignment"} <= set(options)
-    for key in ("mag.bias", "mag.scale", "", "other.scale_factor"):
-        with pytest.raises(InvalidValue, match=r"fit = .*: expected something that can be added"):
-            calibrate_with(first, flight, [key])
-    going_on = dataclasses.replace(
-        first, scenario=first.scenario_after({"accept_unsupported": True})
-    )
-    with pytest.raises(InvalidValue, match=r"fit = 'mag\.scale_factor': expected no earlier"):
-        calibrate_with(going_on, flight, ["mag.scale_factor"])
 
 
 @pytest.mark.slow

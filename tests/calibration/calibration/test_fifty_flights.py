@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import HorizonSensor, Scenario
-from mgeo_calibration import calibrate, simulate
+from mgeo_calibration import calibrate
 
 from . import independent
 from .flights import PLAN, check_claimed, check_fifty_flights, normalized, short
@@ -80,15 +80,3 @@ def test_a_gyro_that_is_noisier_about_one_axis_is_calibrated_as_claimed():
         found.append(normalized(calibrate(scenario, telemetry), telemetry))
     check_claimed(found, worst=np.inf)
     assert not calibrate(alike, telemetry).supported
-
-
-@pytest.mark.campaign
-def test_what_a_face_that_is_lit_for_a_short_time_knows_depends_on_the_attitude():
-    """Off the plan's, the Sun is before it for another time: claims then leave what is promised."""
-    widest = []
-    for attitude_deg in (0.3, 5.0):
-        initial = dataclasses.replace(FACES.initial, attitude_deg=attitude_deg)
-        found = simulate(short(FACES, 2000.0, initial=initial), PLAN, 10, seed=4)
-        widest.append(np.ptp(found.sigma[:, -1] / found.predicted[-1], axis=0).max())
-    assert widest[0] < 0.2
-    assert widest[1] > 0.8

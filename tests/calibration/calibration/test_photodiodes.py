@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Magnetometer, Photodiode, Scenario, World
 from mgeo_calibration import calibrate, fly
-from mgeo_calibration.estimation.batch import batch, without_dark
+from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.estimation.start import sun_directions
 from mgeo_calibration.telemetry.checks import channel_causes
 
@@ -54,24 +54,6 @@ def test_what_the_dark_side_reads_is_left_out(telemetry):
     apart = np.abs(one.states - other.states) / np.sqrt(np.diag(one.covariance))
     assert apart.max() < 0.3
     assert not any("fill value" in line for line in channel_causes(read))
-
-
-def test_samples_near_the_edge_are_chosen_without_regard_to_their_noise():
-    """The mean error of those that stay is zero; by a reading's own size it is not."""
-    rng, diode = np.random.default_rng(5), Photodiode(half_angle_deg=60.0, relative_noise=0.05)
-    cosine = np.repeat(rng.uniform(0.3, 0.7, 20_000), 3)
-    noise = 0.05 * rng.standard_normal(len(cosine))
-    rows = (cosine + noise)[:, None, None]
-    kept = np.isfinite(without_dark(diode, rows))[:, 0, 0]
-    middle = np.arange(len(cosine)) % 3 == 1
-    near = middle & (np.abs(cosine - 0.5) < 0.05)
-    bound = 4.0 * 0.05 / np.sqrt((kept & near).sum())
-    assert abs(noise[kept & near].mean()) < bound
-    assert noise[(rows[:, 0, 0] >= 0.5) & near].mean() > 5.0 * bound
-    alone = np.array([0.9, np.nan, 0.1, np.nan])[:, None, None]
-    np.testing.assert_array_equal(
-        np.isfinite(without_dark(diode, alone))[:, 0, 0], [True, False, False, False]
-    )
 
 
 def test_three_lit_faces_say_where_the_sun_is(telemetry):

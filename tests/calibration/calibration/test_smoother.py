@@ -6,10 +6,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
-from mgeo_attitude import FilterModel, Scenario, SunSensor, TwoAxisSunSensor, reference_run
+from mgeo_attitude import FilterModel, Scenario, SunSensor, TwoAxisSunSensor
 from mgeo_attitude.filter.reference import van_loan
 from mgeo_attitude.geometry.rotation import matrix
-from mgeo_attitude.maneuvers.motion import Motion, attitudes
+from mgeo_attitude.maneuvers.motion import attitudes
 from mgeo_calibration.estimation.batch import Batch, batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.kinematics import steps
@@ -276,42 +276,6 @@ def test_the_linear_case_is_filterpys_smoother(name):
         scale = np.outer(sigma[k, d], sigma[k, d])
         own = both[k] / scale
         np.testing.assert_allclose(own, P[k][np.ix_(d, d)] / scale, rtol=0, atol=1e-9)
-
-
-@pytest.mark.parametrize("name", ["paper", "cubesat_6u"])
-def test_two_orbits_leave_the_covariance_of_the_reference_filter(name):
-    """Thousands of samples without noise: the last covariance is that of filterpy's filter."""
-    of = getattr(Scenario, name)()
-    of = short(of, 3000.0)
-    model = FilterModel.from_scenario(of)
-    motion = Motion.of(model, PLAN, model.n_steps)
-    seen = np.einsum("kij,ksj->ksi", motion.attitude, model.references)
-    seen[~model.available] = np.nan
-    seen[0] = np.nan
-    data = Batch(
-        suite=model.suite,
-        times=model.times,
-        gyro=motion.rates,
-        change=np.zeros_like(motion.rates),
-        added=np.zeros((model.n_steps, 3)),
-        breaks=np.zeros(model.n_steps, dtype=bool),
-        sensors=tuple(np.moveaxis(seen, 1, 0)[:, :, None]),
-        noise=np.array([sensor.noise() for sensor in model.suite.sensors]),
-        vectors=model.references,
-        influences=model.influences,
-    )
-    sigma = model.suite.initial_sigma(1.0)
-    at = Trajectory(motion.attitude.swapaxes(1, 2), np.zeros((model.n_steps + 1, len(sigma))))
-    found = linear_solution(data, Belief.initial(model.suite), at, Partition.of(model.suite))
-    endless = dataclasses.replace(model, window_steps=model.n_steps + 1, initial_sigma=sigma)
-    history = reference_run(endless, PLAN)
-    P, spread = last_covariance(found), history.sigma[-1]
-    np.testing.assert_allclose(
-        P / np.outer(spread, spread),
-        history.covariance / np.outer(spread, spread),
-        rtol=0,
-        atol=2e-8,
-    )
 
 
 @pytest.mark.parametrize("name", ["paper", "full gyro", "varying errors", "cubesat_6u_full"])

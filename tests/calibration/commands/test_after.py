@@ -73,23 +73,6 @@ def test_later_maneuvers_are_searched_anew_flown_and_calibrated(run, flown, tmp_
     assert {p.name for p in Path("c").iterdir()} >= {"calibration.json", "calibration.html"}
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("--scenario", "paper"), "preset = 'paper': expected no preset beside a calibration"),
-        (("--scenario", "other.toml"), "prior.states = '5 rows': expected 3 rows, of gyro.bias"),
-    ],
-)
-def test_what_does_not_go_on_from_it_is_one_line(flown, tmp_path, monkeypatch, words, message):
-    monkeypatch.chdir(tmp_path)
-    Path("other.toml").write_text('[[sensors]]\nkind = "magnetometer"\nname = "mag"\n')
-    calibration = flown / "calibration" / "calibration.json"
-    error = solve("--after", calibration, *words, code=2).stderr
-    assert error.count("\n") == 1
-    assert message in error
-    assert not Path("runs").exists()
-
-
 @pytest.mark.cases(1)
 @pytest.mark.parametrize(
     ("change", "message"),

@@ -70,20 +70,6 @@ def test_files_and_what_a_plan_promised(run, flight, tmp_path):
     run(*arguments, "--overwrite", "--quiet")
 
 
-@pytest.mark.slow
-def test_the_plan_may_be_a_solution_of_a_run(run, folder, front, tmp_path):
-    """Picked as in the other commands, and named."""
-    picked = ("--solution", front.row("best"))
-    run("fly", folder, *picked, "--seed", 3, "--out", tmp_path / "t.csv", "-q")
-    text = run("calibrate", tmp_path / "t.csv", "--plan", folder, *picked).stdout
-    found = calibrate(front.problem.scenario, tmp_path / "t.csv")
-    promised = found.compare(front.plan("best"))
-    which = f"solution {picked[1]} of {len(front.X)}"
-    title = f"1-sigma that the plan predicted for {found.time:.6g} s, and achieved: {which}"
-    printed = table(text, title)
-    assert printed["mag bias x"][1] == f"{promised.loc['mag bias x', 'predicted']:.4g}"
-
-
 def test_one_document_for_scripts(run, flight):
     folder, _, _ = flight
     found = json.loads(
@@ -151,19 +137,6 @@ def test_bad_arguments(run, flight, monkeypatch, arguments, message):
     assert done.stderr.startswith("Error: ")
     assert message in done.stderr
     assert done.stderr.count("\n") == 1
-
-
-def test_a_scenario_that_looks_like_a_slip_or_is_wrong_is_named_with_its_file(run, tmp_path):
-    wild = 'preset = "paper"\nduration = 900.0\nwheels = {inertia = [18000.0, 15000.0, 12000.0]}\n'
-    (tmp_path / "wild.toml").write_text(wild)
-    (tmp_path / "t.csv").write_text("time\n1\n")
-    command = ("calibrate", tmp_path / "t.csv", "--scenario", tmp_path / "wild.toml")
-    note, error = run(*command, code=2).stderr.split("Error: ")
-    assert re.match(r"Note: .*wild\.toml: wheels\.inertia = 18000 kg", note.replace("\n", ""))
-    assert "missing columns" in error
-    (tmp_path / "wild.toml").write_text(wild.replace("duration", "durations"))
-    error = run(*command, code=2).stderr
-    assert re.match(r"Error: .*wild\.toml: durations: unknown key", error.replace("\n", ""))
 
 
 def test_bad_telemetry_leaves_nothing(run, flight, tmp_path):

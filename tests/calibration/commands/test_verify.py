@@ -16,17 +16,6 @@ from mgeo.report.build import report_html, verifications
 from mgeo.store.run_folder import read_run
 
 
-def test_a_plan_of_a_run(run, folder, front):
-    found = verify(front.plan("best"), n_runs=10, seed=2)
-    arguments = ("verify", folder, "--pick", "best", "--runs", "10", "--seed", "2")
-    text = run(*arguments, code=0 if found.achieved else 3).stdout
-    assert text.startswith(f"solution {front.row('best')} of {len(front.X)}, best: ")
-    assert front.plan("best").answer in text.splitlines()[0]
-    assert f"NEES per state {found.nees:.3f}" in text
-    assert f"{found.table.loc['gyro bias y', 'rms']:.4g}" in text
-    assert "10 simulated flights" in text
-
-
 @pytest.mark.slow
 def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path):
     found = verify(front.plan("best"), n_runs=3, seed=2)

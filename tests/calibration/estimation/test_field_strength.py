@@ -65,18 +65,6 @@ def test_errors_are_as_large_as_the_covariance_says():
     assert abs(np.mean(squares) - 9.0) < 4.5 * np.sqrt(18.0 / 60.0)
 
 
-def test_what_has_no_prior_is_not_estimated_and_few_readings_are_refused():
-    true = TRUE * (np.arange(9) < 3)
-    measured, strength = readings(2, true=true)
-    found = fit_field_strength(measured, strength, SIGMA, np.zeros(9), PRIOR * (np.arange(9) < 3))
-    assert not found.values[3:].any()
-    assert not found.covariance[3:].any()
-    off = (found.values - true)[:3] / np.sqrt(np.diag(found.covariance))[:3]
-    assert np.abs(off).max() < 5.0
-    with pytest.raises(ValueError, match="10 readings: expected 20 or more"):
-        fit_field_strength(measured[:10], strength[:10], SIGMA, np.zeros(9), PRIOR)
-
-
 CUBESAT = short(Scenario.from_dict({"preset": "cubesat_6u"}), 3000.0)
 LARGE = ((-51000.0, 17000.0, -37000.0), (27000.0, 42000.0, -62000.0))
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from mgeo_attitude import Gyro, StarTracker, Suite, SunSensor
+from mgeo_attitude import Gyro, Suite, SunSensor
 from mgeo_attitude.geometry.rotation import dot, matrix, rotate, tangents
 from mgeo_attitude.sensors.direction_sensors import carried
 from mgeo_attitude.sensors.readings import as_array, as_reported, taken
@@ -197,14 +197,3 @@ def test_at_zero_the_derivative_is_the_declared_H(name):
             if sensor.unit_length:
                 declared = (gradient[:2] @ C.T).T @ declared
             np.testing.assert_allclose(H, declared, atol=1e-15)
-
-
-def test_star_tracker_reports_a_rotation():
-    """Its innovation is the rotation from the predicted to the measured axes, of any size."""
-    A = Rotation.random(random_state=1)
-    g = np.array([0.4, -0.7, 1.1])
-    predicted = tuple(A.as_matrix().T)
-    measured = tuple((as_scipy(-g) * A).as_matrix().T)
-    np.testing.assert_allclose(StarTracker().innovation(measured, predicted), g, rtol=1e-13)
-    noisy = StarTracker().with_noise(predicted, g)
-    np.testing.assert_allclose(noisy, measured, rtol=0, atol=1e-15)

@@ -7,9 +7,8 @@ from mgeo_attitude import Scenario
 from mgeo_attitude.sensors import StarTracker
 from mgeo_calibration import fly
 from mgeo_calibration.calibration.from_telemetry import calibrate
+from mgeo_calibration.estimation.axes import ORDERS, axes_causes
 from mgeo_calibration.estimation.batch import batch
-from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.mistakes import ORDERS, check_orders
 
 DESIGN = (0.3, -0.2, 0.1, 200.0, -0.2, 0.3, 0.2, 200.0, 0.1, 0.2, -0.3, 200.0)
 #: What somebody sends who means these.
@@ -52,10 +51,8 @@ def test_another_order_is_named_and_not_the_sun_sensor(scenario, order):
 def test_beside_a_gyro_alone_the_turns_tell(scenario, order):
     alone = dataclasses.replace(scenario, sensors=scenario.sensors[-1:])
     data = batch(alone, reordered(sent(alone), order))
-    with pytest.raises(ValueError, match=f"read as {order}: "):
-        check_orders(
-            data, slice(180, 210), Belief.of(alone)
-        )  # two maneuvers: one axis tells not all
+    (cause,) = axes_causes(data)
+    assert f"read as {order}: " in cause
 
 
 def test_a_large_bias_of_the_gyro_is_no_other_order(scenario):

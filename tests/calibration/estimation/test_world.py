@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario, World
 from mgeo_attitude.scenario import Convergence
-from mgeo_calibration import consistency, simulate, simulate_calibrations
+from mgeo_calibration import consistency, simulate
 
 PLAN = np.array([0.5, -0.3, 0.8, 300.0, -0.7, 0.9, 0.1, 300.0, 0.2, 0.4, -0.9, 400.0])
 
@@ -48,13 +48,3 @@ def test_every_error_of_the_world_at_once_is_estimated_consistently():
     report = consistency(simulate(scenario, PLAN, 50, seed=1), since=600.0)
     names = ("nees", "nis sun", "nis mag0", "nis mag1")
     assert all(report[name].passed for name in names), report.table()
-
-
-@pytest.mark.campaign
-@pytest.mark.slow
-def test_and_calibrated_consistently():
-    """From any attitude, with one field error for both magnetometers."""
-    world = World(albedo=0.05, field_error_nt=150.0, orbit_error_m=(2000.0, 200.0, 200.0))
-    found = simulate_calibrations(with_magnetometers(2, world), PLAN, 50, seed=4)
-    report = consistency(found, since=0.0)
-    assert report["nees"].passed, report.table()

@@ -84,25 +84,6 @@ def test_an_own_flight_is_off_by_its_first_attitude(plan):
         as_flown(plan, dataclasses.replace(telemetry, truth=None))
 
 
-@pytest.mark.slow
-def test_a_gyro_s_bias_turns_the_satellite_away(plan):
-    """Of a constant bias alone, by as much as it adds up to along the turning axes."""
-    model = plan.problem.model
-    n = len(plan.attitude) - 1
-    draws = draw(model, n, np.random.default_rng(1))
-    bias = np.radians([0.01, -0.02, 0.015])
-    errors = np.zeros_like(draws.errors)
-    errors[3:6] = bias
-    still = dataclasses.replace(draws, errors=errors, gyro_noise=np.zeros_like(draws.gyro_noise))
-    attitude = by_gyro(plan, model, still, n)
-    expected, decay = plan.attitude[0], plan.scenario.gyro.bias_decay
-    for k, rate in enumerate(plan.trajectory.motion.rates[:n]):
-        turn = (rate - bias * np.exp(-decay * (k + 0.5))) * model.step
-        expected = Rotation.from_rotvec(-turn).as_matrix() @ expected
-    np.testing.assert_allclose(attitude[-1], expected, atol=1e-6)
-    assert values(plan, attitude)[END] > 2.0
-
-
 def test_flights_by_their_gyros_are_told(plan):
     found = ends(plan, 12, 2)
     assert (found["plan"][[END, GREATEST]] == 0.0).all()

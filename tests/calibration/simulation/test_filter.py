@@ -8,7 +8,6 @@ from mgeo_attitude import FilterModel, Scenario
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence
-from mgeo_attitude.sensors.readings import Readings
 from mgeo_calibration import Estimator
 from mgeo_calibration.estimation.innovation import Estimate
 from mgeo_calibration.flight.flight import draw
@@ -70,32 +69,6 @@ def test_runs_side_by_side_are_those_one_by_one(flown, estimator):
             np.testing.assert_allclose(error[:, run] / sigma, 0.0, atol=1e-10)
             scaled = (estimate.covariance[:, :, run] - P) / np.outer(sigma, sigma)
             np.testing.assert_allclose(scaled, 0.0, atol=1e-11)
-
-
-def test_steps_may_be_of_any_length_and_the_start_any_attitude():
-    """Readings of nobody's simulation: every third sample and where rates change, axes turned."""
-    model = FilterModel.from_scenario(short(Scenario.paper()))
-    flight = runs.flown(model, PLAN, runs.none(model, STEPS))
-    kept = np.array(sorted({*range(0, STEPS + 1, 3), 21, 41}))
-    left_out = np.setdiff1d(np.arange(STEPS + 1), kept)
-    every, rates = flight.readings, flight.motion.rates
-    for sensor in every.sensors:
-        sensor[left_out] = np.nan
-    few = Readings(
-        np.diff(kept) * model.step, every.gyro[kept[:-1]], tuple(s[kept] for s in every.sensors)
-    )
-    turn = matrix(np.array([0.7, -1.9, 0.4]))
-    filter_ = ErrorStateFilter(model.suite, Estimator.plain())
-    start = Estimate.at_start(model)
-    turned = Estimate.at_start(dataclasses.replace(model, initial_attitude=turn))
-    fine = [e for _, e, _ in filter_.run(start, [every], rates, model.references)]
-    coarse = filter_.run(turned, [few], rates[kept[:-1]], model.references[kept] @ turn)
-    for k, (_, estimate, _) in zip(kept, coarse, strict=True):
-        scale = np.sqrt(np.einsum("ii...->i...", fine[k].covariance))
-        difference = estimate.covariance - fine[k].covariance
-        np.testing.assert_allclose(difference / scale / scale[:, None], 0.0, atol=1e-11)
-        attitude = estimate.rotations[:, :, 0, 0].T @ turn.T
-        np.testing.assert_allclose(attitude, flight.motion.attitude[k], rtol=0, atol=1e-12)
 
 
 def test_an_estimate_without_its_error_is_the_truth(flown):

@@ -126,27 +126,6 @@ def test_a_filter_that_believes_in_too_little_noise_is_found_out(paper):
     assert not report.passed
 
 
-@pytest.mark.slow
-def test_the_truth_has_eclipses_and_fields_of_view_of_its_own():
-    """The Sun sensor reports where in truth it sees, and the estimator takes what it reports."""
-    orbit = dataclasses.replace(Scenario.paper().orbit, true_anomaly_deg=163.0)
-    scenario = short(Scenario.paper(), orbit=orbit, step=4.0)
-    environment = Environment.from_scenario(scenario)
-    assert 0 < environment.sunlit[1:].sum() < 150
-    dark = dataclasses.replace(scenario, eclipse=True)
-    for believed, true in ((scenario, dark), (dark, scenario)):
-        updates = run((believed, environment), 2, truth=true).updates.sum(axis=1)
-        seen = environment.sunlit[1:].sum() if true.eclipse else 150
-        np.testing.assert_array_equal(updates, [[seen, 150]] * 2)
-    sun, *others = scenario.sensors
-    narrow = dataclasses.replace(
-        scenario, sensors=(dataclasses.replace(sun, half_angle_deg=40.0), *others)
-    )
-    seen = run((scenario, environment), 2, truth=narrow).updates
-    assert 0 < seen[:, :, 0].sum() < 2 * 150
-    np.testing.assert_array_equal(seen, run((narrow, environment), 2).updates)
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from mgeo_attitude import Environment, FilterModel, Scenario, StarTracker
+from mgeo_attitude import FilterModel, Scenario, StarTracker
 from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_calibration import Telemetry, TelemetryMapping, fly, read_telemetry
 from mgeo_calibration.telemetry.checks import channel_causes
@@ -61,40 +61,6 @@ def test_a_flight_reports_its_truth(scenario, telemetry):
     np.testing.assert_allclose(-step.as_rotvec(), np.tile(planned, (300, 1)), atol=1e-12)
     assert np.isnan(telemetry.gyro_deg_s[0]).all()
     same(fly(scenario, PLAN, 1), telemetry)
-
-
-def test_a_tracker_reports_the_body_s_attitude_with_noise_about_its_boresight():
-    """Whichever way it looks; and only where it sees stars, along the true path."""
-    tracker = StarTracker(
-        boresight=(1.0, -2.0, 0.5),
-        initial_misalignment_deg=1e-6,
-        roll_noise_arcsec=600.0,
-        max_rate_deg_s=0.6,
-        earth_exclusion_deg=10.0,
-    )
-    of = short(Scenario.paper(), 1500.0, sensors=(tracker,))
-    design = (0.5, 0.1, -0.2, 400.0, -0.5, 0.6, 0.2, 500.0, 0.2, -0.4, 0.3, 600.0)
-    sent = fly(of, design, 3)
-    there = np.isfinite(sent.sensors["tracker"][:, 0])
-    true = Rotation.from_matrix(sent.truth.attitude[there])
-    noise = (true * Rotation.from_quat(sent.sensors["tracker"][there])).as_rotvec(degrees=True)
-    axis = np.array([1.0, -2.0, 0.5]) / np.sqrt(5.25)
-    about = 3600.0 * noise @ axis
-    rest = 3600.0 * (noise - np.outer(noise @ axis, axis))
-    n = int(there.sum())
-    assert np.std(about) == pytest.approx(600.0, rel=5.0 / np.sqrt(2 * n))
-    assert np.sqrt((rest**2).sum(axis=1).mean() / 2.0) == pytest.approx(
-        10.0, rel=5.0 / np.sqrt(4 * n)
-    )
-    around = Environment.from_scenario(of)
-    distance = np.linalg.norm(around.position, axis=1)
-    down = np.einsum("kij,kj->ki", sent.truth.attitude, -around.position) @ axis / distance
-    limb = np.degrees(np.arccos(down) - np.arcsin(6378136.3 / distance))
-    slow = (np.arange(1501) <= 400) | (np.arange(1501) > 900)
-    expected = slow & (limb > 10.0)
-    expected[0] = False
-    np.testing.assert_array_equal(there, expected)
-    assert 200 < n < 1000
 
 
 @pytest.mark.parametrize("name", ["every constant", "orbit error", "considered"])
@@ -232,29 +198,6 @@ def test_zeros_are_no_vector_and_no_quaternion(scenario, frame, name):
     assert np.flatnonzero(np.isnan(found[:, 0])).tolist() == [0, *range(50, 81)]
 
 
-def test_a_gyro_saturates_and_a_sensor_is_stuck_along_its_own_axes(frame):
-    """Not those of the body, along which a rate that is clipped changes, and is a smaller one."""
-    own = frame[[c for c in frame if not c.startswith("tracker")]]
-    mounted = Rotation.from_euler("z", -12.6, degrees=True)
-    body = GyroChannels(dcm=mounted.as_matrix().tolist())
-    flown = own[["gyro_x", "gyro_y", "gyro_z"]].to_numpy().copy()
-    rates = mounted.apply(flown, inverse=True)
-    table = own.assign(gyro_x=rates[:, 0], gyro_y=rates[:, 1], gyro_z=rates[:, 2])
-    most = float(np.nanmax(np.abs(rates)))
-    assert np.nanmax(np.abs(flown)) > 1.01 * most
-    mag = SensorChannels(name="mag", unit="nT")
-    within = dataclasses.replace(body, range_deg_s=1.001 * most)
-    assert len(read_telemetry(table, PAPER, TelemetryMapping(gyro=within)).times) == 301
-    for wrong, mapping, message in (
-        (table, dataclasses.replace(body, range_deg_s=most), "saturates at range_deg_s"),
-        (table.assign(gyro_x=table["gyro_x"].clip(upper=float(table["gyro_x"].median()))), body,
-         r"gyro_x = \d\.\d+ deg/s in .* and never beyond: the gyro saturates"),
-        (table.assign(gyro_y=0.1), body, "gyro_y is 0.1 in all"),
-    ):  # fmt: skip
-        with pytest.raises(ValueError, match=message):
-            read_telemetry(wrong.loc[1:], PAPER, TelemetryMapping(gyro=mapping, sensors=(mag,)))
-
-
 def spoiled(frame, **columns):
     own = frame[[c for c in frame if not c.startswith("tracker")]].copy()
     for name, (rows, value) in columns.items():
@@ -268,22 +211,16 @@ def spoiled(frame, **columns):
     ("change", "message"),
     [
         (lambda f: f.drop(columns=["mag_y", "mag_z"]), "missing columns mag_y, mag_z: there are "),
-        (lambda f: f.rename(columns={"time": "t"}), "missing columns time: "),
         (lambda f: f[:0], "there are no rows"),
         (lambda f: spoiled(f, mag_x=(7, "abc")), "row 8, mag_x = 'abc': expected a number"),
-        (lambda f: spoiled(f, mag_x=(7, np.inf)), "row 8, mag_x = .*inf.*: expected a number"),
-        (lambda f: spoiled(f, mag_x=(7, "1_0")), "row 8, mag_x = '1_0': expected a number"),
         (lambda f: spoiled(f, gyro_y=(7, np.nan)), r"gyro at time 7.000000 s .*all of its numbers"),
         (lambda f: f.assign(gyro_x=np.nan, gyro_y=np.nan, gyro_z=np.nan), "gyro: 0 samples"),
         (lambda f: spoiled(f, time=(7, np.nan)), "row 8, time = nan: expected seconds"),
         (lambda f: spoiled(f, time=(7, "noon")), "row 8, time = 'noon': expected"),
-        (lambda f: f.assign(time=["x"] * 301), "row 1, time = 'x': expected seconds since"),
         (lambda f: spoiled(f, time=(slice(200, 300), 5e5)), r"occurs with gyro_x = -?0\.\d+ and"),
         (lambda f: f.assign(time=f["time"] + 1e6 * (f["time"] > 200)), "time jumps from 200.0"),
         (lambda f: f.assign(time=f["time"] + 1e9), "in the years of the field model IGRF-14"),
-        (lambda f: f.assign(time=f["time"] - 1e11), "in the years of the field model IGRF-14"),
         (lambda f: f.assign(mag_z=f["mag_z"] * 0.0 + 5.0), "mag_z is 5.0 in all 300 samples"),
-        (lambda f: f.assign(gyro_z=f["gyro_z"] * 0.0 + 0.1), "gyro_z is 0.1 in all 300 "),
         (
             lambda f: f.assign(gyro_x=f["gyro_x"].clip(upper=float(f["gyro_x"].median()))),
             "gyro_x = .* one after the other, and never beyond: the gyro saturates",

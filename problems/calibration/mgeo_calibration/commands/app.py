@@ -5,14 +5,14 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 from mgeo_attitude.commands.app import USERS, Overwrite, Pick, Solution, Source, Time
 
 from mgeo.cli.app import epilog
 from mgeo.cli.errors import ExitCode, bad_input
-from mgeo.cli.options import Debug, Json, Quiet, among, toml_files
+from mgeo.cli.options import Debug, Json, Quiet, toml_files
 from mgeo.cli.output import Output, json_text, rows
 
 app = typer.Typer()
@@ -96,20 +96,14 @@ def fly(
     time: Time = None,
     solution: Solution = None,
     simulator: Annotated[
-        str,
+        Literal["own", "basilisk"],
         typer.Option(
-            metavar="own|basilisk",
-            help="Exact rates, or a rigid body with wheels by Basilisk, which is an extra.",
-            autocompletion=among(("own", "basilisk")),
+            help="Exact rates, or a rigid body with wheels by Basilisk, which is an extra."
         ),
     ] = "own",
     vehicle: Annotated[
-        str | None,
-        typer.Option(
-            metavar="paper|cubesat_6u",
-            help="Body and wheels for Basilisk [default: the scenario's].",
-            autocompletion=among(("paper", "cubesat_6u")),
-        ),
+        Literal["paper", "cubesat_6u"] | None,
+        typer.Option(help="Body and wheels for Basilisk [default: the scenario's]."),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of errors and noise.")] = 1,
     after: Annotated[

@@ -29,18 +29,18 @@ FILES = ("calibration.csv", "attitude.csv", "calibration.html", "calibration.jso
 
 
 def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
-    """The scenario named, or else that of the plan.
+    """Return the named scenario, or that of the plan.
 
     Raises
     ------
     OSError, ValueError, TypeError
-        If neither is given, or it cannot be read, or both are and begin at other times: the plan
-        was promised, and seconds of telemetry are counted, from its own epoch.
+        If neither is given, the scenario cannot be read, or its epoch differs from the plan's:
+        times of telemetry count from the epoch.
 
     Warns
     -----
     Implausible
-        Of what looks like a slip in a file.
+        For an implausible value in a file.
     """
     if text is None:
         if plan is None:
@@ -68,7 +68,7 @@ def flown_plan(
     solution: int | None,
     scenario: str | None,
 ) -> Picked | None:
-    """The plan that was flown, if one is named; raises as `load_plan` and `scenario_of`."""
+    """Return the named plan; raises as `load_plan` and `scenario_of`."""
     if source == NOTHING:
         from mgeo_attitude.commands.files import Picked
         from mgeo_attitude.plan.plan import ManeuverPlan
@@ -117,7 +117,7 @@ def write_calibration(
 def print_calibration(
     calibration: Calibration, promised: pd.DataFrame | None, picked: Picked | None, output: Output
 ) -> None:
-    """Print what was found and whether it can be believed."""
+    """Print estimates, tests and conclusion."""
     table = calibration.table().set_index("block")
     output.print(
         f"scenario {calibration.scenario.name}: calibrated at {calibration.time:.6g} s, "
@@ -151,7 +151,7 @@ def refusal_document(refused: CannotCalibrate) -> dict[str, Any]:
 
 
 def print_tests(calibration: Calibration, output: Output) -> None:
-    """Print all that was asked, and what the answers are."""
+    """Print all tests of the model and of the prior, and the causes found without attitude."""
     output.print(*titled("Beside what the scenario says", calibration.model_table()[_ASKED]))
     output.print(*titled("Estimate and prior", calibration.prior_table()))
     for cause in calibration.causes:
@@ -159,7 +159,7 @@ def print_tests(calibration: Calibration, output: Output) -> None:
 
 
 def print_beside(first: Calibration, second: Calibration, output: Output) -> None:
-    """Print what a calibration says of another with fewer states or other noise."""
+    """Print the difference between calibrations with and without added states or noise."""
     output.print(
         *titled("With and without what was added", beside(first, second)),
         note("moved: by how many of its 1-sigmas"),
@@ -169,7 +169,7 @@ def print_beside(first: Calibration, second: Calibration, output: Output) -> Non
 
 
 def print_alone(found: StrengthCalibration, output: Output) -> None:
-    """Print what the strength of the field says."""
+    """Print the calibration from field strength."""
     output.print(
         *titled("Errors of magnetometers", found.table.set_index("block")),
         *map(note, found.notes),
@@ -179,7 +179,7 @@ def print_alone(found: StrengthCalibration, output: Output) -> None:
 
 
 def alone_document(found: StrengthCalibration) -> dict[str, Any]:
-    """The same as JSON values."""
+    """Return the calibration from field strength as JSON values."""
     return {
         "table": found.table.to_dict("records"),
         "covariance": {name: P.tolist() for name, P in found.covariance.items()},
@@ -192,7 +192,7 @@ def alone_document(found: StrengthCalibration) -> dict[str, Any]:
 def calibration_document(
     calibration: Calibration, promised: pd.DataFrame | None, files: list[str]
 ) -> dict[str, Any]:
-    """The content of calibration.json, with the comparison with a plan and the files written."""
+    """Return the content of calibration.json, the comparison with a plan, and the files."""
     compared = [] if promised is None else rows(promised)
     return {
         **document(calibration),

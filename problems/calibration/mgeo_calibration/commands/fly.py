@@ -10,8 +10,6 @@ from mgeo.cli.output import Output
 from mgeo.terminal import note, plain, titled
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
-SIMULATORS = ("own", "basilisk")
-
 
 def simulate_flight(
     plan: ManeuverPlan,
@@ -25,12 +23,10 @@ def simulate_flight(
     Raises
     ------
     ValueError
-        For an unknown simulator or vehicle, a vehicle of the own simulator, or from the simulator.
+        For an unknown vehicle, a vehicle of the own simulator, or from the simulator.
     ImportError
         If the simulator is not installed.
     """
-    if simulator not in SIMULATORS:
-        raise ValueError(f"--simulator {simulator}: expected one of {', '.join(SIMULATORS)}")
     scenario, environment = plan.scenario, plan.problem.environment
     if simulator == "own":
         from mgeo_calibration.flight.own import fly

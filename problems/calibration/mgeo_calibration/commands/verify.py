@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.show import render_table
-from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.plan.tables import TABLES
 
@@ -29,7 +29,7 @@ _SHORT = {"rms / predicted [-]": "/ predicted", "rms / claimed [-]": "/ claimed"
 
 
 def print_verification(picked: Picked, found: Verification, output: Output) -> None:
-    """Print how simulated flights of a plan went, and what to do if they did not go well."""
+    """Print errors of simulated flights against their prediction, and suggestions."""
     plan = picked.plan
     shown = found.table.iloc[:, :5].rename(columns=_SHORT)
     output.print(
@@ -58,14 +58,21 @@ def print_verification(picked: Picked, found: Verification, output: Output) -> N
 
 
 def verification_document(picked: Picked, found: Verification, seed: int) -> dict[str, Any]:
-    """The result as JSON values, with the problem and the design that it is about."""
+    """Return the result as JSON values, with problem and design."""
     plan = picked.plan
     table = found.table.reset_index()
+    lines = [
+        *(f"breaks a limit: {line}" for line in plan.violations()),
+        conclusion(found),
+        f"NEES per state {found.nees:.3f}",
+        power(found),
+        *_limits(found),
+        *told(found.ends),
+    ]
     return {
         "title": f"{found.n_runs} simulated flights of the plan with t_end {plan.t_end:.6g} s and "
         f"trace {plan.trace:.5g}, seed {seed}",
-        "conclusion": f"{_broken(plan)}{conclusion(found)}; NEES per state {found.nees:.3f}; "
-        f"{power(found)}{_limits(found)}" + "".join(f"; {line}" for line in told(found.ends)),
+        "conclusion": "; ".join(lines),
         "seed": seed,
         "findings": [] if found.achieved else findings(found),
         "remedies": list(remedies(plan, found)),
@@ -92,19 +99,12 @@ def result_file(source: Path, picked: Picked, seed: int) -> Path | None:
     return None if number is None else source / f"verification-solution{number}-seed{seed}.json"
 
 
-def _broken(plan: ManeuverPlan) -> str:
-    """Which limits of its scenario a plan breaks, before a conclusion."""
-    return "".join(f"breaks a limit: {line}; " for line in plan.violations())
-
-
-def _limits(found: Verification) -> str:
-    """How often path limits were broken, in words."""
-    parts = []
+def _limits(found: Verification) -> Iterator[str]:
+    """Say how often each path limit was broken."""
     for name, row in found.path_limits.iterrows():
         ways = ", ".join(
             f"{row[f'{way}: flights [%]']:.3g} % of flights ({row[f'{way}: time [%]']:.3g} % of "
             f"the time) {way}"
             for way in ("steered", "open loop")
         )
-        parts.append(f"; {name} broken in {ways}")
-    return "".join(parts)
+        yield f"{name} broken in {ways}"

@@ -1,4 +1,8 @@
-"""Axes in another order or with another sign, and rates of another size: what agrees far better."""
+"""Search for swapped axes, other orders of quaternions and other units of rates.
+
+Short windows of samples are compared with what the vectors should be by Wahba's problem, once as
+the telemetry says and once for each mistake.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,7 @@ from itertools import permutations, product
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.geometry.rotation import exponential
+from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
@@ -34,40 +39,52 @@ RATE_FACTORS = {
     "a hundredth as large": 0.01,
 }
 
-#: Name of a sensor; body and inertial unit vectors, shape (w, k, 3); weights, shape (w, k).
-Seen = tuple[str, Floats, Floats, Floats]
+#: Mistaken readings of quaternions: in words, which numbers are (x, y, z, scalar), and whether the
+#: rotation is the inverse.
+ORDERS = (
+    ("scalar first", (1, 2, 3, 0), False),
+    ("from the body to GCRF", (0, 1, 2, 3), True),
+    ("scalar first, from the body to GCRF", (1, 2, 3, 0), True),
+)
+
+#: Body and inertial unit vectors, shape (w, k, m, 3), and weights, shape (w, k, m): of a tracker
+#: the axes of GCRS.
+Seen = tuple[Floats, Floats, Floats]
 
 
 def axes_causes(batch: Batch) -> Iterator[str]:
-    """In words: the change of axes or rates that makes windows of samples agree far better."""
+    """Yield the mistake whose correction makes the windows agree far better, in words."""
     bias = np.full(3, batch.suite.gyro.states()["bias"])
     windows = _windows(batch, carried_for(batch, bias, _ASTRAY))
-    vectors = [i for i in range(len(batch.sensors)) if _is_vector(batch, i)]
-    seen = [_seen(batch, i, windows) for i in vectors]
-    if not len(windows) or not seen:
+    sensors = [i for i in range(len(batch.sensors)) if _has_directions(batch.sensors[i])]
+    if not len(windows) or not sensors:
         return
+    picked = windows[:, _picks(windows)]
+    seen = [_seen(batch, i, batch.sensors[i][picked], picked) for i in sensors]
     rates = (batch.gyro * batch.durations[:, None])[windows[:, :-1]]
     turned = _turned(rates)
     now = _misfit(seen, turned)
     found: list[tuple[float, int, str]] = []
+    for k, i in enumerate(sensors):
+        for changes, words, rows in _variants(batch.sensors[i][picked]):
+            other = [*seen[:k], _seen(batch, i, rows, picked), *seen[k + 1 :]]
+            words = f"{batch.suite.sensors[i].name}{words}"
+            found.append((_misfit(other, turned), changes, words))
     for P, changes, words in _signed():
-        for k, (name, body, known, weight) in enumerate(seen):
-            other = [*seen[:k], (name, body @ P.T, known, weight), *seen[k + 1 :]]
-            found.append((_misfit(other, turned), changes, f"{name} {words}"))
-        found.append((_misfit(seen, _turned(rates @ P.T)), changes, f"gyro {words}"))
+        found.append((_misfit(seen, _turned(rates @ P.T)), changes, f"gyro{words}"))
     for unit, factor in RATE_FACTORS.items():
         words = f"gyro: the vectors turn as if its rates were {unit}"
         found.append((_misfit(seen, _turned(factor * rates)), 1, words))
     least = min(misfit for misfit, _, _ in found)
     lasts = batch.times[windows[:, -1]] - batch.times[windows[:, 0]]
     astray = float(np.median(bias[0] * lasts) ** 2) / 6.0  # of two numbers, about their mean
-    well = _WELL * float(np.mean([_believed(batch, i) for i in vectors]) + astray)
+    well = _WELL * float(np.mean([_believed(batch, i) for i in sensors]) + astray)
     if least < min(_BETTER * now, well):
         yield min((n, misfit, words) for misfit, n, words in found if misfit < _AS_GOOD * least)[2]
 
 
 def _signed() -> Iterator[tuple[Floats, int, str]]:
-    """The 47 signed permutations of axes, how many of these they change, and words."""
+    """Yield the 47 signed permutations of axes, the number of changed axes, and words."""
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
             P = np.zeros((3, 3))
@@ -78,11 +95,11 @@ def _signed() -> Iterator[tuple[Floats, int, str]]:
                     f"{'-' if sign < 0.0 else ''}{'xyz'[axis]}"
                     for sign, axis in zip(signs, order, strict=True)
                 )
-                yield P, changes, f"agrees with all else if its axes are ({axes}), not (x, y, z)"
+                yield P, changes, f" agrees with all else if its axes are ({axes}), not (x, y, z)"
 
 
 def _windows(batch: Batch, longest: int) -> Ints:
-    """Samples of each window, one after the other, without a silence of the gyro."""
+    """Return the samples of each window, shape (w, k); none spans a silence of the gyro."""
     n, rate = len(batch.times), np.linalg.norm(batch.gyro * batch.durations[:, None], axis=1)
     length = int(np.clip(_TURN / max(float(np.median(rate)), 1e-9), _SAMPLES, _LONGEST))
     length = max(_FEWEST, min(length, n, longest))
@@ -92,49 +109,72 @@ def _windows(batch: Batch, longest: int) -> Ints:
     return found[~silent]
 
 
-def _is_vector(batch: Batch, index: int) -> bool:
-    rows = batch.sensors[index]
-    return rows.shape[1:] == (1, 3) and bool(np.isfinite(rows[:, 0, 0]).sum() > 3 * _WINDOWS)
+def _variants(rows: Floats) -> Iterator[tuple[int, str, Floats]]:
+    """Yield the number of changed axes, words, and the corrected rows for each mistake."""
+    if rows.shape[-2] == 1:
+        yield from ((changes, words, rows @ P.T) for P, changes, words in _signed())
+        return
+    for words, order, inverse in ORDERS:
+        says = f": its quaternions agree with all else if they are read as {words}: expected "
+        says += "scalar last, from GCRF to the body"
+        yield 1, says, _reread(rows, order, inverse)
 
 
-def _seen(batch: Batch, index: int, windows: Ints) -> Seen:
-    picked = windows[:, _picks(windows)]
-    body, known = batch.sensors[index][picked, 0], batch.vectors[picked, index]
+def _reread(axes: Floats, order: tuple[int, ...], inverse: bool) -> Floats:
+    """Return the axes, shape (w, k, 3, 3), of quaternions with their numbers in another order."""
+    found = np.full_like(axes, np.nan)
+    there = np.isfinite(axes).all(axis=(-2, -1))
+    if there.any():
+        rotations = Rotation.from_quat(Rotation.from_matrix(axes[there]).as_quat()[:, order])
+        found[there] = (rotations.inv() if inverse else rotations).as_matrix()
+    return found
+
+
+def _has_directions(rows: Floats) -> bool:
+    return rows.shape[2] == 3 and bool(np.isfinite(rows[:, 0, 0]).sum() > 3 * _WINDOWS)
+
+
+def _seen(batch: Batch, index: int, body: Floats, picked: Ints) -> Seen:
+    known = batch.vectors[picked, index][:, :, None] if body.shape[2] == 1 else np.eye(3)
     with np.errstate(over="ignore", invalid="ignore"):
         body = np.nan_to_num(body / np.linalg.norm(body, axis=-1, keepdims=True))
-    known = known / np.linalg.norm(known, axis=-1, keepdims=True)
+    known = np.broadcast_to(known / np.linalg.norm(known, axis=-1, keepdims=True), body.shape)
     there = body.any(axis=-1)
-    count = there.sum(axis=1, keepdims=True)
-    weight = np.where(count < _FEWEST, 0.0, there / np.maximum(count, 1))
-    return batch.suite.sensors[index].name, body, known, weight
+    count = there.sum(axis=(1, 2), keepdims=True)
+    return body, known, np.where(count < _FEWEST, 0.0, there / np.maximum(count, 1))
 
 
 def _believed(batch: Batch, index: int) -> float:
-    """Mean square of what noise, bias and misalignment, as believed, change a unit vector by."""
+    """Return the expected mean square error of a unit vector [rad²]: noise, bias, misalignment."""
     places = batch.suite.places(batch.suite.sensors[index])
     sigma = Belief.initial(batch.suite).sigma
     bias, turned = (
         float((sigma[k : k + 3] ** 2).mean()) if (k := places.get(state)) else 0.0
         for state in ("bias", "misalignment")
     )
-    square = float(np.median((batch.vectors[:, index] ** 2).sum(axis=1)))
+    tracker = batch.sensors[index].shape[1] == 3  # whose noise is an angle
+    square = 1.0 if tracker else float(np.median((batch.vectors[:, index] ** 2).sum(axis=1)))
     # of three numbers two are across
     return 2.0 * ((float((batch.noise[index] ** 2).mean()) + bias) / square + turned)
 
 
 def _picks(windows: Ints) -> Ints:
-    """Of the samples of a window those that are looked at."""
+    """Return the positions within a window that are compared."""
     picks: Ints = np.unique(np.linspace(0, windows.shape[1] - 1, _SAMPLES).astype(int))
     return picks
 
 
 def _turned(angles: Floats) -> Floats:
-    """Rotations from the body axes of picked samples to those of the first of the window.
+    """Return rotations from the body axes of the compared samples to those of the first sample.
 
     Parameters
     ----------
     angles : array, shape (w, n - 1, 3)
-        By which the body turns in each step [rad].
+        Rotation of the body in each step [rad].
+
+    Returns
+    -------
+    array, shape (w, k, 3, 3)
     """
     with np.errstate(over="ignore", invalid="ignore"):
         angles = np.clip(angles, -_WILD, _WILD)
@@ -150,12 +190,12 @@ def _turned(angles: Floats) -> Floats:
 
 
 def _misfit(seen: Sequence[Seen], turned: Floats) -> float:
-    """What Wahba's problem leaves of a unit vector in a window, mean square over all windows."""
+    """Return the mean square residual of Wahba's problem over all windows [rad²]."""
     profile, total = np.zeros((len(turned), 3, 3)), np.zeros(len(turned))
-    for _, body, known, weight in seen:
-        there = np.einsum("wkij,wkj->wki", turned, body)
-        profile += np.einsum("wk,wki,wkj->wij", weight, known, there)
-        total += weight.sum(axis=1)
+    for body, known, weight in seen:
+        there = np.einsum("wkij,wkmj->wkmi", turned, body)
+        profile += np.einsum("wkm,wkmi,wkmj->wij", weight, known, there)
+        total += weight.sum(axis=(1, 2))
     sizes = np.linalg.svd(profile, compute_uv=False)
     sizes[:, 2] *= np.sign(np.linalg.det(profile))
     some = total > 0.0

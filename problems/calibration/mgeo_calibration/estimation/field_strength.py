@@ -20,7 +20,7 @@ from mgeo_attitude.sensors.vector_sensors import Magnetometer
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.mistakes import implausible
+from mgeo_calibration.estimation.lengths import implausible
 
 #: Fewer readings say nothing of nine unknowns.
 FEWEST = 20

@@ -13,9 +13,8 @@ from scipy.special import chdtri
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.field_strength import start_states
-from mgeo_calibration.estimation.mistakes import (
+from mgeo_calibration.estimation.lengths import (
     check_normalized,
-    check_orders,
     implausible,
 )
 from mgeo_calibration.estimation.residuals import Residuals, residuals
@@ -78,7 +77,7 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     ------
     ValueError
         If no attitude follows from the vectors, they are directions where three numbers are
-        expected, quaternions are in another order, or more than half of a
+        expected, or more than half of a
         sensor's readings are outliers.
     """
     N = len(batch.times)
@@ -86,7 +85,6 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     states = np.tile(begin.states, (N, 1))
     where = stretch(directions(batch, accumulated(batch, states), states), N)
     check_normalized(batch)
-    check_orders(batch, where, begin)
     reach = carried_for(batch, belief.sigma[3:6], _ASTRAY)
     least = min(FIRST, max(_FEWEST, where.stop - where.start, reach))
     at = Trajectory(np.tile(np.eye(3), (N, 1, 1)), states)
@@ -166,12 +164,6 @@ def check(found: Fit, gate: float, last: tuple[float, float] = LAST) -> None:
         Saying what may be wrong.
     """
     suite = found.batch.suite
-    trackers = [sensor.name for sensor in suite.sensors if len(sensor.channels) == 4]
-    order = (
-        f" Are quaternions of {' and '.join(trackers)} scalar last, from GCRF to the body?"
-        if trackers
-        else ""
-    )
     for sensor, no, square, limit in zip(
         suite.sensors, found.rejected, found.residuals.squares, limits(suite, gate), strict=True
     ):
@@ -181,12 +173,12 @@ def check(found: Fit, gate: float, last: tuple[float, float] = LAST) -> None:
                 f"{sensor.name}: {no.sum()} of {count} readings are beyond the chi-square gate "
                 f"{limit:.4g}, their median is {np.nanmedian(square):.3g} where "
                 f"{chdtri(len(sensor.noise()), 0.5):.2g} is expected: "
-                f"are noise, mounting frame and unit as the scenario has them?{order}"
+                f"are noise, mounting frame and unit as the scenario has them?"
             )
     if not found.solution.settled(last):
         raise ValueError(
             "the estimate does not settle: are orbit, epoch and mounting frames those of the "
-            f"satellite?{order}"
+            "satellite?"
         )
 
 

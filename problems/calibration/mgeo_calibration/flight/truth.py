@@ -58,9 +58,9 @@ def _truth(text: str, plan: ManeuverPlan) -> Truth:
 def truth_document(
     plan: ManeuverPlan, telemetry: Telemetry, simulator: str, seed: int
 ) -> dict[str, Any]:
-    """What was true at the last sample, under the names that calibration.json has for it.
+    """Return the true attitude and errors at the last sample under the keys of calibration.json.
 
-    ``table`` has ``value`` where a calibration's has ``estimate``.
+    ``table`` has ``value`` where that of a calibration has ``estimate``.
     """
     assert telemetry.truth is not None
     suite = plan.scenario.suite

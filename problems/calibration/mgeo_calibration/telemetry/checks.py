@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import timedelta
 
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
@@ -95,12 +94,8 @@ def _check_times(times: Floats, scenario: Scenario) -> None:
         )
     if not (start <= times[0] and times[-1] <= end):
         at = times[0] if times[0] < start else times[-1]
-        try:
-            when = f" ({scenario.epoch + timedelta(seconds=float(at)):%Y-%m-%d})"
-        except OverflowError:
-            when = ""
         raise ValueError(
-            f"time {at:.6f} s after the epoch{when}: expected one in the years of the field model "
+            f"time {at:.6f} s after the epoch: expected one in the years of the field model "
             f"IGRF-14, from {FIELD_MODEL_START:%Y-%m-%d} to {FIELD_MODEL_END:%Y-%m-%d}"
         )
 

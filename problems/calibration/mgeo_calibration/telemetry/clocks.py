@@ -14,7 +14,7 @@ from datetime import UTC, datetime
 import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import DAY
-from mgeo_attitude.environment.environment import Environment, sun_and_field
+from mgeo_attitude.environment.environment import sun_and_field
 from mgeo_attitude.environment.frames import to_gcrs
 from mgeo_attitude.environment.sun_moon import sun_direction
 from mgeo_attitude.environment.times import instants
@@ -35,7 +35,6 @@ _BETTER, _WELL = 0.25, 3.0
 _FIELD_MODEL = 0.003
 _LINEARIZED = 4  # times, for the magnetometer's bias
 _NORMAL = 0.6745  # median magnitude of a normal number
-_OTHER_UNIT = 50.0  # as many times as strong
 #: Units that times may be in [s].
 _UNITS = {"milliseconds": 1e-3, "microseconds": 1e-6, "minutes": 60.0, "hours": 3600.0, "days": DAY}
 #: What ground systems count from, and in what [s].
@@ -122,7 +121,7 @@ def clock_causes(scenario: Scenario, telemetry: Telemetry) -> Iterator[str]:
         yield "position turns with the Earth, as in ITRF (ECEF): expected GCRS"
         return
     seen = _seen(scenario, telemetry)
-    if seen is None or _of_another_unit(scenario, seen):
+    if seen is None:
         return
     (now,) = _misfits(scenario, seen, seen.times[None])
     if max(now) < _WELL:
@@ -192,16 +191,6 @@ def _each(function: Callable[[Floats], Floats], times: Floats) -> Floats:
     """A function of increasing times, at times in any order."""
     at, which = np.unique(times, return_inverse=True)
     return function(at)[which.reshape(times.shape)]
-
-
-def _of_another_unit(scenario: Scenario, seen: Seen) -> bool:
-    """Whether the field is so weak or strong that no other time or place explains it."""
-    try:
-        around = Environment.at(scenario, seen.times, seen.position)
-    except (ValueError, ArithmeticError):
-        return False
-    field, expected = (np.median(np.linalg.norm(v, axis=1)) for v in (seen.field, around.field))
-    return not 1.0 / _OTHER_UNIT < field / expected < _OTHER_UNIT
 
 
 def _seen(scenario: Scenario, telemetry: Telemetry) -> Seen | None:

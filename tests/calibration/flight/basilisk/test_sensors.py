@@ -73,12 +73,6 @@ def test_a_sun_sensor_turned_by_a_quarter_reports_the_sun_turned(quiet):
     np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1.0, rtol=0, atol=2e-10)
 
 
-def test_a_magnetometer_turned_by_a_quarter_reports_the_field_turned(quiet):
-    found = reported(quiet, mag__misalignment=QUARTER)
-    expected = found.field[1:] @ TURNED.T
-    np.testing.assert_allclose(FIELD_UNIT_NT * found.sensors[1][1:, 0], expected, atol=1e-4)
-
-
 def test_a_tracker_turned_by_a_quarter_reports_the_axes_of_gcrs_turned(quiet):
     found = reported(quiet, state__misalignment=QUARTER).sensors[2][1:]
     for axis in range(3):

@@ -172,7 +172,7 @@ def simulate(
     run.ConfigureStopTime(n * parts * nanoseconds)
     run.ExecuteSimulation()
     wheels = np.zeros((n + 1, 0))
-    if isinstance(vehicle, Vehicle):
+    if isinstance(vehicle, Vehicle) and spins is not None:
         count = len(vehicle.wheels.axes)
         wheels = spins.wheelSpeeds[::parts, :count] * configuration.read().JsList[:count]
     vectors = [
