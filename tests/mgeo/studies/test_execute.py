@@ -149,15 +149,6 @@ def test_if_every_run_fails_the_first_error_is_raised():
         compare(PROBLEM, [FailingNSGA2()], 40, seeds=[2, 4])
 
 
-def test_an_algorithm_that_exits_is_a_run_that_fails():
-    class Exiting(NSGA2):
-        def _infill(self):
-            raise SystemExit(0)
-
-    failed = make_run(Task(ZDT1(n_var=3), Exiting(pop_size=8), 40, 1))
-    assert failed == Failure("ExitError: SystemExit(0) was raised")
-
-
 def test_an_algorithm_without_new_candidates_fails():
     with pytest.raises(RuntimeError, match="StuckSearch made no new candidate after 7 of 40"):
         record(Task(PROBLEM, StuckSearch(), 40, 1))
