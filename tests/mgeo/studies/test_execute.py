@@ -20,8 +20,7 @@ from mgeo import MGEOReal, compare
 from mgeo.studies.comparison import FailedRunsWarning
 from mgeo.studies.conclusions import conclusions
 from mgeo.studies.indicators import NothingToCompareError
-from mgeo.studies.run import Failure, Task, record
-from mgeo.studies.run import run as make_run
+from mgeo.studies.run import Task, record
 
 from ..naive import nondominated_rows
 from .problems import FailingNSGA2, GlobalRandomSearch, Half, StuckSearch, Wearing
