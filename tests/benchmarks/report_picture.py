@@ -8,13 +8,13 @@ browser.
 
 from __future__ import annotations
 
-import asyncio
 import sys
+import time
 from pathlib import Path
 
 from PIL import Image
 
-from ..devtools import opened
+from ..browser import opened
 
 PICTURES = Path(__file__).parents[2] / "docs" / "images"
 #: Of each picture: what it begins with, how many pixels above that; width and height; colors.
@@ -25,22 +25,22 @@ TAKEN = {
 }
 
 
-async def take(report: Path, name: str) -> None:
+def take(report: Path, name: str) -> None:
     """Write a picture: a part of the report's page."""
     first, above, (width, height), colors = TAKEN[name]
-    async with opened(report, width, prefers_color_scheme=colors) as page:
-        await page.until("document.querySelector('#front .main-svg')")
-        await page.evaluate(f"document.querySelector('{first}').scrollIntoView()")
-        await page.evaluate(f"window.scrollBy(0, -{above})")
-        await asyncio.sleep(3.0)  # figures are drawn as they come into view
-        top = await page.evaluate(
+    with opened(report, width, color_scheme=colors) as page:
+        page.until("document.querySelector('#front .main-svg')")
+        page.evaluate(f"document.querySelector('{first}').scrollIntoView()")
+        page.evaluate(f"window.scrollBy(0, -{above})")
+        time.sleep(3.0)  # figures are drawn as they come into view
+        top = page.evaluate(
             f"document.querySelector('{first}').getBoundingClientRect().top + window.scrollY"
         )
-        await page.picture(PICTURES / name)
+        page.picture(PICTURES / name)
     y = max(0, round(top) - above)
     Image.open(PICTURES / name).crop((0, y, width, y + height)).save(PICTURES / name)
 
 
 if __name__ == "__main__":
     for _name in TAKEN:
-        asyncio.run(take(Path(sys.argv[1]).resolve(), _name))
+        take(Path(sys.argv[1]).resolve(), _name)

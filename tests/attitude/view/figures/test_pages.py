@@ -1,6 +1,5 @@
 """Pages in a browser, wide, on a phone, on paper: what covers nothing, titles that break."""
 
-import asyncio
 import dataclasses
 
 import pytest
@@ -11,7 +10,7 @@ from mgeo_attitude.scenario import ManeuverLimits
 
 from mgeo.figures.page import page
 
-from ....devtools import opened
+from ....browser import opened
 
 pytestmark = pytest.mark.slow
 
@@ -50,15 +49,10 @@ def pages(tmp_path_factory, problem, X):
 @pytest.mark.parametrize("name", ["front", "plan"])
 @pytest.mark.parametrize("width", [1280, 400])
 def test_legends_cover_no_labels(pages, name, width):
-    async def look():
-        async with opened(pages[name], width) as tab:
-            assert await tab.evaluate("document.querySelectorAll('.legend > .bg').length > 0")
-            found = await tab.evaluate(_COVERED), await tab.evaluate(_WIDE)
-            await tab.on_paper()
-            return *found, await tab.evaluate(_BEYOND), tab.errors
-
-    covered, too_wide, beyond, errors = asyncio.run(look())
-    assert beyond == []
-    assert covered == []
-    assert too_wide == 0
-    assert errors == []
+    with opened(pages[name], width) as tab:
+        assert tab.evaluate("document.querySelectorAll('.legend > .bg').length > 0")
+        found = tab.evaluate(_COVERED), tab.evaluate(_WIDE)
+        tab.print()
+        assert found == ([], 0)
+        assert tab.evaluate(_BEYOND) == []
+        assert tab.errors() == []
