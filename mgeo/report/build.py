@@ -16,110 +16,23 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
-import plotly.graph_objects as go
 from markupsafe import Markup
-from numpy.typing import NDArray
 from plotly.offline import get_plotlyjs
 from pymoo.core.problem import Problem
 
-from mgeo.evaluation.dominance import nondominated
 from mgeo.figures.page import render
 from mgeo.plugins import protocol
 from mgeo.plugins.problems import load_problem
 from mgeo.plugins.shown import ask, cells, kinds_of
-from mgeo.plugins.view import TOLERANCE, View, is_own, view_of
+from mgeo.plugins.view import View, is_own, view_of
+from mgeo.report.history import recorded_history
 from mgeo.report.solutions import figure_json, script_json, solutions_json
 from mgeo.runs.answer import RepresentativeSolution, answer, dead_end, representative_solutions
-from mgeo.runs.meters import HypervolumeMeter
-from mgeo.store.provenance import difference
 from mgeo.store.reading import read_json
-from mgeo.store.recorder import read_record
-from mgeo.store.run import Outcome, Run
-from mgeo.store.run_folder import (
-    ABOUT,
-    RECORD_FOLDER,
-    RUN_FILE,
-    VERIFICATION_FILES,
-    check_verification,
-    read_run,
-)
+from mgeo.store.run import Run
+from mgeo.store.run_folder import RUN_FILE, VERIFICATION_FILES, check_verification, read_run
 from mgeo.validation.tables import errors_of
-
-_SAMPLES = 60
-
-
-def recorded_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Figure | None:
-    """Hypervolume against evaluations; None of a run that saved no record, or has no hypervolume.
-
-    Raises
-    ------
-    ValueError
-        If the record is damaged, or of another run.
-    """
-    try:
-        columns = [*outcome.objectives, *_constraints(problem, "g"), *_constraints(problem, "h")]
-        record = read_record(folder / RECORD_FOLDER, [*columns, "failed"])
-    except FileNotFoundError:
-        return None
-    found = hypervolume_history(problem, outcome, record)
-    if found is None:
-        return None
-    figure = go.Figure().add_scatter(
-        x=found[0],
-        y=found[1],
-        mode="lines",
-        line={"shape": "hv", "color": "#0072B2", "width": 2.5},
-        hovertemplate="%{x:,d} evaluations: %{y:.4f}<extra></extra>",
-    )
-    title = f"evaluations, after {outcome.rough:,} by estimates" if outcome.rough else "evaluations"
-    figure.update_xaxes(title=title, type="log", dtick=1)
-    figure.update_yaxes(title="hypervolume", rangemode="tozero")
-    return figure.update_layout(margin={"l": 70, "r": 20, "t": 20, "b": 55}, height=340)
-
-
-def hypervolume_history(
-    problem: Problem, outcome: Outcome, record: pd.DataFrame
-) -> tuple[NDArray[np.int64], NDArray[np.float64]] | None:
-    """Evaluations and the hypervolume of all that was found until then, shapes (k,).
-
-    It is measured as the run's own: in the problem's indicator space, or in the range that the
-    whole run saw. It begins after the evaluations that gave no more than estimates. None where a
-    run has no hypervolume, nothing feasible was found, or all that is recorded are estimates.
-
-    Parameters
-    ----------
-    record
-        What `mgeo.read_record` reads, with the objectives and constraints.
-    """
-    if outcome.hypervolume is None or record.empty:
-        return None
-    meter = HypervolumeMeter(problem)
-    if outcome.hypervolume.space == "seen":
-        meter.seen = [list(outcome.hypervolume.ideal), list(outcome.hypervolume.nadir)]
-    G, H = (record[_constraints(problem, kind)].to_numpy(float) for kind in "gh")
-    feasible = (G <= 0.0).all(axis=1) & (np.abs(H) <= TOLERANCE).all(axis=1)
-    F = record[list(outcome.objectives)].to_numpy(float).copy()
-    F[record["failed"].to_numpy(bool) | ~feasible] = np.nan
-    if outcome.rough >= len(F):
-        return None
-    ends = np.unique(np.geomspace(outcome.rough + 1, len(F), _SAMPLES).astype(np.int64))
-    front, volumes, done = F[:0], [], outcome.rough
-    for end in ends:
-        candidates = np.vstack([front, F[done:end]])
-        front, done = candidates[nondominated(candidates)], end
-        found = meter(front)
-        volumes.append(0.0 if found is None else found.value)
-    return ends, np.array(volumes)
-
-
-def _constraints(problem: Problem, kind: str) -> list[str]:
-    n = {"g": problem.n_ieq_constr, "h": problem.n_eq_constr}[kind]
-    return [f"{kind}{j + 1}" for j in range(n)]
-
-
-_LONGEST = 200  # characters of a difference, which may quote a whole list
 
 
 def more_tables(found: Mapping[str, Any]) -> Iterator[tuple[str, list[list[str]]]]:
@@ -135,35 +48,30 @@ def more_tables(found: Mapping[str, Any]) -> Iterator[tuple[str, list[list[str]]
 def verifications(
     folder: Path, run: Run, problem: Problem
 ) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
-    """All results of a folder by name: the file, and why it is ignored, or "" and what it says.
+    """Yield name, reason to ignore it, and content of each verification file of a run folder.
+
+    The reason is empty if the file verifies a solution of this front.
 
     Raises
     ------
     ValueError
-        For a file of another form, naming it.
+        If a file has another form.
     """
     options = protocol.options(problem)
-    solved = {
-        "problem": run.configuration.problem,
-        # as a file gives them
-        "options": run.configuration.options
-        if options is None
-        else json.loads(json.dumps(options)),
-    }
-    solutions = run.outcome.X.tolist()
+    if options is None:
+        options = run.configuration.options
+    about = {"problem": run.configuration.problem, "options": json.loads(json.dumps(options))}
+    designs = run.outcome.X.tolist()
     for path in sorted(folder.glob(VERIFICATION_FILES)):
         found = read_json(path)
         with errors_of(path):
             check_verification(found)
-        missing = [key for key in ABOUT if key not in found]
-        why_ignored = ""
-        if missing:
-            why_ignored = f"it does not say what it is about, its {' and '.join(missing)}"
-        elif other := difference(solved, {key: found[key] for key in solved}):
-            why_ignored = f"it is about another problem, {other:.{_LONGEST}}"
-        elif found["design"] not in solutions:
-            why_ignored = "its design is no solution of this front"
-        yield path.name, why_ignored, found
+        reason = ""
+        if {key: found.get(key) for key in about} != about:
+            reason = "its problem or options are not those of this run"
+        elif found.get("design") not in designs:
+            reason = "its design is no solution of this front"
+        yield path.name, reason, found
 
 
 _MOST_NEAR = 5  # cards of what comes nearest

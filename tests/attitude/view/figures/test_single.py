@@ -9,7 +9,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.view.figures.curves import OUTLINE, corners, graticule, projected
 
-from mgeo.report.solutions import figure_json, tree_json
+from mgeo.report.solutions import figure_json
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def test_drawings_are_the_figures(short, X):
     (trees,), (figures,) = short.view(X[:1]).drawings(), short.view(X[:1]).solution_figures()
     assert trees.keys() == figures.keys()
     for name, tree in trees.items():
-        drawn, said = figure_json(figures[name]), tree_json(tree)
+        drawn, said = figure_json(figures[name]), figure_json(tree)
         for one, other in zip(said["data"], drawn["data"], strict=True):
             for key in one.keys() - {"x", "y", "z"}:
                 assert one[key] == other[key]
