@@ -109,9 +109,10 @@ def report(
         output.print(f"written: {folder} ({len(pictures)} files)")
     elif is_study:
         output.print(f"report: {path}", f"figures, for --figure: {', '.join(figures)}")
+    paths = list(map(str, sources))
     output.result(
         {
-            "sources": [str(source) for source in sources],
+            **({"compared": paths} if len(paths) == 2 else {"folder": paths[0]}),
             "file": str(path) if page or is_study else None,
             "bytes": len(page),
             "figures": [str(folder / name) for name in pictures],
