@@ -17,9 +17,9 @@ from mgeo.figures.motion import motion_of
 from mgeo.plugins.protocol import column_names
 from mgeo.plugins.shown import Review, ask
 from mgeo.plugins.view import View, view_of
-from mgeo.report.build import read_subject
+from mgeo.report.shown_run import read_shown_run
 from mgeo.report.solutions import planned_rows
-from mgeo.runs.answer import Margin, default_solution, limits
+from mgeo.runs.answer import Margin, limits
 from mgeo.store.atomic import to_json, write_file
 from mgeo.store.reading import read_json
 from mgeo.store.solution_file import is_solution, solution_document
@@ -80,19 +80,18 @@ class Explorer:
         self, folder: Path | str, *, save: Path | str | None = None, problem: str | None = None
     ) -> None:
         folder = Path(folder)
-        run, self.problem, chosen, self.title = read_subject(folder, [problem] if problem else [])
-        outcome = run.outcome
-        if not len(outcome.X):
+        shown = read_shown_run(folder, [problem] if problem else [])
+        if shown.default is None:
             raise ValueError(f"{folder} holds no solution: expected a run that found one")
-        self._problem_name = run.configuration.problem
+        self.title, self.problem = shown.title, shown.problem
+        self._problem_name = shown.run.configuration.problem
         self._lock = RLock()
-        self.rows = planned_rows(chosen, len(outcome.X), MOST_TEXTS)
-        self._view = view_of(self.problem, outcome.X, outcome.F).take(self.rows)
+        self.rows = planned_rows(shown.representatives, len(shown.view.X), MOST_TEXTS)
+        self._view = shown.view.take(self.rows)
         self.X = self._view.X
         self.variables = Variables.of(self.problem, KINDS)
         self.names, self.objectives = column_names(self.problem)
-        row = 0 if outcome.nearest else default_solution(self.problem, outcome.F).row
-        self.default = int(np.searchsorted(self.rows, row))
+        self.default = int(np.searchsorted(self.rows, shown.default.row))
         place = folder if save is None else Path(save)
         self.folder, self.file_name = place, "plan.json"
         if place.suffix == ".json":

@@ -19,8 +19,7 @@ from mgeo.figures.style import COLORS, SYMBOLS, finished, literal
 from mgeo.plugins.protocol import column_names
 from mgeo.plugins.shown import Review, Section, ask, cells, kinds_of
 from mgeo.plugins.view import View, view_of
-from mgeo.report.build import read_subject
-from mgeo.runs.answer import default_solution
+from mgeo.report.shown_run import read_shown_run
 from mgeo.store.reading import read_json
 from mgeo.store.run import Run
 from mgeo.store.solution_file import solution_of
@@ -94,17 +93,13 @@ def read(path: Path, named: Collection[str] = ()) -> Subject:
         See `compare_html`.
     """
     if path.is_dir():
-        run, problem, _, _ = read_subject(path, named)
-        row, label = 0, "nearest"
-        if not len(run.outcome.F):
+        shown = read_shown_run(path, named)
+        if shown.default is None:
             raise ValueError(f"{path} holds no solution: expected a run that found one")
-        if not run.outcome.nearest:
-            shown = default_solution(problem, run.outcome.F)
-            row, label = shown.row, shown.label
-        view = view_of(problem, run.outcome.X, run.outcome.F).take([row])
-        review, told = ask(view, View.review), run.configuration.options
-        name = path.resolve().name
-        return Subject(name, view, review, told, run, f"{row}, {label}")
+        view = shown.view.take([shown.default.row])
+        solution = f"{shown.default.row}, {shown.default.label}"
+        review, told = ask(view, View.review), shown.run.configuration.options
+        return Subject(path.name, view, review, told, shown.run, solution)
     if not path.exists():
         raise FileNotFoundError(f"there is neither a run folder nor a file {path}")
     document = read_json(path)

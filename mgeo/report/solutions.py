@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.figures.front import MOST_TEXTS
+from mgeo.plugins.protocol import column_names
 from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, is_own
-from mgeo.runs.answer import RepresentativeSolution, default_solution, limits
-from mgeo.store.run import Run
-from mgeo.store.run_folder import front_table
+from mgeo.report.shown_run import ShownRun
+from mgeo.runs.answer import RepresentativeSolution, limits
 
 #: Key of an object that stands for a value which differs from solution to solution.
 HOLE = "$differs"
@@ -126,26 +126,23 @@ def _numbers(node: list[Json]) -> bool:
 MOST_PLANS = 300
 
 
-def solutions_json(
-    view: View, run: Run, chosen: Sequence[RepresentativeSolution], title: str
-) -> Json:
-    """What the page shows of the solutions, by name; all of them have their values."""
-    outcome = run.outcome
-    rows = planned_rows(chosen, len(view.X))
+def solutions_json(shown: ShownRun) -> dict[str, Json]:
+    """Return the data of all solutions; of a large front only some have figures and limits."""
+    view = shown.view
+    rows = planned_rows(shown.representatives, len(view.X))
     planned = view.take(rows)
-    front = front_table(outcome)
     variables = Variables.of(view.problem, KINDS)
-    picture = front_picture(view, title)
+    names, objectives = column_names(view.problem)
+    picture = front_picture(view, shown.title)
     return {
-        "table": {"columns": list(front.columns), "rows": front.to_numpy().tolist()},
-        "objectives": len(outcome.objectives),
+        "table": {"columns": [*names, *objectives], "rows": np.hstack([view.X, view.F]).tolist()},
+        "objectives": len(objectives),
         "planned": rows.tolist(),
         "answers": _by_row(_answers(planned), rows),
         "described": _described(planned, rows),
         "bounds": [variables.xl.tolist(), variables.xu.tolist()],
         "limits": _limits(planned, rows),
-        "labels": {str(solution.row): solution.label for solution in chosen},
-        "first": 0 if outcome.nearest else default_solution(view.problem, outcome.F).row,
+        "labels": {str(solution.row): solution.label for solution in shown.representatives},
         "front": None if picture is None else figure_json(picture, lists=True),
         "plans": plans_json(planned, rows),
     }

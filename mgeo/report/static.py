@@ -13,9 +13,9 @@ import plotly.graph_objects as go
 from mgeo.figures.motion import motion_of
 from mgeo.figures.style import CLICK, HOVER, for_paper
 from mgeo.plugins.shown import ask
-from mgeo.plugins.view import View, view_of
-from mgeo.report.build import read_subject
+from mgeo.plugins.view import View
 from mgeo.report.history import recorded_history
+from mgeo.report.shown_run import read_shown_run
 from mgeo.report.solutions import front_picture
 from mgeo.validation.arguments import did_you_mean
 
@@ -86,14 +86,12 @@ def run_figures(
     FileNotFoundError, TypeError
         See `mgeo.report.report_html`.
     """
-    run, solved, chosen, title = read_subject(Path(folder), [problem] if problem else [])
-    outcome = run.outcome
-    view = view_of(solved, outcome.X, outcome.F)
-    front = front_picture(view, title) if chosen else None
-    history = recorded_history(Path(folder), solved, outcome)
+    shown = read_shown_run(Path(folder), [problem] if problem else [])
+    front = front_picture(shown.view, shown.title) if shown.representatives else None
+    history = recorded_history(Path(folder), shown.problem, shown.run.outcome)
     found = {"front": front, "hypervolume": history}
-    told = [solution for solution in chosen if solution.label != "between"]
-    each = ask(view.take([solution.row for solution in told]), View.solution_figures)
+    told = [solution for solution in shown.representatives if solution.label != "between"]
+    each = ask(shown.view.take([solution.row for solution in told]), View.solution_figures)
     for solution, figures in zip(told, each, strict=True):
         for name, figure in figures.items():
             if motion_of(figure) is None:

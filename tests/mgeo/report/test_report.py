@@ -9,6 +9,7 @@ import plotly.graph_objects as go
 import pytest
 
 from mgeo import read_record
+from mgeo.explore import Explorer
 from mgeo.plugins.problems import load_problem
 from mgeo.plugins.shown import Review, Section
 from mgeo.report.build import report_html
@@ -212,3 +213,20 @@ def test_a_review_has_a_place_for_signatures(solved, monkeypatch):
     assert '<td class="text exceeded">NO</td>' in html
     assert "Approval" in html
     assert "solution 999: expected 0 to" in mgeo("report", folder, "--solution", 999).stderr
+
+
+def test_where_nothing_is_feasible_the_nearest_solutions_are_shown(stand_in, monkeypatch, tmp_path):
+    def infeasible(self, x, out, *args, **kwargs):
+        out["F"] = np.column_stack([x[:, 0], 1.0 / (1.0 + x[:, 0])])
+        out["G"] = np.column_stack([x[:, 0] + 1.0, x[:, 1] - 9.0])
+
+    monkeypatch.setattr("pymoo.problems.multi.BNH._evaluate", infeasible)
+    arguments = ["--algorithm", "mgeo-real", "--evaluations", 60, "--out", tmp_path / "run", "-q"]
+    assert mgeo("solve", "bnh", *arguments).exit_code == 3
+    html = report_html(tmp_path / "run")
+    nearest = read_run(tmp_path / "run").outcome.nearest
+    assert Page(html).data["table"]["rows"] == np.hstack([nearest.X, nearest.F]).tolist()
+    assert "Nearest solutions" in html
+    explorer = Explorer(tmp_path / "run")
+    _, (first, _) = explorer.evaluate(explorer.X[explorer.default])
+    assert first.margin == pytest.approx(-1.0 - explorer.X[explorer.default, 0])
