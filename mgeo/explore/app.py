@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Sequence
+from time import perf_counter
 from typing import Any
 
 import plotly.graph_objects as go
@@ -16,6 +17,7 @@ from mgeo.explore.explorer import Explorer, numbers_of
 from mgeo.plugins.shown import cells
 
 MOST_ROWS = 200  # of the table
+MOST_SECONDS = 0.2  # of an evaluation at each move of a slider; slower ones wait for its release
 
 
 def explore_app(explorer: Explorer) -> Dash:
@@ -86,6 +88,9 @@ def _add_front(app: Dash, explorer: Explorer) -> None:
 
 def _add_design(app: Dash, explorer: Explorer) -> None:
     variables = {"variable": ALL}
+    start = perf_counter()
+    explorer.evaluate(explorer.X[explorer.default])
+    is_fast = perf_counter() - start < MOST_SECONDS
 
     @app.callback(
         Output(variables, "value"),
@@ -101,7 +106,7 @@ def _add_design(app: Dash, explorer: Explorer) -> None:
         Output("numbers", "children"),
         Output("constraints", "children"),
         Output("changed", "data"),
-        Input(variables, "drag_value"),
+        Input(variables, "drag_value" if is_fast else "value"),
         State("selected", "value"),
         prevent_initial_call=True,
     )

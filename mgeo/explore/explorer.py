@@ -164,9 +164,11 @@ class Explorer:
         return view_of(self.problem, np.asarray(x, dtype=float)[None])
 
     def _numbers(self, view: View) -> pd.DataFrame:
-        told = ask(view, View.glance).select_dtypes("number")
-        own = pd.DataFrame(view.F, columns=list(self.objectives), index=told.index)
-        return own.join(told.drop(columns=list(self.objectives), errors="ignore"))
+        table, own = ask(view, View.glance).select_dtypes("number"), list(self.objectives)
+        if not set(own) <= set(table.columns):
+            F = pd.DataFrame(view.F, columns=own, index=table.index)
+            table = F.join(table.drop(columns=own, errors="ignore"))
+        return table[[*own, *table.columns.drop(own)]]
 
 
 def numbers_of(table: pd.DataFrame, position: int) -> dict[str, float]:
