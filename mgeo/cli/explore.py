@@ -1,4 +1,4 @@
-"""``mgeo explore``: a run as a page on this machine, until Ctrl-C."""
+"""``mgeo explore``: a run in the browser, until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def explore(
         Path | None,
         typer.Option(
             metavar="DIR|FILE.json",
-            help="Where the page may write solutions: into a folder, or only this file "
-            "[default: DIR].",
+            help="Folder in which the page saves solutions, or the file that it proposes "
+            "[default: DIR/plan.json].",
         ),
     ] = None,
     port: Annotated[
-        int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1; 0 for any that is free.")
+        int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1; 0 for any free port.")
     ] = 0,
     browser: Annotated[
         bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
@@ -41,17 +41,16 @@ def explore(
     quiet: options.Quiet = False,
     debug: options.Debug = False,
 ) -> None:
-    """Explore a run on a page: filter, choose and change solutions, and save them.
+    """Explore a run in the browser: filter, select and change solutions, and save them.
 
-    Changed variables are evaluated while a slider moves. The page is served to this machine alone,
-    under an address that nobody can guess, until Ctrl-C.
+    A changed design is evaluated while its slider moves. Only this machine can open the page, at
+    the address that is printed, until Ctrl-C. It needs Dash (pip install 'mgeo[explore]').
     """
-    from mgeo.explore.explorer import Explorer
-    from mgeo.explore.server import ExplorerServer
-
     output = Output(quiet, json)
-    with bad_input():
-        server = ExplorerServer(Explorer(folder, save=save, problem=problem), port)
+    with bad_input((ImportError, ValueError, TypeError, OSError)):
+        from mgeo.explore.server import ExplorerServer
+
+        server = ExplorerServer(folder, save=save, problem=problem, port=port)
     with server:
         output.print(server.url, "open on this machine only; Ctrl-C ends it")
         output.result({"url": server.url, "folder": str(folder), "save": str(save or folder)})

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import bad_input
 from mgeo.cli.output import Output
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
 
 FIGURES_FOLDER = "figures"
 COMPARISON_FILE = "comparison.html"
@@ -70,165 +73,108 @@ def report(
 ) -> None:
     """Write one HTML file about a run, to be attached to a review.
 
-    It shows what was run, the front and the plan of each of its points, and opens without a
-    network. Printed, it is a document for a review of one solution. Pictures are of the front, the
+    The page shows what was run, the front and each of its solutions, and opens without a network.
+    Printed, it is a document for the review of one solution. Pictures show the front, the
     hypervolume, and the knee and the best solutions; they need kaleido (pip install 'mgeo[png]')
-    and Chrome or Chromium. A study has its report already: of it only figures are written, and
-    without an option their names are told.
+    and Chrome or Chromium. A study has its report already: only its figures are written, and
+    without an option their names are listed.
     """
-    from mgeo.store.run_folder import STUDY_FILE
+    from mgeo.report.static import StaticExportError, drawn
+    from mgeo.store.atomic import write_file, write_files
+    from mgeo.store.run_folder import REPORT_FILE, STUDY_FILE
 
     output = Output(quiet, json)
     formats = [kind for kind, wanted in (("png", png), ("pdf", pdf or paper)) if wanted]
     if figure and not formats:
         formats = ["png"]
-    only, named = figure or (), problem or []
-    with bad_input():
-        if len(sources) > 2:
-            raise ValueError(f"{len(sources)} runs: expected one, or two to be compared")
-        if len(sources) == 2 and (formats or solution is not None):
-            raise ValueError("of two runs there is a page only: expected no other options")
-        is_study = (sources[0] / STUDY_FILE).is_file() and len(sources) == 1
-        if is_study and (out is not None or solution is not None):
-            raise ValueError("of a study there are figures only: expected no --out, --solution")
-        if len(sources) == 1 and not is_study and len(named) > 1:
-            raise ValueError(f"--problem is given {len(named)} times: a run has one")
-    if len(sources) == 2:
-        _write_comparison(sources[0], sources[1], out, output, named)
-    elif is_study:
-        _write_study_figures(sources[0], formats, output, only, paper, named)
-    else:
-        _write_report(sources[0], out, formats, output, only, paper, solution, *named)
-
-
-def _write_report(
-    folder: Path,
-    out: Path | None,
-    formats: Sequence[str],
-    output: Output,
-    only: Sequence[str],
-    paper: bool,
-    solution: int | None,
-    problem: str | None = None,
-) -> None:
-    """Write the report of a run folder, into it unless `out` is given, and pictures beside it.
-
-    Nothing is written before all of it is made; of pictures `only` some no report is.
-    """
-    from mgeo.report.build import report_html
-    from mgeo.report.static import StaticExportError, static_figures
-    from mgeo.store.atomic import write_file
-    from mgeo.store.run_folder import REPORT_FILE
-
-    path = out or folder / REPORT_FILE
-    figures = path.parent / FIGURES_FOLDER
+    only, named = figure or [], problem or []
+    is_study = len(sources) == 1 and (sources[0] / STUDY_FILE).is_file()
     with bad_input((ValueError, TypeError, OSError, StaticExportError)):
-        if folder.is_file():
-            raise ValueError(
-                f"{folder} is a file: expected the folder of a run, or two solutions' files to be "
-                "set side by side"
-            )
+        _check_options(sources, is_study, formats, out, solution, named)
+        path = out or (Path(COMPARISON_FILE) if len(sources) == 2 else sources[0] / REPORT_FILE)
         _check_page(path, out)
-        if formats:
-            _check_figures(figures)
-        html = b"" if only else report_html(folder, solution, problem=problem).encode()
-        pictures = {}
-        if formats:
-            pictures = static_figures(folder, formats, only=only, paper=paper, problem=problem)
-        _write(figures, pictures)
-        if html:
-            write_file(path, html)
-    if html:
-        output.print(f"written: {path} ({_size(html)})")
+        page = b"" if only or is_study else _page(sources, solution, named)
+        wanted = is_study or formats
+        figures = _figures(sources[0], is_study, only, paper, named) if wanted else {}
+        pictures = drawn(figures, formats)
+        folder = path.parent / FIGURES_FOLDER
+        if pictures:
+            folder.mkdir(exist_ok=True)
+            write_files(folder, pictures)
+        if page:
+            write_file(path, page)
+    if page:
+        output.print(f"written: {path} ({_size(page)})")
     if pictures:
-        output.print(f"written: {figures} ({len(pictures)} files)")
-    written = [str(figures / name) for name in pictures]
+        output.print(f"written: {folder} ({len(pictures)} files)")
+    elif is_study:
+        output.print(f"report: {path}", f"figures, for --figure: {', '.join(figures)}")
+    paths = list(map(str, sources))
     output.result(
         {
-            "folder": str(folder),
-            "file": str(path) if html else None,
-            "bytes": len(html),
-            "figures": written,
+            **({"compared": paths} if len(paths) == 2 else {"folder": paths[0]}),
+            "file": str(path) if page or is_study else None,
+            "bytes": len(page),
+            "figures": [str(folder / name) for name in pictures],
         }
     )
 
 
-def _write_comparison(
-    one: Path, other: Path, out: Path | None, output: Output, named: Sequence[str]
-) -> None:
-    """Write two runs, or solutions' files, side by side, to `out` or into this folder."""
-    from mgeo.report.compare import compare_html
-    from mgeo.store.atomic import write_file
-
-    path = out or Path(COMPARISON_FILE)
-    with bad_input():
-        _check_page(path, out)
-        html = compare_html(one, other, named=named).encode()
-        write_file(path, html)
-    output.print(f"written: {path} ({_size(html)})")
-    output.result({"compared": [str(one), str(other)], "file": str(path), "bytes": len(html)})
-
-
-def _write_study_figures(
-    folder: Path,
+def _check_options(
+    sources: Sequence[Path],
+    is_study: bool,
     formats: Sequence[str],
-    output: Output,
-    only: Sequence[str],
-    paper: bool,
+    out: Path | None,
+    solution: int | None,
     named: Sequence[str],
 ) -> None:
-    """Write figures of a study's folder as pictures into it, or, without formats, tell their names.
-
-    It has a report already.
-    """
-    from mgeo.report.static import StaticExportError, drawn, shaped
-    from mgeo.store.atomic import check_writable
-    from mgeo.store.run_folder import REPORT_FILE
-    from mgeo.studies.report import study_figures
-    from mgeo.studies.stored import read_comparisons
-
-    figures = folder / FIGURES_FOLDER
-    with bad_input((ValueError, TypeError, OSError, StaticExportError)):
-        found = read_comparisons(folder, named=named)
-        chosen = study_figures(found, only)
-        check_writable(folder)
-        _check_figures(figures)
-        pictures = drawn(shaped(chosen, paper), formats) if formats else {}
-        _write(figures, pictures)
-    report = folder / REPORT_FILE
-    if pictures:
-        output.print(f"written: {figures} ({len(pictures)} files)")
-    else:
-        output.print(f"report: {report}", f"figures, for --figure: {', '.join(chosen)}")
-    written = [str(figures / name) for name in pictures]
-    output.result({"folder": str(folder), "file": str(report), "bytes": 0, "figures": written})
+    """Refuse options that do not fit what is reported."""
+    if len(sources) > 2:
+        raise ValueError(f"{len(sources)} runs: expected one, or two to be compared")
+    if len(sources) == 2 and (formats or solution is not None):
+        raise ValueError("two runs are compared on a page without pictures: expected no options")
+    if is_study and (out is not None or solution is not None):
+        raise ValueError("a study has its report already: expected no --out and no --solution")
+    if len(sources) == 1 and sources[0].is_file():
+        raise ValueError(f"{sources[0]} is a file: expected the folder of a run, or two solutions")
+    if len(sources) == 1 and not is_study and len(named) > 1:
+        raise ValueError(f"--problem is given {len(named)} times: a run has one")
 
 
 def _check_page(path: Path, out: Path | None) -> None:
-    """Refuse where no page could be written; an existing report is replaced, but nothing else."""
+    """Refuse a page that cannot be written, before any work."""
     from mgeo.store.atomic import check_writable
 
     if path.suffix != ".html":
         raise ValueError(f"--out {path}: expected a name that ends in .html")
     if out and not out.parent.is_dir():
         raise FileNotFoundError(f"--out {out}: there is no folder {out.parent}")
-    if path.parent.is_dir():
-        check_writable(path.parent)
     if path.is_dir():
         raise IsADirectoryError(f"{path} is a folder: expected a file, or none yet")
+    if path.parent.is_dir():
+        check_writable(path.parent)
 
 
-def _check_figures(folder: Path) -> None:
-    if folder.exists() and not folder.is_dir():
-        raise FileExistsError(f"{folder} is a file: expected a folder to write figures into")
+def _page(sources: Sequence[Path], solution: int | None, named: Sequence[str]) -> bytes:
+    from mgeo.report.build import report_html
+    from mgeo.report.compare import compare_html
+
+    if len(sources) == 2:
+        return compare_html(*sources, named=named).encode()
+    return report_html(sources[0], solution, problem=next(iter(named), None)).encode()
 
 
-def _write(folder: Path, pictures: Mapping[str, bytes]) -> None:
-    from mgeo.store.atomic import write_files
+def _figures(
+    folder: Path, is_study: bool, only: Sequence[str], paper: bool, named: Sequence[str]
+) -> Mapping[str, go.Figure]:
+    """Return the figures of a run or a study, shaped to be looked at alone."""
+    from mgeo.report.static import run_figures, shaped
+    from mgeo.studies.report import study_figures
+    from mgeo.studies.stored import read_comparisons
 
-    if pictures:
-        folder.mkdir(exist_ok=True)
-        write_files(folder, pictures)
+    if is_study:
+        return shaped(study_figures(read_comparisons(folder, named=named), only), paper)
+    return shaped(run_figures(folder, only, problem=next(iter(named), None)), paper)
 
 
 def _size(content: bytes) -> str:

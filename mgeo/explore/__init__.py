@@ -1,4 +1,4 @@
-"""A run as a local page on which solutions are filtered, changed and saved."""
+"""Interactive exploration of a run in the browser: filter, change and save solutions."""
 
 from mgeo.explore.explorer import Explorer
 from mgeo.explore.server import ExplorerServer

@@ -1,242 +1,176 @@
-"""What the page asks of a run: its solutions in numbers, and designs that a hand has changed."""
+"""Data of an exploration: the solutions of a run as a table, and evaluations of changed designs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from copy import copy
-from functools import lru_cache
+from functools import cached_property
 from pathlib import Path
+from threading import RLock
 
 import numpy as np
 import pandas as pd
+import plotly.graph_objects as go
+from numpy.typing import ArrayLike
 
-from mgeo._typing import FloatArray
 from mgeo.algorithms.variables import KINDS, Variables
-from mgeo.evaluation.individuals import options_of
-from mgeo.explore.saving import Saved
-from mgeo.figures.front import MOST_TEXTS, logarithmic
-from mgeo.plugins.problems import load_problem
+from mgeo.figures.front import MOST_TEXTS
+from mgeo.figures.motion import motion_of
 from mgeo.plugins.protocol import column_names
-from mgeo.plugins.shown import ask, cells
-from mgeo.plugins.view import View, is_own, view_of
-from mgeo.report.build import read_subject
-from mgeo.report.solutions import Json, cell, figure_json, planned_rows, plans_json
-from mgeo.runs.answer import Margin, default_solution, limits
-from mgeo.store.solution_file import solution_document
-
-_RECENT = 32  # designs whose views are kept: figures and limits of one share its evaluation
+from mgeo.plugins.shown import Review, ask
+from mgeo.plugins.view import View, view_of
+from mgeo.report.shown_run import read_shown_run
+from mgeo.report.solutions import planned_rows
+from mgeo.runs.answer import Margin, limits
+from mgeo.store.atomic import to_json, write_file
+from mgeo.store.reading import read_json
+from mgeo.store.solution_file import is_solution, solution_document
 
 
 class Explorer:
-    """A run folder as the page of `mgeo explore` asks it: JSON values in and out.
+    """Solutions of a run folder, and evaluations of designs that differ from them.
 
-    Not for several threads at once: the problem may be none for them.
+    Methods may be called from several threads. They evaluate one after the other, because a
+    problem need not be thread-safe.
 
     Parameters
     ----------
     folder : path
-        That `mgeo solve` wrote.
+        Run folder, as `mgeo solve` writes it.
     save : path, optional
-        A folder to write solutions into, or the ``.json`` file of the only one; default: `folder`.
+        Folder into which `save` writes, or the ``.json`` file whose name is proposed. Default: the
+        run folder.
     problem : str, optional
-        The run's, if that is ``module:Class``: a file alone has no module imported.
+        Problem of the run if that is a ``module:Class``, which is never imported because a file
+        names it.
+
+    Attributes
+    ----------
+    title : str
+        Problem, algorithm and seed.
+    variables : Variables
+        Kinds, bounds and options of the design variables.
+    names : tuple of str
+        Names of the design variables, with units.
+    objectives : tuple of str
+        Names of the objectives, with units.
+    rows : array of int, shape (n,)
+        Numbers of the solutions on the front. Of a large front at most 2,000 are shown.
+    X : array, shape (n, n_var)
+        Designs of these solutions.
+    default : int
+        Position in `rows` of the solution that is shown first: the knee.
+    folder, file_name : Path, str
+        Folder into which `save` writes, and the file name that is proposed.
 
     Raises
     ------
     FileNotFoundError
-        If the folder holds no run, or there is no folder to save into.
+        If the folder holds no run, or the folder of `save` does not exist.
     ValueError, TypeError
-        If a file is damaged, the problem refuses its options, or the run found no solution.
+        If a file of the run is damaged, the problem refuses its options, or the run found no
+        solution.
 
     Examples
     --------
     >>> from mgeo.explore import Explorer
     >>> explorer = Explorer("runs/first")  # doctest: +SKIP
-    >>> explorer.glance(explorer.view.X[0])["numbers"]  # doctest: +SKIP
-    [1032.0, 0.00123]
+    >>> numbers, margins = explorer.evaluate(explorer.X[0])  # doctest: +SKIP
     """
 
     def __init__(
         self, folder: Path | str, *, save: Path | str | None = None, problem: str | None = None
     ) -> None:
-        folder, self._named = Path(folder), [problem] if problem else []
-        self.run, self.problem, chosen, self.title = read_subject(folder, self._named)
-        outcome = self.run.outcome
-        if not len(outcome.X):
+        folder = Path(folder)
+        shown = read_shown_run(folder, [problem] if problem else [])
+        if shown.default is None:
             raise ValueError(f"{folder} holds no solution: expected a run that found one")
-        rows = planned_rows(chosen, len(outcome.X), MOST_TEXTS)
-        self.numbers: list[int] = rows.tolist()
-        self.view = view_of(self.problem, outcome.X, outcome.F).take(rows)
-        self._labels = {solution.row: solution.label for solution in chosen}
-        self._first = 0 if outcome.nearest else default_solution(self.problem, outcome.F).row
-        self._place = {x.tobytes(): place for place, x in enumerate(self.view.X)}
-        self._view = lru_cache(_RECENT)(self._made)
-        self._told: list[str] | None = None
-        self.saved = Saved(folder, None if save is None else Path(save))
+        self.title, self.problem = shown.title, shown.problem
+        self._problem_name = shown.run.configuration.problem
+        self._lock = RLock()
+        self.rows = planned_rows(shown.representatives, len(shown.view.X), MOST_TEXTS)
+        self._view = shown.view.take(self.rows)
+        self.X = self._view.X
+        self.variables = Variables.of(self.problem, KINDS)
+        self.names, self.objectives = column_names(self.problem)
+        self.default = int(np.searchsorted(self.rows, shown.default.row))
+        place = folder if save is None else Path(save)
+        self.folder, self.file_name = place, "plan.json"
+        if place.suffix == ".json":
+            self.folder, self.file_name = place.parent, place.name
+        if not self.folder.is_dir():
+            raise FileNotFoundError(f"--save {place}: the folder {self.folder} does not exist")
 
-    def another(self) -> Explorer:
-        """One of the same run, as it was read, for another thread: its problem is its own."""
-        found, configuration = copy(self), self.run.configuration
-        found.problem = load_problem(
-            configuration.problem, configuration.options, named=self._named
-        )
-        outcome = self.run.outcome
-        found.view = view_of(found.problem, outcome.X, outcome.F).take(self.numbers)
-        found._view = lru_cache(_RECENT)(found._made)
-        return found
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """Objectives, then the other numbers of the view's ``glance``, one row per solution."""
+        with self._lock:
+            return self._numbers(self._view).set_axis(pd.Index(self.rows, name="solution"))
 
-    def front(self) -> Json:
-        """Numbers of all solutions, and what the page must know of the problem."""
-        _, objectives = column_names(self.problem)
-        table = self._numbers(self.view)
-        kinds = ["objective"] * len(objectives) + ["told"] * (table.shape[1] - len(objectives))
-        columns = [*objectives, *(self._told or ())]
-        return {
-            "title": self.title,
-            "columns": [
-                {"name": name, "kind": kind, "log": logarithmic(values[np.isfinite(values)])}
-                for name, kind, values in zip(columns, kinds, table.T, strict=True)
-            ],
-            "rows": _finite(table),
-            "designs": self.view.X.tolist(),
-            "numbers": self.numbers,
-            "labels": {str(row): label for row, label in self._labels.items()},
-            "first": self._first,
-            "variables": list(self._variables()),
-            "nearest": len(self.run.outcome.nearest) > 0,
-            "save": self.saved.proposal,
-        }
+    def evaluate(self, x: ArrayLike) -> tuple[dict[str, float], list[Margin]]:
+        """Return the numbers of a design by the columns of `table`, and its constraint margins.
 
-    def limits(self, places: Sequence[int]) -> Json:
-        """Limits of solutions by their places in the table of `front`."""
-        if any(not 0 <= place < len(self.view.X) for place in places):
-            raise ValueError(f"rows = {list(places)!r:.80}: expected 0 to {len(self.view.X) - 1}")
-        return [list(map(_limit, each)) for each in limits(self.view.take(places))]
+        Parameters
+        ----------
+        x : array_like, shape (n_var,)
+        """
+        with self._lock:
+            view = self._view_of(x)
+            (margins,) = limits(view)
+            return numbers_of(self._numbers(view), 0), margins
 
-    def glance(self, x: FloatArray) -> Json:
-        """Of a design, shape (n_var,), what is known at once: numbers as in `front`, limits."""
-        view = self._of(x)
-        (known,) = limits(view)
-        return {"numbers": _finite(self._numbers(view))[0], "limits": list(map(_limit, known))}
+    def figures(self, x: ArrayLike) -> dict[str, go.Figure]:
+        """Return the figures of one design by name, without those that move."""
+        with self._lock:
+            (found,) = ask(self._view_of(x), View.solution_figures)
+        return {name: figure for name, figure in found.items() if motion_of(figure) is None}
 
-    def figures(self, x: FloatArray) -> Json:
-        """Of a design its own figures, by name."""
-        found = plans_json(self._of(x), np.zeros(1, dtype=np.int64))
-        return {"figures": found["common"]}  # of one nothing differs
+    def review(self, x: ArrayLike) -> Review:
+        """Return the review of one design, such as its error budget. May take seconds."""
+        with self._lock:
+            return ask(self._view_of(x), View.review)
 
-    def answer(self, x: FloatArray) -> Json:
-        """What a design is worth in one line, and all that is told of it; may take seconds."""
-        view = self._of(x)
-        table = ask(view, View.describe)
-        (line,) = ask(view, View.answers)
-        told = [[str(name), cell(value)] for name, value in table.iloc[0].items()]
-        return {"answer": line, "described": told}
+    def save(self, x: ArrayLike, name: str, *, replace: bool = False) -> Path:
+        """Write a design as a JSON file that the problem's tools read, and return the path.
 
-    def review(self, x: FloatArray) -> Json:
-        """Sections of a design's review, such as its error budget; may take seconds."""
-        found = ask(self._of(x), View.review)
-        return {
-            "sections": [
-                {
-                    "title": section.title,
-                    "lines": list(section.lines),
-                    "table": None if section.table is None else cells(section.table),
-                    "note": section.note,
-                }
-                for section in found.sections
-            ]
-        }
-
-    def pictures(self) -> Json:
-        """Figures of all solutions, as the problem draws them; may take seconds."""
-        found = ask(self.view, View.figures)
-        return {str(name): figure_json(figure, lists=True) for name, figure in found.items()}
-
-    def save(self, x: FloatArray, name: str, *, overwrite: bool) -> Json:
-        """Write a design's file; see `mgeo.explore.saving`."""
-        document = solution_document(self.problem, self.run.configuration.problem, x)
-        path = self.saved.write(name, document, overwrite=overwrite)
-        return {"file": str(path)}
-
-    def design(self, given: Sequence[float]) -> FloatArray:
-        """Numbers as a design, shape (n_var,).
+        Parameters
+        ----------
+        x : array_like, shape (n_var,)
+        name : str
+            File name in `folder`, ending in ``.json``.
+        replace : bool
+            Whether an existing file of a solution is replaced.
 
         Raises
         ------
         ValueError
-            Naming what is none, and what was expected.
+            If the name is no plain ``.json`` file name, or an existing file is no solution.
+        FileExistsError
+            If the file exists and is not to be replaced.
+        OSError
+            If the file cannot be written.
         """
-        known = list(self._variables())
-        if len(given) != len(known):
-            raise ValueError(f"design of {len(given)} numbers: expected {len(known)}")
-        for j, (value, variable) in enumerate(zip(given, known, strict=True)):
-            low, high = variable["low"], variable["high"]
-            if low is not None and not low <= value <= high:
-                raise ValueError(
-                    f"design[{j}] = {value:.6g}: expected {low:.6g} to {high:.6g} for "
-                    f"{variable['name']}"
-                )
-            if variable["kind"] != "real" and value != round(value):
-                raise ValueError(
-                    f"design[{j}] = {value:.6g}: expected a whole number for {variable['name']}"
-                )
-        return np.array(given, dtype=float)
+        path = self.folder / name
+        if path.name != name or path.suffix != ".json":
+            raise ValueError(f"file name {name!r:.80}: expected a name ending in .json")
+        if path.exists() and not is_solution(read_json(path)):
+            raise ValueError(f"{path} exists and is no solution: choose another name")
+        if path.exists() and not replace:
+            raise FileExistsError(f"{path} exists: choose another name, or allow to replace it")
+        with self._lock:
+            document = solution_document(self.problem, self._problem_name, np.asarray(x, float))
+        write_file(path, to_json(document))
+        return path
 
-    def _variables(self) -> Iterator[Mapping[str, Json]]:
-        names, _ = column_names(self.problem)
-        options = options_of(self.problem)
-        try:
-            known = Variables.of(self.problem, KINDS)
-        except ValueError:  # without bounds there is nothing to slide along
-            for name in names:
-                yield {"name": name, "kind": "real", "low": None, "high": None, "options": None}
-            return
-        for name, kind, low, high in zip(
-            names, known.kinds, known.xl.tolist(), known.xu.tolist(), strict=True
-        ):
-            words = [str(option) for option in options[name]] if kind == "choice" else None
-            yield {"name": name, "kind": kind, "low": low, "high": high, "options": words}
+    def _view_of(self, x: ArrayLike) -> View:
+        return view_of(self.problem, np.asarray(x, dtype=float)[None])
 
-    def _of(self, x: FloatArray) -> View:
-        return self._view(x.tobytes())
-
-    def _made(self, key: bytes) -> View:
-        place = self._place.get(key)
-        if place is not None:
-            return self.view.take([place])
-        return view_of(self.problem, [np.frombuffer(key)])
-
-    def _numbers(self, view: View) -> FloatArray:
-        """Objectives, then what else is told in numbers at a glance, shape (n, k)."""
-        _, objectives = column_names(self.problem)
-        table = ask(view, View.glance) if is_own(view, View.glance) else ask(view, View.describe)
-        if self._told is None:  # of the whole front, first
-            own = table if is_own(view, View.describe) else table.iloc[:, :0]
-            self._told = [
-                str(name)
-                for name in own.columns
-                if name not in objectives
-                and pd.api.types.is_numeric_dtype(own[name])
-                and not pd.api.types.is_bool_dtype(own[name])
-            ]
-        evaluated = "F" in view.__dict__ or not set(objectives) <= set(table.columns)
-        F = view.F if evaluated else table[list(objectives)].to_numpy(float)
-        return np.hstack([F, table[self._told].to_numpy(float).reshape(len(F), -1)])
+    def _numbers(self, view: View) -> pd.DataFrame:
+        table, own = ask(view, View.glance).select_dtypes("number"), list(self.objectives)
+        if not set(own) <= set(table.columns):
+            F = pd.DataFrame(view.F, columns=own, index=table.index)
+            table = F.join(table.drop(columns=own, errors="ignore"))
+        return table[[*own, *table.columns.drop(own)]]
 
 
-def _limit(margin: Margin) -> Json:
-    value = margin.margin if margin.value is None else margin.value
-    bound, limit = (margin.bound, margin.limit) if margin.value is not None else ("at least", 0.0)
-    return {
-        "name": margin.name if margin.value is not None else f"margin of {margin.name}",
-        "unit": margin.unit,
-        "value": value if np.isfinite(value) else None,
-        "bound": bound,
-        "limit": limit,
-        "kept": bool(margin.kept),
-        "text": str(margin).removeprefix(f"{margin.name}: "),
-    }
-
-
-def _finite(table: FloatArray) -> list[list[float | None]]:
-    return [[v if np.isfinite(v) else None for v in row] for row in table.tolist()]
+def numbers_of(table: pd.DataFrame, position: int) -> dict[str, float]:
+    """Return a row of a table of numbers by column."""
+    return {str(name): float(value) for name, value in table.iloc[position].items()}

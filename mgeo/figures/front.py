@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from numbers import Real
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -58,12 +58,10 @@ def front_figure(
         raise ValueError(
             f"{len(objectives)} objectives: expected at most {MOST_OBJECTIVES} to draw the front"
         )
-    points = {
-        "mode": "markers",
-        "customdata": np.arange(len(F)),
-        "hovertext": hover_texts(X, F, variables, objectives, described),
-        "hoverinfo": "text",
-    }
+    points: dict[str, Any] = {"mode": "markers", "customdata": np.arange(len(F))}
+    if len(F) <= MOST_TEXTS:
+        texts = hover_texts(X, F, variables, objectives, described)
+        points |= {"hovertext": texts, "hoverinfo": "text"}
     space = len(objectives) == 3
     axes = [axis(name, f, in_space=space) for name, f in zip(objectives, F.T, strict=True)]
     figure = go.Figure()

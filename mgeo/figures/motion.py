@@ -25,69 +25,55 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from plotly.basedatatypes import BaseFigure
+import plotly.graph_objects as go
 
 _TYPES = ("scatter3d", "mesh3d")
 _TURN = "times that ascend from 0 and x, y, z of one number less, all finite"
 
 
-def motion_of(figure: BaseFigure | Mapping[str, Any]) -> Any:
-    """What makes the figure, or plotly's tree of one, move; None if it is still."""
-    if isinstance(figure, BaseFigure):
-        meta = figure.layout.meta
-    else:
-        meta = figure.get("layout", {}).get("meta")
+def motion_of(figure: go.Figure) -> Any:
+    """Return the motion of a figure, or None if it is still."""
+    meta = figure.layout.meta
     return meta.get("motion") if isinstance(meta, Mapping) else None
 
 
-def check_motion(figure: BaseFigure | Mapping[str, Any]) -> None:
-    """Refuse a motion of another form than above; a figure without one is still.
-
-    A figure may be plotly's tree of one.
+def check_motion(figure: go.Figure) -> None:
+    """Check that the motion of a figure, if it has one, has the form described above.
 
     Raises
     ------
     ValueError
-        Naming the part that is not as it should be.
+        If a part of the motion has another form.
     """
-    motion = motion_of(figure)
-    turns: Mapping[str, Any] = {}
+    motion, turns = motion_of(figure), {}
     if motion is not None:
         _require(isinstance(motion, Mapping), "motion", "a dict", motion)
-        _require(_time(motion.get("end")), "motion: end", "a time in seconds", motion.get("end"))
-        turns = motion.get("turns")
+        end, turns = motion.get("end"), motion.get("turns")
+        _require(_is_time(end), "motion: end", "a time in seconds", end)
         _require(isinstance(turns, Mapping), "motion: turns", "a dict", turns)
         for name, turn in turns.items():
             _require(_is_turn(turn), f"motion: turns[{name!r}]", _TURN, turn)
         for phase in motion.get("phases", ()):
             _require(_is_phase(phase), "motion: phases", "dicts of name, from and to", phase)
-    for kind, meta in _traces(figure):
-        own = meta if isinstance(meta, Mapping) else {}
-        if "turn" in own:
-            _require(own["turn"] in turns, "turn of a trace", f"one of {list(turns)}", own["turn"])
-            _require(kind in _TYPES, "turning trace", " or ".join(_TYPES), kind)
+    for trace in figure.data:
+        if isinstance(trace.meta, Mapping) and "turn" in trace.meta:
+            name = trace.meta["turn"]
+            _require(name in turns, "turn of a trace", f"one of {list(turns)}", name)
+            _require(trace.type in _TYPES, "turning trace", " or ".join(_TYPES), trace.type)
 
 
-def _traces(figure: BaseFigure | Mapping[str, Any]) -> list[tuple[str, Any]]:
-    """Type and meta of each."""
-    if isinstance(figure, BaseFigure):
-        return [(trace.type, trace.meta) for trace in figure.data]
-    return [(trace.get("type", "scatter"), trace.get("meta")) for trace in figure.get("data", ())]
-
-
-def _require(kept: bool, name: str, expected: str, found: Any) -> None:
-    if not kept:
+def _require(condition: bool, name: str, expected: str, found: Any) -> None:
+    if not condition:
         raise ValueError(f"{name} = {found!r}: expected {expected}")
 
 
-def _time(value: Any) -> bool:
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    return number and math.isfinite(value) and value >= 0.0
+def _is_time(value: Any) -> bool:
+    return isinstance(value, int | float) and math.isfinite(value) and value >= 0.0
 
 
 def _is_phase(phase: Any) -> bool:
     named = isinstance(phase, Mapping) and isinstance(phase.get("name"), str)
-    return named and _time(phase.get("from")) and _time(phase.get("to"))
+    return named and _is_time(phase.get("from")) and _is_time(phase.get("to"))
 
 
 def _is_turn(turn: Any) -> bool:
@@ -97,4 +83,4 @@ def _is_turn(turn: Any) -> bool:
         return False
     ascend = times.ndim == 1 and times.size > 1 and times[0] == 0.0 and (np.diff(times) > 0.0).all()
     matches = all(part.shape == (times.size - 1,) for part in vector)
-    return bool(ascend and matches and np.isfinite([times[:-1], *vector, times[1:]]).all())
+    return bool(ascend and matches and np.isfinite([times[1:], *vector]).all())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from html import escape
 from typing import Any
 
@@ -36,11 +35,9 @@ _CLOSE = 5.0
 WIDTH, HEIGHT = 333, 240
 _ON_SCREEN = 560  # px, the usual height: what is higher has more rows
 _NARROW = 0.5  # share of the width of an axis on which few labels find room
-_LETTER, _ENTRY, _LINE = 5.2, 45, 17  # px of a legend: a letter, what is beside them, a row
 #: 8 points.
 _FONT = {"family": "Times New Roman, Nimbus Roman, Liberation Serif, serif", "size": 10.7}
 _SMALLER = 0.6  # markers and lines, of what they are on a screen
-_MAP = {"l": 8, "r": 8, "b": 8}  # margins where no axis is drawn
 
 
 def literal(text: object, *, in_space: bool = False) -> str:
@@ -98,43 +95,39 @@ def for_paper(figure: go.Figure) -> go.Figure:
     Colors and shapes stay; they can be distinguished in gray by shape and dash.
     """
     still = go.Figure(figure)
-    layout = still.layout.to_plotly_json()
-    above = layout.get("xaxis2", {}).get("side") == "top"
-    margin = {"l": 52, "r": 8, "t": 44 if above else 22, "b": 38, "pad": 0}
-    bare = layout.get("xaxis", {}).get("visible") is False
-    below = [each.yshift for each in still.layout.annotations if each.yshift]
-    if min(below, default=0.0) < 0.0:  # a title of several axes
-        margin["b"] += 14
-    if above:  # the legend stands inside, where the text along a line would; the axis says the same
+    above = still.layout.to_plotly_json().get("xaxis2", {}).get("side") == "top"
+    if above:  # the legend is inside the plot, where a text along a line would be
         still.layout.annotations = [each for each in still.layout.annotations if not each.textangle]
+    shared_title = any((each.yshift or 0.0) < 0.0 for each in still.layout.annotations)
     named = [each for each in still.data if each.showlegend is not False and _drawn(each)]
-    legend = still.layout.showlegend is not False and len(named) > 1
-    rows = _legend_rows([each.name or "" for each in named]) if legend and not above else 1
-    higher = max(1.0, (still.layout.height or _ON_SCREEN) / _ON_SCREEN)
+    height = HEIGHT * max(1.0, (still.layout.height or _ON_SCREEN) / _ON_SCREEN)
     still.update_layout(
         title=None,
         template="plotly_white",
         width=WIDTH,
-        height=round(HEIGHT * higher) + _LINE * (rows - 1),
-        margin=margin | _MAP if bare else margin,
+        height=round(height),
+        margin={"l": 8, "r": 8, "t": 8, "b": 22 if shared_title else 8, "pad": 0},
         font={**_FONT, "color": "black"},
-    )
-    still.update_layout(
-        showlegend=legend,
+        showlegend=still.layout.showlegend is not False and len(named) > 1,
         legend={
             "font": _FONT,
             "title": {"text": ""},
             "orientation": "h",
             "x": 1.0,
             "xanchor": "right",
-            "y": 1.0 if not above else 0.99,
+            "y": 0.99 if above else 1.0,
             "yref": "paper",
-            "yanchor": "bottom" if not above else "top",
+            "yanchor": "top" if above else "bottom",
             "bgcolor": "rgba(255,255,255,0.9)",
             "borderwidth": 0,
         },
     )
-    axes = {"tickfont": _FONT, "title": {"font": _FONT, "standoff": 4}, "ticklen": 3}
+    axes = {
+        "tickfont": _FONT,
+        "title": {"font": _FONT, "standoff": 4},
+        "ticklen": 3,
+        "automargin": True,
+    }
     still.update_xaxes(axes).update_yaxes(axes)
     still.for_each_xaxis(lambda each: each.update(nticks=4), selector=_narrow)
     still.update_annotations(font={**_FONT, "color": "black"})
@@ -150,12 +143,6 @@ def for_paper(figure: go.Figure) -> go.Figure:
 def _narrow(axis: Any) -> bool:
     low, high = axis.domain or (0.0, 1.0)
     return bool(high - low < _NARROW)
-
-
-def _legend_rows(names: list[str]) -> int:
-    """Rows of a legend whose entries are all as wide as the widest, about."""
-    widest = _ENTRY + _LETTER * max(map(len, names))
-    return math.ceil(len(names) / max(1, WIDTH // widest))
 
 
 def _drawn(trace: Any) -> bool:

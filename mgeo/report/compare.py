@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import plotly.graph_objects as go
-from pymoo.core.problem import Problem
 
 from mgeo.figures.front import axis
 from mgeo.figures.page import drawing, render
@@ -19,8 +19,7 @@ from mgeo.figures.style import COLORS, SYMBOLS, finished, literal
 from mgeo.plugins.protocol import column_names
 from mgeo.plugins.shown import Review, Section, ask, cells, kinds_of
 from mgeo.plugins.view import View, view_of
-from mgeo.report.build import read_subject
-from mgeo.runs.answer import default_solution
+from mgeo.report.shown_run import read_shown_run
 from mgeo.store.reading import read_json
 from mgeo.store.run import Run
 from mgeo.store.solution_file import solution_of
@@ -29,10 +28,9 @@ from mgeo.validation.entries import errors_of
 
 @dataclass(frozen=True)
 class Subject:
-    """One of the two: a solution, what is said of it, and the run that it is of, if any."""
+    """A solution, its review, the options of its problem, and the run that found it, if any."""
 
     name: str
-    problem: Problem
     view: View
     review: Review
     options: Mapping[str, Any]
@@ -62,9 +60,14 @@ def compare_html(one: Path | str, other: Path | str, *, named: Collection[str] =
     >>> from mgeo.report import compare_html
     >>> page = compare_html("runs/first", "runs/second")  # doctest: +SKIP
     """
-    names = distinct(Path(one), Path(other))
-    both = zip((one, other), names, strict=True)
-    subjects = [replace(read(Path(path), named), name=name) for path, name in both]
+    paths = Path(one), Path(other)
+    if paths[0].resolve() == paths[1].resolve():
+        raise ValueError(f"{one} is given twice: expected two runs or solutions")
+    names = [path.resolve().name for path in paths]
+    if names[0] == names[1]:
+        names = [str(path) for path in paths]
+    both = zip(paths, names, strict=True)
+    subjects = [replace(read(path, named), name=name) for path, name in both]
     front = fronts_figure(subjects)
     return render(
         "report/assets/compare.html",
@@ -72,23 +75,13 @@ def compare_html(one: Path | str, other: Path | str, *, named: Collection[str] =
         names=names,
         cells=cells,
         kinds_of=kinds_of,
-        glance=[["", *names], *_glance(subjects)],
-        numbers=[["", *names, "second / first"], *_numbers(subjects)],
-        options=[["option", *names], *_differences(*(subject.options for subject in subjects))],
+        glance=cells(_glance(subjects)),
+        numbers=cells(_numbers(subjects), digits=5),
+        options=cells(_differences(subjects)),
         front=None if front is None else drawing(front),
         pairs=list(zip_longest(*(subject.review.sections for subject in subjects))),
         alike=_alike,
     )
-
-
-def distinct(one: Path, other: Path) -> list[str]:
-    """Names that tell two paths apart: their ends, from the last part on in which they differ."""
-    ends = [path.resolve().parts for path in (one, other)]
-    for k in range(1, max(map(len, ends)) + 1):
-        names = [str(Path(*parts[-k:])) for parts in ends]
-        if names[0] != names[1]:
-            return names
-    return [f"{one.name}, once", f"{one.name}, again"]
 
 
 def read(path: Path, named: Collection[str] = ()) -> Subject:
@@ -100,36 +93,35 @@ def read(path: Path, named: Collection[str] = ()) -> Subject:
         See `compare_html`.
     """
     if path.is_dir():
-        run, problem, _, _ = read_subject(path, named)
-        row, label = 0, "nearest"
-        if not len(run.outcome.F):
+        shown = read_shown_run(path, named)
+        if shown.default is None:
             raise ValueError(f"{path} holds no solution: expected a run that found one")
-        if not run.outcome.nearest:
-            shown = default_solution(problem, run.outcome.F)
-            row, label = shown.row, shown.label
-        view = view_of(problem, run.outcome.X, run.outcome.F).take([row])
-        review, told = ask(view, View.review), run.configuration.options
-        name = path.resolve().name
-        return Subject(name, problem, view, review, told, run, f"{row}, {label}")
+        view = shown.view.take([shown.default.row])
+        solution = f"{shown.default.row}, {shown.default.label}"
+        review, told = ask(view, View.review), shown.run.configuration.options
+        return Subject(path.name, view, review, told, shown.run, solution)
     if not path.exists():
         raise FileNotFoundError(f"there is neither a run folder nor a file {path}")
     document = read_json(path)
     with errors_of(path):
         problem, options, x = solution_of(document, named)
         view = view_of(problem, [x])
-        return Subject(path.name, problem, view, ask(view, View.review), options)
+        return Subject(path.name, view, ask(view, View.review), options)
 
 
-def _glance(subjects: list[Subject]) -> Iterator[list[str]]:
-    yield ["what it is", *(subject.review.title for subject in subjects)]
-    yield ["answer", *(subject.review.answer for subject in subjects)]
-    if any(subject.run for subject in subjects):
-        told = [_run(subject) for subject in subjects]
-        for key in dict.fromkeys(key for each in told for key in each):
-            yield [key, *(each.get(key, "") for each in told)]
+def _glance(subjects: Sequence[Subject]) -> pd.DataFrame:
+    columns = {
+        subject.name: {
+            "what it is": subject.review.title,
+            "answer": subject.review.answer,
+            **_run_facts(subject),
+        }
+        for subject in subjects
+    }
+    return pd.DataFrame(columns).fillna("")
 
 
-def _run(subject: Subject) -> dict[str, str]:
+def _run_facts(subject: Subject) -> dict[str, str]:
     run = subject.run
     if run is None:
         return {}
@@ -145,21 +137,19 @@ def _run(subject: Subject) -> dict[str, str]:
     }
 
 
-def _numbers(subjects: list[Subject]) -> Iterator[list[str]]:
-    """Numbers that both are described by."""
-    first, second = (ask(subject.view, View.describe).iloc[0] for subject in subjects)
-    for name in first.index.intersection(second.index, sort=False):
-        a, b = first[name], second[name]
-        if all(isinstance(value, int | float) for value in (a, b)):
-            yield [str(name), f"{a:.5g}", f"{b:.5g}", f"{b / a:.3g}" if a else ""]
+def _numbers(subjects: Sequence[Subject]) -> pd.DataFrame:
+    """Return the numbers by which both solutions are described, and their ratios."""
+    described = (ask(subject.view, View.describe) for subject in subjects)
+    columns = [table.select_dtypes("number").iloc[0] for table in described]
+    table = pd.concat(columns, axis=1, join="inner", keys=[subject.name for subject in subjects])
+    return table.assign(**{"second / first": columns[1] / columns[0]})
 
 
-def _differences(one: Mapping[str, Any], other: Mapping[str, Any]) -> Iterator[list[str]]:
-    """Options by their keys with dots, where they differ."""
-    left, right = dict(_flat(one)), dict(_flat(other))
-    for key in dict.fromkeys([*left, *right]):
-        if left.get(key) != right.get(key):
-            yield [key, left.get(key, "left out"), right.get(key, "left out")]
+def _differences(subjects: Sequence[Subject]) -> pd.DataFrame:
+    """Return the options that differ, by their keys with dots."""
+    columns = {subject.name: dict(_flat(subject.options)) for subject in subjects}
+    table = pd.DataFrame(columns, dtype=object).rename_axis("option").fillna("left out")
+    return table[table.nunique(axis=1) > 1]
 
 
 def _flat(node: Any, key: str = "") -> Iterator[tuple[str, str]]:
@@ -174,17 +164,18 @@ def _flat(node: Any, key: str = "") -> Iterator[tuple[str, str]]:
 
 
 def _alike(one: Section | None, other: Section | None) -> bool:
-    """Whether sections of the two say the same."""
-    if one is None or other is None:
-        return False
-    tables = [None if each.table is None else cells(each.table) for each in (one, other)]
-    said = [(each.title, each.lines, each.note) for each in (one, other)]
-    return said[0] == said[1] and tables[0] == tables[1]
+    """Return whether two sections have the same content."""
+    return one is not None and other is not None and _content(one) == _content(other)
+
+
+def _content(section: Section) -> tuple[object, ...]:
+    table = None if section.table is None else cells(section.table)
+    return section.title, section.lines, section.note, table
 
 
 def fronts_figure(subjects: list[Subject]) -> go.Figure | None:
     """Fronts, and what is compared, of two objectives of the same names, in one picture."""
-    names = [column_names(subject.problem)[1] for subject in subjects]
+    names = [column_names(subject.view.problem)[1] for subject in subjects]
     runs = any(subject.run for subject in subjects)
     if not runs or names[0] != names[1] or len(names[0]) != 2:
         return None

@@ -1,6 +1,6 @@
-"""The solutions of a front as the report shows them: values, limits and figures of each.
+"""Data of the report's page: values, constraint margins and figures of the solutions of a front.
 
-Figures are small JSON: float32 arrays, and of many like figures only what differs.
+Figures are small JSON: float32 arrays, and the common structure of like figures only once.
 """
 
 from __future__ import annotations
@@ -8,21 +8,20 @@ from __future__ import annotations
 import json
 import math
 from base64 import b64decode, b64encode
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
-from pymoo.core.problem import Problem
 
+from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.figures.front import MOST_TEXTS
-from mgeo.figures.motion import check_motion
+from mgeo.plugins.protocol import column_names
 from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, is_own
-from mgeo.runs.answer import RepresentativeSolution, default_solution, limits
-from mgeo.store.run import Run
-from mgeo.store.run_folder import front_table
+from mgeo.report.shown_run import ShownRun
+from mgeo.runs.answer import RepresentativeSolution, limits
 
 #: Key of an object that stands for a value which differs from solution to solution.
 HOLE = "$differs"
@@ -30,67 +29,52 @@ HOLE = "$differs"
 Json = Any
 
 
-def figure_json(figure: go.Figure, *, lists: bool = False) -> dict[str, Json]:
-    """Traces and layout as JSON values; floats as float32, in the arrays that plotly.js reads.
-
-    The layout's template is left out: the page's colors take its place.
+def figure_json(figure: go.Figure | Mapping[str, Any], *, lists: bool = False) -> dict[str, Json]:
+    """Return traces and layout of a figure as JSON values, without the layout's template.
 
     Parameters
     ----------
+    figure
+        A figure, or a dict of its ``data`` and ``layout`` that is not validated.
     lists
-        Whether arrays are lists of numbers instead, for a page that looks into them.
+        Whether arrays become lists of numbers, for a page that reads them. Otherwise they become
+        encoded arrays that plotly.js decodes: floats of 4 bytes, and integers of 1, 2 or 4.
     """
-
-    def encoded(node: dict[str, Json]) -> Json:
-        if not {"bdata", "dtype"} <= node.keys():
-            return node
-        array = np.frombuffer(b64decode(node["bdata"]), node["dtype"])
-        if "shape" in node:
-            array = array.reshape([int(n) for n in node["shape"].split(",")])
-        elif array.dtype == np.float64:
-            array = array.astype("<f4")
-            node = {"dtype": "f4", "bdata": b64encode(array.tobytes()).decode()}
-        if not (lists or array.ndim > 1):
-            return node
-        return json.loads(json.dumps(array.tolist()), parse_constant=lambda name: None)
-
-    tree: dict[str, Json] = json.loads(figure.to_json(engine="json"), object_hook=encoded)
-    tree["layout"].pop("template", None)
-    return tree
+    tree = figure.to_dict() if isinstance(figure, go.Figure) else figure
+    layout = {key: value for key, value in tree["layout"].items() if key != "template"}
+    found: dict[str, Json] = _json({"data": tree["data"], "layout": layout}, lists)
+    return found
 
 
-def tree_json(node: Any) -> Json:
-    """The same of plotly's tree of a figure, its data and layout, which nobody validates first.
-
-    Raises
-    ------
-    TypeError
-        For what JSON cannot hold.
-    """
-    if isinstance(node, str | bool | int) or node is None:
-        return node
-    if isinstance(node, float | np.number):
-        value = node.item() if isinstance(node, np.number) else node
-        return value if isinstance(value, int) or math.isfinite(value) else None
+def _json(node: Any, lists: bool) -> Json:
     if isinstance(node, Mapping):
-        return {str(key): tree_json(value) for key, value in node.items()}
-    if isinstance(node, np.ndarray) and node.dtype.kind in "fiu" and node.ndim == 1 and node.size:
-        return _packed(node)
+        if {"bdata", "dtype"} <= node.keys():
+            return _json(_decoded(node), lists)
+        return {str(key): _json(value, lists) for key, value in node.items()}
     if isinstance(node, np.ndarray):
-        return tree_json(node.tolist())
+        packed = None if lists or node.ndim != 1 or not node.size else _packed(node)
+        return _json(node.tolist(), lists) if packed is None else packed
     if isinstance(node, list | tuple):
-        return [tree_json(value) for value in node]
-    raise TypeError(f"{node!r:.80} in a figure: expected what JSON can hold, or an array")
+        return [_json(value, lists) for value in node]
+    if isinstance(node, np.generic):
+        node = node.item()
+    return None if isinstance(node, float) and not math.isfinite(node) else node
+
+
+def _decoded(node: Mapping[str, Any]) -> NDArray[Any]:
+    """Return an array that plotly has encoded."""
+    array = np.frombuffer(b64decode(node["bdata"]), node["dtype"])
+    return array.reshape([int(n) for n in node["shape"].split(",")]) if "shape" in node else array
 
 
 def _packed(array: NDArray[Any]) -> Json:
-    """An array in the form that plotly.js reads: floats of 4 bytes, whole numbers as they fit."""
-    kinds = ("f4",) if array.dtype.kind == "f" else ("i1", "i2", "i4")
-    fitting = (k for k in kinds if k == "f4" or not (array != array.astype(k)).any())
-    kind = next(fitting, None)
-    if kind is None:
-        return array.tolist()
-    return {"dtype": kind, "bdata": b64encode(array.astype(f"<{kind}").tobytes()).decode()}
+    """Return an array as plotly.js decodes it, or None if no small type holds its values."""
+    kinds = {"f": ("f4",), "i": ("i1", "i2", "i4"), "u": ("i1", "i2", "i4")}
+    for kind in kinds.get(array.dtype.kind, ()):
+        small = array.astype(f"<{kind}")
+        if kind == "f4" or (small == array).all():
+            return {"dtype": kind, "bdata": b64encode(small.tobytes()).decode()}
+    return None
 
 
 def shared(trees: Sequence[Json]) -> tuple[Json, list[list[Json]]]:
@@ -142,25 +126,23 @@ def _numbers(node: list[Json]) -> bool:
 MOST_PLANS = 300
 
 
-def solutions_json(
-    view: View, run: Run, chosen: Sequence[RepresentativeSolution], title: str
-) -> Json:
-    """What the page shows of the solutions, by name; all of them have their values."""
-    outcome = run.outcome
-    rows = planned_rows(chosen, len(view.X))
+def solutions_json(shown: ShownRun) -> dict[str, Json]:
+    """Return the data of all solutions; of a large front only some have figures and limits."""
+    view = shown.view
+    rows = planned_rows(shown.representatives, len(view.X))
     planned = view.take(rows)
-    front = front_table(outcome)
-    picture = front_picture(view, title)
+    variables = Variables.of(view.problem, KINDS)
+    names, objectives = column_names(view.problem)
+    picture = front_picture(view, shown.title)
     return {
-        "table": {"columns": list(front.columns), "rows": front.to_numpy().tolist()},
-        "objectives": len(outcome.objectives),
+        "table": {"columns": [*names, *objectives], "rows": np.hstack([view.X, view.F]).tolist()},
+        "objectives": len(objectives),
         "planned": rows.tolist(),
         "answers": _by_row(_answers(planned), rows),
         "described": _described(planned, rows),
-        "bounds": _bounds(view.problem),
+        "bounds": [variables.xl.tolist(), variables.xu.tolist()],
         "limits": _limits(planned, rows),
-        "labels": {str(solution.row): solution.label for solution in chosen},
-        "first": 0 if outcome.nearest else default_solution(view.problem, outcome.F).row,
+        "labels": {str(solution.row): solution.label for solution in shown.representatives},
         "front": None if picture is None else figure_json(picture, lists=True),
         "plans": plans_json(planned, rows),
     }
@@ -181,44 +163,31 @@ def planned_rows(
 
 
 def front_picture(view: View, title: str) -> go.Figure | None:
-    """The picture of the front, whose points carry their row as ``customdata``; None if none can.
+    """Return the figure of the front, whose points have their row as ``customdata``.
 
-    It is the plugin's own where its points do so, see ``docs/plugins.md``.
+    It is the problem's own figure where that has ``customdata``, see ``docs/plugins.md``. Above
+    three objectives it may be None.
     """
-    n = len(view.X)
-    if n <= MOST_TEXTS and is_own(view, View.figures):
+    if len(view.X) <= MOST_TEXTS and is_own(view, View.figures):
         figure = ask(view, View.figures).get("front")
-        if figure is not None and _numbered(figure, n):
+        if figure and any(getattr(trace, "customdata", None) is not None for trace in figure.data):
             return figure
-    figure = view.plain_front(title)
-    if figure is not None and n > MOST_TEXTS:
-        numbered = {"customdata": np.arange(n), "hovertext": None, "hoverinfo": "all"}
-        figure.update_traces(numbered, selector={"mode": "markers"})
-    return figure
+    return view.plain_front(title)
 
 
 def plans_json(view: View, rows: NDArray[np.int64]) -> Json:
-    """Figures of single solutions: what all have in common, and each one's own values.
+    """Return figures of single solutions: their common structure, and the values of each.
 
-    `rows` are their numbers on the front.
-
-    Raises
-    ------
-    ValueError
-        If the problem's `solution_figures` returns another number of entries, or a figure moves
-        in no way that the page knows.
+    Parameters
+    ----------
+    rows
+        Numbers of the solutions on the front.
     """
-    drawn = ask(view, View.drawings) if is_own(view, View.drawings) else None
-    found: Sequence[Mapping[str, Any]] = (
-        ask(view, View.solution_figures) if drawn is None else drawn
-    )
+    found = ask(view, View.drawings)
     if not any(found):
         return {"common": {}, "values": {}}
-    for figure in (figure for figures in found for figure in figures.values()):
-        check_motion(figure)
-    as_json: Callable[[Any], Json] = figure_json if drawn is None else tree_json
     common, values = shared(
-        [{str(name): as_json(each) for name, each in figures.items()} for figures in found]
+        [{str(name): figure_json(each) for name, each in figures.items()} for figures in found]
     )
     return {"common": common, "values": _by_row(values, rows)}
 
@@ -246,13 +215,6 @@ def _limits(view: View, rows: NDArray[np.int64]) -> Json:
     return _by_row(told, rows)
 
 
-def _bounds(problem: Problem) -> Json:
-    """Lower and upper bounds, empty where the problem has none for each variable."""
-    bounds = problem.xl, problem.xu
-    known = all(isinstance(bound, np.ndarray) and bound.dtype.kind in "biuf" for bound in bounds)
-    return [bound.tolist() for bound in bounds] if known else [[], []]
-
-
 def _by_row(values: Sequence[Json], rows: NDArray[np.int64]) -> dict[str, Json]:
     return dict(zip(map(str, rows.tolist()), values, strict=True))
 
@@ -263,13 +225,3 @@ def cell(value: Any) -> Json:
         return str(value)
     number = float(value)
     return float(f"{number:.7g}") if np.isfinite(number) else str(number)
-
-
-def _numbered(figure: go.Figure, n: int) -> bool:
-    """Whether points of the figure say which row of n they are."""
-    found = [getattr(trace, "customdata", None) for trace in figure.data]
-    columns = [np.asarray(data) for data in found if data is not None and len(data)]
-    return bool(columns) and all(
-        column.ndim == 1 and column.dtype.kind in "iu" and 0 <= column.min() <= column.max() < n
-        for column in columns
-    )

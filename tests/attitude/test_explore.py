@@ -1,18 +1,25 @@
-"""Plans that a hand changes: what is told at once, and the file that is saved."""
+"""Exploration of plans: fast predictions, and saved plans."""
+
+import dataclasses
+import json
 
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan, from_json
 from mgeo_attitude.view.plans import Plans
+from selenium.webdriver import Keys
+from typer.testing import CliRunner
 
 from mgeo import View
-from mgeo.explore import Explorer
+from mgeo.cli.app import app
 from mgeo.report import compare_html
 from mgeo.store.atomic import to_json
 from mgeo.store.run_folder import write_run
 from mgeo.store.solution_file import is_solution, solution_document, solution_of
 
+from ..browser import opened
+from ..mgeo.explore.test_server import served
 from .small_run import small_run
 
 
@@ -47,29 +54,39 @@ def test_a_saved_plan_is_the_plans_file(problem):
 
 
 @pytest.mark.slow
-def test_a_run_is_explored_and_a_plan_of_it_saved(problem, tmp_path):
+def test_a_plan_of_a_free_start_begins_at_its_own():
+    scenario = Scenario.paper()
+    maneuvers = dataclasses.replace(scenario.maneuvers, latest_start=600.0)
+    free = AttitudeManeuverProblem(dataclasses.replace(scenario, maneuvers=maneuvers), threads=1)
+    x = np.random.default_rng(3).uniform(free.xl, free.xu)
+    plan = from_json(to_json(solution_document(free, "attitude", x)).decode())
+    assert plan.scenario.maneuvers.latest_start is None
+    assert plan.design == tuple(x[:-1].tolist())
+    assert plan.scenario.epoch >= scenario.epoch
+
+
+@pytest.mark.slow
+def test_a_slider_changes_the_covariance_and_the_saved_plan_is_shown(problem, tmp_path):
     folder = tmp_path / "run"
     write_run(folder, small_run(problem))
-    explorer = Explorer(folder)
-    front = explorer.front()
-    names = [column["name"] for column in front["columns"]]
-    assert names[:2] == ["t_end [s]", "trace [-]"]
-    assert "gyro bias 1-sigma [deg/h]" in names
-    place = front["numbers"].index(front["first"])
-    x = explorer.design(front["designs"][place])
-    # alone or among others: to rounding
-    np.testing.assert_allclose(explorer.glance(x)["numbers"], front["rows"][place], rtol=1e-9)
-    assert {"rates", "motion", "trace"} <= explorer.figures(x)["figures"].keys()
-    titles = [section["title"] for section in explorer.review(x)["sections"]]
-    assert "Error budget, 1-sigma of the worst body axis" in titles
-    changed = x.copy()
-    changed[3] = 0.5 * (x[3] + problem.xu[3])
-    explorer.save(changed, "plan.json", overwrite=False)
+    sigma = "[...document.querySelectorAll('#numbers tbody tr')].map((row) => row.textContent)"
+    with served(folder) as url, opened(url, 1400) as page:
+        page.until("document.querySelectorAll('#figures .main-svg').length > 6")
+        before = page.evaluate(sigma)
+        assert any(text.startswith("gyro bias 1-sigma [deg/h]") for text in before)
+        slider = page.driver.find_element("css selector", "[role=slider]")
+        is_positive = float(slider.get_attribute("aria-valuenow")) > 0.0
+        slider.send_keys(Keys.HOME if is_positive else Keys.END)
+        page.until(f"{sigma}.join() !== {json.dumps(','.join(before))}")
+        page.until("document.querySelector('#file').value === 'plan.json'")
+        page.driver.find_element("id", "save").click()
+        page.until("document.querySelector('#saved').textContent.includes('plan.json')")
+        assert page.errors() == []
+        after = page.evaluate(sigma)
     plan = from_json((folder / "plan.json").read_text())
-    html = compare_html(folder, folder / "plan.json")  # as a person does next
-    assert "<h2>Fronts</h2>" in html
+    assert plan.design[0] == (problem.xl[0] if is_positive else problem.xu[0])
+    assert any(f"{plan.t_end:.5g}" in text for text in after)
+    shown = CliRunner().invoke(app, ["attitude", "show", str(folder / "plan.json"), "--json"])
+    assert shown.exit_code == 0, shown.output
+    html = compare_html(folder, folder / "plan.json")
     assert "Timeline" in html
-    assert html.count("<h3>Gyro and sensors</h3>") == 1  # said once of both
-    numbers = dict(zip(names, explorer.glance(changed)["numbers"], strict=True))
-    assert plan.t_end == numbers["t_end [s]"]
-    np.testing.assert_allclose(plan.trace, numbers["trace [-]"], rtol=1e-9)

@@ -1,6 +1,5 @@
 """The report of a run of this problem: a plan for every point, within its size."""
 
-import asyncio
 import dataclasses
 
 import numpy as np
@@ -13,7 +12,7 @@ from mgeo.report.build import report_html
 from mgeo.report.solutions import plans_json, script_json
 from mgeo.store.run_folder import write_run
 
-from ..devtools import opened
+from ..browser import opened
 from ..three import three
 from .small_run import small_run
 
@@ -67,20 +66,16 @@ def test_on_a_phone_the_body_stands_as_in_the_filter(tmp_path):
     write_run(tmp_path / "run", run)
     path = tmp_path / "report.html"
     path.write_text(report_html(tmp_path / "run"), encoding="utf-8")
-
-    async def look():
-        async with opened(path, 390, prefers_color_scheme="dark") as page:
-            await page.evaluate("document.querySelector('.moving').scrollIntoView()")
-            await page.until("document.querySelector('.player') !== null")
-            row = int(await page.evaluate("document.body.dataset.shown"))
-            plan = ManeuverPlan.from_design(problem, run.outcome.X[row])
-            for time in (0.0, plan.t_end / 3, plan.t_end):
-                step = round(time / problem.model.step)
-                await page.set(".player input", step * problem.model.step)
-                # up to a degree off within a ramp, see test_motion
-                atol = 0.02 if 0 < time < plan.t_end else 1e-5
-                await page.close(_AXES, plan.history.attitude[step], atol)
-            assert await page.evaluate("document.documentElement.scrollWidth") == 390
-            assert page.errors == []
-
-    asyncio.run(look())
+    with opened(path, 390, color_scheme="dark") as page:
+        page.evaluate("document.querySelector('.moving').scrollIntoView()")
+        page.until("document.querySelector('.player') !== null")
+        row = int(page.evaluate("document.body.dataset.shown"))
+        plan = ManeuverPlan.from_design(problem, run.outcome.X[row])
+        for time in (0.0, plan.t_end / 3, plan.t_end):
+            step = round(time / problem.model.step)
+            page.set(".player input", step * problem.model.step)
+            # up to a degree off within a ramp, see test_motion
+            atol = 0.02 if 0 < time < plan.t_end else 1e-5
+            page.until_close(_AXES, plan.history.attitude[step], atol)
+        assert page.evaluate("document.documentElement.scrollWidth") == 390
+        assert page.errors() == []

@@ -106,7 +106,6 @@ function fillVariables(row) {
   const body = byId("variables");
   body.replaceChildren();
   const [low, high] = data.bounds;
-  body.closest("details").hidden = low.length === 0;
   low.forEach((least, j) => {
     const line = body.insertRow();
     const value = data.table.rows[row][j];

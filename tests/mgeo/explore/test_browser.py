@@ -1,217 +1,89 @@
-"""The page in headless Chromium: filter, choose, change, save, as a person would."""
+"""The page in headless Chromium: filter, select, change and save, as a person does."""
 
-import asyncio
 import json
-import signal
 
 import numpy as np
-import plotly.graph_objects as go
 import pytest
+from selenium.webdriver import ActionChains, Keys
 
-from mgeo.explore import Explorer
 from mgeo.store.run_folder import read_run
 
-from ...devtools import opened
-from ..cli.test_process import started
-from .conftest import served
+from ...browser import opened
+from .test_server import served
 
 pytestmark = pytest.mark.slow
 
-EVIL = "<img src=x onerror=alert(1)>"
-_KEPT = "Number(document.body.dataset.kept)"
-_CHOSEN = "Number(document.body.dataset.chosen)"
-_NUMBERS = (
-    "[...document.querySelectorAll('#numbers tbody tr')].map((row) => "
-    "[...row.cells].map((cell) => cell.textContent))"
-)
-
-
-def pointer(selector, *places):
-    """JavaScript that drags the pointer along an element: down at the first, up at the last."""
-    return f"""(() => {{
-      const node = document.querySelector({json.dumps(selector)});
-      node.setPointerCapture = () => {{}};
-      const box = node.getBoundingClientRect();
-      const send = (kind, [x, y]) => node.dispatchEvent(new PointerEvent(kind, {{ bubbles: true,
-        clientX: box.x + x * box.width, clientY: box.y + y * box.height, pointerId: 1 }}));
-      const places = {json.dumps(places)};
-      send("pointerdown", places[0]);
-      for (const place of places.slice(1)) send("pointermove", place);
-      send("pointerup", places.at(-1));
-    }})()"""
+READY = "document.querySelector('#numbers td') && document.querySelector('#front .point')"
 
 
 @pytest.fixture
-def drawn(folder, monkeypatch):
-    """The run, of beams that are drawn as a bar of their own height."""
-    from stand_in import CantileverView
-
-    def bars(self):
-        return [{"bar": go.Figure(go.Bar(x=["diameter"], y=[x[0]]))} for x in self.X]
-
-    monkeypatch.setattr(CantileverView, "solution_figures", bars, raising=False)
-    return folder
+def page(folder):
+    with served(folder) as url, opened(url, 1400) as found:
+        found.until(READY)
+        yield found
 
 
-def test_a_person_finds_changes_and_saves_a_solution(drawn, tmp_path):
-    asyncio.run(look(drawn, tmp_path))
+def count(page):
+    return int(page.evaluate("document.querySelector('#count').textContent").split()[0])
 
 
-async def look(folder, tmp_path):
-    outcome = read_run(folder).outcome
-    F, n = outcome.F, len(outcome.F)
-    mass = '#parallel [data-axis="mass [kg]"]'
-    with served(Explorer(folder, save=tmp_path)) as client:
-        async with opened(client.server.url) as page:
-            await page.until("document.body.dataset.limits === 'known'")
-            assert await page.evaluate(_KEPT) == n
-            axes = "[...document.querySelectorAll('#parallel .name')].map((n) => n.textContent)"
-            assert await page.evaluate(axes) == [
-                *("mass [kg]", "deflection [m]", "deflection [mm]", "length"),
-            ]
-            # the lower half of the first axis is kept, by a drag
-            await page.evaluate(pointer(mass, [0.5, 1], [0.5, 0.7], [0.5, 0.5]))
-            middle = 0.5 * (F[:, 0].min() + F[:, 0].max())
-            kept = F[:, 0] <= await page.evaluate(
-                "state.columns.find((column) => column.name === 'mass [kg]').range[1]"
-            )
-            assert await page.evaluate(_KEPT) == kept.sum() < n
-            high = await page.evaluate("state.columns[0].range[1]")
-            log = await page.evaluate("state.columns[0].log")
-            expected = np.sqrt(F[:, 0].min() * F[:, 0].max()) if log else middle
-            np.testing.assert_allclose(high, expected, rtol=1e-3)
-            # an arrow stays within it
-            before = await page.evaluate(_CHOSEN)
-            await page.evaluate("choose(0)")
-            for _ in range(n):
-                await page.evaluate("byId('next').click()")
-            assert await page.evaluate(_CHOSEN) == np.flatnonzero(kept)[-1]
-            # a click on the axis drops the range, numbers set one
-            await page.evaluate(pointer(mass, [0.5, 0.2], [0.5, 0.2]))
-            assert await page.evaluate(_KEPT) == n
-            field = '[aria-label="deflection [m], at most"]'
-            await page.evaluate(
-                f"(() => {{ const field = document.querySelector('{field}'); field.value = 0.001;"
-                " field.dispatchEvent(new Event('change')); })()"
-            )
-            assert await page.evaluate(_KEPT) == (F[:, 1] <= 0.001).sum()
-            await page.evaluate("byId('clear').click()")
-            assert await page.evaluate(_KEPT) == n
-            # a point of the front
-            await page.evaluate("byId('front').emit('plotly_click', {points: [{customdata: 3}]})")
-            assert await page.evaluate(_CHOSEN) == 3 != before
-            assert await page.evaluate("location.hash") == "#solution=3"
-            # a hand makes it shorter
-            await page.set("#variable1", 0.25)
-            x = [float(outcome.X[3, 0]), 0.25]
-            await page.until(f"document.body.dataset.glanced === [{x[0]!r}, {x[1]!r}].join()")
-            rows = await page.evaluate(_NUMBERS)
-            weight = 7800.0 * np.pi / 4 * x[0] ** 2 * x[1]
-            assert rows[0][0] == "mass [kg]"
-            np.testing.assert_allclose(
-                [float(rows[0][1]), float(rows[0][2])], [F[3, 0], weight], rtol=1e-3
-            )
-            assert "0.25 m, at most 0.5 m" in await page.evaluate("byId('limits').textContent")
-            shape = "byId('front').data.at(-1)"
-            assert await page.evaluate(f"{shape}.name") == "changed"
-            np.testing.assert_allclose(await page.evaluate(f"{shape}.x[0]"), weight, rtol=1e-12)
-            await page.until(f"document.body.dataset.shown === JSON.stringify({x})")
-            bar = "document.querySelector('#figures .js-plotly-plot').data[0].y[0]"
-            assert await page.evaluate(bar) == pytest.approx(x[0])
-            # what lies beyond its bounds is told, and is not saved
-            number = "document.querySelector('#editor input[type=number]')"
-            send = f"{number}.dispatchEvent(new Event('input'))"
-            await page.evaluate(f"{number}.value = 7; {send}")
-            await page.until("!byId('error').hidden")
-            told = await page.evaluate("byId('error').textContent")
-            assert told == "design[0] = 7: expected 0.01 to 0.05 for diameter [m]"
-            await page.evaluate(f"{number}.value = 0.02; {send}")
-            await page.until("byId('error').hidden")
-            for press in ("write", "write", "replace"):
-                await page.evaluate(f"byId('saved').textContent = ''; byId('{press}').click()")
-                await page.until("byId('saved').textContent !== ''")
-            assert await page.evaluate("byId('saved').textContent") == (
-                f"written: {tmp_path / 'plan.json'}"
-            )
-            document = json.loads((tmp_path / "plan.json").read_text())
-            assert document["design"] == [0.02, 0.25]
-            await page.evaluate("byId('reset').click()")
-            assert await page.evaluate("design()") == outcome.X[3].tolist()
-            await page.evaluate("byId('review').open = true")
-            await page.until("byId('review').textContent.includes('Solution')")
-            await page.evaluate("byId('pictures').open = true")
-            await page.until("document.querySelector('#pictures .js-plotly-plot') !== null")
-            # the browser itself notes what was refused
-            refused = [
-                e for e in page.errors if "status of 4" in e.get("entry", {}).get("text", "")
-            ]
-            assert page.errors == refused
-            assert len(refused) >= 2  # a design, and a name
+def drag(page, node, *offsets):
+    """Press the mouse at the lower end of a node, move it by each offset [px], and release it."""
+    page.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", node)
+    bottom = page.driver.execute_script("return arguments[0].getBoundingClientRect().height", node)
+    actions = ActionChains(page.driver).move_to_element_with_offset(node, 0, int(bottom / 2) - 5)
+    actions.click_and_hold()
+    for offset in offsets:
+        actions.move_by_offset(0, offset)
+    actions.release().perform()
 
 
-_OUTSIDE = """[...document.body.querySelectorAll("*")].filter((node) =>
-  !node.closest(".wide, details, svg") && node.getBoundingClientRect().right > innerWidth + 0.5
-).map((node) => node.outerHTML.slice(0, 80))"""
-
-
-@pytest.mark.parametrize(
-    ("width", "scheme", "paper"),
-    [(390, "dark", "rgb(22, 25, 29)"), (1400, "light", "rgb(255, 255, 255)")],
-)
-def test_it_fits_a_phone_and_a_desk_and_follows_the_theme(drawn, width, scheme, paper):
-    async def look():
-        with served(Explorer(drawn)) as client:
-            async with opened(client.server.url, width, prefers_color_scheme=scheme) as page:
-                await page.until("document.body.dataset.limits === 'known'")
-                assert await page.evaluate(_OUTSIDE) == []
-                assert await page.evaluate("document.documentElement.scrollWidth") <= width
-                assert (
-                    await page.evaluate("getComputedStyle(document.body).backgroundColor") == paper
-                )
-                lying = await page.evaluate("parallel.lying")
-                assert lying == (width < 600)
-                if lying:  # a finger keeps the left half
-                    axis = '#parallel [data-axis="mass [kg]"]'
-                    await page.evaluate(pointer(axis, [0, 0.5], [0.3, 0.5], [0.5, 0.5]))
-                    kept = await page.evaluate(_KEPT)
-                    assert 0 < kept < await page.evaluate("state.n")
-                assert page.errors == []
-
-    asyncio.run(look())
-
-
-def test_hostile_texts_stay_text(drawn, monkeypatch):
-    from stand_in import CantileverView
-
-    monkeypatch.setattr(CantileverView, "answers", lambda self: [EVIL] * len(self.X))
-    described = CantileverView.describe
-    monkeypatch.setattr(
-        CantileverView, "describe", lambda self: described(self).assign(**{EVIL: 1.0, "t": EVIL})
+def test_brushing_an_axis_filters_front_and_table(page, folder):
+    n = len(read_run(folder).outcome.F)
+    assert count(page) == n
+    axis = page.driver.find_element("css selector", "#parallel .axis-brush .background")
+    drag(page, axis, -40, -100)
+    page.until(f"!document.querySelector('#count').textContent.startsWith('{n} ')")
+    kept = count(page)
+    assert 0 < kept < n
+    assert page.evaluate("document.querySelectorAll('#table tbody tr').length") == kept
+    page.until(
+        f"document.querySelector('#front .js-plotly-plot').data[1].customdata.length === {kept}"
     )
-
-    async def look():
-        with served(Explorer(drawn)) as client:
-            async with opened(client.server.url) as page:
-                await page.until("byId('answer').textContent !== ''")
-                assert await page.evaluate("byId('answer').textContent") == EVIL
-                assert await page.evaluate("byId('numbers').textContent.includes('<img')")
-                assert await page.evaluate("document.querySelector('img[src=x]')") is None
-                assert page.errors == []
-
-    asyncio.run(look())
+    drag(page, axis)  # a click drops the range
+    page.until(f"document.querySelector('#count').textContent.startsWith('{n} ')")
+    assert page.errors() == []
 
 
-def test_it_says_when_the_server_has_ended(folder, stand_in_environment, tmp_path):
-    async def look(process):
-        async with opened(process.stdout.readline().strip()) as page:
-            await page.until("document.body.dataset.limits === 'known'")
-            process.send_signal(signal.SIGINT)
-            process.communicate(timeout=60)
-            await page.evaluate("choose(1)")
-            await page.until("!byId('error').hidden")
-            told = await page.evaluate("byId('error').textContent")
-            assert told.startswith("mgeo explore has ended")
+def test_a_click_selects_and_a_slider_changes_numbers_and_constraints(page, folder):
+    outcome = read_run(folder).outcome
+    points = page.driver.find_elements("css selector", "#front .point")
+    page.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", points[0])
+    ActionChains(page.driver).move_to_element(points[0]).pause(0.3).click().perform()
+    chosen = "document.querySelector('#selected').textContent"
+    page.until(f"{chosen}.includes('solution 0')")
+    mass = "document.querySelectorAll('#numbers tbody tr')[0].textContent"
+    page.until(f"{mass}.includes('{outcome.F[0, 0]:.5g}')")
+    assert "violated" not in page.evaluate("document.querySelector('#constraints').innerHTML")
+    slider = page.driver.find_elements("css selector", "[role=slider]")[1]
+    slider.send_keys(Keys.END)  # the longest beam
+    weight = 7800.0 * np.pi / 4 * outcome.X[0, 0] ** 2
+    page.until(f"{mass}.includes('{weight:.5g}')")
+    page.until("document.querySelector('#constraints .violated') !== null")
+    assert "1 m, at most 0.5 m" in page.evaluate("document.querySelector('.violated').textContent")
 
-    arguments = ["explore", str(folder), "--no-browser"]
-    with started(arguments, stand_in_environment, tmp_path) as process:
-        asyncio.run(look(process))
+
+def test_saving_writes_the_design_once(page, folder):
+    button = page.driver.find_element("id", "save")
+    for element in ("saved", "message"):
+        button.click()
+        page.until(f"document.querySelector('#{element}').textContent.includes('plan.json')")
+    document = json.loads((folder / "plan.json").read_text())
+    assert document["design"] in read_run(folder).outcome.X.tolist()
+
+
+@pytest.mark.parametrize("width", [390, 1400])
+def test_the_page_fits_its_window(folder, width):
+    with served(folder) as url, opened(url, width) as page:
+        page.until(READY)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width

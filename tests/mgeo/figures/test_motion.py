@@ -1,4 +1,4 @@
-"""What a moving figure must say of its motion."""
+"""The form of the motion of a figure."""
 
 import copy
 
@@ -16,8 +16,7 @@ def moving(motion, meta=None, kind=go.Scatter3d):
     return go.Figure(kind(x=[1.0], y=[0.0], meta=meta), {"meta": {"motion": motion}})
 
 
-def test_still_figures_and_good_motions_pass():
-    check_motion(go.Figure(go.Scatter(y=[1])))
+def test_still_figures_and_valid_motions_pass():
     check_motion(go.Figure(go.Scatter(y=[1], meta=["any", "thing"]), {"meta": {"own": 1}}))
     check_motion(moving(MOTION, {"turn": "wheel", "faint": "never"}))
     arrays = {key: np.array(values) for key, values in TURN.items()}
@@ -28,17 +27,11 @@ def test_still_figures_and_good_motions_pass():
     ("path", "value", "message"),
     [
         (("end",), np.inf, "motion: end = inf: expected a time"),
-        (("end",), True, "motion: end = True"),
         (("turns",), None, "motion: turns = None: expected a dict"),
-        (("turns", "wheel"), [1], r"motion: turns\['wheel'\] = \[1\]: expected times that ascend"),
         (("turns", "wheel", "times"), [0.0, 10.0, 5.0], r"turns\['wheel'\]"),
-        (("turns", "wheel", "times"), [1.0, 10.0], r"turns\['wheel'\]"),
-        (("turns", "wheel", "times"), [[0.0, 10.0]], r"turns\['wheel'\]"),
         (("turns", "wheel", "x"), [0.0, 1.0], r"turns\['wheel'\]"),
         (("turns", "wheel", "y"), [np.nan], r"turns\['wheel'\]"),
-        (("turns", "wheel", "z"), ["ninety"], r"turns\['wheel'\]"),
         (("phases",), [{"name": "a"}], "motion: phases = .*: expected dicts of name, from and to"),
-        (("phases",), ["a"], "motion: phases = 'a'"),
     ],
 )
 def test_a_motion_of_another_form_is_refused(path, value, message):
@@ -51,12 +44,13 @@ def test_a_motion_of_another_form_is_refused(path, value, message):
         check_motion(moving(motion))
 
 
-def test_traces_must_be_able_to_turn():
-    with pytest.raises(ValueError, match=r"turn of a trace = 'reel': expected one of \['wheel'\]"):
-        check_motion(moving(MOTION, {"turn": "reel"}))
-    with pytest.raises(ValueError, match="turning trace = 'scatter': expected scatter3d or mesh3d"):
-        check_motion(moving(MOTION, {"turn": "wheel"}, go.Scatter))
-    with pytest.raises(ValueError, match=r"turn of a trace = 'wheel': expected one of \[\]"):
-        check_motion(go.Figure(go.Scatter3d(meta={"turn": "wheel"})))
-    with pytest.raises(ValueError, match="motion = 3: expected a dict"):
-        check_motion(moving(3))
+@pytest.mark.parametrize(
+    ("turn", "kind", "message"),
+    [
+        ("reel", go.Scatter3d, "turn of a trace = 'reel'"),
+        ("wheel", go.Scatter, "turning trace = 'scatter': expected scatter3d or mesh3d"),
+    ],
+)
+def test_traces_must_be_able_to_turn(turn, kind, message):
+    with pytest.raises(ValueError, match=message):
+        check_motion(moving(MOTION, {"turn": turn}, kind))

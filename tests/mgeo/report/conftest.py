@@ -1,20 +1,17 @@
-"""Run folders of the stand-in problem, and a browser."""
+"""Run folders of the stand-in problem, and the content of a page."""
 
-import re
-import subprocess
+import json
+from html.parser import HTMLParser
 
 import pytest
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
-from mgeo.report import report_html
-
-from ...browser import find_browser
 
 
 @pytest.fixture
 def solved(stand_in, tmp_path):
-    """Makes a small run and gives its folder."""
+    """Return a function that makes a small run and returns its folder."""
 
     def solve(*more, name="run", problem="cantilever"):
         folder = tmp_path / name
@@ -27,26 +24,35 @@ def solved(stand_in, tmp_path):
     return solve
 
 
-@pytest.fixture
-def browser(tmp_path):
-    """Opens HTML text in headless Chromium: the document afterwards, and console messages."""
-    found = find_browser()
-
-    def show(html, fragment="", width=1200, *flags):
-        path = tmp_path / "page.html"
-        path.write_text(html, encoding="utf-8")
-        command = [found, "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run"]
-        command += ["--disable-background-networking", "--disable-component-update"]
-        command += ["--disable-sync", "--disable-extensions", f"--user-data-dir={tmp_path}/profile"]
-        command += [f"--window-size={width},1000", "--virtual-time-budget=8000"]
-        command += ["--enable-logging=stderr", "--dump-dom", *flags, f"file://{path}{fragment}"]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
-        return done.stdout, re.findall(r".*CONSOLE.*", done.stderr)
-
-    return show
+def mgeo(*arguments):
+    return CliRunner().invoke(app, list(map(str, arguments)))
 
 
-@pytest.fixture
-def report(solved):
-    """The text of the report of a small run."""
-    return report_html(solved())
+class Page(HTMLParser):
+    """Tags of a page, what a browser would load for them, and the data of a report.
+
+    Attributes
+    ----------
+    tags, loading : list
+    data : Any
+        JSON of the element ``data``.
+    """
+
+    def __init__(self, html):
+        super().__init__()
+        self.tags, self.loading, self._text, self._reading = [], [], "", False
+        self.feed(html)
+        self.data = json.loads(self._text or "null")
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.loading += [(tag, v) for name, v in attrs if name in ("src", "href", "srcset")]
+        self.loading += [(tag, name) for name, _ in attrs if name.startswith("on")]
+        self._reading = ("id", "data") in attrs
+
+    def handle_data(self, text):
+        if self._reading:
+            self._text += text
+
+    def handle_endtag(self, tag):
+        self._reading = False

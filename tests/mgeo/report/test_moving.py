@@ -1,6 +1,6 @@
-"""A moving figure in a browser: still until it is told to play, and where it should be."""
+"""A moving figure in a browser."""
 
-import asyncio
+import time
 
 import numpy as np
 import plotly.graph_objects as go
@@ -8,7 +8,7 @@ import pytest
 
 from mgeo.report import report_html
 
-from ...devtools import opened
+from ...browser import opened
 
 pytestmark = pytest.mark.slow
 
@@ -22,7 +22,7 @@ _TIME = 'Number(document.querySelector(".player input").value)'
 
 
 @pytest.fixture
-def page(solved, monkeypatch, tmp_path):
+def path(solved, monkeypatch, tmp_path):
     """Path of a report in which a hand turns by 90 degrees in 100 s, then back by 450 in 100 s."""
     from stand_in import CantileverView
 
@@ -41,47 +41,43 @@ def page(solved, monkeypatch, tmp_path):
     return path
 
 
-def test_it_moves_when_told_to_and_as_told(page):
-    asyncio.run(look(page))
-
-
-async def look(path):
-    async with opened(path, prefers_reduced_motion="reduce") as page:
-        assert await page.evaluate("document.querySelector('.player')") is None  # not yet in view
-        await page.evaluate("document.querySelector('.moving').scrollIntoView()")
-        await page.until("document.querySelector('.player') !== null")
-        await asyncio.sleep(0.5)
-        assert await page.evaluate(_TOLD) == "0 s"
-        np.testing.assert_allclose(await page.evaluate(_TIP), [2, 0, 1, 1], atol=1e-6)
+def test_a_figure_moves_while_it_plays(path):
+    with opened(path, reduced_motion="reduce") as page:
+        assert page.evaluate("document.querySelector('.player')") is None  # not yet in view
+        page.evaluate("document.querySelector('.moving').scrollIntoView()")
+        page.until("document.querySelector('.player') !== null")
+        time.sleep(0.5)
+        assert page.evaluate(_TOLD) == "0 s"
+        np.testing.assert_allclose(page.evaluate(_TIP), [2, 0, 1, 1], atol=1e-6)
 
         half = np.sqrt(2.0)
-        for time, expected in [
+        for moment, expected in [
             (50.0, [half, half, 1, 0.2]),
             (100.0, [0, 2, 1, 1]),
             (120.0, [2, 0, 1, 1]),
             (200.0, [2, 0, 1, 1]),
         ]:
-            await page.set(".player input", time)
-            named = " · dusk" if time == 50 else ""
-            assert await page.evaluate(_TOLD) == f"{time:.0f} s{named}"
-            await page.close(_TIP, expected, 1e-5)
+            page.set(".player input", moment)
+            named = " · dusk" if moment == 50 else ""
+            assert page.evaluate(_TOLD) == f"{moment:.0f} s{named}"
+            page.until_close(_TIP, expected, 1e-5)
 
-        await page.evaluate(f"{_SPEED}.value = 10; {_BUTTON}.click()")  # from the start again
-        await page.until(f"{_TIME} > 0 && {_TIME} < 150")
-        assert await page.evaluate(f"{_BUTTON}.textContent") == "Pause"
-        await page.evaluate(f"{_BUTTON}.click()")
-        stopped = await page.evaluate(_TIME)
-        await asyncio.sleep(0.5)
-        assert await page.evaluate(_TIME) == stopped > 0
-        await page.evaluate(f"{_SPEED}.value = 200; {_BUTTON}.click()")
-        await page.until(f"{_TIME} === 200")
-        assert await page.evaluate(f"{_BUTTON}.textContent") == "Play"
+        page.run(f"{_SPEED}.value = 10; {_BUTTON}.click()")  # from the start again
+        page.until(f"{_TIME} > 0 && {_TIME} < 150")
+        assert page.evaluate(f"{_BUTTON}.textContent") == "Pause"
+        page.run(f"{_BUTTON}.click()")
+        stopped = page.evaluate(_TIME)
+        time.sleep(0.5)
+        assert page.evaluate(_TIME) == stopped > 0
+        page.run(f"{_SPEED}.value = 200; {_BUTTON}.click()")
+        page.until(f"{_TIME} === 200")
+        assert page.evaluate(f"{_BUTTON}.textContent") == "Play"
 
-        await page.evaluate(f"{_BUTTON}.click(); choose(1)")  # another plan begins at its start
-        await page.until(
+        page.run(f"{_BUTTON}.click(); choose(1)")  # another plan begins at its start
+        page.until(
             "document.body.dataset.shown === '1' && document.querySelector('.player') !== null"
         )
-        await asyncio.sleep(0.5)
-        assert await page.evaluate(_TOLD) == "0 s"
-        assert await page.evaluate("document.querySelectorAll('.player').length") == 1
-        assert page.errors == []
+        time.sleep(0.5)
+        assert page.evaluate(_TOLD) == "0 s"
+        assert page.evaluate("document.querySelectorAll('.player').length") == 1
+        assert page.errors() == []

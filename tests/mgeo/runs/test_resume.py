@@ -7,7 +7,7 @@ import pytest
 
 from mgeo import read_record
 from mgeo.plugins.problems import load_problem
-from mgeo.report.build import hypervolume_history
+from mgeo.report.history import hypervolume_history
 from mgeo.runs.prepare import PreparedRun, prepare
 from mgeo.runs.resume import resume_run
 from mgeo.store.run_persistence import RunPersistence

@@ -1,0 +1,158 @@
+"""Dash application of an exploration."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Sequence
+from time import perf_counter
+from typing import Any
+
+import plotly.graph_objects as go
+from dash import ALL, Dash, Input, Output, State, html, set_props
+from dash.development.base_component import Component
+
+from mgeo._text import one_line
+from mgeo.explore import figures, layout
+from mgeo.explore.explorer import Explorer, numbers_of
+from mgeo.plugins.shown import cells
+
+MOST_ROWS = 200  # of the table
+MOST_SECONDS = 0.2  # of an evaluation at each move of a slider; slower ones wait for its release
+
+
+def explore_app(explorer: Explorer) -> Dash:
+    """Return the Dash application of an exploration.
+
+    Its path is random, and other host names than those of this machine are refused: neither other
+    users of the machine nor pages that are open in the browser can reach it.
+    """
+    app = Dash(
+        "mgeo.explore",
+        title=explorer.title,
+        update_title="",
+        url_base_pathname=f"/{secrets.token_urlsafe(16)}/",
+        on_error=lambda error: _show_message(str(error)),
+    )
+    app.server.config["TRUSTED_HOSTS"] = ["127.0.0.1", "localhost"]
+    app.layout = layout.page(explorer)
+    _add_filter(app, explorer)
+    _add_front(app, explorer)
+    _add_design(app, explorer)
+    return app
+
+
+def _add_filter(app: Dash, explorer: Explorer) -> None:
+    table = explorer.table
+
+    @app.callback(Output("parallel", "figure"), Input("axes", "value"))
+    def draw_axes(axes: list[str]) -> go.Figure:
+        return figures.parallel_coordinates(table, axes)
+
+    @app.callback(
+        Output("kept", "data"), Input("parallel", "restyleData"), Input("parallel", "figure")
+    )
+    def brush(_: Any, figure: dict[str, Any]) -> list[int]:
+        return figures.brushed(table, figure["data"][0].get("dimensions", ()))
+
+    @app.callback(
+        Output("count", "children"),
+        Output("table", "children"),
+        Input("kept", "data"),
+        Input("order", "value"),
+    )
+    def list_kept(kept: list[int], order: str) -> tuple[str, Component]:
+        rows = table.iloc[kept].sort_values(order).head(MOST_ROWS)
+        return f"{len(kept):,} of {len(table):,} solutions", layout.table(cells(rows))
+
+
+def _add_front(app: Dash, explorer: Explorer) -> None:
+    @app.callback(
+        Output("front", "figure"),
+        Input("x", "value"),
+        Input("y", "value"),
+        Input("kept", "data"),
+        Input("selected", "value"),
+        Input("changed", "data"),
+    )
+    def draw_front(
+        x: str, y: str, kept: list[int], selected: int, changed: dict[str, float]
+    ) -> go.Figure:
+        return figures.front(explorer.table, x, y, kept, selected, changed)
+
+    @app.callback(
+        Output("selected", "value"), Input("front", "clickData"), prevent_initial_call=True
+    )
+    def select(click: dict[str, Any]) -> int:
+        return int(click["points"][0]["customdata"])
+
+
+def _add_design(app: Dash, explorer: Explorer) -> None:
+    variables = {"variable": ALL}
+    start = perf_counter()
+    explorer.evaluate(explorer.X[explorer.default])
+    is_fast = perf_counter() - start < MOST_SECONDS
+
+    @app.callback(
+        Output(variables, "value"),
+        Output(variables, "drag_value"),
+        Input("selected", "value"),
+        Input("undo", "n_clicks"),
+    )
+    def show_solution(selected: int, _: int | None) -> tuple[list[float], list[float]]:
+        x = explorer.X[selected].tolist()
+        return x, x
+
+    @app.callback(
+        Output("numbers", "children"),
+        Output("constraints", "children"),
+        Output("changed", "data"),
+        Input(variables, "drag_value" if is_fast else "value"),
+        State("selected", "value"),
+        prevent_initial_call=True,
+    )
+    def predict(
+        x: list[float], selected: int
+    ) -> tuple[Component, list[Component], dict[str, float]]:
+        numbers, margins = explorer.evaluate(x)
+        _show_message("")
+        lines: list[Component] = [
+            html.P(str(each), className="" if each.kept else "violated") for each in margins
+        ]
+        solution = numbers_of(explorer.table, selected)
+        return layout.comparison(solution, numbers), lines, numbers
+
+    @app.callback(
+        Output("figures", "children"), Input(variables, "value"), prevent_initial_call=True
+    )
+    def draw_figures(x: list[float]) -> list[Component]:
+        found = explorer.figures(x).items()
+        return [
+            layout.graph(name, figure=figure.update_layout(template="plotly_white"))
+            for name, figure in found
+        ]
+
+    @app.callback(
+        Output("review", "children"),
+        Input("ask", "n_clicks"),
+        State(variables, "value"),
+        prevent_initial_call=True,
+    )
+    def write_review(_: int, x: list[float]) -> list[Component]:
+        return list(layout.review(explorer.review(x)))
+
+    @app.callback(
+        Output("saved", "children"),
+        Input("save", "n_clicks"),
+        State(variables, "value"),
+        State("file", "value"),
+        State("replace", "value"),
+        prevent_initial_call=True,
+    )
+    def save(_: int, x: list[float], name: str, replace: Sequence[str] | None) -> str:
+        path = explorer.save(x, name, replace=bool(replace))
+        _show_message("")
+        return f"written: {path}"
+
+
+def _show_message(text: str) -> None:
+    set_props("message", {"children": one_line(text)})

@@ -1,0 +1,124 @@
+"""Figures of the exploration: parallel coordinates, and a scatter plot of two columns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from textwrap import wrap
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import plotly.graph_objects as go
+
+from mgeo.explore.explorer import numbers_of
+from mgeo.figures.front import axis, logarithmic
+from mgeo.figures.style import COLORS, GRAY, literal
+
+_FAINT = "#d4d8de"
+_LABEL = 18  # characters of a line of an axis label
+
+
+def parallel_coordinates(table: pd.DataFrame, names: Sequence[str]) -> go.Figure:
+    """Return parallel coordinates of columns of a table, colored by the first of them.
+
+    Columns that `mgeo.figures.front.logarithmic` selects are drawn as their decimal logarithms.
+    """
+    dimensions = []
+    for name in names:
+        values = table[name].to_numpy(float)
+        dimension = {"label": _in_lines(name), "name": name, "values": values}
+        if is_log(table[name]):
+            shown = np.log10(values)
+            ticks = np.linspace(shown.min(), shown.max(), 5)
+            texts = [f"{value:.3g}" for value in 10.0**ticks]
+            dimension |= {"values": shown, "tickvals": ticks, "ticktext": texts}
+        dimensions.append(dimension)
+    line = {"color": dimensions[0]["values"] if dimensions else COLORS[0], "colorscale": "Viridis"}
+    figure = go.Figure(go.Parcoords(dimensions=dimensions, line=line, labelfont={"size": 12}))
+    return figure.update_layout(height=380, margin={"l": 70, "r": 70, "t": 85, "b": 25})
+
+
+def _in_lines(name: str) -> str:
+    return "<br>".join(literal(line) for line in wrap(name, _LABEL))
+
+
+def is_log(values: pd.Series) -> bool:
+    """True if a column is drawn on a logarithmic axis."""
+    numbers = values.to_numpy(float)
+    return bool(np.isfinite(numbers).all()) and logarithmic(numbers)
+
+
+def front(
+    table: pd.DataFrame,
+    x: str,
+    y: str,
+    kept: Sequence[int],
+    selected: int,
+    changed: Mapping[str, float],
+) -> go.Figure:
+    """Return a scatter plot of two columns, in which points carry their position in the table.
+
+    Parameters
+    ----------
+    table
+        Numbers of the solutions.
+    x, y
+        Columns.
+    kept
+        Positions of the solutions that pass the filter. The others are drawn faint.
+    selected
+        Position of the selected solution.
+    changed
+        Numbers of the design that the sliders show.
+    """
+    rest = np.setdiff1d(np.arange(len(table)), kept)
+    hover = "solution %{text}<br>%{x:.5g}, %{y:.5g}<extra></extra>"
+    figure = go.Figure()
+    for positions, color in ((rest, _FAINT), (np.asarray(kept, dtype=int), COLORS[0])):
+        part = table.iloc[positions]
+        figure.add_scatter(
+            x=part[x],
+            y=part[y],
+            mode="markers",
+            customdata=positions.tolist(),  # Dash reads no encoded arrays
+            text=part.index,
+            hovertemplate=hover,
+            marker={"color": color, "size": 8},
+        )
+    ring = {"symbol": "circle-open", "size": 17, "color": COLORS[1], "line": {"width": 3}}
+    star = {"symbol": "star", "size": 13, "color": COLORS[1]}
+    marks = [(numbers_of(table, selected), ring, "selected solution"), (changed, star, "design")]
+    for numbers, marker, name in marks:
+        place = {"x": [numbers[x]], "y": [numbers[y]]}
+        figure.add_scatter(**place, mode="markers", marker=marker, name=name, hoverinfo="skip")
+    figure.update_xaxes(axis(x, table[x].to_numpy(float)), linecolor=GRAY)
+    figure.update_yaxes(axis(y, table[y].to_numpy(float)), linecolor=GRAY, automargin=True)
+    return figure.update_layout(
+        template="plotly_white",
+        showlegend=False,
+        height=420,
+        margin={"l": 70, "r": 10, "t": 10, "b": 50},
+        uirevision=f"{x} {y}",  # a new marker does not undo a zoom
+    )
+
+
+def brushed(table: pd.DataFrame, dimensions: Sequence[Mapping[str, Any]]) -> list[int]:
+    """Return positions of the rows within the ranges of all dimensions.
+
+    Parameters
+    ----------
+    table
+        Numbers of the solutions.
+    dimensions
+        Dimensions of a parallel-coordinates trace, as the browser returns them.
+    """
+    kept = np.ones(len(table), dtype=bool)
+    for dimension in dimensions:
+        ranges = dimension.get("constraintrange")
+        if not ranges:
+            continue
+        values = table[dimension["name"]].to_numpy(float)
+        values = np.log10(values) if is_log(table[dimension["name"]]) else values
+        within = [(low <= values) & (values <= high) for low, high in np.reshape(ranges, (-1, 2))]
+        kept &= np.any(within, axis=0)
+    return np.flatnonzero(kept).tolist()

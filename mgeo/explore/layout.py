@@ -1,0 +1,137 @@
+"""Page of the exploration: its controls, and tables as HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from dash import dcc, html
+from dash.development.base_component import Component
+
+from mgeo.explore.explorer import Explorer, numbers_of
+from mgeo.plugins.shown import Review, cells, kinds_of
+
+MOST_AXES = 8  # of the parallel coordinates, at first
+DESIGN_COLUMNS = ["", "solution", "changed", "change"]
+
+
+def page(explorer: Explorer) -> Component:
+    """Return the page of a run."""
+    columns = list(explorer.table.columns)
+    numbered = enumerate(explorer.rows.tolist())
+    solutions = [{"label": f"solution {row}", "value": position} for position, row in numbered]
+    filters = section(
+        "Filter",
+        hint("Drag along an axis to keep a range; click on the axis to drop the range."),
+        dcc.Dropdown(columns, columns[:MOST_AXES], id="axes", multi=True),
+        html.Div(graph("parallel"), className="wide"),
+        html.P(id="count"),
+    )
+    front = section(
+        "Front",
+        hint("Click on a point to select its solution. The star is the design of the sliders."),
+        labeled("across", dropdown("x", columns, columns[0])),
+        labeled("up", dropdown("y", columns, columns[min(1, len(columns) - 1)])),
+        graph("front"),
+    )
+    undo, save = html.Button("Undo changes", id="undo"), html.Button("Save", id="save")
+    file, replace = (
+        dcc.Input(explorer.file_name, id="file"),
+        dcc.Checklist(["replace"], id="replace"),
+    )
+    design = section(
+        "Design",
+        bar(dropdown("selected", solutions, explorer.default), undo),
+        *sliders(explorer),
+        bar(file, replace, save, html.Output(id="saved")),
+    )
+    prediction = section("Prediction", html.Div(id="numbers"), html.Div(id="constraints"))
+    review = html.Button("Write review", id="ask"), dcc.Loading(html.Div(id="review"))
+    order = labeled("sorted by", dropdown("order", columns, columns[0]))
+    first = numbers_of(explorer.table, explorer.default)
+    return html.Main(
+        [
+            html.H1(explorer.title),
+            html.P(id="message", role="alert"),
+            filters,
+            html.Div([front, design, prediction], className="columns"),
+            section("Figures of the design", html.Div(id="figures", className="figures")),
+            section("Review of the design", *review),
+            section("Solutions", order, html.Div(id="table", className="wide")),
+            dcc.Store(id="kept", data=list(range(len(explorer.X)))),
+            dcc.Store(id="changed", data=first),
+        ]
+    )
+
+
+def section(title: str, *parts: Component) -> Component:
+    """Return a section with a heading."""
+    return html.Section([html.H2(title), *parts])
+
+
+def hint(text: str) -> Component:
+    """Return a line that explains a control."""
+    return html.P(text, className="hint")
+
+
+def bar(*parts: Component) -> Component:
+    """Return controls side by side."""
+    return html.Div(parts, className="bar")
+
+
+def labeled(text: str, control: Component) -> Component:
+    """Return a control with a label before it."""
+    return html.Label([html.Span(text), control], className="labeled")
+
+
+def dropdown(name: str, options: Sequence[Any], value: Any) -> Component:
+    """Return a choice of one option."""
+    return dcc.Dropdown(options, value, id=name, clearable=False)
+
+
+def graph(name: str, **more: Any) -> Component:
+    """Return a place for a figure."""
+    config: Any = {"displaylogo": False, "showSendToCloud": False}  # nothing leaves this machine
+    return dcc.Graph(id=name, config=config, **more)
+
+
+def sliders(explorer: Explorer) -> Iterator[Component]:
+    """Yield a slider per design variable; those of choices have their options as marks."""
+    known = explorer.variables
+    columns = zip(explorer.names, known.kinds, known.xl, known.xu, strict=True)
+    for j, (name, kind, low, high) in enumerate(columns):
+        marks = {i: str(option) for i, option in enumerate(known.options.get(name, ()))}
+        step = (high - low) / 1000 if kind == "real" else 1
+        slider = dcc.Slider(low, high, step, marks=marks or None, id={"variable": j})
+        yield html.Div([html.Label(name), slider], className="variable")
+
+
+def table(rows: Sequence[Sequence[str]]) -> Component:
+    """Return an HTML table of texts, whose first row is its head."""
+    kinds = kinds_of(rows)
+    head, *body = (
+        html.Tr([html.Td(text, className=kind) for text, kind in zip(row, kinds, strict=True)])
+        for row in rows
+    )
+    return html.Table([html.Thead(head), html.Tbody(body)])
+
+
+def comparison(solution: Mapping[str, float], changed: Mapping[str, float]) -> Component:
+    """Return a table of the numbers of a solution beside those of a changed design."""
+    rows = [DESIGN_COLUMNS]
+    for name, before in solution.items():
+        after = changed[name]
+        change = f"{100 * (after / before - 1):+.3g} %" if before else ""
+        rows.append([name, f"{before:.5g}", f"{after:.5g}", change])
+    return table(rows)
+
+
+def review(document: Review) -> Iterator[Component]:
+    """Yield the sections of a review."""
+    yield html.P(html.B(document.answer))
+    for part in document.sections:
+        yield html.H3(part.title)
+        yield from map(html.P, part.lines)
+        if part.table is not None:
+            yield html.Div(table(cells(part.table)), className="wide")
+        yield html.P(part.note)

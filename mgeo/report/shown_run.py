@@ -1,0 +1,86 @@
+"""The run of a folder with its problem, as reports and the exploration show it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pymoo.core.problem import Problem
+
+from mgeo.plugins.problems import load_problem
+from mgeo.plugins.view import View, view_of
+from mgeo.runs.answer import RepresentativeSolution, default_solution, representative_solutions
+from mgeo.store.run import Run
+from mgeo.store.run_folder import RUN_FILE, read_run
+from mgeo.validation.entries import errors_of
+
+_MOST_NEAREST = 5  # representative solutions of those that violate a constraint least
+
+
+@dataclass(frozen=True)
+class ShownRun:
+    """A run and the solutions that are shown.
+
+    Attributes
+    ----------
+    run : Run
+    problem : Problem
+        The problem as it is installed, with the options of the run.
+    view : View
+        The front or, if no solution satisfies all constraints, those that come nearest.
+    representatives : sequence of RepresentativeSolution
+        The knee, the extremes and some between.
+    default : RepresentativeSolution, optional
+        The solution that is shown first; None if the run found none.
+    title : str
+        Problem, algorithm and seed.
+    """
+
+    run: Run
+    problem: Problem
+    view: View
+    representatives: Sequence[RepresentativeSolution]
+    default: RepresentativeSolution | None
+    title: str
+
+
+def read_shown_run(folder: Path, named: Collection[str] = ()) -> ShownRun:
+    """Read the run of a folder, and load its problem.
+
+    Parameters
+    ----------
+    named
+        Problems ``module:Class`` whose modules may be imported.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder holds no run.
+    ValueError, TypeError
+        If a file is damaged, or the problem refuses its options or has other variables or
+        objectives.
+    """
+    run = read_run(folder)
+    configuration, outcome = run.configuration, run.outcome
+    with errors_of(folder / RUN_FILE):
+        problem = load_problem(configuration.problem, configuration.options, named=named)
+        counts = len(outcome.variables), len(outcome.objectives)
+        if counts != (problem.n_var, problem.n_obj):
+            raise ValueError(
+                f"the front has {counts[0]} variables and {counts[1]} objectives: expected "
+                f"{problem.n_var} and {problem.n_obj}, as the installed problem "
+                f"{configuration.problem!r} has with these options"
+            )
+    default: RepresentativeSolution | None
+    if outcome.nearest:
+        X, F = outcome.nearest.X, outcome.nearest.F
+        rows = range(min(_MOST_NEAREST, len(X)))
+        shown = [RepresentativeSolution(row, "near" if row else "nearest") for row in rows]
+        default = shown[0]
+    else:
+        X, F = outcome.X, outcome.F
+        shown = representative_solutions(problem, F, outcome.objectives)
+        default = default_solution(problem, F) if shown else None
+    title = f"{configuration.problem} · {configuration.algorithm} · seed {configuration.seed}"
+    return ShownRun(run, problem, view_of(problem, X, F), shown, default, title)
