@@ -6,7 +6,6 @@ import re
 import shlex
 import subprocess
 import sys
-import warnings
 from pathlib import Path
 
 import mgeo_attitude.commands.app as planning
@@ -14,7 +13,6 @@ import mgeo_calibration.commands.app as calibration
 import pytest
 import typer
 
-from mgeo.cli.app import main
 from tests.mgeo.cli.test_completion import offered
 
 ROOT = Path(__file__).parents[3]
@@ -104,18 +102,3 @@ def test_plans_and_files_as_json(run, folder, front, tmp_path):
     assert len(found["least_observable"]) == 5
     file = tmp_path / "plan.json"
     assert json.loads(run("export", folder, file, "--json").stdout) == {"files": [str(file)]}
-
-
-def test_keys_of_older_files_are_told_once(tmp_path, monkeypatch, capsys):
-    file = tmp_path / "older.toml"
-    sensors = 2 * '[[sensors]]\nkind = "sun-sensor"\nname = "{}"\nfield_of_view_deg = 60.0\n'
-    file.write_text('preset = "paper"\n' + sensors.format("a", "b"))
-    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
-    monkeypatch.setattr(sys, "argv", ["mgeo", "solve", "attitude", "--scenario", str(file)])
-    monkeypatch.setattr(sys, "argv", [*sys.argv, "--evaluations", "12", "--dry-run", "--json"])
-    with warnings.catch_warnings():
-        warnings.simplefilter("default")
-        with pytest.raises(SystemExit):
-            main()
-    note = "Note: field_of_view_deg of sensors is half of it, and now half_angle_deg; gone in"
-    assert capsys.readouterr().err.count(note) == 1

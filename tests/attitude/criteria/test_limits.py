@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, SunSensor, evaluate, reference_run
 from mgeo_attitude.criteria.objectives import OBJECTIVES
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.maneuvers.motion import phases
 from mgeo_attitude.scenario.actuators import Wheels
 from mgeo_attitude.scenario.settings import NAMES, Convergence, ManeuverLimits, PathLimit
+from mgeo_attitude.settings.errors import InvalidValue
 
 from ..between import worst_excess
 
@@ -352,8 +352,8 @@ def test_problem_survives_pickling_and_its_options(limited):
         (("t_end", "tracce"), ValueError, r"objectives\[1\] = 'tracce': .*did you mean 'trace'"),
         (("trace:atitude",), ValueError, "unknown state block 'atitude'; did you mean 'attitude'"),
         (("trace:",), ValueError, "unknown state block ''"),
-        ("trace", TypeError, "objectives = 'trace': expected a list of"),
-        (("trace", 3), TypeError, r"objectives\[1\] = 3: expected a string"),
+        ("trace", ValueError, "objectives = 'trace': expected a list of"),
+        (("trace", 3), ValueError, r"objectives\[1\] = 3: expected a string"),
         ((), ValueError, r"objectives = \[\]: expected at least one name"),
         (("trace", "trace"), ValueError, r"objectives\[1\] = 'trace': expected each one once"),
         (("t_required",), ValueError, "no required_sigma"),
@@ -385,7 +385,7 @@ def test_every_objective_has_a_name_that_a_scenario_takes():
     ("make", "message"),
     [
         (lambda: PathLimit(boresight=(0.0, 0.0, 0.0), half_angle_deg=10.0), "not zero"),
-        (lambda: PathLimit(boresight=(1.0, 0.0, 0.0), half_angle_deg=180.0), r"in \(0, 180\) deg"),
+        (lambda: PathLimit(boresight=(1.0, 0.0, 0.0), half_angle_deg=180.0), r"in \(0, 180\)"),
         (
             lambda: PathLimit(name="a\nb", boresight=(1.0, 0.0, 0.0), half_angle_deg=9.0),
             r"name = 'a\\nb': expected printable characters on one line",

@@ -14,8 +14,8 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.environment.arc import Arc
 from mgeo_attitude.environment.constants import EARTH_MU, EARTH_RADIUS
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile
+from mgeo_attitude.settings.errors import InvalidValue
 
 from .integration import integrated, own_steps
 

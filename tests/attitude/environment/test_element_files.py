@@ -17,8 +17,8 @@ from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.environment.element_file import is_element_file, read_omm
 from mgeo_attitude.environment.element_set import SGP4Error, gcrs_of
 from mgeo_attitude.environment.times import instants
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import MeanElements, OrbitFile, TLEOrbit
+from mgeo_attitude.settings.errors import InvalidValue
 from sgp4 import exporter, omm
 from sgp4.api import Satrec
 
@@ -328,7 +328,7 @@ def test_without_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
     [
         ({"epoch": datetime(2026, 7, 21)}, "epoch = '2026-07-21T00:00:00': expected a UTC offset"),
         ({"mean_motion_rev_day": 17.5}, "mean_motion_rev_day = 17.5: expected a perigee above"),
-        ({"inclination_deg": 181.0}, "inclination_deg = 181.0: expected a number in [0, 180] deg"),
+        ({"inclination_deg": 181.0}, "inclination_deg = 181.0: expected a number in [0, 180]"),
     ],
 )
 def test_elements_that_are_refused(changes: dict[str, Any], expected: str) -> None:

@@ -8,8 +8,8 @@ import pytest
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.environment.directions import Place, pointed
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import InitialConditions
+from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
 
 AXES = [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.6, 0.0, 0.8)]
@@ -145,7 +145,7 @@ def test_a_fixed_attitude_is_the_same_in_both_words(at: Place) -> None:
             {"pointing": "nadir", "axis": (0, 0, "1")},
             "axis[2] = '1': expected a finite number",
         ),
-        ({"rate_deg_s": (0, 0, np.nan)}, "rate_deg_s[2] = nan: expected a number in deg/s"),
+        ({"rate_deg_s": (0, 0, np.nan)}, "rate_deg_s[2] = nan: expected a finite number [deg/s]"),
         ({"axes": ((1, 0, 0), (0, 1, 0))}, "axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)): expected"),
         ({"axes": ((1, 0, 0), (0, "1", 0))}, "axes[1][1] = '1': expected a finite number"),
         (

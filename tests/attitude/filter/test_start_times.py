@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate
 from mgeo_attitude.bound.assembly import limit
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.plan import ManeuverPlan, from_json, to_json
+from mgeo_attitude.settings.errors import InvalidValue
 
 from mgeo.studies.fingerprint.parts import fingerprint
 
@@ -157,23 +157,20 @@ def test_a_view_tells_when_each_plan_begins(problem, X):
     assert len(view.answers()) == len(view.solution_figures()) == 2
 
 
-CONTACTS = [
-    {"start": "2018-06-05T00:28:00Z", "end": "2018-06-05T00:41:00Z"},
+WINDOWS = [
+    {"start": "2018-06-05T00:28:00Z", "end": "2018-06-05T00:45:00Z"},
     {"start": "2018-06-05T01:18:00Z", "end": "2018-06-05T01:23:00Z"},
 ]
-WINDOW = {"start": "2018-06-05T00:25:00Z", "end": "2018-06-05T00:45:00Z"}
 
 
-def test_a_plan_begins_in_a_contact_and_is_over_in_the_window():
-    only = AttitudeManeuverProblem(scenario(contacts=CONTACTS))
-    assert only.start_times.times.tolist() == [1800.0, 2400.0, 4800.0]
-    both = AttitudeManeuverProblem(scenario(contacts=CONTACTS, windows=[WINDOW]))
-    assert both.start_times.times.tolist() == [1800.0, 2400.0]
+def test_a_plan_begins_and_is_over_in_a_window():
+    problem = AttitudeManeuverProblem(scenario(windows=WINDOWS))
+    assert problem.start_times.times.tolist() == [1800.0, 2400.0, 4800.0]
     x = np.append(np.tile([0.5, 0.2, -0.1, 150.0], 3), 2400.0)
-    G = both.evaluate(x, return_values_of=["G"])
-    end = both.evaluate(x, return_values_of=["F"])[0]
+    G = problem.evaluate(x, return_values_of=["G"])
+    end = problem.evaluate(x, return_values_of=["F"])[0]
     assert G.tolist() == pytest.approx([end / 300.0 - 1.0])
-    (row,) = both.view([x]).limits()
+    (row,) = problem.view([x]).limits()
     assert row.loc["end of the plan", "limit"] == 300.0
     assert row.loc["end of the plan", "margin"] == pytest.approx(300.0 - end)
 
@@ -196,10 +193,10 @@ def test_a_plan_begins_in_a_contact_and_is_over_in_the_window():
             {"maneuvers": FREE, "flight": {"start_delay": 2e6}},
             r"maneuvers\.latest_start.*duration and flight\.start_delay at most 1000000 times",
         ),
-        ({"contacts": CONTACTS, "maneuvers": {}}, r"epoch.*a start in one of the contacts, 2018"),
+        ({"windows": WINDOWS, "maneuvers": {}}, r"epoch.*a start in one of the windows, 2018"),
         (
-            {"contacts": CONTACTS, "maneuvers": FREE | {"latest_start": 600.0}},
-            r"maneuvers\.latest_start = 600.*one of the contacts",
+            {"windows": WINDOWS, "maneuvers": FREE | {"latest_start": 600.0}},
+            r"maneuvers\.latest_start = 600.*one of the windows",
         ),
         (
             {"windows": [{"start": "2018-06-05T00:10:00Z", "end": "2018-06-05T00:10:30Z"}]},

@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, agreement, evaluate
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.maneuvers.motion import RAMP, Motion, phases
 from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.settings.errors import InvalidValue
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 

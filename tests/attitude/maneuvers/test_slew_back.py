@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario
 from mgeo_attitude.environment.directions import Place
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.maneuvers.motion import phases
 from mgeo_attitude.maneuvers.schedule import schedule
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import Search, slew_back
 from scipy.spatial.transform import Rotation
 

@@ -15,9 +15,9 @@ import pytest
 from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.environment.times import utc_texts
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.plan import ManeuverPlan, aem_text, write_plan
 from mgeo_attitude.scenario import InitialConditions
+from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
 
 from .conftest import DESIGN

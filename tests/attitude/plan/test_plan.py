@@ -150,7 +150,7 @@ def test_bad_designs_are_named(problem, design, message):
 
 
 def test_bad_arguments_are_named(problem):
-    with pytest.raises(TypeError, match="scenario = 'paper'"):
+    with pytest.raises(ValueError, match="scenario = 'paper'"):
         ManeuverPlan("paper", DESIGN)
     with pytest.raises(ValueError, match=r"shape \(1, 12\): expected \(12,\)"):
         ManeuverPlan.from_design(problem, [DESIGN])

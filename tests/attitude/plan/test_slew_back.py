@@ -16,7 +16,6 @@ from mgeo_attitude import (
 )
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.show import plan_document, print_plan
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan.aem import aem_text
@@ -24,6 +23,7 @@ from mgeo_attitude.plan.figures import plan_figures
 from mgeo_attitude.plan.files import from_json, to_json
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario import PathLimit, Wheels
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import slew_back
 from mgeo_attitude.view.describe import span
 from mgeo_attitude.view.figures.against_time import timeline

@@ -8,11 +8,11 @@ from datetime import timedelta
 
 import pytest
 from mgeo_attitude import Magnetometer, Scenario, SunSensor
-from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.scenario import Orbit, TLEOrbit
 from mgeo_attitude.scenario.actuators import Coils, Wheels
-from mgeo_attitude.scenario.of_others import Orbit, TLEOrbit
 from mgeo_attitude.scenario.toml import PRESETS
 from mgeo_attitude.scenario.validity import Implausible, implausible
+from mgeo_attitude.settings.errors import InvalidValue
 
 from .test_orbit import ISS_1, ISS_2
 

@@ -9,12 +9,12 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from mgeo_attitude import Suite
-from mgeo_attitude.fields.tables import to_table
-from mgeo_attitude.scenario.of_others import Orbit
+from mgeo_attitude.scenario import Orbit
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.settings import Convergence
 from mgeo_attitude.scenario.toml import PRESETS
 from mgeo_attitude.sensors import Magnetometer, SunSensor
+from mgeo_attitude.settings.tables import to_table
 
 
 def test_paper_orbit_and_limits_are_those_of_table_2() -> None:

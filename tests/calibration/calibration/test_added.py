@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import calibrate
 from mgeo_calibration.calibration.added import addable, beside, calibrate_with, noise_of
 

@@ -9,10 +9,10 @@ import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario
 from mgeo_attitude.environment.orbit import Orbit
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.geometry.rotation import matrix, rotation_vector
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.scenario import Wheels
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import calibrate, fly, simulate
 from mgeo_calibration.calibration.document import from_json, to_json
 from mgeo_calibration.estimation.belief import Belief

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import FilterModel, Influence, Scenario
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import Channel
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import (
     calibrate,
     fly,

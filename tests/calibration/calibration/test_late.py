@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import NoLimit, Scenario, StarTracker, limit
-from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import calibrate, consistency, simulate
 
 from ...attitude.filter.suites import SUITES

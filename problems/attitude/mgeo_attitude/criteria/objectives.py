@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.fields.quantity import DEG
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.scenario.settings import blocks_of
 from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.settings.types import DEG
 
 if TYPE_CHECKING:
     from mgeo_attitude.filter.evaluator import Evaluation

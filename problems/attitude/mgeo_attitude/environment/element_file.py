@@ -19,7 +19,7 @@ from xml.etree import ElementTree
 from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit, epoch_of
 from mgeo_attitude.environment.ephemeris_formats import Origin
 from mgeo_attitude.environment.times import utc_of
-from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.settings.errors import InvalidValue
 
 #: What is understood, of what a message says in words; a table leaves most of it out.
 _UNDERSTOOD = {

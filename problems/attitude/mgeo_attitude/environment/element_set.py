@@ -8,18 +8,24 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import DAY, EARTH_MU, EARTH_RADIUS
 from mgeo_attitude.environment.frames import rotate, teme_to_gcrs
 from mgeo_attitude.environment.times import Instants, instants, utc_text
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import InvalidValue, expect, positive, quantity
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import InvalidValue, expect
+from mgeo_attitude.settings.types import (
+    Degrees,
+    Instant,
+    Unit,
+)
 
 if TYPE_CHECKING:
     from sgp4.api import Satrec
@@ -45,18 +51,18 @@ _ENTRIES = (  # line, its first and last column, meaning
 _ZERO = datetime(1949, 12, 31, tzinfo=UTC)
 
 
-def angle(doc: str) -> Any:
-    """The field of an element that may be told a revolution too far."""
-    return quantity(unit="deg", low=-360.0, high=360.0, doc=doc)
+#: An angle, which may be given a revolution too far.
+Angle = Annotated[float, Unit("deg"), Field(ge=-360.0, le=360.0)]
 
 
 class SGP4Error(ArithmeticError):
     """SGP4 cannot propagate an element set to the wanted instant."""
 
 
-class ElementSet(Validated):
+class ElementSet(Settings):
     """Mean elements for SGP4, with an epoch of their own; a class says how they are given."""
 
+    selector: ClassVar[str] = "propagator"
     #: The key that has the epoch.
     epoch_key: ClassVar[str]
 
@@ -160,7 +166,7 @@ class TLEOrbit(ElementSet):
 
     Raises
     ------
-    InvalidValue, InvalidType
+    InvalidValue
         For a line of the wrong length, number or checksum, lines of two satellites, an entry that
         is not a number, or a perigee below the Earth's surface.
 
@@ -177,12 +183,11 @@ class TLEOrbit(ElementSet):
     propagator: ClassVar[str] = "sgp4"
     epoch_key: ClassVar[str] = "line1"
 
-    line1: str = quantity(doc="first line of the element set")
-    line2: str = quantity(doc="second line of the element set")
-    source: str | None = quantity(None, doc="where they come from")
+    line1: str = Field(description="first line of the element set")
+    line2: str = Field(description="second line of the element set")
+    source: str | None = Field(default=None, description="where they come from")
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         for key in ("line1", "line2"):
             object.__setattr__(self, key, getattr(self, key).rstrip())
         _check_line("line1", self.line1, "1")
@@ -267,7 +272,7 @@ class MeanElements(ElementSet):
 
     Raises
     ------
-    InvalidValue, InvalidType
+    InvalidValue
         For an element out of its range, or a perigee below the Earth's surface.
 
     Examples
@@ -290,20 +295,19 @@ class MeanElements(ElementSet):
     propagator: ClassVar[str] = "mean-elements"
     epoch_key: ClassVar[str] = "epoch"
 
-    source: str | None = quantity(None, doc="where they come from")
-    epoch: datetime = quantity(doc="instant of the elements, with its UTC offset")
-    mean_motion_rev_day: float = positive(unit="rev/day", doc="mean motion")
-    eccentricity: float = quantity(low=0.0, high=1.0, open_high=True, doc="eccentricity")
-    inclination_deg: float = quantity(unit="deg", low=0.0, high=180.0, doc="inclination")
-    raan_deg: float = angle("right ascension of the ascending node")
-    argument_of_perigee_deg: float = angle("argument of perigee")
-    mean_anomaly_deg: float = angle("mean anomaly")
-    bstar: float = quantity(0.0, unit="1/Earth radii", doc="drag term")
+    source: str | None = Field(default=None, description="where they come from")
+    epoch: Instant = Field(description="instant of the elements, with its UTC offset")
+    mean_motion_rev_day: Annotated[float, Unit("rev/day")] = Field(
+        gt=0.0, description="mean motion"
+    )
+    eccentricity: float = Field(ge=0.0, lt=1.0, description="eccentricity")
+    inclination_deg: Degrees = Field(ge=0.0, le=180.0, description="inclination")
+    raan_deg: Angle = Field(description="right ascension of the ascending node")
+    argument_of_perigee_deg: Angle = Field(description="argument of perigee")
+    mean_anomaly_deg: Angle = Field(description="mean anomaly")
+    bstar: Annotated[float, Unit("1/Earth radii")] = Field(default=0.0, description="drag term")
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        offset = self.epoch.utcoffset() is not None
-        expect(offset, "epoch", self.epoch.isoformat(), "a UTC offset, such as a Z at the end")
         most = fastest(self.eccentricity)
         above = f"a perigee above the Earth's surface, at most {most:.6g} revolutions a day"
         found = self.mean_motion_rev_day
@@ -312,7 +316,7 @@ class MeanElements(ElementSet):
     @property
     def instant(self) -> datetime:
         """The epoch."""
-        return self.epoch.astimezone(UTC)
+        return self.epoch
 
     @property
     def period(self) -> float:

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
 import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_MU, EARTH_RADIUS
 from mgeo_attitude.environment.kepler import orbital_period
 from mgeo_attitude.environment.times import elapsed, utc_text
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import expect, quantity
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import expect
+from mgeo_attitude.settings.types import (
+    Instant,
+    Unit,
+    Vector,
+)
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.arc import Arc
@@ -29,18 +35,16 @@ SAME_INSTANT = 2e-6
 _FARTHEST = 1e9  # m; the Earth's gravity rules as far as 9.2e8 m (its sphere of influence)
 _MOST_MISSED = 1000.0  # m, as much as the best element sets are off
 
-Vector = tuple[float, float, float]
-
 
 @dataclass(frozen=True, kw_only=True)
-class EphemerisOrbit(Validated):
+class EphemerisOrbit(Settings):
     """Samples of a position in GCRS: Hermite's polynomials with velocities, Lagrange's without.
 
     Two samples of the same time are before and after a jump: no polynomial goes through both.
 
     Raises
     ------
-    InvalidValue, InvalidType
+    InvalidValue
         For times out of order, too few samples, unequal numbers of them, a
         position below ground or beyond the Earth's reach, a satellite that the Earth does not hold,
         or a sample that those around it miss by more than 1 km: it is wrong, they are too far
@@ -62,21 +66,23 @@ class EphemerisOrbit(Validated):
     True
     """
 
+    selector: ClassVar[str] = "propagator"
     propagator: ClassVar[str] = "ephemeris"
 
-    source: str = quantity("", doc="where the samples come from")
-    epoch: datetime = quantity(doc="instant from which the times count, with its UTC offset")
-    degree: int = quantity(DEFAULT_DEGREE, low=1, high=MOST_DEGREE, doc="degree of the polynomials")
-    times: tuple[float, ...] = quantity(
-        unit="s", doc="SI seconds after the epoch, in order; the same twice is a jump"
+    source: str = Field(default="", description="where the samples come from")
+    epoch: Instant = Field(description="instant from which the times count, with its UTC offset")
+    degree: int = Field(
+        default=DEFAULT_DEGREE, ge=1, le=MOST_DEGREE, description="degree of the polynomials"
     )
-    position: tuple[Vector, ...] = quantity(unit="m", doc="positions, GCRS")
-    velocity: tuple[Vector, ...] = quantity((), unit="m/s", doc="velocities, GCRS, if known")
+    times: Annotated[tuple[float, ...], Unit("s")] = Field(
+        description="SI seconds after the epoch, in order; the same twice is a jump"
+    )
+    position: Annotated[tuple[Vector, ...], Unit("m")] = Field(description="positions, GCRS")
+    velocity: Annotated[tuple[Vector, ...], Unit("m/s")] = Field(
+        default=(), description="velocities, GCRS, if known"
+    )
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        offset = self.epoch.utcoffset() is not None
-        expect(offset, "epoch", self.epoch.isoformat(), "a UTC offset, such as a Z at the end")
         n, need = len(self.times), max(3, points(self.degree, bool(self.velocity)))
         enough = f"at least {need} for degree = {self.degree}; fewer allow a lower degree"
         expect(n >= need, "times", f"{n} samples", enough)

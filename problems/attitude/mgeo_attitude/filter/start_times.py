@@ -80,7 +80,6 @@ class StartTimes:
             duration=count * scenario.step,
             flight=None,
             windows=(),
-            contacts=(),
         )
         environment = Environment.from_scenario(span)
         return cls(scenario, times, environment, FilterModel.from_scenario(span, environment))

@@ -14,8 +14,8 @@ from typing import Any, Generic, TypeVar
 from mgeo.store.atomic import to_json
 from mgeo.store.reading import parse_json, read_text
 from mgeo.validation.tables import entry, errors_of
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.settings.errors import InvalidValue
 
 T = TypeVar("T")
 

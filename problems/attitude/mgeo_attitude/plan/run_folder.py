@@ -18,12 +18,12 @@ from mgeo.runs.answer import default_solution
 from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
 from mgeo.validation.tables import errors_of
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.plan.documents import TOLERANCE
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.settings import PAPER
+from mgeo_attitude.settings.errors import InvalidValue
 
 Choice = Literal["knee", "fastest", "best"]
 

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
-from mgeo_attitude.fields.quantity import expect
 from mgeo_attitude.scenario.actuators import Coils, Wheels, check_coils
 from mgeo_attitude.scenario.channels import Channel, check_channels
 from mgeo_attitude.scenario.initial import InitialConditions
@@ -19,6 +18,7 @@ from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.world import World
+from mgeo_attitude.settings.errors import expect
 
 _MAX_COUNT = 2**31  # with more steps than this any remainder would be within rounding
 # What is kept of each step would fill the memory: of the run, once; of the window, for each design.
@@ -122,8 +122,6 @@ def _check_samples(scenario: Fields) -> None:
 def _check_epoch(scenario: Fields) -> None:
     """The run lies where the field is modeled, if anything needs it."""
     epoch, start, end = scenario.epoch, FIELD_MODEL_START, FIELD_MODEL_END
-    zone = epoch.utcoffset() is not None
-    expect(zone, "epoch", epoch.isoformat(), "a UTC offset, such as a Z at the end")
     inside = start <= epoch <= end and scenario.latest_end <= (end - epoch).total_seconds()
     late = ", begun as late as it may be," if scenario.latest_end > scenario.duration else ""
     years = (

@@ -5,7 +5,6 @@ covariance can be believed.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import is_dataclass
 from datetime import timedelta
 from typing import Any
 
@@ -13,10 +12,11 @@ import numpy as np
 
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.element_set import MAX_AGE, ElementSet
-from mgeo_attitude.fields.quantity import declared
 from mgeo_attitude.scenario.together import Fields
 from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
+from mgeo_attitude.settings.base import Settings, annotation_of, declared
+from mgeo_attitude.settings.types import Unit, Usual
 
 #: Where IGRF, a field without currents outside the Earth, is one: geocentric distance in Earth
 #: radii above which the ring current's field is no longer small beside it, and altitude [m] below
@@ -35,24 +35,21 @@ def implausible(scenario: Any) -> tuple[str, ...]:
     return (*_unusual(scenario), *_out_of_range(scenario), *_too_old(scenario))
 
 
-def _unusual(section: Any, place: str = "") -> Iterator[str]:
-    """Numbers outside the range that their `Quantity` calls usual; zero is what is left out."""
-    for name, (_, spec) in declared(type(section)).items():
-        value, key = getattr(section, name), f"{place}{name}"
-        if is_dataclass(value):
-            yield from _unusual(value, f"{key}.")
-        elif isinstance(value, tuple) and any(map(is_dataclass, value)):
-            for i, each in enumerate(value):
-                yield from _unusual(each, f"{key}[{i}].")
-        elif spec.usual and value is not None:
-            low, high = spec.usual
-            numbers = value if isinstance(value, tuple) else (value,)
-            for number in numbers:
-                if number and not low <= number <= high:
-                    unit = f" {spec.unit}" if spec.unit else ""
-                    usual = f"usual is {low:g} to {high:g}{unit}"
-                    yield f"{key} = {number:g}{unit}: {usual}; is it of another unit?"
-                    break
+def _unusual(settings: Any, place: str = "") -> Iterator[str]:
+    """Yield a line for each number outside its `Usual` range; zero leaves something out."""
+    for name in declared(type(settings)):
+        value, key = getattr(settings, name), f"{place}{name}"
+        values = value if isinstance(value, tuple) else (value,)
+        usual = annotation_of(type(settings), name, Usual)
+        unit = annotation_of(type(settings), name, Unit)
+        text = f" {unit.text}" if unit else ""
+        for i, each in enumerate(values):
+            if isinstance(each, Settings):
+                yield from _unusual(each, f"{key}[{i}]." if values is value else f"{key}.")
+            elif usual and each and not usual.low <= each <= usual.high:
+                expected = f"usual is {usual.low:g} to {usual.high:g}{text}"
+                yield f"{key} = {each:g}{text}: {expected}; is it of another unit?"
+                break
 
 
 def _out_of_range(scenario: Any) -> Iterator[str]:

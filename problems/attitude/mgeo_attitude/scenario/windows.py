@@ -4,20 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from datetime import UTC, datetime
-from typing import Protocol
+from datetime import datetime
+from typing import Annotated, Protocol
 
 import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import InvalidValue, expect, quantity
 from mgeo_attitude.scenario.settings import Convergence, ManeuverLimits
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import InvalidValue, expect
+from mgeo_attitude.settings.types import (
+    Degrees,
+    DegreesPerSecond,
+    Instant,
+    Seconds,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
-class FlightErrors(Validated):
+class FlightErrors(Settings):
     """Flights over which a plan is judged, each with errors drawn from these.
 
     Flight k of a seed is the same however many others there are.
@@ -29,64 +36,63 @@ class FlightErrors(Validated):
     0.9
     """
 
-    count: int = quantity(16, low=1, high=10_000, doc="number of flights, the same for all plans")
-    seed: int = quantity(0, low=0, doc="seed of what is drawn")
-    quantile: float = quantity(
-        0.9,
-        low=0.0,
-        high=1.0,
-        open_low=True,
-        doc="share of the flights that must keep the value of an objective; 1 for the worst",
+    count: int = Field(
+        default=16, ge=1, le=10_000, description="number of flights, the same for all plans"
     )
-    mean: bool = quantity(False, doc="whether objectives are means over the flights instead")
-    kept: float = quantity(
-        1.0, low=0.0, high=1.0, open_low=True, doc="share of the flights that must keep each limit"
+    seed: int = Field(default=0, ge=0, description="seed of what is drawn")
+    quantile: float = Field(
+        default=0.9,
+        gt=0.0,
+        le=1.0,
+        description="share of the flights that must keep the value of an objective; 1 for the "
+        "worst",
     )
-    grow: tuple[int, ...] = quantity(
-        (),
-        low=0,
-        high=10_000,
-        doc="how many there are in the stages of a search before its last; 0 for none but the "
-        "exact one",
+    mean: bool = Field(
+        default=False, description="whether objectives are means over the flights instead"
     )
-    attitude_deg: float | None = quantity(
-        None,
-        unit="deg",
-        low=0.0,
-        high=180.0,
-        doc="attitude error at the start, 1-sigma per axis; initial.attitude_deg if not given",
+    kept: float = Field(
+        default=1.0, gt=0.0, le=1.0, description="share of the flights that must keep each limit"
     )
-    rate_error_deg_s: float | None = quantity(
-        None,
-        unit="deg/s",
-        low=0.0,
-        doc="error of all rates, 1-sigma per axis; the gyro's initial bias if not given",
+    grow: tuple[Annotated[int, Field(ge=0, le=10_000)], ...] = Field(
+        default=(),
+        description="how many there are in the stages of a search before its last; 0 for none but "
+        "the exact one",
     )
-    maneuver_rate_error_deg_s: float = quantity(
-        0.0, unit="deg/s", low=0.0, doc="error of the rate of each maneuver, 1-sigma per axis"
+    attitude_deg: Degrees | None = Field(
+        default=None,
+        ge=0.0,
+        le=180.0,
+        description="attitude error at the start, 1-sigma per axis; initial.attitude_deg if not "
+        "given",
     )
-    duration_error: float = quantity(
-        0.0, unit="s", low=0.0, doc="error of the duration of each maneuver, 1-sigma"
+    rate_error_deg_s: DegreesPerSecond | None = Field(
+        default=None,
+        ge=0.0,
+        description="error of all rates, 1-sigma per axis; the gyro's initial bias if not given",
     )
-    start_delay: float = quantity(
-        0.0,
-        unit="s",
-        low=0.0,
-        high=31 * 86400.0,
-        doc="greatest delay of the start, of which all are equally likely; 604800 for a plan that "
-        "holds at any time of a week",
+    maneuver_rate_error_deg_s: DegreesPerSecond = Field(
+        default=0.0, ge=0.0, description="error of the rate of each maneuver, 1-sigma per axis"
+    )
+    duration_error: Seconds = Field(
+        default=0.0, ge=0.0, description="error of the duration of each maneuver, 1-sigma"
+    )
+    start_delay: Seconds = Field(
+        default=0.0,
+        ge=0.0,
+        le=31 * 86400.0,
+        description="greatest delay of the start, of which all are equally likely; 604800 for a "
+        "plan that holds at any time of a week",
     )
 
-    noise_spread: float = quantity(
-        0.0,
-        low=0.0,
-        high=2.0,
-        doc="by how much the noise of the gyro and of each sensor may be other than is believed: "
-        "1-sigma of the logarithm of their ratio",
+    noise_spread: float = Field(
+        default=0.0,
+        ge=0.0,
+        le=2.0,
+        description="by how much the noise of the gyro and of each sensor may be other than is "
+        "believed: 1-sigma of the logarithm of their ratio",
     )
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         counts = [*self.grow, self.count]
         expect(counts == sorted(counts), "grow", self.grow, f"ascending, up to {self.count}")
 
@@ -101,28 +107,7 @@ MOST_STARTS = 2000
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Span(Validated):
-    """From a start to an end, both converted to UTC."""
-
-    start: datetime
-    end: datetime
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for key in ("start", "end"):
-            time = getattr(self, key)
-            zone = time.utcoffset() is not None
-            expect(zone, key, time.isoformat(), "a UTC offset, such as a Z at the end")
-            object.__setattr__(self, key, time.astimezone(UTC))
-        later = f"later than start = {self.start.isoformat()}"
-        expect(self.end > self.start, "end", self.end.isoformat(), later)
-
-    def __str__(self) -> str:
-        return f"{self.start:%Y-%m-%dT%H:%M:%SZ} to {self.end:%Y-%m-%dT%H:%M:%SZ}"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Window(_Span):
+class Window(Settings):
     """A time in which a plan may be flown as a whole; both ends are converted to UTC.
 
     Examples
@@ -134,25 +119,15 @@ class Window(_Span):
     11
     """
 
-    start: datetime = quantity(doc="no plan begins earlier; with its UTC offset")
-    end: datetime = quantity(doc="every plan is over by then, with the slew back")
+    start: Instant = Field(description="no plan begins earlier; with its UTC offset")
+    end: Instant = Field(description="every plan is over by then, with the slew back")
 
+    def __post_init__(self) -> None:
+        later = f"later than start = {self.start.isoformat()}"
+        expect(self.end > self.start, "end", self.end.isoformat(), later)
 
-@dataclass(frozen=True, kw_only=True)
-class Contact(_Span):
-    """A ground contact, in which a plan may be commanded to begin; both ends are converted.
-
-    Examples
-    --------
-    >>> from datetime import UTC, datetime
-    >>> from mgeo_attitude.scenario import Contact
-    >>> start, end = (datetime(2026, 3, 1, 10, minute, tzinfo=UTC) for minute in (4, 13))
-    >>> str(Contact(start=start, end=end))
-    '2026-03-01T10:04:00Z to 2026-03-01T10:13:00Z'
-    """
-
-    start: datetime = quantity(doc="the contact begins; with its UTC offset")
-    end: datetime = quantity(doc="it ends: a plan has begun by then, and may go on")
+    def __str__(self) -> str:
+        return f"{self.start:%Y-%m-%dT%H:%M:%SZ} to {self.end:%Y-%m-%dT%H:%M:%SZ}"
 
 
 class Operated(Protocol):
@@ -165,8 +140,6 @@ class Operated(Protocol):
     @property
     def windows(self) -> tuple[Window, ...]: ...
     @property
-    def contacts(self) -> tuple[Contact, ...]: ...
-    @property
     def maneuvers(self) -> ManeuverLimits: ...
     @property
     def convergence(self) -> Convergence: ...
@@ -174,10 +147,10 @@ class Operated(Protocol):
     def flight(self) -> FlightErrors | None: ...
 
 
-def seconds(epoch: datetime, spans: Sequence[_Span]) -> Floats:
+def seconds(epoch: datetime, windows: Sequence[Window]) -> Floats:
     """Starts and ends [s] after an epoch, shape (k, 2)."""
     return np.array(
-        [[(t - epoch).total_seconds() for t in (span.start, span.end)] for span in spans]
+        [[(t - epoch).total_seconds() for t in (each.start, each.end)] for each in windows]
     ).reshape(-1, 2)
 
 
@@ -217,14 +190,11 @@ def start_times(scenario: Operated) -> Floats:
         few = f"at least {fewest:.4g} s, so that latest_start has at most {MOST_STARTS} of them"
         expect(count < MOST_STARTS, "maneuvers.start_interval", interval, few)
         key, value = "maneuvers.latest_start", last
-    for name, spans in (("windows", scenario.windows), ("contacts", scenario.contacts)):
-        if spans:
-            begin, end = seconds(scenario.epoch, spans).T[:, :, None]
-            times = times[((begin <= times) & (times < end)).any(axis=0)]
-            within = f"a start in one of the {name}, {', '.join(map(str, spans))}"
-            if name == "contacts" and scenario.windows:
-                within += ", and in a window"
-            expect(len(times) > 0, key, value, within)
+    if scenario.windows:
+        begin, end = seconds(scenario.epoch, scenario.windows).T[:, :, None]
+        times = times[((begin <= times) & (times < end)).any(axis=0)]
+        within = f"a start in one of the windows, {', '.join(map(str, scenario.windows))}"
+        expect(len(times) > 0, key, value, within)
     return _in_time(scenario, times)
 
 

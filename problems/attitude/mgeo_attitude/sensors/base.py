@@ -6,13 +6,13 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import DIMENSIONLESS, Unit, expect, positive, quantity
 from mgeo_attitude.geometry.vector import Vec3
 from mgeo_attitude.sensors.errors import (
     CONSIDERED,
@@ -22,6 +22,15 @@ from mgeo_attitude.sensors.errors import (
     State,
     check_considered,
     check_influences,
+)
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import expect
+from mgeo_attitude.settings.types import (
+    DIMENSIONLESS,
+    Degrees,
+    Direction,
+    Seconds,
+    Unit,
 )
 
 if TYPE_CHECKING:
@@ -33,9 +42,13 @@ Noisy = TypeVar("Noisy")
 
 NAME = "name, unique in the suite; prefixes the sensor's states"
 
+Boresight = Annotated[Direction, Field(description="direction it looks in, body axes (any length)")]
+#: Least angle of the boresight from what blinds a sensor.
+Exclusion = Annotated[Degrees | None, Field(ge=0.0, lt=90.0)]
+
 
 @dataclass(frozen=True)
-class Sensor(Validated, ABC):
+class Sensor(Settings, ABC):
     """A sensor that measures a 3-vector, or what fewer numbers say.
 
     A subclass is a frozen dataclass of parameters. `states`, `measure` and `noise` are all that it
@@ -44,7 +57,7 @@ class Sensor(Validated, ABC):
 
     Examples
     --------
-    >>> from dataclasses import dataclass
+    >>> from pydantic.dataclasses import dataclass
     >>> from mgeo_attitude import Sensor
     >>> @dataclass(frozen=True)
     ... class Direction(Sensor):
@@ -59,6 +72,7 @@ class Sensor(Validated, ABC):
     {'bias': 0.01}
     """
 
+    selector: ClassVar[str] = "kind"
     kind: ClassVar[str]
     #: Those of its states that are rotations, for `rotation.rotate`; all others are sums.
     rotations: ClassVar[tuple[str, ...]] = ()
@@ -77,26 +91,25 @@ class Sensor(Validated, ABC):
     #: Unit of a vector in telemetry.
     channel_unit: ClassVar[Unit] = DIMENSIONLESS
 
-    name: str = quantity(doc=NAME)
-    sample_interval: float | None = positive(
-        None,
-        unit="s",
+    name: str = Field(description=NAME)
+    sample_interval: Seconds | None = Field(
+        default=None,
+        gt=0.0,
         kw_only=True,
-        doc="time between samples, a multiple of the filter's step; without it one in every step",
+        description="time between samples, a multiple of the filter's step; without it one in "
+        "every step",
     )
-    considered: tuple[str, ...] = quantity((), kw_only=True, doc=CONSIDERED)
-    influences: tuple[Influence, ...] = quantity((), kw_only=True, doc=INFLUENCES)
-    initial_delay_s: float = quantity(
-        0.0,
-        unit="s",
-        low=0.0,
+    considered: tuple[str, ...] = Field(default=(), kw_only=True, description=CONSIDERED)
+    influences: tuple[Influence, ...] = Field(default=(), kw_only=True, description=INFLUENCES)
+    initial_delay_s: Seconds = Field(
+        default=0.0,
+        ge=0.0,
         kw_only=True,
-        doc="unknown constant time by which its readings are older than their time, 1-sigma; 0 "
-        "leaves the states out",
+        description="unknown constant time by which its readings are older than their time, "
+        "1-sigma; 0 leaves the states out",
     )
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         check_considered(self.considered, self.states())
         check_influences(self.influences, self.states(), self.kind)
         expect(
@@ -238,20 +251,3 @@ def with_noise(part: Noisy, factor: float) -> Noisy:
 
     names = part.noise_parameters  # type: ignore[attr-defined]
     return dataclasses.replace(part, **{name: times(getattr(part, name)) for name in names})  # type: ignore[type-var]
-
-
-def boresight() -> Any:
-    """The field of the axis that a sensor looks along."""
-    return quantity((0.0, 0.0, 1.0), doc="direction it looks in, body axes (any length)")
-
-
-def exclusion(of: str) -> Any:
-    """The field of an angle around the boresight in which something blinds a sensor."""
-    return quantity(
-        None,
-        unit="deg",
-        low=0.0,
-        high=90.0,
-        open_high=True,
-        doc=f"least angle of the boresight {of} at which it measures",
-    )

@@ -4,20 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields.quantity import SECOND, Unit, expect, positive, quantity
 from mgeo_attitude.geometry.rotation import dot, frame
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import NAME, Sensor
 from mgeo_attitude.sensors.errors import State
+from mgeo_attitude.settings.types import (
+    SECOND,
+    Degrees,
+    Direction,
+    Unit,
+    Usual,
+)
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -49,36 +56,35 @@ class Photodiode(Sensor):
     units: ClassVar[Mapping[str, Unit]] = {"delay": SECOND}
     channels: ClassVar[tuple[str, ...]] = ("",)
 
-    name: str = quantity("diode", doc=NAME)
-    normal: tuple[float, float, float] = quantity(
-        (0.0, 0.0, 1.0),
-        doc="direction in which the Sun gives all its light, body axes (any length)",
+    name: str = Field(default="diode", description=NAME)
+    normal: Direction = Field(
+        default=(0.0, 0.0, 1.0),
+        description="direction in which the Sun gives all its light, body axes (any length)",
     )
-    relative_noise: float = positive(
-        0.02,
-        doc="noise per sample, 1-sigma; what the Sun at the normal gives is 1",
-        usual=(1e-4, 0.5),
+    relative_noise: Annotated[float, Usual(1e-4, 0.5)] = Field(
+        default=0.02,
+        gt=0.0,
+        description="noise per sample, 1-sigma; what the Sun at the normal gives is 1",
     )
-    initial_scale_factor: float = positive(
-        0.05, doc="initial error of its gain, 1-sigma", usual=(1e-4, 0.5)
+    initial_scale_factor: Annotated[float, Usual(1e-4, 0.5)] = Field(
+        default=0.05, gt=0.0, description="initial error of its gain, 1-sigma"
     )
-    initial_misalignment_deg: float = positive(
-        2.0, unit="deg", doc="initial misalignment of its normal, 1-sigma about each axis across"
+    initial_misalignment_deg: Degrees = Field(
+        default=2.0,
+        gt=0.0,
+        description="initial misalignment of its normal, 1-sigma about each axis across",
     )
-    half_angle_deg: float = positive(
-        70.0,
-        unit="deg",
-        high=89.0,
-        doc="angle of the Sun from the normal up to which it is read: beyond, light from the Earth "
-        "may be as bright, and glass reflects",
+    half_angle_deg: Degrees = Field(
+        default=70.0,
+        gt=0.0,
+        le=89.0,
+        description="angle of the Sun from the normal up to which it is read: beyond, light from "
+        "the Earth may be as bright, and glass reflects",
     )
-    sees_albedo: bool = quantity(
-        True, doc="whether light from the Earth adds to what it measures, if the world has any"
+    sees_albedo: bool = Field(
+        default=True,
+        description="whether light from the Earth adds to what it measures, if the world has any",
     )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        expect(any(self.normal), "normal", self.normal, "a direction, not zero")
 
     @cached_property
     def axes(self) -> Floats:

@@ -4,25 +4,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields.quantity import ARCMIN, DEG, PPM, SECOND, Unit, expect, positive, quantity
 from mgeo_attitude.geometry.rotation import rotate, shear
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import shear as shear_components
-from mgeo_attitude.sensors.base import NAME, Sensor, boresight
+from mgeo_attitude.sensors.base import NAME, Boresight, Sensor
 from mgeo_attitude.sensors.errors import (
+    Misalignment,
+    Nonorthogonality,
+    ScaleFactor,
     State,
     by_axis,
-    misalignment,
-    nonorthogonality,
-    scale_factor,
     tilt,
 )
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, NT, POSITION_UNIT
+from mgeo_attitude.settings.types import (
+    ARCMIN,
+    DEG,
+    PPM,
+    SECOND,
+    Degrees,
+    PerAxis,
+    Positive,
+    Unit,
+    Usual,
+)
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -74,35 +86,26 @@ class SunSensor(VectorSensor):
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN, "delay": SECOND}
 
-    name: str = quantity("sun", doc=NAME)
-    noise_deg: float | tuple[float, float, float] = positive(
-        2.0,
-        unit="deg",
-        doc="noise per sample, 1-sigma per axis, alike or of each",
-        usual=(0.005, 50.0),
+    name: str = Field(default="sun", description=NAME)
+    noise_deg: Annotated[PerAxis[Positive], Unit("deg"), Usual(0.005, 50.0)] = Field(
+        default=2.0, description="noise per sample, 1-sigma per axis, alike or of each"
     )
-    initial_misalignment_deg: float = misalignment(1.0)
-    initial_bias: float = positive(
-        0.02, doc="initial bias of the unit vector, 1-sigma per axis", formerly="bias"
+    initial_misalignment_deg: Misalignment = 1.0
+    initial_bias: float = Field(
+        default=0.02, gt=0.0, description="initial bias of the unit vector, 1-sigma per axis"
     )
 
-    boresight: tuple[float, float, float] = boresight()
-    half_angle_deg: float = quantity(
-        180.0,
-        unit="deg",
-        low=0.0,
-        high=180.0,
-        open_low=True,
-        doc="half-angle of the field of view; 180 sees everywhere",
-        formerly="field_of_view_deg",
+    boresight: Boresight = (0.0, 0.0, 1.0)
+    half_angle_deg: Degrees = Field(
+        default=180.0,
+        gt=0.0,
+        le=180.0,
+        description="half-angle of the field of view; 180 sees everywhere",
     )
-    sees_albedo: bool = quantity(
-        True, doc="whether light from the Earth adds to what it measures, if the world has any"
+    sees_albedo: bool = Field(
+        default=True,
+        description="whether light from the Earth adds to what it measures, if the world has any",
     )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        expect(any(self.boresight), "boresight", self.boresight, "a direction, not zero")
 
     def states(self) -> dict[str, State]:
         return {
@@ -164,19 +167,16 @@ class Magnetometer(VectorSensor):
     }
     channel_unit: ClassVar[Unit] = NT
 
-    name: str = quantity("mag", doc=NAME)
-    noise_nt: float | tuple[float, float, float] = positive(
-        500.0,
-        unit="nT",
-        doc="noise per sample, 1-sigma per axis, alike or of each",
-        usual=(1.0, 1e4),
+    name: str = Field(default="mag", description=NAME)
+    noise_nt: Annotated[PerAxis[Positive], Unit("nT"), Usual(1.0, 1e4)] = Field(
+        default=500.0, description="noise per sample, 1-sigma per axis, alike or of each"
     )
-    initial_misalignment_deg: float = misalignment(1.0)
-    initial_bias_nt: float = positive(
-        2000.0, unit="nT", doc="initial bias, 1-sigma per axis", formerly="bias_nt"
+    initial_misalignment_deg: Misalignment = 1.0
+    initial_bias_nt: Annotated[float, Unit("nT")] = Field(
+        default=2000.0, gt=0.0, description="initial bias, 1-sigma per axis"
     )
-    initial_scale_factor: float = scale_factor()
-    initial_nonorthogonality_deg: float = nonorthogonality()
+    initial_scale_factor: ScaleFactor = 0.0
+    initial_nonorthogonality_deg: Nonorthogonality = 0.0
 
     def states(self) -> dict[str, State]:
         states: dict[str, State] = {

@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
 from mgeo_attitude.maneuvers.motion import Body, Motion, Phase, divided, phases
 from mgeo_attitude.maneuvers.schedule import (
@@ -32,6 +31,7 @@ from mgeo_attitude.maneuvers.schedule import (
     maneuver_steps,
     schedule,
 )
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.arrival import arrival, missing
 
 if TYPE_CHECKING:

@@ -18,11 +18,11 @@ from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import OBJECTIVES, attitude_sigma_deg
 from mgeo_attitude.criteria.robustness import FlightSamples, kept_by, over_flights
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.start_times import StartTimes
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.windows import FlightErrors
+from mgeo_attitude.settings.errors import InvalidValue
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,10 +10,11 @@ import pandas as pd
 
 from mgeo.plugins.shown import Review, Section
 from mgeo_attitude.environment.times import utc_texts
-from mgeo_attitude.fields.quantity import declared
 from mgeo_attitude.filter.history import filter_history
 from mgeo_attitude.maneuvers.motion import Phase
 from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.settings.base import annotation_of
+from mgeo_attitude.settings.types import Unit
 from mgeo_attitude.view import at_best, satellite
 from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.observability import alternatives, budget
@@ -143,11 +144,11 @@ def _instruments(scenario: Scenario) -> pd.DataFrame:
     parts: list[tuple[str, Any]] = [("gyro", suite.gyro)]
     parts += [(sensor.name, sensor) for sensor in suite.sensors]
     for name, part in parts:
-        fields = declared(type(part))
+        units = {key: annotation_of(type(part), key, Unit) for key in part.noise_parameters}
         noise = [
             f"{_WITH_UNIT.sub('', key).replace('_', ' ')} {_numbers(getattr(part, key))} "
-            f"{fields[key][1].unit or ''}".strip()
-            for key in part.noise_parameters
+            f"{unit.text if unit else ''}".strip()
+            for key, unit in units.items()
         ]
         every = getattr(part, "sample_interval", None) or scenario.step
         rows[name] = {

@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.plan.documents import Form, read_document, written
 from mgeo_attitude.scenario.prior import prior_of
 from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.settings.errors import InvalidValue
 
 from mgeo.validation.tables import entry
 from mgeo_calibration.calibration.agreement import PriorTest, SensorTest
