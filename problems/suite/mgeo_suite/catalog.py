@@ -17,9 +17,7 @@ from mgeo_attitude.geometry.vector import Vec3
 from mgeo_attitude.settings.base import Settings, declared
 from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, expect, known_names
 from mgeo_attitude.settings.tables import to_table
-from mgeo_attitude.settings.types import (
-    Unit,
-)
+from mgeo_attitude.settings.types import Unit
 from pydantic import Field
 
 from mgeo.store.reading import read_text
@@ -47,11 +45,8 @@ class SunHead(SunSensor):
     one of them is enough.
     """
 
-    initial_bias: float = Field(
-        default=0.0,
-        ge=0.0,
-        description="initial bias of the unit vector, 1-sigma per axis; 0 leaves the states out",
-    )
+    initial_bias: float = Field(default=0.0, ge=0.0)
+    """initial bias of the unit vector, 1-sigma per axis; 0 leaves the states out"""
 
     def states(self) -> dict[str, Any]:
         found = super().states()
@@ -84,11 +79,16 @@ class CatalogError(ValueError):
 class Entry(Settings):
     """What a grade costs, and who says so."""
 
-    name: str = Field(description="name of the grade, unique in its section")
-    price_keur: Annotated[float, Unit("kEUR")] = Field(ge=0.0, description="price class")
-    mass_g: Annotated[float, Unit("g")] = Field(ge=0.0, description="mass")
-    power_mw: Annotated[float, Unit("mW")] = Field(ge=0.0, description="average power")
-    source: str = Field(description="where the figures are from")
+    name: str
+    """name of the grade, unique in its section"""
+    price_keur: Annotated[float, Unit("kEUR")] = Field(ge=0.0)
+    """price class"""
+    mass_g: Annotated[float, Unit("g")] = Field(ge=0.0)
+    """mass"""
+    power_mw: Annotated[float, Unit("mW")] = Field(ge=0.0)
+    """average power"""
+    source: str
+    """where the figures are from"""
 
 
 @dataclass(frozen=True)

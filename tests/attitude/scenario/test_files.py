@@ -20,7 +20,7 @@ from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.toml import PRESETS, ScenarioFileError
 from mgeo_attitude.sensors import Gyro, Sensor, StarTracker, SunSensor
 from mgeo_attitude.sensors.kinds import SENSORS
-from mgeo_attitude.settings.base import declared
+from mgeo_attitude.settings.base import schema_of
 from mgeo_attitude.settings.errors import KeyProblem
 
 from .strategies import scenarios
@@ -132,7 +132,8 @@ def test_every_key_has_a_comment() -> None:
 
 @pytest.mark.parametrize("section", [Scenario, Gyro, *SENSORS.values()])
 def test_every_field_says_what_it_means(section: type) -> None:
-    assert [key for key, field in declared(section).items() if not field.description] == []
+    properties = schema_of(section)["properties"]
+    assert [key for key, schema in properties.items() if not schema.get("description")] == []
 
 
 @pytest.mark.parametrize(

@@ -31,9 +31,9 @@ class Bearing(Settings):
 
 @dataclass(frozen=True)
 class Wheel(Settings):
-    inertia: Annotated[float, Unit("kg m²")] = Field(
-        default=1.0, gt=0.0, description="moment of inertia"
-    )
+    inertia: Annotated[float, Unit("kg m²")] = Field(default=1.0, gt=0.0)
+    """moment
+    of inertia"""
     offset: float = Field(default=0.0, description="offset from the center")
     poles: int = Field(default=4, ge=2, description="magnetic poles")
     vented: bool = Field(default=False, description="open to vacuum")

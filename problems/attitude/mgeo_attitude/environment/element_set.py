@@ -21,11 +21,7 @@ from mgeo_attitude.environment.frames import rotate, teme_to_gcrs
 from mgeo_attitude.environment.times import Instants, instants, utc_text
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
-from mgeo_attitude.settings.types import (
-    Degrees,
-    Instant,
-    Unit,
-)
+from mgeo_attitude.settings.types import Degrees, Instant, Unit
 
 if TYPE_CHECKING:
     from sgp4.api import Satrec
@@ -183,9 +179,12 @@ class TLEOrbit(ElementSet):
     propagator: ClassVar[str] = "sgp4"
     epoch_key: ClassVar[str] = "line1"
 
-    line1: str = Field(description="first line of the element set")
-    line2: str = Field(description="second line of the element set")
-    source: str | None = Field(default=None, description="where they come from")
+    line1: str
+    """first line of the element set"""
+    line2: str
+    """second line of the element set"""
+    source: str | None = None
+    """where they come from"""
 
     def __post_init__(self) -> None:
         for key in ("line1", "line2"):
@@ -295,17 +294,24 @@ class MeanElements(ElementSet):
     propagator: ClassVar[str] = "mean-elements"
     epoch_key: ClassVar[str] = "epoch"
 
-    source: str | None = Field(default=None, description="where they come from")
-    epoch: Instant = Field(description="instant of the elements, with its UTC offset")
-    mean_motion_rev_day: Annotated[float, Unit("rev/day")] = Field(
-        gt=0.0, description="mean motion"
-    )
-    eccentricity: float = Field(ge=0.0, lt=1.0, description="eccentricity")
-    inclination_deg: Degrees = Field(ge=0.0, le=180.0, description="inclination")
-    raan_deg: Angle = Field(description="right ascension of the ascending node")
-    argument_of_perigee_deg: Angle = Field(description="argument of perigee")
-    mean_anomaly_deg: Angle = Field(description="mean anomaly")
-    bstar: Annotated[float, Unit("1/Earth radii")] = Field(default=0.0, description="drag term")
+    source: str | None = None
+    """where they come from"""
+    epoch: Instant
+    """instant of the elements, with its UTC offset"""
+    mean_motion_rev_day: Annotated[float, Unit("rev/day")] = Field(gt=0.0)
+    """mean motion"""
+    eccentricity: float = Field(ge=0.0, lt=1.0)
+    """eccentricity"""
+    inclination_deg: Degrees = Field(ge=0.0, le=180.0)
+    """inclination"""
+    raan_deg: Angle
+    """right ascension of the ascending node"""
+    argument_of_perigee_deg: Angle
+    """argument of perigee"""
+    mean_anomaly_deg: Angle
+    """mean anomaly"""
+    bstar: Annotated[float, Unit("1/Earth radii")] = 0.0
+    """drag term"""
 
     def __post_init__(self) -> None:
         most = fastest(self.eccentricity)

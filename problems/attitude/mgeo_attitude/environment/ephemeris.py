@@ -17,11 +17,7 @@ from mgeo_attitude.environment.kepler import orbital_period
 from mgeo_attitude.environment.times import elapsed, utc_text
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
-from mgeo_attitude.settings.types import (
-    Instant,
-    Unit,
-    Vector,
-)
+from mgeo_attitude.settings.types import Instant, Unit, Vector
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.arc import Arc
@@ -69,18 +65,18 @@ class EphemerisOrbit(Settings):
     selector: ClassVar[str] = "propagator"
     propagator: ClassVar[str] = "ephemeris"
 
-    source: str = Field(default="", description="where the samples come from")
-    epoch: Instant = Field(description="instant from which the times count, with its UTC offset")
-    degree: int = Field(
-        default=DEFAULT_DEGREE, ge=1, le=MOST_DEGREE, description="degree of the polynomials"
-    )
-    times: Annotated[tuple[float, ...], Unit("s")] = Field(
-        description="SI seconds after the epoch, in order; the same twice is a jump"
-    )
-    position: Annotated[tuple[Vector, ...], Unit("m")] = Field(description="positions, GCRS")
-    velocity: Annotated[tuple[Vector, ...], Unit("m/s")] = Field(
-        default=(), description="velocities, GCRS, if known"
-    )
+    source: str = ""
+    """where the samples come from"""
+    epoch: Instant
+    """instant from which the times count, with its UTC offset"""
+    degree: int = Field(default=DEFAULT_DEGREE, ge=1, le=MOST_DEGREE)
+    """degree of the polynomials"""
+    times: Annotated[tuple[float, ...], Unit("s")]
+    """SI seconds after the epoch, in order; the same twice is a jump"""
+    position: Annotated[tuple[Vector, ...], Unit("m")]
+    """positions, GCRS"""
+    velocity: Annotated[tuple[Vector, ...], Unit("m/s")] = ()
+    """velocities, GCRS, if known"""
 
     def __post_init__(self) -> None:
         n, need = len(self.times), max(3, points(self.degree, bool(self.velocity)))

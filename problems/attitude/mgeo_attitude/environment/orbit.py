@@ -30,11 +30,7 @@ from mgeo_attitude.environment.kepler import (
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
 from mgeo_attitude.settings.tables import Kinds
-from mgeo_attitude.settings.types import (
-    Degrees,
-    Unit,
-    one_of,
-)
+from mgeo_attitude.settings.types import Degrees, Unit, one_of
 
 #: Functions of Keplerian elements and times, by the ``propagator`` that names them.
 ANALYTIC = {"two-body": two_body, "j2": j2_secular}
@@ -64,15 +60,20 @@ class Orbit(Settings):
     5704
     """
 
-    propagator: Annotated[str, one_of(ANALYTIC)] = Field(
-        default="two-body", description="unperturbed, or with the secular effects of J2"
-    )
-    semi_major_axis: Annotated[float, Unit("m")] = Field(gt=0.0, description="semi-major axis")
-    eccentricity: float = Field(ge=0.0, lt=1.0, description="eccentricity")
-    inclination_deg: Degrees = Field(ge=0.0, le=180.0, description="inclination")
-    raan_deg: Angle = Field(description="right ascension of the ascending node")
-    argument_of_perigee_deg: Angle = Field(description="argument of perigee")
-    true_anomaly_deg: Angle = Field(description="true anomaly at the epoch")
+    propagator: Annotated[str, one_of(ANALYTIC)] = "two-body"
+    """unperturbed, or with the secular effects of J2"""
+    semi_major_axis: Annotated[float, Unit("m")] = Field(gt=0.0)
+    """semi-major axis"""
+    eccentricity: float = Field(ge=0.0, lt=1.0)
+    """eccentricity"""
+    inclination_deg: Degrees = Field(ge=0.0, le=180.0)
+    """inclination"""
+    raan_deg: Angle
+    """right ascension of the ascending node"""
+    argument_of_perigee_deg: Angle
+    """argument of perigee"""
+    true_anomaly_deg: Angle
+    """true anomaly at the epoch"""
 
     def __post_init__(self) -> None:
         perigee = self.semi_major_axis * (1.0 - self.eccentricity)
@@ -141,23 +142,16 @@ class OrbitFile(Settings):
     selector: ClassVar[str] = "propagator"
     propagator: ClassVar[str] = "file"
 
-    file: str = Field(description="element sets or an ephemeris, in the scenario file's folder")
-    object: str = Field(
-        default="", description="which of several objects: name, designator or catalog number"
-    )
-    frame: str = Field(
-        default="", description="frame of a table: GCRF, EME2000, TEME, TOD, MOD or ITRF"
-    )
-    interpolation: Literal["hermite", "lagrange"] | None = Field(
-        default=None,
-        description="through velocities too, or positions only, if not as the file says",
-    )
-    degree: int | None = Field(
-        default=None,
-        ge=1,
-        le=MOST_DEGREE,
-        description="degree of the polynomials, if not as the file says",
-    )
+    file: str
+    """element sets or an ephemeris, in the scenario file's folder"""
+    object: str = ""
+    """which of several objects: name, designator or catalog number"""
+    frame: str = ""
+    """frame of a table: GCRF, EME2000, TEME, TOD, MOD or ITRF"""
+    interpolation: Literal["hermite", "lagrange"] | None = None
+    """through velocities too, or positions only, if not as the file says"""
+    degree: int | None = Field(default=None, ge=1, le=MOST_DEGREE)
+    """degree of the polynomials, if not as the file says"""
 
     def for_run(self, epoch: datetime, duration: float) -> EphemerisOrbit | TLEOrbit | MeanElements:
         """What a run of `duration` [s] from an epoch with a UTC offset needs.

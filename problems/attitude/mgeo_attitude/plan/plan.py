@@ -8,7 +8,6 @@ from functools import cached_property, lru_cache
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
-from pydantic import Field
 from pydantic.dataclasses import dataclass
 from typing_extensions import deprecated
 
@@ -25,9 +24,7 @@ from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
-from mgeo_attitude.settings.types import (
-    DEG,
-)
+from mgeo_attitude.settings.types import DEG
 from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 from mgeo_attitude.view import at_best
 from mgeo_attitude.view.describe import span
@@ -73,8 +70,10 @@ class ManeuverPlan(Settings):
     (2337.0, [0.043, 0.046, 0.055])
     """
 
-    scenario: Scenario = Field(description="what the plan is for")
-    design: tuple[float, ...] = Field(description="rates [deg/s] and duration [s] of each maneuver")
+    scenario: Scenario
+    """what the plan is for"""
+    design: tuple[float, ...]
+    """rates [deg/s] and duration [s] of each maneuver"""
 
     def __post_init__(self) -> None:
         latest = self.scenario.maneuvers.latest_start

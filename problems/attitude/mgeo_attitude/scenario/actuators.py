@@ -115,49 +115,28 @@ class Wheels(Settings):
     'pseudo-inverse'
     """
 
-    inertia: Annotated[Triple[Positive], Unit("kg m²"), Usual(1e-5, 1e4)] = Field(
-        description="moments of inertia about body x, y and z"
-    )
-    products_of_inertia: Annotated[Vector, Unit("kg m²")] = Field(
-        default=(0.0, 0.0, 0.0), description="entries xy, xz and yz of the inertia matrix"
-    )
-    axes: tuple[Direction, ...] = Field(
-        default=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
-        description="spin axes of three or more wheels, body axes (any length)",
-    )
-    allocation: Annotated[str, one_of(ALLOCATIONS)] = Field(
-        default="pseudo-inverse",
-        description="how more than three share a torque: least squares, or least load of the most "
-        "loaded",
-    )
-    max_torque: Annotated[float | None, Unit("N m")] = Field(
-        default=None, gt=0.0, description="greatest torque of each wheel"
-    )
-    max_momentum: Annotated[float | None, Unit("N m s")] = Field(
-        default=None, gt=0.0, description="greatest momentum stored in each wheel"
-    )
-    initial_momentum: Annotated[tuple[float, ...], Unit("N m s")] = Field(
-        default=(), description="of each wheel at the start; none makes the satellite's zero"
-    )
-    residual_dipole: Annotated[Vector, Unit("A m²")] = Field(
-        default=(0.0, 0.0, 0.0), description="magnetic dipole of the satellite, body axes"
-    )
-    gravity_gradient: bool = Field(
-        default=False,
-        description="whether the gravity gradient's torque counts in the momentum budget",
-    )
-    disturbance_margin: float = Field(
-        default=2.0,
-        ge=1.0,
-        description="factor on what dipole and gravity gradient do, whatever its sign",
-    )
-    ramp_share: float = Field(
-        default=1.0,
-        gt=0.0,
-        le=1.0,
-        description="part of max_torque that ramps use; gyroscopic torque and disturbances take "
-        "the rest",
-    )
+    inertia: Annotated[Triple[Positive], Unit("kg m²"), Usual(1e-5, 1e4)]
+    """moments of inertia about body x, y and z"""
+    products_of_inertia: Annotated[Vector, Unit("kg m²")] = (0.0, 0.0, 0.0)
+    """entries xy, xz and yz of the inertia matrix"""
+    axes: tuple[Direction, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    """spin axes of three or more wheels, body axes (any length)"""
+    allocation: Annotated[str, one_of(ALLOCATIONS)] = "pseudo-inverse"
+    """how more than three share a torque: least squares, or least load of the most loaded"""
+    max_torque: Annotated[float | None, Unit("N m")] = Field(default=None, gt=0.0)
+    """greatest torque of each wheel"""
+    max_momentum: Annotated[float | None, Unit("N m s")] = Field(default=None, gt=0.0)
+    """greatest momentum stored in each wheel"""
+    initial_momentum: Annotated[tuple[float, ...], Unit("N m s")] = ()
+    """of each wheel at the start; none makes the satellite's zero"""
+    residual_dipole: Annotated[Vector, Unit("A m²")] = (0.0, 0.0, 0.0)
+    """magnetic dipole of the satellite, body axes"""
+    gravity_gradient: bool = False
+    """whether the gravity gradient's torque counts in the momentum budget"""
+    disturbance_margin: float = Field(default=2.0, ge=1.0)
+    """factor on what dipole and gravity gradient do, whatever its sign"""
+    ramp_share: float = Field(default=1.0, gt=0.0, le=1.0)
+    """part of max_torque that ramps use; gyroscopic torque and disturbances take the rest"""
 
     def __post_init__(self) -> None:
         self.matrix()  # refuses what is none
@@ -225,41 +204,23 @@ class Coils(Settings):
     0.8
     """
 
-    max_dipole: Annotated[Triple[Positive], Unit("A m²")] = Field(
-        description="greatest dipole along body x, y and z"
-    )
-    inertia: Annotated[Triple[Positive] | None, Unit("kg m²"), Usual(1e-5, 1e4)] = Field(
-        default=None, description="moments of inertia about body x, y and z; with wheels, theirs"
-    )
-    products_of_inertia: Annotated[Vector, Unit("kg m²")] = Field(
-        default=(0.0, 0.0, 0.0), description="entries xy, xz and yz of the inertia matrix"
-    )
-    detumble_rate_deg_s: DegreesPerSecond = Field(
-        default=0.05,
-        gt=0.0,
-        description="how near to the rate that is asked for the coils bring the body before they "
-        "are off",
-    )
-    duty: float = Field(
-        default=0.8,
-        gt=0.0,
-        le=1.0,
-        description="share of the time that coils are on; in the rest the magnetometer measures",
-    )
-    response: Seconds = Field(
-        default=10.0,
-        gt=0.0,
-        description="time in which an error of the rate, or what wheels hold, falls by e where no "
-        "coil is at its most",
-    )
-    residual_dipole: Annotated[Vector, Unit("A m²")] = Field(
-        default=(0.0, 0.0, 0.0),
-        description="magnetic dipole of the satellite, always on, body axes",
-    )
-    unloads: bool = Field(
-        default=False,
-        description="whether during a plan coils take out of wheels what momentum they hold",
-    )
+    max_dipole: Annotated[Triple[Positive], Unit("A m²")]
+    """greatest dipole along body x, y and z"""
+    inertia: Annotated[Triple[Positive] | None, Unit("kg m²"), Usual(1e-5, 1e4)] = None
+    """moments of inertia about body x, y and z; with wheels, theirs"""
+    products_of_inertia: Annotated[Vector, Unit("kg m²")] = (0.0, 0.0, 0.0)
+    """entries xy, xz and yz of the inertia matrix"""
+    detumble_rate_deg_s: DegreesPerSecond = Field(default=0.05, gt=0.0)
+    """how near to the rate that is asked for the coils bring the body before they are off"""
+    duty: float = Field(default=0.8, gt=0.0, le=1.0)
+    """share of the time that coils are on; in the rest the magnetometer measures"""
+    response: Seconds = Field(default=10.0, gt=0.0)
+    """time in which an error of the rate, or what wheels hold, falls by e where no coil is at its
+    most"""
+    residual_dipole: Annotated[Vector, Unit("A m²")] = (0.0, 0.0, 0.0)
+    """magnetic dipole of the satellite, always on, body axes"""
+    unloads: bool = False
+    """whether during a plan coils take out of wheels what momentum they hold"""
 
     def __post_init__(self) -> None:
         if self.inertia is not None:

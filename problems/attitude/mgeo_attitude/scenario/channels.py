@@ -14,10 +14,7 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
-from mgeo_attitude.settings.types import (
-    Seconds,
-    Unit,
-)
+from mgeo_attitude.settings.types import Seconds, Unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,19 +33,20 @@ class Channel(Settings):
     [1.0, 2.0, 3.0]
     """
 
-    name: str = Field(description="name of the channel, as influences and telemetry have it")
-    times: Annotated[tuple[float, ...], Unit("s")] = Field(
-        default=(), description="times of a table, since the epoch"
-    )
-    values: tuple[float, ...] = Field(default=(), description="values at these times")
-    in_sunlight: float | None = Field(
-        default=None, description="what it tends to while the Sun shines"
-    )
-    in_shadow: float | None = Field(default=None, description="what it tends to in eclipse")
-    time_constant: Seconds | None = Field(default=None, gt=0.0, description="in which it does so")
-    initial: float | None = Field(
-        default=None, description="value at the epoch; without it what it then tends to"
-    )
+    name: str
+    """name of the channel, as influences and telemetry have it"""
+    times: Annotated[tuple[float, ...], Unit("s")] = ()
+    """times of a table, since the epoch"""
+    values: tuple[float, ...] = ()
+    """values at these times"""
+    in_sunlight: float | None = None
+    """what it tends to while the Sun shines"""
+    in_shadow: float | None = None
+    """what it tends to in eclipse"""
+    time_constant: Seconds | None = Field(default=None, gt=0.0)
+    """in which it does so"""
+    initial: float | None = None
+    """value at the epoch; without it what it then tends to"""
 
     def __post_init__(self) -> None:
         sound = re.fullmatch(r"[\w-]+", self.name, re.ASCII)

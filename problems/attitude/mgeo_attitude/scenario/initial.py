@@ -14,12 +14,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
-from mgeo_attitude.settings.types import (
-    Degrees,
-    Unit,
-    Vector,
-    one_of,
-)
+from mgeo_attitude.settings.types import Degrees, Unit, Vector, one_of
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.directions import Place
@@ -75,36 +70,21 @@ class InitialConditions(Settings):
     'nadir'
     """
 
-    attitude_deg: Degrees = Field(
-        default=5.0, gt=0.0, le=180.0, description="attitude error, 1-sigma per axis"
-    )
-    pointing: Annotated[str, one_of(POINTINGS)] = Field(
-        default="inertial",
-        description="attitude at the start: fixed (quaternion or axes; along GCRS), or axis at the "
-        "target",
-    )
-    quaternion: tuple[float, float, float, float] | None = Field(
-        default=None,
-        description="attitude from GCRF to body, scalar last, as plans have it; with 'inertial'",
-    )
-    axes: tuple[Vector, ...] | None = Field(
-        default=None,
-        description="body x, y and z as unit vectors in GCRS, instead of the quaternion",
-    )
-    axis: Vector | None = Field(
-        default=None, description="body axis that points, a unit vector; z if none is given"
-    )
-    clock_deg: Degrees | None = Field(
-        default=None,
-        ge=-360.0,
-        le=360.0,
-        description="turn about that axis, from where body z (x if the axis is within 45 deg of z) "
-        "is nearest to the velocity (nadir), nadir (velocity), the orbit's normal (sun)",
-    )
-    rate_deg_s: Annotated[Vector | None, Unit("deg/s")] = Field(
-        default=None,
-        description="body rate; if none is given that of the pointing, orbital or none",
-    )
+    attitude_deg: Degrees = Field(default=5.0, gt=0.0, le=180.0)
+    """attitude error, 1-sigma per axis"""
+    pointing: Annotated[str, one_of(POINTINGS)] = "inertial"
+    """attitude at the start: fixed (quaternion or axes; along GCRS), or axis at the target"""
+    quaternion: tuple[float, float, float, float] | None = None
+    """attitude from GCRF to body, scalar last, as plans have it; with 'inertial'"""
+    axes: tuple[Vector, ...] | None = None
+    """body x, y and z as unit vectors in GCRS, instead of the quaternion"""
+    axis: Vector | None = None
+    """body axis that points, a unit vector; z if none is given"""
+    clock_deg: Degrees | None = Field(default=None, ge=-360.0, le=360.0)
+    """turn about that axis, from where body z (x if the axis is within 45 deg of z) is nearest to
+    the velocity (nadir), nadir (velocity), the orbit's normal (sun)"""
+    rate_deg_s: Annotated[Vector | None, Unit("deg/s")] = None
+    """body rate; if none is given that of the pointing, orbital or none"""
 
     def __post_init__(self) -> None:
         fixed = self.pointing == "inertial"

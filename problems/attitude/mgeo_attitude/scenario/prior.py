@@ -7,17 +7,13 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
-from mgeo_attitude.settings.types import (
-    Unit,
-    Vector,
-)
+from mgeo_attitude.settings.types import Unit, Vector
 
 #: Quaternions and matrices are written with all their digits.
 _ROUNDING = 1e-9
@@ -45,18 +41,14 @@ class Prior(Settings):
     5
     """
 
-    quaternion: tuple[float, float, float, float] = Field(
-        description="attitude from GCRF to body at the epoch, scalar last"
-    )
-    rate_deg_s: Annotated[Vector, Unit("deg/s")] = Field(description="body rate at the epoch")
-    states: tuple[Vector, ...] = Field(
-        description="estimates of gyro and sensors, a row for each block after the attitude, "
-        "filter's units"
-    )
-    covariance: tuple[tuple[float, ...], ...] = Field(
-        description="of the errors of attitude and these estimates, rows first, filter's units "
-        "squared"
-    )
+    quaternion: tuple[float, float, float, float]
+    """attitude from GCRF to body at the epoch, scalar last"""
+    rate_deg_s: Annotated[Vector, Unit("deg/s")]
+    """body rate at the epoch"""
+    states: tuple[Vector, ...]
+    """estimates of gyro and sensors, a row for each block after the attitude, filter's units"""
+    covariance: tuple[tuple[float, ...], ...]
+    """of the errors of attitude and these estimates, rows first, filter's units squared"""
 
     def __post_init__(self) -> None:
         check_quaternion(self.quaternion)

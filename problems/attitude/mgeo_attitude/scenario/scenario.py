@@ -48,10 +48,7 @@ from mgeo_attitude.sensors.world import World
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.settings.tables import Kinds, to_table
-from mgeo_attitude.settings.types import (
-    Instant,
-    Seconds,
-)
+from mgeo_attitude.settings.types import Instant, Seconds
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.directions import Place
@@ -82,74 +79,57 @@ class Scenario(Settings):
     True
     """
 
-    name: str = Field(default="custom", description="name of the scenario, on one line")
-    epoch: Instant = Field(description="start of the run with its UTC offset; Z is UTC")
-    duration: Seconds = Field(
-        gt=0.0,
-        description="longest time to converge, a multiple of the step; a slew back may end later",
-    )
-    step: Seconds = Field(default=1.0, gt=0.0, description="time step of the filter")
-    eclipse: bool = Field(
-        default=True, description="whether the Earth's shadow blinds the Sun sensors"
-    )
+    name: str = "custom"
+    """name of the scenario, on one line"""
+    epoch: Instant
+    """start of the run with its UTC offset; Z is UTC"""
+    duration: Seconds = Field(gt=0.0)
+    """longest time to converge, a multiple of the step; a slew back may end later"""
+    step: Seconds = Field(default=1.0, gt=0.0)
+    """time step of the filter"""
+    eclipse: bool = True
+    """whether the Earth's shadow blinds the Sun sensors"""
     objectives: tuple[str, ...] = Field(
         default=PAPER,
         description=f"what to minimize, of {', '.join(NAMES)}, {TRACE_OF}BLOCK,BLOCK...",
     )
-    orbit: Annotated[AnyOrbit, ORBITS] = Field(
-        description="elements at the epoch, an element set, or an ephemeris"
-    )
-    gyro: Gyro = Field(default_factory=Gyro, description="three-axis gyro")
-    sensors: tuple[Annotated[Sensor, Kinds("kind", SENSORS)], ...] = Field(
-        description="sensors, at least one, each with its own name"
-    )
-    world: World = Field(
-        default_factory=World,
-        description="errors of field, orbit and light from the Earth, shared by all sensors",
-    )
-    channels: tuple[Channel, ...] = Field(
-        default=(), description="what something else on board will measure, which biases follow"
-    )
-    initial: InitialConditions = Field(
-        default_factory=InitialConditions,
-        description="attitude and body rate at the start, and what is known of it",
-    )
-    maneuvers: ManeuverLimits = Field(
-        default_factory=ManeuverLimits, description="bounds of the design vector"
-    )
-    convergence: Convergence = Field(
-        default_factory=Convergence, description="when the filter counts as converged"
-    )
+    orbit: Annotated[AnyOrbit, ORBITS]
+    """elements at the epoch, an element set, or an ephemeris"""
+    gyro: Gyro = Field(default_factory=Gyro)
+    """three-axis gyro"""
+    sensors: tuple[Annotated[Sensor, Kinds("kind", SENSORS)], ...]
+    """sensors, at least one, each with its own name"""
+    world: World = Field(default_factory=World)
+    """errors of field, orbit and light from the Earth, shared by all sensors"""
+    channels: tuple[Channel, ...] = ()
+    """what something else on board will measure, which biases follow"""
+    initial: InitialConditions = Field(default_factory=InitialConditions)
+    """attitude and body rate at the start, and what is known of it"""
+    maneuvers: ManeuverLimits = Field(default_factory=ManeuverLimits)
+    """bounds of the design vector"""
+    convergence: Convergence = Field(default_factory=Convergence)
+    """when the filter counts as converged"""
     trace_weights: Annotated[Mapping[str, float], TraceWeights] = Field(
-        default_factory=TraceWeights,
-        description="weight of each state block in the trace; where none is given 1, but 0 for "
-        "errors that vary or are considered",
+        default_factory=TraceWeights
     )
+    """weight of each state block in the trace; where none is given 1, but 0 for errors that vary or
+    are considered"""
     required_sigma: Annotated[Mapping[str, float], RequiredSigma] = Field(
-        default_factory=RequiredSigma,
-        description="1-sigma that each axis of a state block must reach, by key with unit",
+        default_factory=RequiredSigma
     )
-    wheels: Wheels | None = Field(
-        default=None, description="reaction wheels that turn the satellite"
-    )
-    coils: Coils | None = Field(
-        default=None, description="magnetic coils; without wheels they turn it"
-    )
-    path_limits: tuple[PathLimit, ...] = Field(
-        default=(), description="cones that a direction must stay out of, or in, along the way"
-    )
-    windows: tuple[Window, ...] = Field(
-        default=(),
-        description="times in which a plan may be flown from start to end; none is any time",
-    )
-    flight: FlightErrors | None = Field(
-        default=None,
-        description="flights over which plans are judged; without it each is flown exactly",
-    )
-    prior: Prior | None = Field(
-        default=None,
-        description="what a calibration has found, in place of initial attitude, rate and 1-sigmas",
-    )
+    """1-sigma that each axis of a state block must reach, by key with unit"""
+    wheels: Wheels | None = None
+    """reaction wheels that turn the satellite"""
+    coils: Coils | None = None
+    """magnetic coils; without wheels they turn it"""
+    path_limits: tuple[PathLimit, ...] = ()
+    """cones that a direction must stay out of, or in, along the way"""
+    windows: tuple[Window, ...] = ()
+    """times in which a plan may be flown from start to end; none is any time"""
+    flight: FlightErrors | None = None
+    """flights over which plans are judged; without it each is flown exactly"""
+    prior: Prior | None = None
+    """what a calibration has found, in place of initial attitude, rate and 1-sigmas"""
 
     def __post_init__(self) -> None:
         check_name(self.name)

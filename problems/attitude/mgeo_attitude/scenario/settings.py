@@ -44,41 +44,24 @@ class ManeuverLimits(Settings):
     6
     """
 
-    count: int = Field(default=3, ge=1, le=100, description="number of constant-rate maneuvers")
-    max_rate_deg_s: DegreesPerSecond = Field(
-        default=1.0, gt=0.0, description="greatest body rate per axis"
-    )
-    max_duration: Seconds = Field(
-        default=2000.0, gt=0.0, description="greatest duration of one maneuver"
-    )
-    max_acceleration_deg_s2: Annotated[float | None, Unit("deg/s²")] = Field(
-        default=None,
-        gt=0.0,
-        description="greatest angular acceleration per axis; without it rates change at once",
-    )
-    latest_start: Seconds | None = Field(
-        default=None,
-        gt=0.0,
-        description="a plan begins when it is best, so long after the epoch at most; without it at "
-        "the epoch",
-    )
-    start_interval: Seconds | None = Field(
-        default=None,
-        gt=0.0,
-        description="time between such starts, a multiple of the step and of all sample intervals; "
-        "60 if none is given",
-    )
-    slew_back: bool = Field(
-        default=False,
-        description="whether a plan ends, after t_end, with a slew back to the attitude of "
-        "[initial]",
-    )
-    end_tolerance_deg: Degrees | None = Field(
-        default=None,
-        gt=0.0,
-        description="by how much the attitude may be off that of [initial] after the slew back, as "
-        "3 times the 1-sigma about the worst axis that the filter knows then",
-    )
+    count: int = Field(default=3, ge=1, le=100)
+    """number of constant-rate maneuvers"""
+    max_rate_deg_s: DegreesPerSecond = Field(default=1.0, gt=0.0)
+    """greatest body rate per axis"""
+    max_duration: Seconds = Field(default=2000.0, gt=0.0)
+    """greatest duration of one maneuver"""
+    max_acceleration_deg_s2: Annotated[float | None, Unit("deg/s²")] = Field(default=None, gt=0.0)
+    """greatest angular acceleration per axis; without it rates change at once"""
+    latest_start: Seconds | None = Field(default=None, gt=0.0)
+    """a plan begins when it is best, so long after the epoch at most; without it at the epoch"""
+    start_interval: Seconds | None = Field(default=None, gt=0.0)
+    """time between such starts, a multiple of the step and of all sample intervals; 60 if none is
+    given"""
+    slew_back: bool = False
+    """whether a plan ends, after t_end, with a slew back to the attitude of [initial]"""
+    end_tolerance_deg: Degrees | None = Field(default=None, gt=0.0)
+    """by how much the attitude may be off that of [initial] after the slew back, as 3 times the
+    1-sigma about the worst axis that the filter knows then"""
 
     def __post_init__(self) -> None:
         needed = "none without latest_start, up to which a plan may begin at such intervals"
@@ -109,22 +92,18 @@ class PathLimit(Settings):
     'keep-out'
     """
 
-    name: str = Field(default="payload", description="name of the limit, for people")
-    reference: Annotated[str, one_of(DIRECTIONS)] = Field(
-        default="sun",
-        description="direction that counts; of earth from the limb, of nadir from the Earth's "
-        "center",
-    )
-    sense: Literal["keep-out", "keep-in"] = Field(
-        default="keep-out", description="whether it must stay out of the cone or in it"
-    )
-    boresight: Direction = Field(description="axis of the cone, body axes (any length)")
-    half_angle_deg: Degrees = Field(gt=0.0, lt=180.0, description="half-angle of the cone")
-    attitude_sigmas: float = Field(
-        default=3.0,
-        ge=0.0,
-        description="margin for the unknown attitude, in 1-sigmas of the angle; 0 is none",
-    )
+    name: str = "payload"
+    """name of the limit, for people"""
+    reference: Annotated[str, one_of(DIRECTIONS)] = "sun"
+    """direction that counts; of earth from the limb, of nadir from the Earth's center"""
+    sense: Literal["keep-out", "keep-in"] = "keep-out"
+    """whether it must stay out of the cone or in it"""
+    boresight: Direction
+    """axis of the cone, body axes (any length)"""
+    half_angle_deg: Degrees = Field(gt=0.0, lt=180.0)
+    """half-angle of the cone"""
+    attitude_sigmas: float = Field(default=3.0, ge=0.0)
+    """margin for the unknown attitude, in 1-sigmas of the angle; 0 is none"""
 
     def __post_init__(self) -> None:
         check_name(self.name)
@@ -156,25 +135,18 @@ class Convergence(Settings):
     'end'
     """
 
-    rule: Literal["trace", "required", "settling", "end"] = Field(
-        default="trace",
-        description="what tells: the trace over a window; from when on required_sigma is met until "
-        "the end of duration; from when on the trace stays within a factor of what it is then; or "
-        "the end of the last maneuver alone",
-    )
-    factor: float = Field(default=1.25, gt=1.0, description="that factor, for the rule settling")
-    window: Seconds = Field(default=300.0, gt=0.0, description="window, a multiple of the step")
-    relative_decrease: float = Field(
-        default=0.01,
-        gt=0.0,
-        lt=1.0,
-        description="converged if the trace fell by less than this fraction over the window, and "
-        "did not rise",
-    )
-    allow_rise: bool = Field(
-        default=False,
-        description="whether a trace that rose over the window counts as converged too",
-    )
+    rule: Literal["trace", "required", "settling", "end"] = "trace"
+    """what tells: the trace over a window; from when on required_sigma is met until the end of
+    duration; from when on the trace stays within a factor of what it is then; or the end of the
+    last maneuver alone"""
+    factor: float = Field(default=1.25, gt=1.0)
+    """that factor, for the rule settling"""
+    window: Seconds = Field(default=300.0, gt=0.0)
+    """window, a multiple of the step"""
+    relative_decrease: float = Field(default=0.01, gt=0.0, lt=1.0)
+    """converged if the trace fell by less than this fraction over the window, and did not rise"""
+    allow_rise: bool = False
+    """whether a trace that rose over the window counts as converged too"""
 
     @property
     def time(self) -> str:

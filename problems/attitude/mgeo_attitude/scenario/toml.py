@@ -12,7 +12,7 @@ from typing import Any
 import tomlkit
 
 from mgeo_attitude.environment.orbit import ORBITS
-from mgeo_attitude.settings.base import Settings, declared, schema_of
+from mgeo_attitude.settings.base import Settings, schema_of
 from mgeo_attitude.settings.errors import InvalidValue, known_names
 from mgeo_attitude.settings.words import describe
 
@@ -117,7 +117,7 @@ def to_toml(scenario: Settings, table: Mapping[str, Any], notes: Mapping[str, st
     for key, value in table.items():
         part = getattr(scenario, key)
         if isinstance(value, Mapping):
-            meaning = declared(type(scenario))[key].description
+            meaning = schema_of(type(scenario))["properties"][key]["description"]
             tables += ["", f"[{key}] # {meaning}", *_lines(value, part)]
         elif isinstance(value, list) and isinstance(value[0], Mapping):
             for entry, own in zip(value, part, strict=True):
@@ -134,10 +134,8 @@ def _lines(values: Mapping[str, Any], settings: Any) -> Iterator[str]:
     for key, value in values.items():
         own = getattr(settings, key, None)
         value = own if isinstance(own, datetime) else value  # TOML has them
-        schema = properties.get(key, {})
-        comment = (
-            f" # {schema['description']}: {describe(schema)}" if "description" in schema else ""
-        )
+        schema = properties.get(key)
+        comment = f" # {schema.get('description', '')}: {describe(schema)}" if schema else ""
         if isinstance(value, list) and isinstance(value[0], Mapping):
             rows = (f"  {_inline(row)},\n" for row in value)
             text = f"[{comment}\n{''.join(rows)}]"

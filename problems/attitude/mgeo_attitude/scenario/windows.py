@@ -15,12 +15,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.scenario.settings import Convergence, ManeuverLimits
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
-from mgeo_attitude.settings.types import (
-    Degrees,
-    DegreesPerSecond,
-    Instant,
-    Seconds,
-)
+from mgeo_attitude.settings.types import Degrees, DegreesPerSecond, Instant, Seconds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,61 +31,33 @@ class FlightErrors(Settings):
     0.9
     """
 
-    count: int = Field(
-        default=16, ge=1, le=10_000, description="number of flights, the same for all plans"
-    )
-    seed: int = Field(default=0, ge=0, description="seed of what is drawn")
-    quantile: float = Field(
-        default=0.9,
-        gt=0.0,
-        le=1.0,
-        description="share of the flights that must keep the value of an objective; 1 for the "
-        "worst",
-    )
-    mean: bool = Field(
-        default=False, description="whether objectives are means over the flights instead"
-    )
-    kept: float = Field(
-        default=1.0, gt=0.0, le=1.0, description="share of the flights that must keep each limit"
-    )
-    grow: tuple[Annotated[int, Field(ge=0, le=10_000)], ...] = Field(
-        default=(),
-        description="how many there are in the stages of a search before its last; 0 for none but "
-        "the exact one",
-    )
-    attitude_deg: Degrees | None = Field(
-        default=None,
-        ge=0.0,
-        le=180.0,
-        description="attitude error at the start, 1-sigma per axis; initial.attitude_deg if not "
-        "given",
-    )
-    rate_error_deg_s: DegreesPerSecond | None = Field(
-        default=None,
-        ge=0.0,
-        description="error of all rates, 1-sigma per axis; the gyro's initial bias if not given",
-    )
-    maneuver_rate_error_deg_s: DegreesPerSecond = Field(
-        default=0.0, ge=0.0, description="error of the rate of each maneuver, 1-sigma per axis"
-    )
-    duration_error: Seconds = Field(
-        default=0.0, ge=0.0, description="error of the duration of each maneuver, 1-sigma"
-    )
-    start_delay: Seconds = Field(
-        default=0.0,
-        ge=0.0,
-        le=31 * 86400.0,
-        description="greatest delay of the start, of which all are equally likely; 604800 for a "
-        "plan that holds at any time of a week",
-    )
+    count: int = Field(default=16, ge=1, le=10_000)
+    """number of flights, the same for all plans"""
+    seed: int = Field(default=0, ge=0)
+    """seed of what is drawn"""
+    quantile: float = Field(default=0.9, gt=0.0, le=1.0)
+    """share of the flights that must keep the value of an objective; 1 for the worst"""
+    mean: bool = False
+    """whether objectives are means over the flights instead"""
+    kept: float = Field(default=1.0, gt=0.0, le=1.0)
+    """share of the flights that must keep each limit"""
+    grow: tuple[Annotated[int, Field(ge=0, le=10_000)], ...] = ()
+    """how many there are in the stages of a search before its last; 0 for none but the exact one"""
+    attitude_deg: Degrees | None = Field(default=None, ge=0.0, le=180.0)
+    """attitude error at the start, 1-sigma per axis; initial.attitude_deg if not given"""
+    rate_error_deg_s: DegreesPerSecond | None = Field(default=None, ge=0.0)
+    """error of all rates, 1-sigma per axis; the gyro's initial bias if not given"""
+    maneuver_rate_error_deg_s: DegreesPerSecond = Field(default=0.0, ge=0.0)
+    """error of the rate of each maneuver, 1-sigma per axis"""
+    duration_error: Seconds = Field(default=0.0, ge=0.0)
+    """error of the duration of each maneuver, 1-sigma"""
+    start_delay: Seconds = Field(default=0.0, ge=0.0, le=31 * 86400.0)
+    """greatest delay of the start, of which all are equally likely; 604800 for a plan that holds at
+    any time of a week"""
 
-    noise_spread: float = Field(
-        default=0.0,
-        ge=0.0,
-        le=2.0,
-        description="by how much the noise of the gyro and of each sensor may be other than is "
-        "believed: 1-sigma of the logarithm of their ratio",
-    )
+    noise_spread: float = Field(default=0.0, ge=0.0, le=2.0)
+    """by how much the noise of the gyro and of each sensor may be other than is believed: 1-sigma
+    of the logarithm of their ratio"""
 
     def __post_init__(self) -> None:
         counts = [*self.grow, self.count]
@@ -119,8 +86,10 @@ class Window(Settings):
     11
     """
 
-    start: Instant = Field(description="no plan begins earlier; with its UTC offset")
-    end: Instant = Field(description="every plan is over by then, with the slew back")
+    start: Instant
+    """no plan begins earlier; with its UTC offset"""
+    end: Instant
+    """every plan is over by then, with the slew back"""
 
     def __post_init__(self) -> None:
         later = f"later than start = {self.start.isoformat()}"

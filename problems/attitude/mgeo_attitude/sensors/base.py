@@ -15,8 +15,6 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.geometry.vector import Vec3
 from mgeo_attitude.sensors.errors import (
-    CONSIDERED,
-    INFLUENCES,
     Alike,
     Influence,
     State,
@@ -25,13 +23,7 @@ from mgeo_attitude.sensors.errors import (
 )
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
-from mgeo_attitude.settings.types import (
-    DIMENSIONLESS,
-    Degrees,
-    Direction,
-    Seconds,
-    Unit,
-)
+from mgeo_attitude.settings.types import DIMENSIONLESS, Degrees, Direction, Seconds, Unit
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -39,8 +31,6 @@ if TYPE_CHECKING:
 
 #: A gyro or a sensor.
 Noisy = TypeVar("Noisy")
-
-NAME = "name, unique in the suite; prefixes the sensor's states"
 
 Boresight = Annotated[Direction, Field(description="direction it looks in, body axes (any length)")]
 #: Least angle of the boresight from what blinds a sensor.
@@ -91,23 +81,17 @@ class Sensor(Settings, ABC):
     #: Unit of a vector in telemetry.
     channel_unit: ClassVar[Unit] = DIMENSIONLESS
 
-    name: str = Field(description=NAME)
-    sample_interval: Seconds | None = Field(
-        default=None,
-        gt=0.0,
-        kw_only=True,
-        description="time between samples, a multiple of the filter's step; without it one in "
-        "every step",
-    )
-    considered: tuple[str, ...] = Field(default=(), kw_only=True, description=CONSIDERED)
-    influences: tuple[Influence, ...] = Field(default=(), kw_only=True, description=INFLUENCES)
-    initial_delay_s: Seconds = Field(
-        default=0.0,
-        ge=0.0,
-        kw_only=True,
-        description="unknown constant time by which its readings are older than their time, "
-        "1-sigma; 0 leaves the states out",
-    )
+    name: str
+    """name, unique in the suite; prefixes the sensor's states"""
+    sample_interval: Seconds | None = Field(default=None, gt=0.0, kw_only=True)
+    """time between samples, a multiple of the filter's step; without it one in every step"""
+    considered: tuple[str, ...] = Field(default=(), kw_only=True)
+    """its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"""
+    influences: tuple[Influence, ...] = Field(default=(), kw_only=True)
+    """channels that its bias follows: a temperature, a current"""
+    initial_delay_s: Seconds = Field(default=0.0, ge=0.0, kw_only=True)
+    """unknown constant time by which its readings are older than their time, 1-sigma; 0 leaves the
+    states out"""
 
     def __post_init__(self) -> None:
         check_considered(self.considered, self.states())

@@ -16,19 +16,12 @@ from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.geometry.rotation import cross, direction, dot, rotate, tangents
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import NAME, Boresight, Exclusion
+from mgeo_attitude.sensors.base import Boresight, Exclusion
 from mgeo_attitude.sensors.errors import Misalignment, State, tilt
 from mgeo_attitude.sensors.vector_sensors import SunSensor, VectorSensor, where_it_is
 from mgeo_attitude.sensors.world import POSITION_UNIT
 from mgeo_attitude.settings.errors import expect
-from mgeo_attitude.settings.types import (
-    ARCMIN,
-    DEG,
-    SECOND,
-    Degrees,
-    Unit,
-    Usual,
-)
+from mgeo_attitude.settings.types import ARCMIN, DEG, SECOND, Degrees, Unit, Usual
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -100,10 +93,9 @@ class TwoAxisSunSensor(DirectionSensor, SunSensor):
 
     kind: ClassVar[str] = "two-axis-sun-sensor"
 
-    name: str = Field(default="sun", description=NAME)
-    noise_deg: Annotated[Degrees, Usual(0.001, 10.0)] = Field(
-        default=0.5, gt=0.0, description="noise per sample, 1-sigma of each angle"
-    )
+    name: str = "sun"
+    noise_deg: Annotated[Degrees, Usual(0.001, 10.0)] = Field(default=0.5, gt=0.0)
+    """noise per sample, 1-sigma of each angle"""
 
     def noise(self) -> tuple[float, ...]:
         return super().noise()[:2]
@@ -130,34 +122,21 @@ class HorizonSensor(DirectionSensor):
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN, "delay": SECOND}
 
-    name: str = Field(default="horizon", description=NAME)
-    noise_deg: Annotated[Degrees, Usual(0.001, 10.0)] = Field(
-        default=0.1, gt=0.0, description="noise per sample, 1-sigma of each angle"
-    )
+    name: str = "horizon"
+    noise_deg: Annotated[Degrees, Usual(0.001, 10.0)] = Field(default=0.1, gt=0.0)
+    """noise per sample, 1-sigma of each angle"""
     initial_misalignment_deg: Misalignment = 0.5
-    initial_bias: float = Field(
-        default=0.002, gt=0.0, description="initial bias of the unit vector, 1-sigma per axis"
-    )
+    initial_bias: float = Field(default=0.002, gt=0.0)
+    """initial bias of the unit vector, 1-sigma per axis"""
     boresight: Boresight = (0.0, 0.0, 1.0)
-    half_angle_deg: Degrees = Field(
-        default=180.0,
-        gt=0.0,
-        le=180.0,
-        description="half-angle of the cone that nadir has to be in; 180 sees everywhere",
-    )
-    sun_exclusion_deg: Exclusion = Field(
-        default=None,
-        description="least angle of the boresight from the Sun, while it shines at which it "
-        "measures",
-    )
-    lowest_altitude_km: Annotated[float, Unit("km")] = Field(
-        default=0.0,
-        ge=0.0,
-        description="altitude above the equator's radius from which on it measures",
-    )
-    highest_altitude_km: Annotated[float | None, Unit("km")] = Field(
-        default=None, gt=0.0, description="altitude up to which it measures"
-    )
+    half_angle_deg: Degrees = Field(default=180.0, gt=0.0, le=180.0)
+    """half-angle of the cone that nadir has to be in; 180 sees everywhere"""
+    sun_exclusion_deg: Exclusion = None
+    """least angle of the boresight from the Sun, while it shines at which it measures"""
+    lowest_altitude_km: Annotated[float, Unit("km")] = Field(default=0.0, ge=0.0)
+    """altitude above the equator's radius from which on it measures"""
+    highest_altitude_km: Annotated[float | None, Unit("km")] = Field(default=None, gt=0.0)
+    """altitude up to which it measures"""
 
     def __post_init__(self) -> None:
         super().__post_init__()

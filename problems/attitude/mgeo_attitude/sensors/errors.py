@@ -17,9 +17,7 @@ from pydantic import Field
 
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
-from mgeo_attitude.settings.types import (
-    Unit,
-)
+from mgeo_attitude.settings.types import Unit
 
 
 @dataclass(frozen=True)
@@ -102,19 +100,15 @@ class Influence(Settings):
     ['bias', 'bias_per_temp']
     """
 
-    channel: str = Field(
-        description="name of the channel: of one of the scenario's channels, in telemetry of a "
-        "column"
-    )
-    initial_sigma: float = Field(
-        gt=0.0,
-        description="1-sigma of what a unit of the channel adds, per axis, in the unit of the "
-        "initial bias: deg/s, nT, or of a unit vector",
-    )
-    unit: str = Field(default="unit", description="unit of the channel, for people")
-    reference: float = Field(
-        default=0.0, description="value of the channel at which the bias is the bias"
-    )
+    channel: str
+    """name of the channel: of one of the scenario's channels, in telemetry of a column"""
+    initial_sigma: float = Field(gt=0.0)
+    """1-sigma of what a unit of the channel adds, per axis, in the unit of the initial bias: deg/s,
+    nT, or of a unit vector"""
+    unit: str = "unit"
+    """unit of the channel, for people"""
+    reference: float = 0.0
+    """value of the channel at which the bias is the bias"""
 
     @property
     def state(self) -> str:
@@ -146,10 +140,6 @@ def influenced(
     for influence, value in zip(influences, values, strict=True):
         own["bias"] = own["bias"] + times(value, own.pop(influence.state))
     return own
-
-
-INFLUENCES = "channels that its bias follows: a temperature, a current"
-CONSIDERED = "its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"
 
 
 def by_axis(sigma: float | tuple[float, float, float]) -> tuple[float, float, float]:

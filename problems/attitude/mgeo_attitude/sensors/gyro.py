@@ -15,8 +15,6 @@ from mgeo_attitude.geometry.rotation import rotate, shear, unrotate
 from mgeo_attitude.geometry.vector import Vec3, cross, scale
 from mgeo_attitude.geometry.vector import shear as shear_components
 from mgeo_attitude.sensors.errors import (
-    CONSIDERED,
-    INFLUENCES,
     Influence,
     Nonorthogonality,
     ScaleFactor,
@@ -69,43 +67,31 @@ class Gyro(Settings):
 
     angle_random_walk_deg_per_sqrt_h: Annotated[
         PerAxis[Positive], Unit("deg/sqrt(h)"), Usual(5e-5, 5.0)
-    ] = Field(default=0.01, description="angle random walk, 1-sigma per axis, alike or of each")
-    rate_random_walk: Annotated[PerAxis[NonNegative], Unit("rad/s^1.5")] = Field(
-        default=3e-8,
-        description="rate random walk that drives the bias, 1-sigma per axis, alike or of each",
-    )
+    ] = 0.01
+    """angle random walk, 1-sigma per axis, alike or of each"""
+    rate_random_walk: Annotated[PerAxis[NonNegative], Unit("rad/s^1.5")] = 3e-8
+    """rate random walk that drives the bias, 1-sigma per axis, alike or of each"""
     bias_instability_deg_per_h: Annotated[
         PerAxis[Positive] | None, Unit("deg/h"), Usual(1e-4, 100.0)
-    ] = Field(
-        default=None,
-        description="bias instability, the floor of the Allan deviation, alike or of each axis, in "
-        "place of rate_random_walk",
-    )
-    bias_decay: Annotated[float, Unit("1/s")] = Field(
-        default=1e-5, ge=0.0, description="inverse correlation time of the bias"
-    )
-    initial_bias_deg_s: DegreesPerSecond = Field(
-        default=0.01, gt=0.0, description="initial bias, 1-sigma per axis"
-    )
+    ] = None
+    """bias instability, the floor of the Allan deviation, alike or of each axis, in place of
+    rate_random_walk"""
+    bias_decay: Annotated[float, Unit("1/s")] = Field(default=1e-5, ge=0.0)
+    """inverse correlation time of the bias"""
+    initial_bias_deg_s: DegreesPerSecond = Field(default=0.01, gt=0.0)
+    """initial bias, 1-sigma per axis"""
     initial_scale_factor: ScaleFactor = 0.0
-    initial_misalignment_deg: Degrees = Field(
-        default=0.0,
-        ge=0.0,
-        description="initial misalignment, 1-sigma per axis; 0 leaves the states out",
-    )
+    initial_misalignment_deg: Degrees = Field(default=0.0, ge=0.0)
+    """initial misalignment, 1-sigma per axis; 0 leaves the states out"""
     initial_nonorthogonality_deg: Nonorthogonality = 0.0
-    range_deg_per_s: DegreesPerSecond | None = Field(
-        default=None,
-        gt=0.0,
-        description="greatest rate about an axis that it measures; no plan is faster",
-    )
-    quantization_deg_per_s: DegreesPerSecond | None = Field(
-        default=None,
-        gt=0.0,
-        description="steps in which flights report rates, and calibrations read them",
-    )
-    considered: tuple[str, ...] = Field(default=(), description=CONSIDERED)
-    influences: tuple[Influence, ...] = Field(default=(), description=INFLUENCES)
+    range_deg_per_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
+    """greatest rate about an axis that it measures; no plan is faster"""
+    quantization_deg_per_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
+    """steps in which flights report rates, and calibrations read them"""
+    considered: tuple[str, ...] = ()
+    """its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"""
+    influences: tuple[Influence, ...] = ()
+    """channels that its bias follows: a temperature, a current"""
 
     def __post_init__(self) -> None:
         floor = self.bias_instability_deg_per_h

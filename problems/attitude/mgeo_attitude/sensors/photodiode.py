@@ -16,15 +16,9 @@ from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.geometry.rotation import dot, frame
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import NAME, Sensor
+from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.errors import State
-from mgeo_attitude.settings.types import (
-    SECOND,
-    Degrees,
-    Direction,
-    Unit,
-    Usual,
-)
+from mgeo_attitude.settings.types import SECOND, Degrees, Direction, Unit, Usual
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -56,35 +50,20 @@ class Photodiode(Sensor):
     units: ClassVar[Mapping[str, Unit]] = {"delay": SECOND}
     channels: ClassVar[tuple[str, ...]] = ("",)
 
-    name: str = Field(default="diode", description=NAME)
-    normal: Direction = Field(
-        default=(0.0, 0.0, 1.0),
-        description="direction in which the Sun gives all its light, body axes (any length)",
-    )
-    relative_noise: Annotated[float, Usual(1e-4, 0.5)] = Field(
-        default=0.02,
-        gt=0.0,
-        description="noise per sample, 1-sigma; what the Sun at the normal gives is 1",
-    )
-    initial_scale_factor: Annotated[float, Usual(1e-4, 0.5)] = Field(
-        default=0.05, gt=0.0, description="initial error of its gain, 1-sigma"
-    )
-    initial_misalignment_deg: Degrees = Field(
-        default=2.0,
-        gt=0.0,
-        description="initial misalignment of its normal, 1-sigma about each axis across",
-    )
-    half_angle_deg: Degrees = Field(
-        default=70.0,
-        gt=0.0,
-        le=89.0,
-        description="angle of the Sun from the normal up to which it is read: beyond, light from "
-        "the Earth may be as bright, and glass reflects",
-    )
-    sees_albedo: bool = Field(
-        default=True,
-        description="whether light from the Earth adds to what it measures, if the world has any",
-    )
+    name: str = "diode"
+    normal: Direction = (0.0, 0.0, 1.0)
+    """direction in which the Sun gives all its light, body axes (any length)"""
+    relative_noise: Annotated[float, Usual(1e-4, 0.5)] = Field(default=0.02, gt=0.0)
+    """noise per sample, 1-sigma; what the Sun at the normal gives is 1"""
+    initial_scale_factor: Annotated[float, Usual(1e-4, 0.5)] = Field(default=0.05, gt=0.0)
+    """initial error of its gain, 1-sigma"""
+    initial_misalignment_deg: Degrees = Field(default=2.0, gt=0.0)
+    """initial misalignment of its normal, 1-sigma about each axis across"""
+    half_angle_deg: Degrees = Field(default=70.0, gt=0.0, le=89.0)
+    """angle of the Sun from the normal up to which it is read: beyond, light from the Earth may be
+    as bright, and glass reflects"""
+    sees_albedo: bool = True
+    """whether light from the Earth adds to what it measures, if the world has any"""
 
     @cached_property
     def axes(self) -> Floats:

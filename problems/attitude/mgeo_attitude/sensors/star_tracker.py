@@ -16,15 +16,9 @@ from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.geometry.rotation import cross, dot, frame, rotate, unrotate
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import NAME, Boresight, Exclusion, Sensor
+from mgeo_attitude.sensors.base import Boresight, Exclusion, Sensor
 from mgeo_attitude.sensors.errors import Misalignment, State, tilt
-from mgeo_attitude.settings.types import (
-    DEG,
-    SECOND,
-    DegreesPerSecond,
-    Unit,
-    Usual,
-)
+from mgeo_attitude.settings.types import DEG, SECOND, DegreesPerSecond, Unit, Usual
 
 _ARCSEC_PER_DEG = 3600.0
 
@@ -52,31 +46,24 @@ class StarTracker(Sensor):
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "delay": SECOND}
     channels: ClassVar[tuple[str, ...]] = ("q1", "q2", "q3", "q4")
 
-    name: str = Field(default="tracker", description=NAME)
-    noise_arcsec: Annotated[float, Unit("arcsec"), Usual(0.1, 1000.0)] = Field(
-        default=10.0, gt=0.0, description="noise about the cross axes, 1-sigma"
-    )
+    name: str = "tracker"
+    noise_arcsec: Annotated[float, Unit("arcsec"), Usual(0.1, 1000.0)] = Field(default=10.0, gt=0.0)
+    """noise about the cross axes, 1-sigma"""
     roll_noise_arcsec: Annotated[float, Unit("arcsec"), Usual(0.5, 6000.0)] = Field(
-        default=60.0, gt=0.0, description="noise about the boresight, 1-sigma"
+        default=60.0, gt=0.0
     )
+    """noise about the boresight, 1-sigma"""
     initial_misalignment_deg: Misalignment = 0.2
 
     boresight: Boresight = (0.0, 0.0, 1.0)
-    max_rate_deg_s: DegreesPerSecond | None = Field(
-        default=None, gt=0.0, description="greatest body rate at which it measures"
-    )
-    sun_exclusion_deg: Exclusion = Field(
-        default=None,
-        description="least angle of the boresight from the Sun, while it shines at which it "
-        "measures",
-    )
-    earth_exclusion_deg: Exclusion = Field(
-        default=None,
-        description="least angle of the boresight from the Earth's limb at which it measures",
-    )
-    moon_exclusion_deg: Exclusion = Field(
-        default=None, description="least angle of the boresight from the Moon at which it measures"
-    )
+    max_rate_deg_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
+    """greatest body rate at which it measures"""
+    sun_exclusion_deg: Exclusion = None
+    """least angle of the boresight from the Sun, while it shines at which it measures"""
+    earth_exclusion_deg: Exclusion = None
+    """least angle of the boresight from the Earth's limb at which it measures"""
+    moon_exclusion_deg: Exclusion = None
+    """least angle of the boresight from the Moon at which it measures"""
 
     @cached_property
     def axes(self) -> Floats:

@@ -14,7 +14,7 @@ from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.geometry.rotation import rotate, shear
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import shear as shear_components
-from mgeo_attitude.sensors.base import NAME, Boresight, Sensor
+from mgeo_attitude.sensors.base import Boresight, Sensor
 from mgeo_attitude.sensors.errors import (
     Misalignment,
     Nonorthogonality,
@@ -86,26 +86,18 @@ class SunSensor(VectorSensor):
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN, "delay": SECOND}
 
-    name: str = Field(default="sun", description=NAME)
-    noise_deg: Annotated[PerAxis[Positive], Unit("deg"), Usual(0.005, 50.0)] = Field(
-        default=2.0, description="noise per sample, 1-sigma per axis, alike or of each"
-    )
+    name: str = "sun"
+    noise_deg: Annotated[PerAxis[Positive], Unit("deg"), Usual(0.005, 50.0)] = 2.0
+    """noise per sample, 1-sigma per axis, alike or of each"""
     initial_misalignment_deg: Misalignment = 1.0
-    initial_bias: float = Field(
-        default=0.02, gt=0.0, description="initial bias of the unit vector, 1-sigma per axis"
-    )
+    initial_bias: float = Field(default=0.02, gt=0.0)
+    """initial bias of the unit vector, 1-sigma per axis"""
 
     boresight: Boresight = (0.0, 0.0, 1.0)
-    half_angle_deg: Degrees = Field(
-        default=180.0,
-        gt=0.0,
-        le=180.0,
-        description="half-angle of the field of view; 180 sees everywhere",
-    )
-    sees_albedo: bool = Field(
-        default=True,
-        description="whether light from the Earth adds to what it measures, if the world has any",
-    )
+    half_angle_deg: Degrees = Field(default=180.0, gt=0.0, le=180.0)
+    """half-angle of the field of view; 180 sees everywhere"""
+    sees_albedo: bool = True
+    """whether light from the Earth adds to what it measures, if the world has any"""
 
     def states(self) -> dict[str, State]:
         return {
@@ -167,14 +159,12 @@ class Magnetometer(VectorSensor):
     }
     channel_unit: ClassVar[Unit] = NT
 
-    name: str = Field(default="mag", description=NAME)
-    noise_nt: Annotated[PerAxis[Positive], Unit("nT"), Usual(1.0, 1e4)] = Field(
-        default=500.0, description="noise per sample, 1-sigma per axis, alike or of each"
-    )
+    name: str = "mag"
+    noise_nt: Annotated[PerAxis[Positive], Unit("nT"), Usual(1.0, 1e4)] = 500.0
+    """noise per sample, 1-sigma per axis, alike or of each"""
     initial_misalignment_deg: Misalignment = 1.0
-    initial_bias_nt: Annotated[float, Unit("nT")] = Field(
-        default=2000.0, gt=0.0, description="initial bias, 1-sigma per axis"
-    )
+    initial_bias_nt: Annotated[float, Unit("nT")] = Field(default=2000.0, gt=0.0)
+    """initial bias, 1-sigma per axis"""
     initial_scale_factor: ScaleFactor = 0.0
     initial_nonorthogonality_deg: Nonorthogonality = 0.0
 

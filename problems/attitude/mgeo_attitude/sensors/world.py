@@ -15,16 +15,10 @@ from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.sun_moon import above_limb, earthlight
-from mgeo_attitude.sensors.errors import CONSIDERED, GaussMarkov, check_considered
+from mgeo_attitude.sensors.errors import GaussMarkov, check_considered
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
-from mgeo_attitude.settings.types import (
-    ARCMIN,
-    NonNegative,
-    Seconds,
-    Triple,
-    Unit,
-)
+from mgeo_attitude.settings.types import ARCMIN, NonNegative, Seconds, Triple, Unit
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -61,47 +55,27 @@ class World(Settings):
         "orbit_error": Unit("m", "m", POSITION_UNIT),
     }
 
-    field_error_nt: Annotated[float, Unit("nT")] = Field(
-        default=0.0,
-        ge=0.0,
-        description="error of the field's model, 1-sigma per axis; 0 leaves the states out",
-    )
-    field_error_correlation_time: Seconds = Field(
-        default=300.0,
-        gt=0.0,
-        description="correlation time of the error of the field's model along the orbit",
-    )
-    orbit_error_m: Annotated[Triple[NonNegative], Unit("m")] = Field(
-        default=(0.0, 0.0, 0.0),
-        description="error of the position at which the model is asked, 1-sigma along track, "
-        "across and radial; zeros leave the states out. What sees the Sun is not used within "
-        "3-sigma of an eclipse's edge",
-    )
-    orbit_error_axes: Literal["orbital", "inertial"] = Field(
-        default="orbital",
-        description="axes in which it varies, and has these 1-sigmas: along, across and radial, or "
-        "GCRS",
-    )
-    orbit_error_correlation_time: Seconds = Field(
-        default=20000.0, gt=0.0, description="correlation time of the error of the position"
-    )
-    earth_albedo: float = Field(
-        default=0.0,
-        ge=0.0,
-        le=1.0,
-        description="share of sunlight that the Earth throws back, as a matt sphere, onto Sun "
-        "sensors that see it; 0 leaves that out",
-    )
-    albedo: float = Field(
-        default=0.0,
-        ge=0.0,
-        description="error of the unit vector by light from the Earth beside that, 1-sigma per "
-        "axis; 0 leaves the states out",
-    )
-    albedo_correlation_time: Seconds = Field(
-        default=600.0, gt=0.0, description="correlation time of the error by light from the Earth"
-    )
-    considered: tuple[str, ...] = Field(default=(), description=CONSIDERED)
+    field_error_nt: Annotated[float, Unit("nT")] = Field(default=0.0, ge=0.0)
+    """error of the field's model, 1-sigma per axis; 0 leaves the states out"""
+    field_error_correlation_time: Seconds = Field(default=300.0, gt=0.0)
+    """correlation time of the error of the field's model along the orbit"""
+    orbit_error_m: Annotated[Triple[NonNegative], Unit("m")] = (0.0, 0.0, 0.0)
+    """error of the position at which the model is asked, 1-sigma along track, across and radial;
+    zeros leave the states out. What sees the Sun is not used within 3-sigma of an eclipse's edge"""
+    orbit_error_axes: Literal["orbital", "inertial"] = "orbital"
+    """axes in which it varies, and has these 1-sigmas: along, across and radial, or GCRS"""
+    orbit_error_correlation_time: Seconds = Field(default=20000.0, gt=0.0)
+    """correlation time of the error of the position"""
+    earth_albedo: float = Field(default=0.0, ge=0.0, le=1.0)
+    """share of sunlight that the Earth throws back, as a matt sphere, onto Sun sensors that see it;
+    0 leaves that out"""
+    albedo: float = Field(default=0.0, ge=0.0)
+    """error of the unit vector by light from the Earth beside that, 1-sigma per axis; 0 leaves the
+    states out"""
+    albedo_correlation_time: Seconds = Field(default=600.0, gt=0.0)
+    """correlation time of the error by light from the Earth"""
+    considered: tuple[str, ...] = ()
+    """its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"""
 
     def __post_init__(self) -> None:
         size = self.orbit_error_m

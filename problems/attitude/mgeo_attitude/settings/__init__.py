@@ -6,7 +6,8 @@ A settings class is one table of a file::
 
     @dataclass(frozen=True, kw_only=True)
     class Wheel(Settings):
-        max_torque: Annotated[Positive, Unit("N m"), Field(description="greatest torque")] = 0.1
+        max_torque: Annotated[float, Unit("N m")] = Field(default=0.1, gt=0.0)
+        "greatest torque"
 
     Wheel(max_torque=-1)
     # InvalidValue: max_torque = -1: expected a number > 0 [N m] (greatest torque)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
+import textwrap
 from abc import ABCMeta
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import fields
 from datetime import date
 from functools import cache
+from itertools import pairwise
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -74,7 +79,9 @@ class Settings(metaclass=_Checked):
     ) -> Schema:
         reference = handler(schema)
         own = handler.resolve_ref_schema(reference)
-        own["description"] = (cls.__doc__ or "").partition("\n\n")[0].replace("\n    ", " ")
+        own["description"] = " ".join((cls.__doc__ or "").partition("\n\n")[0].split())
+        for key, text in _meanings(cls).items():
+            own["properties"][key].setdefault("description", text)
         if cls.selector:
             name = {"const": getattr(cls, cls.selector), "description": "class of the table"}
             own["properties"] = {cls.selector: name} | own["properties"]
@@ -97,6 +104,22 @@ def annotation_of(cls: type, key: str, kind: type[T]) -> T | None:
 def schema_of(cls: type) -> Schema:
     """Return the JSON Schema of a settings class."""
     return TypeAdapter(cls).json_schema()
+
+
+def _meanings(cls: type) -> dict[str, str]:
+    """Return the docstrings below the fields of a class and its bases, by the fields' names."""
+    found = {}
+    for base in reversed(cls.__mro__):
+        source = ""
+        if issubclass(base, Settings):
+            with suppress(OSError):  # there is none of what is typed into a shell
+                source = inspect.getsource(base)
+        for node in ast.parse(textwrap.dedent(source)).body:
+            for field, text in pairwise(getattr(node, "body", [])):
+                if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
+                    words = str(getattr(text.value, "value", "")).split()
+                    found[ast.unparse(field.target)] = " ".join(words)
+    return found
 
 
 def _plain(value: Any) -> Any:
@@ -122,9 +145,9 @@ def _explain(error: ValidationError, cls: Any) -> ValueError:
         known = known_names(key, [*names, *declared(cls)])
         return KeyProblem(key, first["input"], f"unknown key{known}")
     schema = schema_of(cls)["properties"][key]
-    meaning = f"({schema['description']})"
+    meaning = f" ({schema['description']})" if "description" in schema else ""
     if first["type"] == "missing" and not places:
-        return KeyProblem(key, None, f"missing; expected {describe(schema)} {meaning}")
+        return KeyProblem(key, None, f"missing; expected {describe(schema)}{meaning}")
     if first["type"] == "missing":  # the list is too short
         places.pop()
     for place in places:
@@ -134,6 +157,6 @@ def _explain(error: ValidationError, cls: Any) -> ValueError:
         schema, key = entry, f"{key}[{place}]" if isinstance(place, int) else f"{key}.{place}"
     if isinstance(cause, InvalidValue):
         return cause.under(key)
-    expected = str(cause) if cause else f"expected {describe(schema)} {meaning}"
+    expected = str(cause) if cause else f"expected {describe(schema)}{meaning}"
     value = first["input"]
     return InvalidValue(key, value.isoformat() if isinstance(value, date) else value, expected)

@@ -50,23 +50,14 @@ class Estimator(Settings):
     (False, True)
     """
 
-    jacobians: Literal["estimate", "aligned"] = Field(
-        default="estimate",
-        description="derivatives of a measurement at the estimated or at no misalignment",
-    )
-    second_order: bool = Field(
-        default=True,
-        description="mean and covariance of the measurement's second-order terms (Jazwinski)",
-    )
-    reset: bool = Field(
-        default=True,
-        description="turn the covariance with the estimate when a rotation is fed back (Markley)",
-    )
-    iterations: int = Field(
-        default=1,
-        ge=1,
-        description="evaluations of a measurement per update, each at the estimate before",
-    )
+    jacobians: Literal["estimate", "aligned"] = "estimate"
+    """derivatives of a measurement at the estimated or at no misalignment"""
+    second_order: bool = True
+    """mean and covariance of the measurement's second-order terms (Jazwinski)"""
+    reset: bool = True
+    """turn the covariance with the estimate when a rotation is fed back (Markley)"""
+    iterations: int = Field(default=1, ge=1)
+    """evaluations of a measurement per update, each at the estimate before"""
 
     @staticmethod
     def plain() -> Estimator:

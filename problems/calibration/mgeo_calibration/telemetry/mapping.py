@@ -10,10 +10,7 @@ from typing import Literal
 import numpy as np
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, known_names
-from mgeo_attitude.settings.types import (
-    DegreesPerSecond,
-    Triple,
-)
+from mgeo_attitude.settings.types import DegreesPerSecond, Triple
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 from scipy.spatial.transform import Rotation
@@ -40,23 +37,15 @@ class Channels(Settings):
     A minus before the name of a column turns its sign, which maps mirrored axes.
     """
 
-    columns: tuple[str, ...] | None = Field(
-        default=None,
-        description="its columns, if they are not called NAME_x, NAME_y, NAME_z or NAME_q1 to "
-        "NAME_q4, or NAME of a photodiode; two of a direction are its angles in sensor axes, "
-        "atan(x / z) and atan(y / z)",
-    )
-    unit: str | None = Field(
-        default=None, description="unit of its columns, if it is not that of telemetry"
-    )
-    quaternion: tuple[float, float, float, float] | None = Field(
-        default=None,
-        description="how it is mounted: rotation from sensor to body axes, scalar last",
-    )
-    dcm: Triple[Row] | None = Field(
-        default=None,
-        description="the same as a matrix: vector in body axes = dcm x vector in sensor axes",
-    )
+    columns: tuple[str, ...] | None = None
+    """its columns, if they are not called NAME_x, NAME_y, NAME_z or NAME_q1 to NAME_q4, or NAME of
+    a photodiode; two of a direction are its angles in sensor axes, atan(x / z) and atan(y / z)"""
+    unit: str | None = None
+    """unit of its columns, if it is not that of telemetry"""
+    quaternion: tuple[float, float, float, float] | None = None
+    """how it is mounted: rotation from sensor to body axes, scalar last"""
+    dcm: Triple[Row] | None = None
+    """the same as a matrix: vector in body axes = dcm x vector in sensor axes"""
 
     def __post_init__(self) -> None:
         if self.quaternion is not None and self.dcm is not None:
@@ -94,19 +83,13 @@ class Channels(Settings):
 class GyroChannels(Channels):
     """Those of the gyro."""
 
-    rate: Literal["mean", "instantaneous"] = Field(
-        default="mean",
-        description="mean over the time since the sample before, or the rate at the sample",
-    )
-    range_deg_s: DegreesPerSecond | None = Field(
-        default=None, gt=0.0, description="rate at which it saturates"
-    )
-    holds: Literal["lvlh", "inertial", "unknown"] | None = Field(
-        default=None,
-        description="there is no gyro, and the satellite holds these axes; dcm or quaternion turns "
-        "LVLH (x forward, z down) to body axes; of unknown ones, magnetometers are calibrated "
-        "alone",
-    )
+    rate: Literal["mean", "instantaneous"] = "mean"
+    """mean over the time since the sample before, or the rate at the sample"""
+    range_deg_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
+    """rate at which it saturates"""
+    holds: Literal["lvlh", "inertial", "unknown"] | None = None
+    """there is no gyro, and the satellite holds these axes; dcm or quaternion turns LVLH (x
+    forward, z down) to body axes; of unknown ones, magnetometers are calibrated alone"""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -122,7 +105,8 @@ class GyroChannels(Channels):
 class SensorChannels(Channels):
     """Those of a sensor."""
 
-    name: str = Field(description="name of the sensor in the scenario")
+    name: str
+    """name of the sensor in the scenario"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,20 +125,16 @@ class TelemetryMapping(Settings):
     901
     """
 
-    time: str = Field(
-        default="time", description="column of seconds since the epoch or ISO 8601 times, UTC"
-    )
-    time_format: Literal["epoch", "unix", "unix-ms"] = Field(
-        default="epoch",
-        description="what its numbers are: seconds since the epoch, Unix seconds or milliseconds",
-    )
-    gyro: GyroChannels = Field(default_factory=GyroChannels, description="the gyro")
-    sensors: tuple[SensorChannels, ...] = Field(
-        default=(), description="sensors, by the scenario's names"
-    )
-    position: Channels = Field(
-        default_factory=Channels, description="the satellite's position, GCRS"
-    )
+    time: str = "time"
+    """column of seconds since the epoch or ISO 8601 times, UTC"""
+    time_format: Literal["epoch", "unix", "unix-ms"] = "epoch"
+    """what its numbers are: seconds since the epoch, Unix seconds or milliseconds"""
+    gyro: GyroChannels = Field(default_factory=GyroChannels)
+    """the gyro"""
+    sensors: tuple[SensorChannels, ...] = ()
+    """sensors, by the scenario's names"""
+    position: Channels = Field(default_factory=Channels)
+    """the satellite's position, GCRS"""
 
     @staticmethod
     def from_toml(path: str | os.PathLike[str]) -> TelemetryMapping:

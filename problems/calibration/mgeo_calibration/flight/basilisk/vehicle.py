@@ -14,9 +14,7 @@ from mgeo_attitude.scenario.actuators import Wheels, pseudo_inverse
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
-from mgeo_attitude.settings.types import (
-    Unit,
-)
+from mgeo_attitude.settings.types import Unit
 from pydantic import Field
 
 #: How Basilisk shares a torque among wheels.
@@ -64,13 +62,11 @@ class Vehicle(Settings):
         For a value out of its range, or wheels that share a torque as Basilisk's do not.
     """
 
-    wheels: Wheels = Field(
-        description="the satellite's inertia, wheels included, axes of the wheels, and torque and "
-        "momentum of each"
-    )
-    bandwidth: Annotated[float, Unit("rad/s")] = Field(
-        default=0.2, gt=0.0, description="natural frequency of the controller"
-    )
+    wheels: Wheels
+    """the satellite's inertia, wheels included, axes of the wheels, and torque and momentum of
+    each"""
+    bandwidth: Annotated[float, Unit("rad/s")] = Field(default=0.2, gt=0.0)
+    """natural frequency of the controller"""
 
     def __post_init__(self) -> None:
         shared, by = self.wheels.allocation, f"{SHARED_BY!r}: Basilisk shares a torque so"
