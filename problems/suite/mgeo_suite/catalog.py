@@ -8,12 +8,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Annotated, Any
 
 import pydantic.dataclasses
 from mgeo_attitude import Gyro, Magnetometer, StarTracker, SunSensor
-from mgeo_attitude.geometry.vector import Vec3
 from mgeo_attitude.settings.base import Settings, declared
 from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, expect, known_names
 from mgeo_attitude.settings.tables import to_table
@@ -47,19 +45,6 @@ class SunHead(SunSensor):
 
     initial_bias: float = Field(default=0.0, ge=0.0)
     """initial bias of the unit vector, 1-sigma per axis; 0 leaves the states out"""
-
-    def states(self) -> dict[str, Any]:
-        found = super().states()
-        return {key: found[key] for key in found if key != "bias" or self.initial_bias}
-
-    def measure(self, x: Any, v: Vec3) -> Any:
-        return super().measure(self._complete(x, Vec3(0.0, 0.0, 0.0)), v)
-
-    def measured(self, x: Any, v: Any) -> Any:
-        return super().measured(self._complete(x, 0.0), v)
-
-    def _complete(self, x: Any, zero: Any) -> Any:
-        return x if self.initial_bias else SimpleNamespace(**{**vars(x), "bias": zero})
 
 
 #: Class of the instruments of each section.

@@ -6,17 +6,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from datetime import timedelta
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.element_set import MAX_AGE, ElementSet
-from mgeo_attitude.scenario.together import Fields
 from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
 from mgeo_attitude.settings.base import Settings, annotation_of, declared
 from mgeo_attitude.settings.types import Unit, Usual
+
+if TYPE_CHECKING:
+    from mgeo_attitude.scenario.scenario import Scenario
 
 #: Where IGRF, a field without currents outside the Earth, is one: geocentric distance in Earth
 #: radii above which the ring current's field is no longer small beside it, and altitude [m] below
@@ -30,7 +32,7 @@ class Implausible(UserWarning):
     """A value that looks like a slip: another unit, or what the model is not made for."""
 
 
-def implausible(scenario: Any) -> tuple[str, ...]:
+def implausible(scenario: Scenario) -> tuple[str, ...]:
     """What looks like a slip, each in a line that names the key; empty if nothing does."""
     return (*_unusual(scenario), *_out_of_range(scenario), *_too_old(scenario))
 
@@ -52,7 +54,7 @@ def _unusual(settings: Any, place: str = "") -> Iterator[str]:
                 break
 
 
-def _out_of_range(scenario: Any) -> Iterator[str]:
+def _out_of_range(scenario: Scenario) -> Iterator[str]:
     if not any(isinstance(sensor, Magnetometer) for sensor in scenario.sensors):
         return
     times = np.linspace(0.0, scenario.latest_end, _SAMPLES)
@@ -66,7 +68,7 @@ def _out_of_range(scenario: Any) -> Iterator[str]:
         yield f"orbit: down to {1e-3 * least:.0f} km: nothing orbits below {1e-3 * _LOWEST:g} km"
 
 
-def _too_old(scenario: Any) -> Iterator[str]:
+def _too_old(scenario: Scenario) -> Iterator[str]:
     orbit = scenario.orbit
     if not isinstance(orbit, ElementSet):
         return
@@ -98,7 +100,7 @@ MAX_ATTITUDE_OF_FACES_DEG = 5.0
 MAX_ORBIT_ERROR_M = 30_000.0
 
 
-def examined(scenario: Fields) -> list[tuple[str, float, float]]:
+def examined(scenario: Scenario) -> list[tuple[str, float, float]]:
     """Initial uncertainties by key, each with the largest at which the map has found it true."""
     faces = any(isinstance(sensor, Photodiode) for sensor in scenario.sensors)
     attitude = MAX_ATTITUDE_OF_FACES_DEG if faces else MAX_ATTITUDE_DEG
@@ -124,7 +126,7 @@ def examined(scenario: Fields) -> list[tuple[str, float, float]]:
     return limits
 
 
-def validity(scenario: Fields) -> tuple[str, ...]:
+def validity(scenario: Scenario) -> tuple[str, ...]:
     """Why the linear covariance may promise more than a filter achieves; empty if it need not.
 
     Compares initial uncertainties with the map of docs/consistency.md, which sweeps one at a time

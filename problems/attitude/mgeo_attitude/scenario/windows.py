@@ -5,17 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from datetime import datetime
-from typing import Annotated, Protocol
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.scenario.settings import Convergence, ManeuverLimits
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
 from mgeo_attitude.settings.types import Degrees, DegreesPerSecond, Instant, Seconds
+
+if TYPE_CHECKING:
+    from mgeo_attitude.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,23 +101,6 @@ class Window(Settings):
         return f"{self.start:%Y-%m-%dT%H:%M:%SZ} to {self.end:%Y-%m-%dT%H:%M:%SZ}"
 
 
-class Operated(Protocol):
-    """What a scenario says of when plans may be flown."""
-
-    @property
-    def epoch(self) -> datetime: ...
-    @property
-    def step(self) -> float: ...
-    @property
-    def windows(self) -> tuple[Window, ...]: ...
-    @property
-    def maneuvers(self) -> ManeuverLimits: ...
-    @property
-    def convergence(self) -> Convergence: ...
-    @property
-    def flight(self) -> FlightErrors | None: ...
-
-
 def seconds(epoch: datetime, windows: Sequence[Window]) -> Floats:
     """Starts and ends [s] after an epoch, shape (k, 2)."""
     return np.array(
@@ -123,7 +108,7 @@ def seconds(epoch: datetime, windows: Sequence[Window]) -> Floats:
     ).reshape(-1, 2)
 
 
-def deadlines(scenario: Operated, starts: Floats) -> Floats:
+def deadlines(scenario: Scenario, starts: Floats) -> Floats:
     """When plans that begin at `starts` [s] after the epoch have to be over, [s] after that.
 
     Infinite without windows; minus infinity where none is open. It is so even if a plan begins as
@@ -139,7 +124,7 @@ def deadlines(scenario: Operated, starts: Floats) -> Floats:
     return ends
 
 
-def start_times(scenario: Operated) -> Floats:
+def start_times(scenario: Scenario) -> Floats:
     """When plans may begin [s] after the epoch, ascending; at the epoch unless it is free.
 
     Raises
@@ -167,7 +152,7 @@ def start_times(scenario: Operated) -> Floats:
     return _in_time(scenario, times)
 
 
-def _in_time(scenario: Operated, times: Floats) -> Floats:
+def _in_time(scenario: Scenario, times: Floats) -> Floats:
     """Of start times those after which the shortest plan is over in time."""
     left = deadlines(scenario, times)
     # no other rule waits for a window after the start

@@ -66,6 +66,8 @@ class Sensor(Settings, ABC):
     kind: ClassVar[str]
     #: Those of its states that are rotations, for `rotation.rotate`; all others are sums.
     rotations: ClassVar[tuple[str, ...]] = ()
+    #: Name of the state that is a constant offset of the readings.
+    offset: ClassVar[str] = "bias"
     #: Whether it is of no use where the geomagnetic field is not known.
     needs_field: ClassVar[bool] = True
     #: Those of its parameters that are 1-sigmas of noise.

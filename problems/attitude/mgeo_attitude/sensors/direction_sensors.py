@@ -17,7 +17,7 @@ from mgeo_attitude.geometry.rotation import cross, direction, dot, rotate, tange
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Boresight, Exclusion
-from mgeo_attitude.sensors.errors import Misalignment, State, tilt
+from mgeo_attitude.sensors.errors import Misalignment, State, present
 from mgeo_attitude.sensors.vector_sensors import SunSensor, VectorSensor, where_it_is
 from mgeo_attitude.sensors.world import POSITION_UNIT
 from mgeo_attitude.settings.errors import expect
@@ -149,10 +149,9 @@ class HorizonSensor(DirectionSensor):
         )
 
     def states(self) -> dict[str, State]:
-        return {
-            **tilt(self.initial_misalignment_deg),
-            "bias": self.initial_bias,
-        } | {**self.follows(), **self.delay()}
+        tilt = math.radians(self.initial_misalignment_deg)
+        own = present(misalignment=tilt, bias=self.initial_bias)
+        return own | self.follows() | self.delay()
 
     def sees(self) -> tuple[str, ...]:
         return ("orbit_error",)

@@ -6,7 +6,6 @@ what a channel measures, a temperature or a current.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, MutableMapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -147,9 +146,9 @@ def by_axis(sigma: float | tuple[float, float, float]) -> tuple[float, float, fl
     return sigma if isinstance(sigma, tuple) else (sigma, sigma, sigma)
 
 
-def tilt(misalignment_deg: float) -> dict[str, float]:
-    """States of a sensor's misalignment; none if it is zero: then it says what body axes are."""
-    return {"misalignment": math.radians(misalignment_deg)} if misalignment_deg else {}
+def present(**sigmas: float) -> dict[str, State]:
+    """Return the constants among states by their initial 1-sigmas, without those of zero."""
+    return {state: sigma for state, sigma in sigmas.items() if sigma}
 
 
 Misalignment = Annotated[

@@ -47,6 +47,7 @@ class Photodiode(Sensor):
     kind: ClassVar[str] = "photodiode"
     needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("relative_noise",)
+    offset: ClassVar[str] = "sensitivity"
     units: ClassVar[Mapping[str, Unit]] = {"delay": SECOND}
     channels: ClassVar[tuple[str, ...]] = ("",)
 

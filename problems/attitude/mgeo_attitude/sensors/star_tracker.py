@@ -17,7 +17,7 @@ from mgeo_attitude.geometry.rotation import cross, dot, frame, rotate, unrotate
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Boresight, Exclusion, Sensor
-from mgeo_attitude.sensors.errors import Misalignment, State, tilt
+from mgeo_attitude.sensors.errors import Misalignment, State, present
 from mgeo_attitude.settings.types import DEG, SECOND, DegreesPerSecond, Unit, Usual
 
 _ARCSEC_PER_DEG = 3600.0
@@ -43,6 +43,7 @@ class StarTracker(Sensor):
     needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_arcsec", "roll_noise_arcsec")
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
+    offset: ClassVar[str] = "misalignment"
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "delay": SECOND}
     channels: ClassVar[tuple[str, ...]] = ("q1", "q2", "q3", "q4")
 
@@ -76,7 +77,7 @@ class StarTracker(Sensor):
         return bool((self.axes == np.eye(3)).all())
 
     def states(self) -> dict[str, State]:
-        return tilt(self.initial_misalignment_deg) | self.delay()
+        return present(misalignment=math.radians(self.initial_misalignment_deg)) | self.delay()
 
     def measure(self, x: Any, v: Vec3) -> Vec3:
         error: Vec3 = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta

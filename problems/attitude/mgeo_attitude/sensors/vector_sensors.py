@@ -21,7 +21,7 @@ from mgeo_attitude.sensors.errors import (
     ScaleFactor,
     State,
     by_axis,
-    tilt,
+    present,
 )
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, NT, POSITION_UNIT
 from mgeo_attitude.settings.types import (
@@ -43,21 +43,23 @@ if TYPE_CHECKING:
 class VectorSensor(Sensor):
     """A sensor that measures the vector v it looks at: y = [v×]θ - [v×]μ + b (equation 2).
 
-    Its states are a misalignment μ, unless it says what body axes are, and a bias b.
+    The misalignment μ and the bias b are states of its own, each if `states` has it.
     """
 
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
 
     def measure(self, x: Any, v: Vec3) -> Any:
         turned = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta
-        y = cross(v, turned) + x.bias + x.moved
+        y = cross(v, turned)
+        y = y + x.bias + x.moved if hasattr(x, "bias") else y + x.moved
         if hasattr(x, "orbit_error"):
             for error, column in zip(x.orbit_error, x.gradient[-3:], strict=True):
                 y = y + Vec3(*(error * component for component in column))
         return y
 
     def measured(self, x: Any, v: Any) -> Any:
-        return (rotate(x.misalignment, v) if hasattr(x, "misalignment") else v) + x.bias
+        reported = rotate(x.misalignment, v) if hasattr(x, "misalignment") else v
+        return reported + x.bias if hasattr(x, "bias") else reported
 
 
 def where_it_is(x: Any, v: Any) -> Any:
@@ -100,10 +102,9 @@ class SunSensor(VectorSensor):
     """whether light from the Earth adds to what it measures, if the world has any"""
 
     def states(self) -> dict[str, State]:
-        return {
-            **tilt(self.initial_misalignment_deg),
-            "bias": self.initial_bias,
-        } | {**self.follows(), **self.delay()}
+        tilt = math.radians(self.initial_misalignment_deg)
+        own = present(misalignment=tilt, bias=self.initial_bias)
+        return own | self.follows() | self.delay()
 
     def sees(self) -> tuple[str, ...]:
         return ("albedo",) if self.sees_albedo else ()
@@ -169,15 +170,13 @@ class Magnetometer(VectorSensor):
     initial_nonorthogonality_deg: Nonorthogonality = 0.0
 
     def states(self) -> dict[str, State]:
-        states: dict[str, State] = {
-            **tilt(self.initial_misalignment_deg),
-            "bias": self.initial_bias_nt / FIELD_UNIT_NT,
-        }
-        if self.initial_scale_factor:
-            states["scale_factor"] = self.initial_scale_factor
-        if self.initial_nonorthogonality_deg:
-            states["nonorthogonality"] = math.radians(self.initial_nonorthogonality_deg)
-        return states | {**self.follows(), **self.delay()}
+        own = present(
+            misalignment=math.radians(self.initial_misalignment_deg),
+            bias=self.initial_bias_nt / FIELD_UNIT_NT,
+            scale_factor=self.initial_scale_factor,
+            nonorthogonality=math.radians(self.initial_nonorthogonality_deg),
+        )
+        return own | self.follows() | self.delay()
 
     def sees(self) -> tuple[str, ...]:
         return ("field_error", "orbit_error")
