@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+import pydantic.dataclasses
 import pytest
 from mgeo_attitude import NoLimit, Scenario, StarTracker, limit
 from mgeo_attitude.settings.errors import InvalidValue
@@ -115,7 +116,7 @@ def test_what_a_delay_asks_for():
     with pytest.raises(NoLimit, match=r"sun\.delay depends on the attitude"):
         limit(with_delays(SCENARIOS["paper"]))
 
-    @dataclasses.dataclass(frozen=True)
+    @pydantic.dataclasses.dataclass(frozen=True)
     class Own(type(SCENARIOS["paper"].sensors[0])):
         def states(self):
             return {"misalignment": 0.1, "bias": 0.1}
