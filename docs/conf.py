@@ -29,6 +29,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
     "docstrings",
+    "export_formats",
     "keys",
     "mathml",
     "plotly_figures",

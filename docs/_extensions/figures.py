@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, limit
-from mgeo_attitude.environment.arc import interpolate, nearest
+from mgeo_attitude.environment.interpolation import interpolate
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.wheel_load import wheel_loads
@@ -144,8 +144,7 @@ def interpolation() -> go.Figure:
         for spacing in spacings:
             times = spacing * np.arange(-count, 7200.0 / spacing + count + 1.0)
             position, velocity = orbit.propagate(epoch, times)
-            rows = nearest(times, at, count)
-            found, _ = interpolate(times, position, velocity if slopes else None, rows, at)
+            found, _ = interpolate(times, position, velocity if slopes else None, count, at)
             errors.append(float(np.linalg.norm(found - truth, axis=1).max()))
         figure.add_scatter(x=spacings.tolist(), y=errors, name=name, line={"color": color})
     figure.update_xaxes(title="time between samples [s]", type="log")

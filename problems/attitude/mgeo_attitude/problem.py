@@ -22,8 +22,7 @@ from mgeo_attitude.criteria.objectives import Objective, can_be_polished, indica
 from mgeo_attitude.criteria.robustness import FlightSample, FlightSamples, judged, over_flights
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.start_times import StartTimes, kept
-from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
+from mgeo_attitude.maneuvers.schedule import decode
 from mgeo_attitude.scenario.channels import check_followed
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.windows import FlightErrors
@@ -43,15 +42,12 @@ _POLISHED, _POLISHED_BY = 6, {"end": 3}
 _GROW = 0, 16, 64  # of them in the stages of a search before the last
 #: What a plan's file calls itself.
 PLAN_FORMAT = "mgeo-attitude-plan"
-#: Problems of one start that stay in memory.
-_MOST_BEGUN = 64
 
 
 class AttitudeManeuverProblem(Problem):
     """Minimize time to converge and final trace over constant-rate maneuvers, equation (5).
 
-    Variables are ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in turn and, if the scenario
-    has a ``maneuvers.latest_start``, last the start [s] after the epoch; objectives are
+    Variables are ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in turn; objectives are
     t_end [s] and the trace of the filter's covariance then (rad², rad²/s² and dimensionless
     squares, weighted by the scenario's trace weights), unless others are asked for. Limits of the
     scenario are inequality constraints: see `constraint_names`.
@@ -121,7 +117,7 @@ class AttitudeManeuverProblem(Problem):
         elif asked:
             changes["flight"] = dataclasses.replace(scenario.flight or FlightErrors(), **asked)
         self.scenario = scenario = dataclasses.replace(scenario, **changes)
-        self._start_times = check_start(scenario)
+        check_start(scenario)
         check_followed(scenario.channels, scenario.suite)
         self.threads = threads
         self.objectives = scenario.objectives
@@ -135,9 +131,6 @@ class AttitudeManeuverProblem(Problem):
         xu = np.tile(greatest, limits.count)
         names = [*(f"omega_{axis}_{{}} [deg/s]" for axis in "xyz"), "duration_{} [s]"]
         self.var_names = [name.format(m + 1) for m in range(limits.count) for name in names]
-        if limits.latest_start is not None:
-            xl, xu = np.append(xl, 0.0), np.append(xu, limits.latest_start)
-            self.var_names.append("start [s]")
         super().__init__(
             n_var=len(self.var_names),
             n_obj=len(self.objectives),
@@ -149,53 +142,13 @@ class AttitudeManeuverProblem(Problem):
 
     @cached_property
     def environment(self) -> Environment:
-        """Orbit, Sun, field and shadow of the scenario; computed once, when first needed.
-
-        Of one whose start is free, those of the first start; as is the `model`.
-        """
-        if self.start_times is not None:
-            return self.start_times.surroundings(0)
+        """Orbit, Sun, field and shadow of the scenario; computed once, when first needed."""
         return Environment.from_scenario(self.scenario)
 
     @cached_property
     def model(self) -> FilterModel:
         """Tables of the filter; computed once, when first needed."""
-        if self.start_times is not None:
-            return self.start_times.at(0)
         return FilterModel.from_scenario(self.scenario, self.environment)
-
-    @cached_property
-    def start_times(self) -> StartTimes | None:
-        """Models of all starts, if the scenario leaves it free; computed once."""
-        if self.scenario.maneuvers.latest_start is None:
-            return None
-        return StartTimes.of(self.scenario, self._start_times)
-
-    def begun(self, x: ArrayLike) -> tuple[AttitudeManeuverProblem, Floats]:
-        """The problem of the start that a design chose, and its maneuvers, shape (4 m,).
-
-        The problem itself and the design where the start is not free.
-        """
-        design = np.asarray(x, dtype=float)
-        if self.start_times is None:
-            return self, design
-        (maneuvers,), (number,) = self.start_times.split(design)
-        return kept(self._begun, int(number), self._beginning, _MOST_BEGUN), maneuvers
-
-    @cached_property
-    def _begun(self) -> dict[int, AttitudeManeuverProblem]:
-        """Problems of start times by their numbers: a memory, which says nothing of this one."""
-        return {}
-
-    def _beginning(self, number: int) -> AttitudeManeuverProblem:
-        """The problem of a start time, which shares the tables."""
-        starts = self.start_times
-        assert starts is not None  # or nobody asks
-        time = float(starts.times[number])
-        found = AttitudeManeuverProblem(self.scenario.starting(time), threads=self.threads)
-        found.__dict__["environment"] = starts.surroundings(number)
-        found.__dict__["model"] = starts.at(number)
-        return found
 
     def run(
         self,
@@ -212,8 +165,6 @@ class AttitudeManeuverProblem(Problem):
         """
         from mgeo_attitude.filter.evaluator import evaluate  # compiles
 
-        if self.start_times is not None:
-            return self.start_times.evaluate(X, self.threads, vary=vary, **asked)
         model = self.model if vary is None else vary(self.model)
         return evaluate(model, X, self.threads, **asked)
 
@@ -226,10 +177,8 @@ class AttitudeManeuverProblem(Problem):
         NoLimit
             Where none can be proved.
         """
-        from mgeo_attitude.bound.assembly import limit, limit_of_starts
+        from mgeo_attitude.bound.assembly import limit
 
-        if self.start_times is not None:
-            return limit_of_starts(self.scenario, self.start_times)
         return limit(self.scenario, self.model)
 
     @cached_property
@@ -240,7 +189,7 @@ class AttitudeManeuverProblem(Problem):
 
     def flights_of(self, errors: FlightErrors) -> FlightSamples:
         """Flights drawn of other errors than the scenario's."""
-        return FlightSamples(self.scenario, self.start_times or self.model, errors)
+        return FlightSamples(self.scenario, self.model, errors)
 
     def at_stage(self, stage: int) -> AttitudeManeuverProblem:
         """The problem as a stage of a search judges it, from 0; see `mgeo.MGEOStaged`.
@@ -258,8 +207,7 @@ class AttitudeManeuverProblem(Problem):
         designs = np.asarray(X, dtype=float)
         if designs.ndim != 2 or designs.shape[1] != self.n_var:
             raise ValueError(f"X of shape {designs.shape}: expected (n, {self.n_var})")
-        maneuvers = designs[:, : VARIABLES_PER_MANEUVER * self.scenario.maneuvers.count]
-        decode(maneuvers)  # tells of a bad design by its place among all of them
+        decode(designs)  # tells of a bad design by its place among all of them
         ends = [self.n_obj, self.n_obj + self.n_ieq_constr]
         out["F"], out["G"], _ = np.split(self.judged(designs), ends, axis=1)
 

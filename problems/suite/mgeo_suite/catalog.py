@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -15,11 +15,12 @@ from mgeo_attitude import Gyro, Magnetometer, StarTracker, SunSensor
 from mgeo_attitude.settings.base import Settings, declared
 from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, expect, known_names
 from mgeo_attitude.settings.tables import to_table
-from mgeo_attitude.settings.types import Unit
+from mgeo_attitude.settings.types import (
+    Unit,
+)
 from pydantic import Field
 
-from mgeo.store.reading import read_text
-from mgeo.validation.tables import FileError
+from mgeo.validation.tables import errors_of
 
 #: Outward normals of the faces of a satellite, body axes.
 FACES: dict[str, tuple[float, float, float]] = {
@@ -54,10 +55,6 @@ SECTIONS: Mapping[str, type[Any]] = {
     "sun_sensors": SunHead,
     "star_trackers": StarTracker,
 }
-
-
-class CatalogError(ValueError):
-    """A catalog file that cannot be read; the message says which, where and why."""
 
 
 @pydantic.dataclasses.dataclass(frozen=True, kw_only=True)
@@ -125,19 +122,13 @@ class Catalog:
 
         Raises
         ------
-        CatalogError
-            (ValueError) Naming the file and the key, or the line where it is no TOML.
+        ValueError
+            Naming the file and the key, or the line where it is no TOML.
         OSError
-            If it cannot be read.
+            If the file cannot be read.
         """
-        try:
-            text = read_text(path)
-        except FileError as error:
-            raise CatalogError(str(error)) from error
-        try:
-            return Catalog.from_dict(tomllib.loads(text))
-        except (ValueError, RecursionError) as error:
-            raise CatalogError(f"{os.fspath(path)}: {error}") from error
+        with errors_of(path):
+            return Catalog.from_dict(tomllib.loads(Path(path).read_text(encoding="utf-8")))
 
     @staticmethod
     def from_dict(table: Mapping[str, Any]) -> Catalog:
@@ -145,7 +136,7 @@ class Catalog:
 
         Raises
         ------
-        InvalidValue
+        InvalidValue, InvalidValue
             (ValueError) Naming the full key, ``gyros[1].mass_g``: unknown, missing or of a bad
             value; names that occur twice, a section that needs a grade and has none, or Sun sensors
             of which only some see everywhere, or only some have bias states.
@@ -211,31 +202,20 @@ def _faces(given: Any) -> tuple[str, ...]:
 
 def _check_alike(section: str, grades: tuple[Grade, ...]) -> None:
     """One kernel and its tables serve all: the same states at the same samples, and views alike."""
-    for i, grade in enumerate(grades):
-        one, first = grade.instrument, grades[0].instrument
-        for key, (is_so, meaning) in _ALIKE.get(section, {}).items():
-            same = is_so(one) == is_so(first)
-            expect(same, f"{section}[{i}].{key}", getattr(one, key), f"that all or none {meaning}")
-        for key in ("considered", "sample_interval"):
-            value, expected = getattr(one, key, None), getattr(first, key, None)
-            expect(value == expected, f"{section}[{i}].{key}", value, f"{expected!r}, as all have")
-        states, expected = list(one.states()), list(first.states())
-        names = f"{', '.join(expected)}, those of {section}[0]"
-        expect(states == expected, f"{section}[{i}] has the states", states, names)
+    for i, grade in enumerate(grades[1:], 1):
+        first, own = (_kernel_traits(each.instrument) for each in (grades[0], grade))
+        for name, value in own.items():
+            alike = f"{first[name]!r}, as {section}[0] has"
+            expect(value == first[name], f"{section}[{i}], its {name},", value, alike)
 
 
-def _has_none(key: str) -> Callable[[Any], bool]:
-    return lambda instrument: getattr(instrument, key) is None
-
-
-#: What all entries of a section have or none, by key.
-_ALIKE: Mapping[str, Mapping[str, tuple[Callable[[Any], bool], str]]] = {
-    "sun_sensors": {
-        "half_angle_deg": (lambda head: not head.views(), "see everywhere (180)"),
-        "initial_bias": (lambda head: not head.initial_bias, "have no bias states (0)"),
-    },
-    "star_trackers": {
-        key: (_has_none(key), "have none")
-        for key in ("max_rate_deg_s", *(f"{of}_exclusion_deg" for of in ("sun", "earth", "moon")))
-    },
-}
+def _kernel_traits(instrument: Any) -> dict[str, Any]:
+    """Properties of an instrument for which a kernel is made, by name."""
+    views = instrument.views() if hasattr(instrument, "views") else ()
+    return {
+        "states": list(instrument.states()),
+        "sample_interval": getattr(instrument, "sample_interval", None),
+        "considered": getattr(instrument, "considered", None),
+        "exclusions and field of view": [view.direction for view in views],
+        "rate limit": getattr(instrument, "max_rate_deg_s", None) is not None,
+    }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -122,52 +121,26 @@ def _of_plan(model: FilterModel, result: Evaluation, i: int) -> dict[str, go.Fig
     end = round(t_end / model.step) if np.isfinite(t_end) else 0
     steps = np.unique(np.linspace(0, end, _SAMPLES).round().astype(np.int64))
     sigma = np.degrees(np.sqrt(result.variances[i, steps, :3].max(axis=1)))
-    plan = result.plan
+    plan, times = result.plan, model.step * steps.astype(np.float64)
     stretch = np.maximum(np.searchsorted(plan.starts[i], steps, side="right") - 1, 0)
     rates = np.degrees(plan.rates[i, stretch])
-    times = model.step * steps.astype(np.float64)
+    turning = _against_time("Body rates", times, dict(zip("xyz", rates.T, strict=True)), "hv")
+    known = _against_time(
+        "Attitude, 1-sigma of the worst body axis", times, {"attitude": sigma}, "linear"
+    )
     return {
-        "rates": _against_time(
-            "Body rates",
-            times,
-            {axis: rates[:, k] for k, axis in enumerate("xyz")},
-            {"title": {"text": "deg/s"}},
-            "hv",
-        ),
-        "attitude": _against_time(
-            "Attitude, 1-sigma of the worst body axis",
-            times,
-            {"attitude": sigma},
-            {"title": {"text": "deg"}, **log_axis(sigma)},
-        ),
+        "rates": turning.update_yaxes(title="deg/s"),
+        "attitude": known.update_yaxes(title="deg", **log_axis(sigma)),
     }
 
 
-def _against_time(
-    text: str,
-    times: Floats,
-    lines: dict[str, Floats],
-    axis: dict[str, Any],
-    shape: str = "linear",
-) -> go.Figure:
-    data = [
-        {
-            "type": "scatter",
-            "name": name,
-            "x": times,
-            "y": values,
-            "mode": "lines",
-            "line": {**line(k), "shape": shape},
-            "hovertemplate": "%{x:.6g} s: %{y:.4g}",
-        }
-        for k, (name, values) in enumerate(lines.items())
-    ]
-    layout = {
-        "title": title(text),
-        "height": 300,
-        "margin": {"l": 65, "r": 10, "t": 55, "b": 45},
-        "xaxis": {"title": {"text": "time [s]"}, "tickformat": "d"},
-        "yaxis": axis,
-        "showlegend": len(lines) > 1,
-    }
-    return go.Figure({"data": data, "layout": layout}, _validate=False)
+def _against_time(text: str, times: Floats, lines: dict[str, Floats], shape: str) -> go.Figure:
+    figure = go.Figure()
+    for k, (name, values) in enumerate(lines.items()):
+        look = {**line(k), "shape": shape}
+        figure.add_scatter(x=times, y=values, name=name, mode="lines", line=look)
+    figure.update_traces(hovertemplate="%{x:.6g} s: %{y:.4g}")
+    figure.update_xaxes(title="time [s]", tickformat="d")
+    margin = {"l": 65, "r": 10, "t": 55, "b": 45}
+    plain = {"template": "none", "height": 300, "margin": margin}  # without 7 kB of a template
+    return figure.update_layout(title=title(text), showlegend=len(lines) > 1, **plain)

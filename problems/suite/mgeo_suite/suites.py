@@ -17,7 +17,7 @@ import numpy as np
 from mgeo_attitude import FilterModel, Gyro, Scenario, Sensor, Suite
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.settings.errors import InvalidValue, expect
+from mgeo_attitude.settings.errors import InvalidValue
 
 from mgeo_suite.catalog import FACES, NONE, Catalog, Grade
 
@@ -197,8 +197,6 @@ def _complete(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -> Scena
                     "expected a state of the attitude, the gyro or the magnetometer 'mag', which "
                     "every suite has",
                 )
-    latest, fixed = scenario.maneuvers.latest_start, "none: suites are compared from one start"
-    expect(latest is None, "maneuvers.latest_start", latest, fixed)
     if scenario.flight is not None:
         raise InvalidValue(
             "flight", "...", "expected none: suites are judged by plans that are flown exactly"

@@ -4,6 +4,7 @@ import brahe.ccsds
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.export_formats import FORMATS
 from mgeo_attitude.plan import read_json, to_csv, to_uplink_csv
 
 from mgeo.store.run_folder import write_run
@@ -24,6 +25,11 @@ def test_all_formats(run, folder, front, tmp_path):
     assert len(message.segments) == len(plan.phases)
     assert paths[3].read_text(encoding="utf-8") == to_uplink_csv(plan)
     assert sorted(tmp_path.iterdir()) == sorted(paths)
+
+
+def test_help_lists_every_format(run):
+    text = run("export", "--help").stdout
+    assert all(each.suffix in text for each in FORMATS)
 
 
 def test_from_a_plan_and_with_the_names_of_a_satellite(run, folder, tmp_path):

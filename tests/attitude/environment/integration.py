@@ -28,11 +28,3 @@ def integrated(state: np.ndarray, times: np.ndarray, oblate: bool = True) -> np.
         rtol=1e-13, atol=1e-6, max_step=100.0,
     )  # fmt: skip
     return np.asarray(found.y.T)
-
-
-def own_steps(state: np.ndarray, duration: float, tolerance: float) -> np.ndarray:
-    """Times [s] that the integrator chooses by itself."""
-    found: Any = solve_ivp(
-        rates, (0.0, duration), state, "DOP853", rtol=tolerance, atol=1e3 * tolerance
-    )
-    return np.asarray(found.t)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -79,23 +79,11 @@ def test_continuous_through_the_poles(pole: float) -> None:
     [
         datetime(1899, 12, 31, 23, 59, 59, tzinfo=UTC),
         datetime(2030, 1, 1, 0, 0, 1, tzinfo=UTC),
-        datetime(2035, 1, 1, tzinfo=UTC),
     ],
 )
 def test_dates_outside_the_model_are_refused(date: datetime) -> None:
     with pytest.raises(ValueError, match=r"date = .*IGRF-14, from 1900-01-01 to 2030-01-01"):
         geomagnetic_field(np.array([[7e6, 0.0, 0.0]]), date)
-
-
-@pytest.mark.parametrize(
-    "date", [datetime(1900, 1, 1, tzinfo=UTC), datetime(2030, 1, 1, tzinfo=UTC)]
-)
-def test_first_and_last_date(date: datetime, capsys: pytest.CaptureFixture[str]) -> None:
-    position = np.array([[7e6, 0.0, 1e6]])
-    inside = date + timedelta(days=1 if date.year == 1900 else -1)
-    field = geomagnetic_field(position, date)
-    np.testing.assert_allclose(field, geomagnetic_field(position, inside), atol=1.0)
-    assert capsys.readouterr().out == ""
 
 
 def test_naive_date_is_refused() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from datetime import UTC, datetime, timedelta, timezone
 
 import erfa
@@ -94,13 +93,6 @@ def test_seconds_run_on_through_a_leap_second() -> None:
 def test_years_without_leap_seconds_pass_without_a_warning(year: int, offset: float) -> None:
     at = instants(datetime(year, 7, 1, 12, tzinfo=UTC), [0.0])
     assert (at.tt - at.ut) * 86400.0 == pytest.approx([offset], abs=1e-9)
-
-
-def test_filters_of_warnings_which_all_threads_share_are_left_alone(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.delattr(warnings, "catch_warnings")
-    instants(datetime(2029, 1, 1, tzinfo=UTC), [0.0])
 
 
 def test_epochs_are_converted_to_utc() -> None:

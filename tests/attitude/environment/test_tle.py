@@ -6,7 +6,6 @@ test output tcppver.out and (for J2000) Vallado, Fundamentals of Astrodynamics, 
 
 from __future__ import annotations
 
-import sys
 from datetime import UTC, datetime, timedelta
 
 import erfa
@@ -108,9 +107,3 @@ def test_decayed_satellite_is_an_error_with_its_time() -> None:
     at = after_epoch(COSMOS_2405, [0.0, 60.0, 60.0 * 24 * 30])
     with pytest.raises(SGP4Error, match=r"satellite 28350: SGP4 error \d at t = 2592000.0 s, \w+"):
         teme_of(satellite(COSMOS_2405), at)
-
-
-def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "sgp4.api", None)
-    with pytest.raises(ImportError, match=r"pip install sgp4$"):
-        gcrs_of(satellite(VANGUARD_1), after_epoch(VANGUARD_1, [0.0]))

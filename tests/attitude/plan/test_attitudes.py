@@ -1,10 +1,8 @@
 """Attitudes for other tools, each read by one that is not ours where there is one.
 
-The C-kernel by SPICE itself (spiceypy), waypoints by Basilisk's own module, STK's file by
-orbit-formats, the script of 42 by the format in its source.
+The C-kernel by SPICE itself (spiceypy), STK's file by orbit-formats.
 """
 
-import ctypes
 import dataclasses
 import re
 
@@ -15,7 +13,7 @@ import pytest
 from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan.aem import aem_text
-from mgeo_attitude.plan.attitudes import gcrf_to_eme2000, script_text, stk_text, waypoints_text
+from mgeo_attitude.plan.attitudes import gcrf_to_eme2000, stk_text
 from mgeo_attitude.plan.files import write_plan
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.spice import ck_bytes, sclk_text
@@ -131,59 +129,6 @@ def test_without_spiceypy_it_says_what_to_install(plan, monkeypatch):
         ck_bytes(plan)
 
 
-@pytest.mark.slow  # four seconds to import it
-@pytest.mark.basilisk
-@pytest.mark.parametrize("ramps", [False, True])
-def test_basilisk_follows_the_waypoints(plan, problem, tmp_path, ramps):
-    module = pytest.importorskip("Basilisk.fswAlgorithms.waypointReference")
-    plan = ramped(problem) if ramps else plan
-    write_plan(plan, tmp_path / "plan.waypoints.csv")
-    reader = module.WaypointReference()
-    reader.dataFileName = str(tmp_path / "plan.waypoints.csv")
-    reader.attitudeType = 2
-    reader.Reset(0)
-    for phase in plan.phases:
-        steady = not phase.label.startswith("ramp")
-        for second in range(int(phase.start) + 1, int(phase.end), 5):
-            reader.UpdateState(int(second * 1e9))
-            found = reader.attRefOutMsg.read()
-            C = Rotation.from_mrp(found.sigma_RN).inv().as_matrix()
-            np.testing.assert_allclose(C, truth(plan, second), atol=1e-8)
-            if steady:
-                rates = C @ found.omega_RN_N
-                np.testing.assert_allclose(rates, np.radians(phase.rates_deg_s), atol=1e-9)
-                np.testing.assert_allclose(found.domega_RN_N, 0.0, atol=1e-9)
-
-
-def test_the_script_is_read_by_the_format_of_42(plan):
-    """sscanf with the format that FswCmdInterpreter has for it; other lines are skipped or end."""
-    header, *lines, end, rest = script_text(plan, spacing=10.0).split("\n")
-    assert "2018-06-05T00:00:00" in header
-    assert (end, rest) == ("EOF", "")
-    scan = ctypes.CDLL(None).sscanf
-    found = []
-    for line in lines:
-        assert len(line) < 511  # its buffer
-        spacecraft, values = ctypes.c_long(-1), [ctypes.c_double() for _ in range(5)]
-        time, *q = map(ctypes.byref, values)
-        count = scan(
-            line.encode(),
-            b"%lf SC[%ld] qrn = [%lf %lf %lf %lf]",
-            time,
-            ctypes.byref(spacecraft),
-            *q,
-        )
-        assert (count, spacecraft.value) == (6, 0)
-        found.append([value.value for value in values])
-    table = np.array(found)
-    assert (np.diff(table[:, 0]) > 0.0).all()
-    assert table[[0, -1], 0].tolist() == [0.0, plan.duration]
-    at_steps = table[table[:, 0] == table[:, 0].round()]
-    assert len(at_steps) > 5
-    for time, *q in at_steps:
-        np.testing.assert_allclose(in_body(q), truth(plan, time), atol=1e-13)
-
-
 def test_a_file_of_stk():
     """A known turn: by 90 degrees about z the body sees what was along x along -y."""
     scenario = dataclasses.replace(Scenario.paper(), duration=600.0)
@@ -220,14 +165,6 @@ def test_orbit_formats_reads_stk_and_messages_without_rates(plan, tmp_path):
         reader.MalformedSourceError, match="QUATERNION/DERIVATIVE"
     ):  # why there is the option
         reader.read(tmp_path / "rates.aem")
-
-
-@pytest.mark.parametrize("text", [stk_text, script_text, waypoints_text])
-def test_what_is_refused_and_what_is_said(plan, text, monkeypatch):
-    with pytest.raises(ValueError, match=r"spacing = 0\.0: expected a number of seconds above 0"):
-        text(plan, spacing=0.0)
-    monkeypatch.setattr(ManeuverPlan, "violations", lambda self: ["Sun off camera: 3°"])
-    assert "# VIOLATED CONSTRAINT: Sun off camera: 3?\n" in text(plan, spacing=50.0)
 
 
 def test_unknown_options_are_refused(plan, tmp_path):

@@ -111,12 +111,9 @@ def test_the_files_of_a_plan_that_violates_them_say_so(violating):
 
 
 def test_a_plan_read_back_computes_them_anew(violating):
-    text = to_json(violating)
-    back = from_json(text)
+    back = from_json(to_json(violating))
     pd.testing.assert_frame_equal(back.constraints(), violating.constraints(), check_exact=True)
     assert back.violations() == violating.violations()
-    with pytest.raises(ValueError, match=r"constraints\[\d\]\.kept = True: expected False"):
-        from_json(text.replace('"kept": false', '"kept": true', 1))
 
 
 def test_names_that_no_line_of_an_ephemeris_holds(violating):

@@ -52,14 +52,14 @@ def test_files_that_are_there_keep_to_it(path: Path) -> None:
     ("keys", "allowed"),
     [
         ({}, True),
-        ({"frame": "ITRF", "degree": 5}, True),
+        ({"object": "ISS", "degree": 5}, True),
         ({"degree": 16}, False),
         ({"interpolation": "cubic"}, False),
         ({"epoch": "2018"}, False),
     ],
 )
 def test_a_file_of_an_ephemeris(keys: dict[str, Any], allowed: bool) -> None:
-    orbit = {"propagator": "file", "file": "iss.csv"} | keys
+    orbit = {"propagator": "file", "file": "iss.oem"} | keys
     assert SCHEMA.is_valid({"preset": "paper", "orbit": orbit}) == allowed
 
 

@@ -47,20 +47,6 @@ def test_a_cone_at_rest_has_the_margin_of_its_axis_and_the_unknown_attitude():
     assert f"Sun off eye {nearest:.3g} deg, at least 20 deg" in facts(problem)["at rest"]
 
 
-def test_of_a_free_start_it_is_what_is_there_at_the_first():
-    window = {"start": "2018-06-05T01:40:00Z", "end": "2018-06-05T03:00:00Z"}
-    free = {"duration": 3600.0, "maneuvers": {"latest_start": 6240.0}, "windows": [window]}
-    cone = {"name": "eye", "boresight": [0.0, 0.0, 1.0], "half_angle_deg": 20.0}
-    scenario = {"preset": "cubesat_6u", "path_limits": [cone]}
-    found = facts(AttitudeManeuverProblem(Scenario.from_dict(scenario | free)))
-    orbit = Scenario.cubesat_6u().starting(6000.0).to_dict()["orbit"]
-    fixed = {"duration": 3600.0, "epoch": window["start"], "orbit": orbit}
-    own = facts(AttitudeManeuverProblem(Scenario.from_dict(scenario | fixed)))
-    assert found.pop("satellite") == f"{own.pop('satellite')}, the first of 5 starts"
-    assert "in the Earth's shadow" in own["Sun"]
-    assert found == own
-
-
 def test_what_is_too_uncertain_is_told():
     scenario = Scenario.paper()
     wide = dataclasses.replace(scenario.initial, attitude_deg=60.0)

@@ -145,11 +145,10 @@ def edited(text, **changes):
     ("changes", "message"),
     [
         ({"format": "x"}, "format = 'x': expected 'mgeo-attitude-calibration'"),
-        ({"version": 1}, "version = 1: this package reads version 2"),
+        ({"version": 1}, "version = 1: expected 2"),
         ({"version": True}, "version = True"),
         ({"time_s": None}, "time_s is missing"),
         ({"time_s": "1"}, "time_s = '1': expected a finite number"),
-        ({"more": 1}, "more = 1: expected format, version"),
         (
             {"quaternion": [1.0, 1.0, 0.0, 0.0]},
             "quaternion = .*: expected four numbers of unit length",
@@ -166,21 +165,12 @@ def edited(text, **changes):
         ({"tests": [{"sensor": 1, "x": 2}]}, r"tests\[0\].x = 2: expected sensor"),
         ({"rejected": [[1.0, "star", 30.0]]}, r"rejected\[0\] = .*expected a time, one of"),
         ({"rejected": [[1.0]]}, r"rejected\[0\].sensor is missing"),
-        ({"conclusion": "good"}, "conclusion = 'good': expected .*follows from the estimate"),
-        ({"utc": "2018"}, "utc = '2018'"),
         ({"scenario": {}}, "scenario.epoch: missing|scenario"),
     ],
 )
 def test_files_that_are_no_calibrations(calibration, changes, message):
     with pytest.raises((ValueError, TypeError), match=message):
         from_json(edited(to_json(calibration), **changes))
-
-
-def test_a_changed_estimate_is_told_from_its_table(calibration):
-    table = json.loads(to_json(calibration))
-    table["states"]["mag.bias"][0] += 0.01
-    with pytest.raises(ValueError, match=r"table\[12\].estimate = .* follows from the estimate"):
-        from_json(json.dumps(table))
 
 
 def test_what_a_plan_promised(scenario, calibration):

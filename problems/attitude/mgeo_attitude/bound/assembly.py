@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
 
 import numpy as np
@@ -21,7 +20,6 @@ from mgeo_attitude.bound.curves import (
 from mgeo_attitude.bound.gyro import Drift, along_attitude, corners, recursion, through_attitude
 from mgeo_attitude.bound.samples import NoLimit, Samples, samples
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.start_times import StartTimes
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.gyro import is_uneven
 from mgeo_attitude.sensors.photodiode import Photodiode
@@ -55,27 +53,6 @@ def limit(scenario: Scenario, model: FilterModel | None = None) -> LimitCurves:
     """
     model = FilterModel.from_scenario(scenario) if model is None else model
     return _limit(scenario, model, samples(model))
-
-
-def limit_of_starts(scenario: Scenario, starts: StartTimes) -> LimitCurves:
-    """What no plan of a scenario whose start is free is below, whatever its start.
-
-    At each time it is the least of the limits of all starts.
-
-    Raises
-    ------
-    NoLimit
-        As `limit`.
-    """
-    told, found = samples(starts.whole), None
-    for number in range(len(starts.times)):
-        first = starts.row(number)
-        own = told.part(first, first + starts.n_steps + 1)
-        one = _limit(scenario, starts.at(number), own)
-        found = one if found is None else found.or_below(one)
-    assert found is not None  # a scenario has a start
-    best = ("the start: of each time that at which it can be known best",)
-    return dataclasses.replace(found, given_away=(*best, *found.given_away))
 
 
 def _limit(scenario: Scenario, model: FilterModel, told: Samples) -> LimitCurves:

@@ -17,13 +17,6 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.curves import least
 
 
-def begun(values: Floats, first: int, last: int) -> Floats:
-    """What samples tell of a run that begins at the first of them, which tells nothing."""
-    own = values[first:last].copy()
-    own[0] = 0.0
-    return own
-
-
 @dataclass(frozen=True)
 class Look:
     """What one sensor tells of a carrier, an error c along GCRS, and of its own that read alike.
@@ -40,16 +33,6 @@ class Look:
     carrier: str
     told: Floats
     turned: dict[str, Turned]
-
-    def part(self, first: int, last: int) -> Look:
-        """Of a run that begins at a sample, before which it takes none."""
-        turned = {
-            name: Turned(
-                begun(each.told, first, last), None if each.v is None else each.v[first:last]
-            )
-            for name, each in self.turned.items()
-        }
-        return Look(self.carrier, begun(self.told, first, last), turned)
 
 
 class Turned(NamedTuple):

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -149,22 +148,6 @@ class LimitCurves:
     criteria: Mapping[str, Floats]
     earliest: Mapping[str, float]
     given_away: tuple[str, ...]
-
-    def or_below(self, other: LimitCurves) -> LimitCurves:
-        """What no plan of either is below."""
-
-        def least(one: Mapping[str, Any], two: Mapping[str, Any]) -> dict[str, Any]:
-            return {name: np.minimum(one[name], two[name]) for name in one}
-
-        return dataclasses.replace(
-            self,
-            trace=np.minimum(self.trace, other.trace),
-            ending=np.minimum(self.ending, other.ending),
-            blocks=least(self.blocks, other.blocks),
-            worst=least(self.worst, other.worst),
-            criteria=least(self.criteria, other.criteria),
-            earliest={k: min(time, other.earliest[k]) for k, time in self.earliest.items()},
-        )
 
     def sigma(self, block: str) -> Floats:
         """1-sigma of the worst axis of a 3-vector, filter's units, shape (n,).

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.bound.common_mode import Look, Turned, begun
+from mgeo_attitude.bound.common_mode import Look, Turned
 from mgeo_attitude.bound.faces import together as of_faces
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import matrix, skew
@@ -75,19 +75,6 @@ class Samples:
     own: dict[str, Told]
     looks: tuple[Look, ...]
     uneven: tuple[str, ...]
-
-    def part(self, first: int, last: int) -> Samples:
-        """Of a run that begins at a sample, before which it takes none."""
-
-        def of(values: Floats) -> Floats:
-            return begun(values, first, last)
-
-        own = {
-            name: Told(of(told.trace), None if told.matrix is None else of(told.matrix))
-            for name, told in self.own.items()
-        }
-        looks = tuple(look.part(first, last) for look in self.looks)
-        return Samples(self.inertial, of(self.together), of(self.attitude), own, looks, self.uneven)
 
 
 def samples(model: FilterModel) -> Samples:

@@ -12,6 +12,7 @@ from mgeo.cli.app import epilog
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.options import Debug, Json, Quiet, among, toml_files
 from mgeo.cli.output import Output, json_text
+from mgeo_attitude.export_formats import FORMATS
 
 app = typer.Typer(
     help="Calibration maneuvers: pick a plan from a front, look at it, verify it, export it."
@@ -106,9 +107,9 @@ def export(
         list[Path],
         typer.Argument(
             metavar="FILE...",
-            help="What to write, by suffix: .json (the plan, can be read back), .uplink.csv (start "
-            "times, rates, durations), .csv (timeline); attitudes as .aem (CCSDS), .bc and .tsc "
-            "(SPICE), .a (STK), .42.txt (NASA's 42), .waypoints.csv (Basilisk).",
+            help="What to write, by suffix: "
+            + ", ".join(f"{each.suffix} ({each.name})" for each in FORMATS)
+            + ".",
         ),
     ],
     pick: Pick = None,
@@ -156,10 +157,10 @@ def export(
     """
     from mgeo.store.atomic import write_file
     from mgeo_attitude.commands.files import check_constraints, check_targets, load_plan
-    from mgeo_attitude.plan.files import WRITERS, plan_content
+    from mgeo_attitude.plan.files import plan_content
 
     with bad_input(USERS):
-        check_targets(files, overwrite, tuple(WRITERS))
+        check_targets(files, overwrite, tuple(each.suffix for each in FORMATS))
         picked = load_plan(source, pick, time, solution)
         check_constraints(picked, force)
         options: dict[str, Any] = {
@@ -211,8 +212,6 @@ def check(
         problem = AttitudeManeuverProblem.from_options(read_scenario(PROBLEM, scenario))
         rng = np.random.default_rng(seed)
         designs = rng.uniform(problem.xl, problem.xu, (plans, problem.n_var))
-        if problem.start_times is not None:  # all from the first: another one is another epoch
-            designs, _ = problem.start_times.split(designs)
         found = agreement(problem.model, designs)
     output = Output(quiet, json)
     output.print(f"{problem.scenario.name}: {found}, {TOLERANCE:g} allowed")

@@ -114,7 +114,7 @@ def _check_kind(source: Path) -> None:
         )
     if (source.parent / RUN_FILE).exists() and source.name in (RUN_FILE, FRONT_FILE, NEAREST_FILE):
         raise ValueError(f"{source} is part of a run, not a plan: name its folder {source.parent}")
-    if source.suffix in (".csv", ".aem", ".html", ".a", ".bc", ".tsc", ".txt"):
+    if source.suffix != ".json":
         raise ValueError(
             f"{source} cannot be read back: expected a run folder, or a .json by mgeo attitude "
             "export"

@@ -13,7 +13,6 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.filter.path_limits import excess_along
 from mgeo_attitude.scenario.settings import RequiredSigma
-from mgeo_attitude.scenario.windows import deadlines
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.settings.errors import InvalidValue, expect
 
@@ -35,8 +34,7 @@ class Limit:
     """A number that a plan must not exceed or, with `least`, not fall below.
 
     `measured` is that of each design, shape (n,), NaN for one without result; the `bound` above 0
-    is in its unit. It is shown in `unit`, to which `factor` leads. Where the bound depends on when
-    a plan begins, `bound_from` gives it at starts [s] after the epoch.
+    is in its unit. It is shown in `unit`, to which `factor` leads.
     """
 
     label: str
@@ -45,14 +43,10 @@ class Limit:
     unit: str
     factor: float = 1.0
     least: bool = False
-    bound_from: Callable[[Floats], Floats] | None = None
 
     def excess(self, result: Evaluation) -> Floats:
         """By how much each design violates it, as a fraction of the bound, shape (n,)."""
-        bound: Floats | float = self.bound
-        if self.bound_from is not None and result.start is not None:
-            bound = self.bound_from(result.start)
-        share = self.measured(result) / bound
+        share = self.measured(result) / self.bound
         return 1.0 - share if self.least else share - 1.0
 
 
@@ -90,8 +84,7 @@ def constraints(scenario: Scenario) -> list[Constraint]:
         )
         found.append(Constraint(limit.label, (limit,)))
     if scenario.windows:  # the slew back after it is looked at in `view.margins`
-        last, of_start = scenario.deadline, partial(deadlines, scenario)
-        limit = Limit(END, lambda result: result.t_end, last, "s", bound_from=of_start)
+        limit = Limit(END, lambda result: result.t_end, scenario.deadline, "s")
         found.append(Constraint(END, (limit,)))
     found += [_path_limit(i, limit) for i, limit in enumerate(scenario.path_limits)]
     if scenario.required_sigma:
@@ -99,37 +92,27 @@ def constraints(scenario: Scenario) -> list[Constraint]:
     return found
 
 
-def check_start(scenario: Scenario) -> Floats:
-    """Times [s] at which plans may begin, ascending, without those at which all break a limit.
+def check_start(scenario: Scenario) -> None:
+    """Refuse a scenario whose start breaks a limit, whatever the plan.
 
     The attitude and the rate are given then.
 
     Raises
     ------
     InvalidValue
-        If none is left: for a rate above that of maneuvers or the momentum of wheels, or a path
-        limit that is violated, if only by its margin.
+        For a rate above that of maneuvers or the momentum of wheels, or a path limit that is
+        violated, if only by its margin.
     """
-    initial, times = scenario.initial, scenario.start_times
+    initial = scenario.initial
     moving = initial.rate_deg_s is not None or initial.pointing != "inertial"
     if not (moving or scenario.prior is not None or scenario.path_limits):
-        return times
+        return
     from mgeo_attitude.environment.directions import Place  # imports scipy
 
-    every = Place.at(scenario, times)
-    every = every if scenario.eclipse else every.without_shadow()
-    sound, refused = np.zeros(len(times), dtype=bool), None
-    for i in range(len(times)):
-        at = Place.row(every, i)
-        try:
-            _check_rate(scenario, scenario.initial_rate(at))
-            _check_path(scenario, at)
-            sound[i] = True
-        except InvalidValue as error:
-            refused = refused or error
-    if refused is not None and not sound.any():
-        raise refused
-    return times[sound]
+    at = Place.at(scenario, np.zeros(1))
+    at = at if scenario.eclipse else at.without_shadow()
+    _check_rate(scenario, scenario.initial_rate(at))
+    _check_path(scenario, at)
 
 
 def _check_rate(scenario: Scenario, rate: Floats) -> None:

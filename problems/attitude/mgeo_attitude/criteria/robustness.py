@@ -22,7 +22,6 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.times import instant_after
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.start_times import StartTimes
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario.windows import FlightErrors
@@ -44,7 +43,7 @@ class FlightSample:
 
     Attributes
     ----------
-    model : FilterModel or StartTimes
+    model : FilterModel
         Tables from the true attitude at the start, at the true time.
     rates : array, shape (m, 3)
         Added to the rate of each maneuver [deg/s].
@@ -56,43 +55,34 @@ class FlightSample:
         The model with the noise of this flight, which its filter knows; none if it is as believed.
     """
 
-    model: FilterModel | StartTimes
+    model: FilterModel
     rates: Floats
     durations: Floats
     delay: float
     variants: tuple[FilterModel, ...] = ()
-    noise: Callable[[FilterModel], FilterModel] | None = None
 
     def flown(self, designs: Floats) -> Floats:
-        """What becomes of designs, shape (n, 4 m or one more); a duration below zero is none."""
-        flown = designs.copy()
-        count = VARIABLES_PER_MANEUVER * len(self.rates)
-        maneuvers = designs[:, :count].reshape(-1, len(self.rates), VARIABLES_PER_MANEUVER).copy()
+        """What becomes of designs, shape (n, 4 m); a duration below zero is none."""
+        maneuvers = designs.reshape(-1, len(self.rates), VARIABLES_PER_MANEUVER).copy()
         maneuvers[:, :, :3] += self.rates
         maneuvers[:, :, 3] = np.maximum(maneuvers[:, :, 3] + self.durations, 0.0)
-        flown[:, :count] = maneuvers.reshape(-1, count)
-        return flown
+        return maneuvers.reshape(designs.shape)
 
     def run(self, designs: Floats, covariance: bool) -> Evaluation:
         """What the filter makes of designs in this flight, in one thread."""
         from mgeo_attitude.filter.evaluator import evaluate  # compiles
 
         flown = self.flown(designs)
-        if isinstance(self.model, StartTimes):
-            later = round(self.delay / self.model.scenario.step)
-            return self.model.evaluate(flown, 1, later, self.noise, covariance=covariance)
         return evaluate(self.model, flown, 1, covariance=covariance, variants=self.variants)
 
 
 def draw_flights(
     scenario: Scenario,
-    model: FilterModel | StartTimes,
+    model: FilterModel,
     errors: FlightErrors,
     numbers: Iterable[int] | None = None,
 ) -> list[FlightSample]:
     """Draw the flights of a scenario whose exact one is `model`, or those of some numbers.
-
-    Where the start is free, a delay is of whole sets of samples: its flights are in the same table.
 
     Raises
     ------
@@ -102,7 +92,7 @@ def draw_flights(
     """
     attitude, rate = errors.attitude_deg, errors.rate_error_deg_s
     known = None
-    if scenario.prior is not None and isinstance(model, FilterModel):
+    if scenario.prior is not None:
         known = np.linalg.cholesky(model.initial_covariance[:6, :6])
     attitude = scenario.initial.attitude_deg if attitude is None else attitude
     rate = scenario.gyro.initial_bias_deg_s if rate is None else rate
@@ -113,7 +103,7 @@ def draw_flights(
         off, rates = np.radians(attitude) * chance[:3], rate * chance[3:]
         if known is not None:
             error = known @ chance
-            if errors.attitude_deg is None and isinstance(model, FilterModel):
+            if errors.attitude_deg is None:
                 off = model.initial_attitude.T @ error[:3]
             if errors.rate_error_deg_s is None:  # who believes in too large a bias turns too fast
                 rates = -np.degrees(error[3:])
@@ -122,15 +112,9 @@ def draw_flights(
         durations = errors.duration_error * generator.standard_normal(count)
         delay = errors.start_delay * generator.random()
         noise = _noise(scenario.suite, errors.noise_spread, generator)
-        if isinstance(model, StartTimes):
-            together = model.sampling * scenario.step
-            delay = together * np.floor(delay / together)
-            flight = FlightSample(model.turned(turn), rates, durations, delay, noise=noise)
-        else:
-            turned = (_delayed(scenario, delay) if delay else model).turned(turn)
-            variants = () if noise is None else (noise(turned),)
-            flight = FlightSample(turned, rates, durations, delay, variants)
-        flights.append(flight)
+        turned = (_delayed(scenario, delay) if delay else model).turned(turn)
+        variants = () if noise is None else (noise(turned),)
+        flights.append(FlightSample(turned, rates, durations, delay, variants))
     return flights
 
 
@@ -146,18 +130,13 @@ class FlightSamples:
         Of which they are drawn.
     """
 
-    def __init__(
-        self, scenario: Scenario, model: FilterModel | StartTimes, errors: FlightErrors
-    ) -> None:
+    def __init__(self, scenario: Scenario, model: FilterModel, errors: FlightErrors) -> None:
         self._draw = partial(draw_flights, scenario, model, errors)
         self.errors = errors
-        # tables of a free start are as many times larger
-        size = len(model.whole.references) / model.n_steps if isinstance(model, StartTimes) else 1
-        self._most = int(KEPT / size)
 
     @cached_property
     def _kept(self) -> list[FlightSample]:
-        return self._draw(range(min(len(self), self._most)))
+        return self._draw(range(min(len(self), KEPT)))
 
     def __len__(self) -> int:
         return self.errors.count
@@ -168,7 +147,7 @@ class FlightSamples:
     def first(self, count: int) -> Iterator[FlightSample]:
         """So many of them."""
         yield from self._kept[:count]
-        for number in range(self._most, count):
+        for number in range(KEPT, count):
             yield from self._draw([number])
 
 
@@ -187,8 +166,7 @@ def over_flights(
     from mgeo_attitude.filter.evaluator import available_threads  # compiles
 
     def one(flight: FlightSample) -> Floats:
-        own = flight.model.at(0) if isinstance(flight.model, StartTimes) else flight.model
-        return values(own, flight.run(designs, covariance))
+        return values(flight.model, flight.run(designs, covariance))
 
     found: list[Floats] = []
     remaining = iter(flights)

@@ -61,9 +61,9 @@ class Place(NamedTuple):
         return cls(times, position, velocity, sun_direction(position, center), lit)
 
     @classmethod
-    def row(cls, of: Environment | Place, number: int = 0) -> Self:
-        """That of the first row of tables, or of another one."""
-        return cls(*(getattr(of, name)[number : number + 1] for name in cls._fields))
+    def row(cls, of: Environment | Place) -> Self:
+        """Return the place of the first row of tables."""
+        return cls(*(getattr(of, name)[:1] for name in cls._fields))
 
     def without_shadow(self) -> Self:
         """The same with the Sun shining always."""

@@ -1,15 +1,14 @@
-"""Orbits by an element set, of two lines or of numbers, propagated by SGP4, in GCRS.
+"""Orbits by an element set, given as two lines or as numbers, propagated by SGP4 in GCRS.
 
-SGP4 (package `sgp4`, an extra) is good to about 1 km at the epoch of the set and loses 1 to 3 km a
-day; the rotation from its frame adds less than 1 m.
+SGP4 (package `sgp4`) is good to about 1 km at the epoch of the set and loses 1 to 3 km a day; the
+rotation from its frame adds less than 1 m.
 """
 
 from __future__ import annotations
 
 import math
-import re
 from datetime import UTC, datetime, timedelta
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
 import numpy as np
 from pydantic import Field
@@ -21,7 +20,11 @@ from mgeo_attitude.environment.frames import rotate, teme_to_gcrs
 from mgeo_attitude.environment.times import Instants, instants, utc_text
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
-from mgeo_attitude.settings.types import Degrees, Instant, Unit
+from mgeo_attitude.settings.types import (
+    Degrees,
+    Instant,
+    Unit,
+)
 
 if TYPE_CHECKING:
     from sgp4.api import Satrec
@@ -30,36 +33,25 @@ if TYPE_CHECKING:
 MAX_AGE = timedelta(days=30)
 
 _PROBE = 10.0  # s between the instants at which a run is tried; a dive into the ground takes longer
-_MOST_PROBES = 100_000
-_LENGTH = 69
+_LENGTH = 69  # characters of a line
 _FIRST_YEAR = 57  # two-digit years from 57 on are 19yy (the first satellite flew in 1957)
-_ENTRIES = (  # line, its first and last column, meaning
-    ("line1", 21, 32, "day of the year"),
-    ("line1", 19, 20, "year"),
-    ("line2", 9, 16, "inclination"),
-    ("line2", 18, 25, "right ascension of the node"),
-    ("line2", 35, 42, "argument of perigee"),
-    ("line2", 44, 51, "mean anomaly"),
-    ("line2", 53, 63, "revolutions a day"),
-    ("line2", 27, 33, "eccentricity"),
-)
-#: From which `Satrec.sgp4init` counts days.
-_ZERO = datetime(1949, 12, 31, tzinfo=UTC)
+#: Epoch of the days that `Satrec.sgp4init` takes.
+_SGP4_EPOCH = datetime(1949, 12, 31, tzinfo=UTC)
 
 
-#: An angle, which may be given a revolution too far.
+#: An angle of up to one revolution either way.
 Angle = Annotated[float, Unit("deg"), Field(ge=-360.0, le=360.0)]
 
 
 class SGP4Error(ArithmeticError):
-    """SGP4 cannot propagate an element set to the wanted instant."""
+    """SGP4 cannot propagate an element set to the requested instant."""
 
 
 class ElementSet(Settings):
-    """Mean elements for SGP4, with an epoch of their own; a class says how they are given."""
+    """Mean elements for SGP4 with an epoch of their own; subclasses define how they are given."""
 
     selector: ClassVar[str] = "propagator"
-    #: The key that has the epoch.
+    #: The key that contains the epoch.
     epoch_key: ClassVar[str]
 
     @property
@@ -68,18 +60,21 @@ class ElementSet(Settings):
         raise NotImplementedError
 
     def satellite(self) -> Satrec:
-        """What SGP4 propagates; without the package sgp4 it is an ImportError."""
+        """Return the satellite that the package sgp4 propagates."""
         raise NotImplementedError
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
-        """As `gcrs_of`, at `times` [s] after the epoch."""
+        """Position [m] and velocity [m/s], GCRS, shape (n, 3), at `times` [s] after the epoch."""
         return gcrs_of(self.satellite(), instants(epoch, times))
 
     def for_run(self, epoch: datetime, duration: float) -> Self:
-        """Itself, or an InvalidValue.
+        """Return the element set itself after checking that SGP4 propagates it through a run.
 
-        For an epoch that the set is too old, or too new, for, a satellite that decays within the
-        run, or whatever else SGP4 reports in it, and a missing package sgp4.
+        Raises
+        ------
+        InvalidValue
+            If the set is too old or too new for the epoch, or SGP4 reports an error in the run,
+            such as a satellite that decays.
         """
         key, value = self.epoch_key, getattr(self, self.epoch_key)
         value = value.isoformat() if isinstance(value, datetime) else value
@@ -88,31 +83,31 @@ class ElementSet(Settings):
             f"{self.instant.isoformat()}"
         )
         expect(abs(epoch - self.instant) <= MAX_AGE, key, value, near)
-        count = min(_MOST_PROBES, 2 + int(duration / _PROBE))
-        times = np.linspace(0.0, duration, count)
-        try:
-            codes, _, _ = _states(self.satellite(), instants(epoch, times))
-        except ImportError as error:
-            raise InvalidValue(key, value, f"{error}") from None
+        times = np.linspace(0.0, duration, 2 + int(duration / _PROBE))
+        codes, _, _ = _states(self.satellite(), instants(epoch, times))
         for k in np.flatnonzero(codes)[:1]:
             lasting = (
                 "an element set that SGP4 propagates through the run; at "
-                f"{utc_text(epoch, times[k])}, t = {times[k]:.0f} s, it says: "
-                f"{_said(int(codes[k]))}"
+                f"{utc_text(epoch, times[k])}, t = {times[k]:.0f} s, it reports: "
+                f"{_error_text(int(codes[k]))}"
             )
             expect(False, key, value, lasting)
         return self
 
     def later(self, time: float) -> Self:
-        """Itself: it has an epoch of its own."""
+        """Return the element set itself, which has an epoch of its own."""
         return self
 
 
 def gcrs_of(satellite: Satrec, at: Instants) -> tuple[Floats, Floats]:
     """Position [m] and velocity [m/s], GCRS, shape (n, 3), by SGP4.
 
-    The velocity takes TEME as inertial, which costs 1e-4 m/s in a low orbit. A decayed satellite,
-    or what else SGP4 reports, is an SGP4Error.
+    The velocity takes TEME as inertial, which costs 1e-4 m/s in a low orbit.
+
+    Raises
+    ------
+    SGP4Error
+        If SGP4 reports an error, such as a decayed satellite.
     """
     position, velocity = teme_of(satellite, at)
     rotation = teme_to_gcrs(at)
@@ -120,29 +115,14 @@ def gcrs_of(satellite: Satrec, at: Instants) -> tuple[Floats, Floats]:
 
 
 def teme_of(satellite: Satrec, at: Instants) -> tuple[Floats, Floats]:
-    """As `gcrs_of`, in SGP4's own frame, the true equator and mean equinox of date."""
+    """Return the states of `gcrs_of` in SGP4's own frame, true equator and mean equinox of date."""
     codes, position, velocity = _states(satellite, at)
     for k in np.flatnonzero(codes)[:1]:
         code = int(codes[k])
         name = f"satellite {satellite.satnum_str}: " if satellite.satnum else ""
-        raise SGP4Error(
-            f"{name}SGP4 error {code} at t = {(at.ut[k] - at.ut[0]) * DAY:.1f} s, {_said(code)}"
-        )
+        time = (at.ut[k] - at.ut[0]) * DAY
+        raise SGP4Error(f"{name}SGP4 error {code} at t = {time:.1f} s, {_error_text(code)}")
     return 1e3 * position, 1e3 * velocity
-
-
-def sgp4_api() -> Any:
-    """The package's module of classes and constants."""
-    try:
-        import sgp4.api as api
-    except ImportError as error:
-        raise ImportError("an element set needs the package sgp4: pip install sgp4") from error
-    return api
-
-
-def fastest(eccentricity: float) -> float:
-    """Revolutions a day with the perigee at the Earth's surface."""
-    return DAY * math.sqrt(EARTH_MU * ((1.0 - eccentricity) / EARTH_RADIUS) ** 3) / math.tau
 
 
 def _states(satellite: Satrec, at: Instants) -> tuple[Floats, Floats, Floats]:
@@ -150,8 +130,15 @@ def _states(satellite: Satrec, at: Instants) -> tuple[Floats, Floats, Floats]:
     return codes, position, velocity
 
 
-def _said(code: int) -> str:
-    return str(sgp4_api().SGP4_ERRORS[code])
+def _error_text(code: int) -> str:
+    from sgp4.api import SGP4_ERRORS
+
+    return str(SGP4_ERRORS[code])
+
+
+def _most_revolutions(eccentricity: float) -> float:
+    """Revolutions a day of an orbit whose perigee is at the Earth's surface."""
+    return DAY * math.sqrt(EARTH_MU * ((1.0 - eccentricity) / EARTH_RADIUS) ** 3) / math.tau
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,8 +150,8 @@ class TLEOrbit(ElementSet):
     Raises
     ------
     InvalidValue
-        For a line of the wrong length, number or checksum, lines of two satellites, an entry that
-        is not a number, or a perigee below the Earth's surface.
+        For lines that the package sgp4 refuses, such as one with a wrong checksum, or a perigee
+        below the Earth's surface.
 
     Examples
     --------
@@ -189,25 +176,11 @@ class TLEOrbit(ElementSet):
     def __post_init__(self) -> None:
         for key in ("line1", "line2"):
             object.__setattr__(self, key, getattr(self, key).rstrip())
-        _check_line("line1", self.line1, "1")
-        _check_line("line2", self.line2, "2")
-        number = self.line1[2:7]
-        one = f"the satellite number of line 1, {number!r} (columns 3-7)"
-        expect(self.line2[2:7] == number, "line2", self.line2, one)
-        entries = {
-            meaning: _entry(key, getattr(self, key), first, last, meaning)
-            for key, first, last, meaning in _ENTRIES
-        }
-        day = entries["day of the year"]
-        expect(1.0 <= day < 367.0, "line1", self.line1, "a day in [1, 367) (columns 21-32)")
-        revolutions, eccentricity = entries["revolutions a day"], entries["eccentricity"] * 1e-7
-        # Not only decayed satellites: the usual mistake is a line shifted by a column.
-        most = fastest(eccentricity)
-        above = (
-            f"a perigee above the Earth's surface, between 0 and {most:.6g} revolutions a day "
-            "(columns 53-63)"
-        )
-        expect(0.0 < revolutions < most, "line2", self.line2, above)
+        _check_lines(self.line1, self.line2)
+        # not only decayed satellites: the usual mistake is a line shifted by a column
+        most = _most_revolutions(float(f"0.{self.line2[26:33]}"))
+        above = f"a perigee above the Earth's surface, at most {most:.6g} revolutions a day"
+        expect(most * self.period > DAY, "line2", self.line2, f"{above} (columns 53-63)")
 
     @property
     def epoch(self) -> datetime:
@@ -216,7 +189,7 @@ class TLEOrbit(ElementSet):
 
     @property
     def instant(self) -> datetime:
-        """The same, as of every element set."""
+        """Epoch of the element set, UTC."""
         return self.epoch
 
     @property
@@ -225,12 +198,20 @@ class TLEOrbit(ElementSet):
         return DAY / float(self.line2[52:63])
 
     def satellite(self) -> Satrec:
-        """With the constants of WGS72, for which element sets are made."""
-        return sgp4_api().Satrec.twoline2rv(self.line1, self.line2)
+        """Return the satellite with the constants of WGS72, for which element sets are made."""
+        from sgp4.api import Satrec
+
+        return Satrec.twoline2rv(self.line1, self.line2)
 
 
 def epoch_of(line1: str) -> datetime:
-    """Epoch of an element set, UTC, from columns 19 to 32; a ValueError if they are no numbers."""
+    """Epoch of an element set, UTC, from columns 19 to 32.
+
+    Raises
+    ------
+    ValueError
+        If the columns contain no numbers.
+    """
     try:
         short_year, day = int(line1[18:20]), float(line1[20:32])
     except ValueError:
@@ -239,30 +220,24 @@ def epoch_of(line1: str) -> datetime:
     return datetime(century + short_year, 1, 1, tzinfo=UTC) + timedelta(days=day - 1.0)
 
 
-def _check_line(key: str, line: str, number: str) -> None:
-    # the digits before the last column, a minus sign counting one, modulo 10
-    digits = line[:-1].replace("-", "1")
-    checksum = sum(int(c) for c in digits if c in "0123456789") % 10
-    for holds, expected in (
-        (
-            len(line) == _LENGTH and line.isascii(),
-            f"{_LENGTH} ASCII characters, not {len(line)}",
-        ),
-        (line.startswith(f"{number} "), f"a line that starts with '{number} '"),
-        (
-            line[-1:] == str(checksum),
-            f"the checksum {checksum} in column {_LENGTH}, not {line[-1:]!r}",
-        ),
-    ):
-        expect(holds, key, line, f"{expected} (two-line element set)")
+def _check_lines(line1: str, line2: str) -> None:
+    """Refuse lines of another length, or whose columns or checksums the package sgp4 refuses."""
+    from sgp4.earth_gravity import wgs72
+    from sgp4.io import twoline2rv, verify_checksum
 
-
-def _entry(key: str, line: str, first: int, last: int, meaning: str) -> float:
-    """The unsigned number in columns `first` to `last`, counted from 1."""
-    text = line[first - 1 : last]
-    number = re.fullmatch(r" *\d+(\.\d+)? *", text)
-    expect(number, key, line, f"the {meaning} in columns {first}-{last}, not {text!r}")
-    return float(text)
+    for key, line in (("line1", line1), ("line2", line2)):
+        length = f"{_LENGTH} characters, not {len(line)} (two-line element set)"
+        expect(len(line) == _LENGTH, key, line, length)
+        try:
+            verify_checksum(line)
+        except ValueError as error:
+            raise InvalidValue(key, line, f"{error}".partition("\n")[0]) from None
+    try:
+        twoline2rv(line1, line2, wgs72)
+    except (ValueError, ArithmeticError) as error:
+        reason = f"{error}".partition("\n")[0]
+        expected = f"expected a two-line element set with line2 = {line2!r} ({reason})"
+        raise InvalidValue("line1", line1, expected) from None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -314,14 +289,14 @@ class MeanElements(ElementSet):
     """drag term"""
 
     def __post_init__(self) -> None:
-        most = fastest(self.eccentricity)
+        most = _most_revolutions(self.eccentricity)
         above = f"a perigee above the Earth's surface, at most {most:.6g} revolutions a day"
         found = self.mean_motion_rev_day
         expect(found < most, "mean_motion_rev_day", found, above)
 
     @property
     def instant(self) -> datetime:
-        """The epoch."""
+        """Epoch of the elements, UTC."""
         return self.epoch
 
     @property
@@ -330,19 +305,20 @@ class MeanElements(ElementSet):
         return DAY / self.mean_motion_rev_day
 
     def satellite(self) -> Satrec:
-        """With the constants of WGS72, for which element sets are made.
+        """Return the satellite with the constants of WGS72, for which element sets are made.
 
-        Its number, which changes nothing, is 0: the package has none above 339999.
+        The catalog number, which changes nothing, is 0: the package has none above 339999.
         """
-        api = sgp4_api()
-        satellite: Satrec = api.Satrec()
+        from sgp4.api import WGS72, Satrec
+
+        satellite = Satrec()
         satellite.sgp4init(
-            api.WGS72,
+            WGS72,
             "i",
             0,
-            (self.instant - _ZERO).total_seconds() / DAY,
+            (self.instant - _SGP4_EPOCH).total_seconds() / DAY,
             self.bstar,
-            0.0,  # its derivatives are of older theories
+            0.0,  # derivatives of the mean motion belong to older theories
             0.0,
             self.eccentricity,
             math.radians(self.argument_of_perigee_deg),

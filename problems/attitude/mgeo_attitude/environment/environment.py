@@ -6,10 +6,9 @@ import dataclasses
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from functools import lru_cache
-from typing import Any, Protocol, Self
+from typing import Protocol, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
@@ -95,30 +94,23 @@ class Environment:
 
     def __post_init__(self) -> None:
         n = np.size(self.times)
+        shapes = {"times": (n,), "sunlit": (n,)}
         light = () if self.earthlight is None else ("earthlight",)
-        for name in ("times", "position", "velocity", "sun", "field", *light):
-            table = np.array(getattr(self, name), dtype=np.float64)
+        for name in ("times", "position", "velocity", "sun", "field", "sunlit", *light):
+            kind, shape = None if name == "sunlit" else float, shapes.get(name, (n, 3))
+            table = np.array(getattr(self, name), dtype=kind)
+            if table.shape != shape:
+                raise ValueError(f"{name}: expected an array of shape {shape}, not {table.shape}")
+            if name == "sunlit" and table.dtype != np.bool_:
+                raise TypeError(f"sunlit: expected bool, not {table.dtype}")
             if not np.isfinite(table).all():
                 raise ValueError(f"{name}: expected finite numbers, found NaN or infinity")
-            self._keep(name, table, (n,) if name == "times" else (n, 3))
+            table.setflags(write=False)
+            object.__setattr__(self, name, table)
         if n == 0 or not (np.diff(self.times) > 0.0).all():
             raise ValueError("times: expected at least one instant, in increasing order [s]")
         if np.abs(np.linalg.norm(self.sun, axis=1) - 1.0).max() > 1e-9:
             raise ValueError("sun: expected unit vectors from the satellite to the Sun")
-        sunlit = np.array(self.sunlit)
-        if sunlit.dtype != np.bool_:
-            raise TypeError(f"sunlit: expected bool, not {sunlit.dtype}")
-        self._keep("sunlit", sunlit, (n,))
-
-    def _keep(self, name: str, table: NDArray[Any], shape: tuple[int, ...]) -> None:
-        if table.shape != shape:
-            raise ValueError(f"{name}: expected an array of shape {shape}, not {table.shape}")
-        table.setflags(write=False)
-        object.__setattr__(self, name, table)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Rebuild copies and pickles by the constructor: numpy would make them writable."""
-        return type(self), tuple(getattr(self, f.name) for f in dataclasses.fields(self))
 
     @classmethod
     def from_scenario(cls, scenario: Course) -> Self:

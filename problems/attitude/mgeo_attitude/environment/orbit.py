@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import gzip
-import hashlib
 import math
-import zlib
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, Self
@@ -18,7 +16,6 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.element_set import Angle, MeanElements, TLEOrbit
 from mgeo_attitude.environment.ephemeris import MOST_DEGREE, EphemerisOrbit
-from mgeo_attitude.environment.frames import frame_name
 from mgeo_attitude.environment.kepler import (
     Elements,
     advanced,
@@ -30,7 +27,11 @@ from mgeo_attitude.environment.kepler import (
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
 from mgeo_attitude.settings.tables import Kinds
-from mgeo_attitude.settings.types import Degrees, Unit, one_of
+from mgeo_attitude.settings.types import (
+    Degrees,
+    Unit,
+    one_of,
+)
 
 #: Functions of Keplerian elements and times, by the ``propagator`` that names them.
 ANALYTIC = {"two-body": two_body, "j2": j2_secular}
@@ -116,16 +117,12 @@ class Orbit(Settings):
         return Elements(self.semi_major_axis, self.eccentricity, *map(math.radians, angles))
 
 
-_MOST_BYTES = 2**26
-
-
 @dataclass(frozen=True, kw_only=True)
 class OrbitFile(Settings):
-    """Element sets (OMM, or two lines), an orbit ephemeris message (OEM in KVN), or a table of
-    positions (``.csv``); each also compressed (``.gz``).
+    """A file of element sets (OMM, or two lines), or an orbit ephemeris message (OEM).
 
-    What it is, it says itself. A scenario keeps the elements or samples that `for_run` gives, and
-    not the file, which may change.
+    Either may be compressed (``.gz``). A scenario keeps the elements or samples that `for_run`
+    gives, and not the file, which may change.
 
     Raises
     ------
@@ -146,92 +143,49 @@ class OrbitFile(Settings):
     """element sets or an ephemeris, in the scenario file's folder"""
     object: str = ""
     """which of several objects: name, designator or catalog number"""
-    frame: str = ""
-    """frame of a table: GCRF, EME2000, TEME, TOD, MOD or ITRF"""
     interpolation: Literal["hermite", "lagrange"] | None = None
     """through velocities too, or positions only, if not as the file says"""
     degree: int | None = Field(default=None, ge=1, le=MOST_DEGREE)
     """degree of the polynomials, if not as the file says"""
 
     def for_run(self, epoch: datetime, duration: float) -> EphemerisOrbit | TLEOrbit | MeanElements:
-        """What a run of `duration` [s] from an epoch with a UTC offset needs.
-
-        Of an ephemeris, the samples before and after the run that interpolation takes are in it.
+        """Return the orbit of a run of `duration` [s] from an epoch with a UTC offset.
 
         Raises
         ------
-        OSError, InvalidValue
+        OSError
+            If the file cannot be read.
+        InvalidValue
             Naming the file and what is wrong in it or missing, such as a part of the run.
         """
+        from mgeo_attitude.environment.element_file import read_element_set
+        from mgeo_attitude.environment.oem_file import Run, read_oem
+
         path = Path(self.file)
         expect(path.is_file(), "file", self.file, "a file, and there is none")
-        content = self._content(path)
         try:
-            return self._read(content, epoch, duration)
-        except _Option as error:
-            raise InvalidValue(error.key, error.value, error.expected) from None
-        except ValueError as error:
-            raise InvalidValue("file", self.file, f"{error}") from None
-
-    def _content(self, path: Path) -> bytes:
-        """What the file has, or the file in it if it is compressed by gzip."""
-        with path.open("rb") as file:
-            packed = file.read(2) == b"\x1f\x8b"
-        try:
-            with gzip.open(path) if packed else path.open("rb") as file:
-                content = file.read(_MOST_BYTES + 1)
-        except (gzip.BadGzipFile, EOFError, zlib.error) as error:
-            raise InvalidValue("file", self.file, f"expected a sound .gz: {error}") from None
-        size = f"at most {_MOST_BYTES} bytes, and there are more"
-        expect(len(content) <= _MOST_BYTES, "file", self.file, size)
-        return content
-
-    def _read(
-        self, content: bytes, epoch: datetime, duration: float
-    ) -> EphemerisOrbit | TLEOrbit | MeanElements:
-        from mgeo_attitude.environment.element_file import element_set, is_element_file
-        from mgeo_attitude.environment.ephemeris_file import Run, ephemeris_of, one_object
-        from mgeo_attitude.environment.ephemeris_formats import (
-            Origin,
-            read_oem,
-            read_position_table,
-        )
-
-        text = content.decode("utf-8-sig")
-        origin = Origin(Path(self.file).name, hashlib.sha256(content).hexdigest())
-        if is_element_file(text):
-            self._expect_none("an ephemeris", "interpolation", "degree", "frame")
-            return element_set(text, self.object, epoch, origin).for_run(epoch, duration)
-        run = Run(epoch, duration, self.interpolation, self.degree)
-        if self.file.lower().removesuffix(".gz").endswith(".csv"):
-            self._expect_none("a file that names its objects", "object")
-            try:
-                frame = frame_name(self.frame)
-            except ValueError as error:
-                raise _Option("frame", self.frame, f"{error}") from None
-            return ephemeris_of([read_position_table(text, epoch, frame)], run, origin)
-        self._expect_none("a table .csv", "frame")
-        return ephemeris_of(one_object(read_oem(text, epoch), self.object), run, origin)
-
-    def _expect_none(self, of: str, *keys: str) -> None:
-        for key in keys:
-            if value := getattr(self, key):
-                raise _Option(key, value, f"expected none: only {of} needs one")
-
-
-class _Option(InvalidValue):
-    """A key beside ``file`` that does not go with what the file is."""
+            with gzip.open(path, "rt") if path.suffix == ".gz" else path.open() as file:
+                text = file.read()
+            if "CCSDS_OEM_VERS" in text or "<oem" in text:
+                run = Run(epoch, duration)
+                return read_oem(path, self.object, run, self.interpolation, self.degree)
+            found = read_element_set(text, self.object, epoch, path.name)
+        except (ValueError, EOFError, ImportError) as error:
+            raise InvalidValue("file", self.file, f"{error}") from error
+        kinds = "element sets (OMM, or two lines) or an orbit ephemeris message (OEM)"
+        expect(found, "file", self.file, kinds)
+        assert found is not None
+        return found.for_run(epoch, duration)
 
 
 AnyOrbit = Orbit | TLEOrbit | MeanElements | EphemerisOrbit
 
-#: Orbit classes by the ``propagator`` that names them in a scenario file, which some keys say, too.
+#: Orbit classes by the ``propagator`` that names them in a scenario file; some keys imply it.
 #: `for_run` gives the orbit of a run, which has a `period` and `propagate`.
 ORBITS = Kinds(
     "propagator",
     dict.fromkeys(ANALYTIC, Orbit)
-    | {cls.propagator: cls for cls in (TLEOrbit, MeanElements, EphemerisOrbit, OrbitFile)}
-    | {"ephemeris-file": OrbitFile},  # its name when it read ephemerides only
+    | {cls.propagator: cls for cls in (TLEOrbit, MeanElements, EphemerisOrbit, OrbitFile)},
     default="two-body",
     telling={"line1": TLEOrbit.propagator, "file": OrbitFile.propagator},
 )

@@ -17,9 +17,6 @@ from mgeo_attitude.environment.constants import DAY
 _MJD_ZERO = 2400000.5
 _MJD_START = datetime(1858, 11, 17, tzinfo=UTC)
 
-#: Time scales by their names in CCSDS messages: TAI is ahead of them by so many seconds.
-SYSTEMS = {"UTC": None, "TAI": 0.0, "TT": -erfa.TTMTAI, "GPS": 19.0}
-
 # calendar dates and days of the year: CCSDS 301.0-B, sections 3.5.1.1 and 3.5.1.2
 _STAMP = re.compile(
     r"(\d{4})-(?:(\d\d)-(\d\d)|(\d{3}))[T ](\d\d):(\d\d)(?::(\d\d(?:\.\d*)?))?(?:Z|\+00:00)?"
@@ -89,22 +86,16 @@ def tai_minus_utc(utc: datetime) -> float:
     return float(erfa.ufunc.dat(utc.year, utc.month, utc.day, fraction)[0])
 
 
-def seconds_after(epoch: datetime, stamps: Sequence[str], system: str = "UTC") -> Floats:
-    """SI seconds from an epoch with a UTC offset to stamps of one of the `SYSTEMS`, shape (n,).
+def seconds_after(epoch: datetime, stamps: Sequence[str]) -> Floats:
+    """SI seconds from an epoch with a UTC offset to stamps in UTC, shape (n,).
 
-    Between 23:59:59 and midnight UTC a leap second is second 60. A stamp that is none is a
-    ValueError, and so is another system.
+    Between 23:59:59 and midnight a leap second is second 60. A stamp that is none is a ValueError.
     """
-    if system not in SYSTEMS:
-        raise ValueError(f"time system {system!r}: expected {', '.join(SYSTEMS)}")
     utc = as_utc(epoch)
     days, clocks = zip(*map(_parts, stamps), strict=True) if stamps else ((), ())
     seconds = np.array([DAY * (day - utc.date()).days for day in days]) + np.array(clocks)
-    if system == "UTC":
-        dates = np.array([(day.year, day.month, day.day) for day in days]).reshape(-1, 3)
-        ahead, _ = erfa.ufunc.dat(*dates.T, np.minimum(np.array(clocks) / DAY, 1.0))
-    else:
-        ahead = SYSTEMS[system]
+    dates = np.array([(day.year, day.month, day.day) for day in days]).reshape(-1, 3)
+    ahead, _ = erfa.ufunc.dat(*dates.T, np.minimum(np.array(clocks) / DAY, 1.0))
     midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
     # whole numbers first: sums of hours and fractions keep the last digit of a microsecond
     return np.asarray(seconds - (utc - midnight).total_seconds() + (ahead - tai_minus_utc(utc)))
@@ -124,12 +115,6 @@ def clock_seconds_after(epoch: datetime, seconds: ArrayLike) -> Floats:
     found = clock.copy()
     found[known] += ahead[which] - tai_minus_utc(utc)
     return found
-
-
-def utc_of(stamp: str) -> datetime:
-    """The instant of a stamp in UTC, to a microsecond; one that is none is a ValueError."""
-    day, seconds = _parts(stamp)
-    return datetime(day.year, day.month, day.day, tzinfo=UTC) + timedelta(seconds=seconds)
 
 
 def _parts(stamp: str) -> tuple[date, float]:

@@ -154,7 +154,7 @@ def settled_for(recent, lane, now, k, factor):
 @kept(
     "void(UniTuple(int64, 3), UniTuple(int64, 13), UniTuple(int64[::1], 2),"
     "UniTuple(int64[::1], 5), float64[:,::1],"
-    "Tuple((float64[:,:,::1], int64[:,::1], int64[::1], int64[::1], int64[::1])),"
+    "Tuple((float64[:,:,::1], int64[:,::1], int64[::1], int64[::1])),"
     "Tuple((float64[:,:,:,::1], float64[:,::1], int64[:,::1], float64, boolean)), float64[:,::1],"
     "float64[:,::1], Tuple((int64, float64, boolean, float64)), UniTuple(int64[::1], 3),"
     "float64[::1],"
@@ -196,10 +196,9 @@ def run(
         See `jobs.Jobs`.
     states : array, shape (n_states + n_variants, rotation + window + 1)
         States that jobs leave; the last ones are those at time zero, the first variant's the last.
-    plan : arrays, shapes (n, n_stretches, 3), (n, n_stretches), (n,), (n,) and (n_variants,)
+    plan : arrays, shapes (n, n_stretches, 3), (n, n_stretches), (n,) and (n,)
         Body rates [rad/s], the steps they begin at, that at which the last maneuver is over, and
-        the variant of the model that flies it; of each variant the row of the table at which it
-        begins.
+        the variant of the model that flies it.
     dynamics : arrays, shapes (n_variants, 4, n_dynamic, n_dynamic), (n_variants, n_dynamic) and
         (n_entries, 2); float
         A at rest, and what a unit rate about each axis adds to it; process-noise density; entries
@@ -225,7 +224,7 @@ def run(
     step, check, lanes = code
     taken, done = shared
     designs, begins, ends, parents, slots = jobs
-    rates, starts, over, variants, firsts = plan
+    rates, starts, over, variants = plan
     parts, densities, pattern, dt, by_polynomials = dynamics
     window, decrease, allow_rise, factor = convergence
     stops, end_step, settled = steps
@@ -244,7 +243,6 @@ def run(
     now = 0  # the row of `recent` for the present step of every lane
     job = np.empty(lanes, dtype=np.int64)
     clock = np.zeros(lanes, dtype=np.int64)
-    row = np.zeros(lanes, dtype=np.int64)  # of the table: the clock's, from the lane's first one on
     maneuver = np.zeros(lanes, dtype=np.int64)
     running = np.zeros(lanes, dtype=np.int64)
     healthy = np.ones(lanes, dtype=np.bool_)
@@ -270,7 +268,6 @@ def run(
                 maneuver[lane] = 0
                 k = begins[this]
                 clock[lane] = k
-                row[lane] = firsts[variants[i]] + k
                 test_from[lane] = max(over[i], window)
                 for c in range(n_constants):
                     W[first_constant + c, lane] = constants[variants[i], c]
@@ -307,10 +304,9 @@ def run(
             now = (now + 1) & mask
             for lane in range(lanes):
                 clock[lane] += running[lane]
-                row[lane] += running[lane]
             for k in range(table.shape[1]):
                 for lane in range(lanes):
-                    W[given + k, lane] = table[row[lane], k]
+                    W[given + k, lane] = table[clock[lane], k]
             call(step, address)
             for lane in range(lanes):
                 recent[now, lane] = W[trace_slot, lane]

@@ -7,18 +7,17 @@ import os
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.filter.jobs import Batch, Begins, Ran, run
+from mgeo_attitude.filter.jobs import Batch, Ran, run
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.symbols import triangle
 from mgeo_attitude.filter.variants import check_variants
 from mgeo_attitude.filter.wheel_load import wheel_loads
-from mgeo_attitude.maneuvers.schedule import Schedule, scheduled
+from mgeo_attitude.maneuvers.schedule import Schedule
 
 
 @dataclass(frozen=True)
@@ -46,8 +45,6 @@ class Evaluation:
         `momentum.MomentumBudget`. NaN without one.
     plan : Schedule
         What is flown.
-    start : array, shape (n,), optional
-        When each design begins [s] after the epoch; None where all begin then.
 
     A covariance that lost positivity gives NaN in `t_end` and `trace`.
 
@@ -68,7 +65,6 @@ class Evaluation:
     t_required: Floats
     wheel_load: Floats
     plan: Schedule
-    start: Floats | None = None
 
 
 def evaluate(
@@ -80,7 +76,6 @@ def evaluate(
     variants: Sequence[FilterModel] = (),
     which: Ints | None = None,
     until: ArrayLike | None = None,
-    begins: Begins | None = None,
 ) -> Evaluation:
     """Run the covariance filter over every design, shape (n, 4 m).
 
@@ -106,9 +101,6 @@ def evaluate(
     until : array_like of int, shape (n,) or (), optional
         Steps at which runs end, from 1 to n_steps, in place of the rule of convergence: a maneuver
         that lasts longer is cut short, the last rate is held.
-    begins : Begins, optional
-        Where the variants begin; they may then differ in how they do, too: in attitude, rate, and
-        what turns them.
 
     Raises
     ------
@@ -126,14 +118,11 @@ def evaluate(
     """
     variants = variants or [model]
     check_variants(model, variants)
-    if begins is None:
-        plan = model.schedule(designs)
-    else:
-        plan = scheduled([each.schedule for each in variants], designs, np.asarray(which))
+    plan = model.schedule(designs)
     _check_turns(model, plan)
     n = len(plan.rates)
     flown_by = np.zeros(n, dtype=np.int64) if which is None else np.asarray(which, dtype=np.int64)
-    batch = Batch(variants, begins, flown_by, plan, threads or available_threads())
+    batch = Batch(variants, flown_by, plan, threads or available_threads())
     last = np.full(n, model.n_steps)
     if until is None and model.ends_by_design:
         until = np.clip(plan.over, 1, model.n_steps)
@@ -180,17 +169,9 @@ def _path_angles(model: FilterModel, watched: Floats) -> Floats:
 
 def _wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Floats:
     """`Evaluation.wheel_load` of runs that end at these steps."""
-    loads = np.full((len(end_step), 2), np.nan)
     if model.budget is None:
-        return loads
-    of_wheels = partial(wheel_loads, step=model.step, threads=batch.threads)
-    if batch.begins is None:
-        return of_wheels(model.budget, batch.plan, end_step)
-    for number, each in enumerate(batch.variants):
-        own = np.flatnonzero(batch.flown_by == number)
-        assert each.budget is not None  # variants have what the model has
-        loads[own] = of_wheels(each.budget, batch.plan.take(own), end_step[own])
-    return loads
+        return np.full((len(end_step), 2), np.nan)
+    return wheel_loads(model.budget, batch.plan, end_step, step=model.step, threads=batch.threads)
 
 
 def _check_turns(model: FilterModel, plan: Schedule) -> None:

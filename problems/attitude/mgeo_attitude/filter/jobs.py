@@ -161,29 +161,10 @@ def _nodes(unique: Ints, common: Ints) -> tuple[Ints, Ints, Ints]:
     return depth[:n], parent[:n], design[:n]
 
 
-class Begins(NamedTuple):
-    """Where the variants of a model begin, if not all at the first row of its own table.
-
-    Attributes
-    ----------
-    table : array, shape (n_samples, n_given)
-        A `FilterModel.table` that has the rows of all of them.
-    gated : tuple of bool
-        Of the same model: what a part of its rows does not gate, another one may.
-    rows : array of int, shape (n_variants,)
-        The first of each.
-    """
-
-    table: Floats
-    gated: tuple[bool, ...]
-    rows: Ints
-
-
 class Batch(NamedTuple):
     """Designs, what flies each of them and in how many threads; see `evaluate`."""
 
     variants: Sequence[FilterModel]
-    begins: Begins | None
     flown_by: Ints
     plan: Schedule
     threads: int
@@ -209,12 +190,10 @@ def run(
     factor: float = 0.0,
 ) -> Ran:
     """Run the designs until they converge or stop, in whatever threads there are."""
-    variants, begins, flown_by, plan, threads = batch
+    variants, flown_by, plan, threads = batch
     suite, n, monitors = model.suite, len(stops), model.monitors
-    if begins is None:
-        begins = Begins(model.table, model.gated, np.zeros(len(variants), dtype=np.int64))
-    kernel, driver = load_kernel(suite, begins.gated, monitors), load_driver()
-    at = layout(suite, begins.gated, monitors)
+    kernel, driver = load_kernel(suite, model.gated, monitors), load_driver()
+    at = layout(suite, model.gated, monitors)
     # A history is recorded step by step, so every design is then run by itself from the start.
     jobs = (
         separate(flown_by)
@@ -242,7 +221,6 @@ def run(
             np.ascontiguousarray(plan.starts),
             plan.over,
             flown_by,
-            begins.rows,
         ),
         (
             matrices,
@@ -251,7 +229,7 @@ def run(
             model.step,
             (model.by_polynomials or plan.free is not None) and _alike(densities),
         ),
-        begins.table,
+        model.table,
         constants_of(model, variants),
         (model.window_steps, model.relative_decrease, model.allow_rise, factor),
         (stops, end_step, settled),

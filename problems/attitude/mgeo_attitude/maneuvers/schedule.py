@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -129,18 +128,6 @@ class Schedule:
     free: Bools | None = None
     asked: tuple[Floats, Ints] | None = None
 
-    def take(self, rows: Ints) -> Schedule:
-        """Of some of the designs."""
-        return Schedule(
-            self.rates[rows],
-            self.end_rates[rows],
-            self.starts[rows],
-            self.over[rows],
-            self.maneuver[rows],
-            None if self.free is None else self.free[rows],
-            None if self.asked is None else (self.asked[0][rows], self.asked[1][rows]),
-        )
-
     def steady(self) -> Bools:
         """Which stretches are no step on the way to a maneuver's rate, shape (n, k)."""
         if self.free is not None:
@@ -219,37 +206,6 @@ def schedule(
     plan.rates[row, column], plan.end_rates[row, column] = mean, end
     plan.starts[row, column] = np.where(start < n_steps, start, NEVER)
     plan.maneuver[row, column] = which % m
-    return plan
-
-
-def scheduled(
-    by: Sequence[Callable[[Floats], Schedule]], designs: ArrayLike, which: Ints
-) -> Schedule:
-    """What is flown of designs, shape (n, 4 m), each by one of several functions like `schedule`.
-
-    Rows of fewer stretches than others end in some that are never flown.
-    """
-    table = np.atleast_2d(np.asarray(designs, dtype=float))
-    parts: dict[int, Schedule] = {
-        k: by[k](table[which == k]) for k in np.unique(which).tolist() or [0]
-    }
-    if len(parts) == 1:
-        return next(iter(parts.values()))
-    most = max((part.starts.shape[1] for part in parts.values()), default=0)
-    plan = _unflown(len(table), most, np.empty(len(table), dtype=np.int64))
-    coils = any(part.free is not None for part in parts.values())
-    count = table.shape[1] // VARIABLES_PER_MANEUVER
-    asked = np.empty((len(table), count, 3)), np.empty((len(table), count), dtype=np.int64)
-    if coils:
-        plan = replace(plan, free=np.zeros(plan.starts.shape, dtype=bool), asked=asked)
-    for k, part in parts.items():
-        rows, width = np.flatnonzero(which == k), part.starts.shape[1]
-        for name in ("rates", "end_rates", "starts", "maneuver", "free"):
-            if getattr(part, name) is not None:
-                getattr(plan, name)[rows, :width] = getattr(part, name)
-        plan.over[rows] = part.over
-        if part.asked is not None:
-            asked[0][rows], asked[1][rows] = part.asked
     return plan
 
 

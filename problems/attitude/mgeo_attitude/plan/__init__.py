@@ -1,7 +1,7 @@
 """A plan as an artefact: picked from a front, looked at, written, read back and flown."""
 
 from mgeo_attitude.plan.aem import aem_text
-from mgeo_attitude.plan.attitudes import script_text, stk_text, waypoints_text
+from mgeo_attitude.plan.attitudes import stk_text
 from mgeo_attitude.plan.files import from_json, read_json, to_csv, to_json, write_plan
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import Front, read_front
@@ -18,11 +18,9 @@ __all__ = [
     "read_front",
     "read_json",
     "sclk_text",
-    "script_text",
     "stk_text",
     "to_csv",
     "to_json",
     "to_uplink_csv",
-    "waypoints_text",
     "write_plan",
 ]

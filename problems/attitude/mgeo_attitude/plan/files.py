@@ -1,40 +1,36 @@
-"""Plans as files: JSON that reads back, CSV of timeline and commands, attitudes for other tools.
+"""Plans as files: `write_plan` in any format, JSON that reads back, and the timeline as CSV.
 
 In JSON, ``scenario`` and ``design`` are the plan. ``predicted``, ``constraints``, ``timeline`` and
-``accuracy`` follow from them; on reading they are computed again, and a file that says something
-else is refused. CSV says less than the plan. Floats are written to the last digit, but in commands.
+``accuracy`` follow from them; on reading they are ignored and computed again. Floats are written to
+the last digit, but in commands.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from inspect import getfullargspec
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from mgeo.store.atomic import write_file
 from mgeo.validation.arguments import refuse_unknown
 from mgeo.validation.tables import entry
-from mgeo_attitude.plan.aem import aem_text
-from mgeo_attitude.plan.attitudes import script_text, stk_text, waypoints_text
+from mgeo_attitude.export_formats import FORMATS, format_of
 from mgeo_attitude.plan.documents import Form, read_document, written
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.plan.spice import ck_bytes, sclk_text
-from mgeo_attitude.plan.uplink import to_uplink_csv
 from mgeo_attitude.problem import PLAN_FORMAT
 
 
 def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
-    """Write a plan to a file, whole or not at all, in the format that its name ends in.
+    """Write a plan to a file, whole or not at all, in the format of its suffix.
 
     Parameters
     ----------
+    plan : ManeuverPlan
     path : path
-        Ends in ``.json`` (`to_json`), ``.uplink.csv`` (`to_uplink_csv`), ``.aem`` (`aem_text`),
-        ``.a`` (`stk_text`), ``.42.txt`` (`script_text`), ``.waypoints.csv`` (`waypoints_text`),
-        ``.bc`` (`ck_bytes`), ``.tsc`` (`sclk_text`), or any other ``.csv`` (`to_csv`).
+        Ends in the suffix of one of `mgeo_attitude.export_formats.FORMATS`, such as ``.json``.
     options
-        Keywords of these; those that a format does not take are passed over.
+        Keyword arguments of the formats' functions, such as `aem_text`; a format ignores those of
+        others.
 
     Raises
     ------
@@ -43,9 +39,9 @@ def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
     TypeError
         For a keyword that no format takes.
     ImportError
-        If a format needs an extra that is not installed.
+        If the format needs a package that is not installed.
     OSError
-        If it cannot be written.
+        If the file cannot be written.
 
     Examples
     --------
@@ -61,28 +57,18 @@ def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
 
 
 def plan_content(plan: ManeuverPlan, path: Path | str, options: Mapping[str, Any]) -> bytes:
-    """What a file of this name holds; raises as `write_plan`."""
-    suffixes = [suffix for suffix in WRITERS if Path(path).name.endswith(suffix)]
-    if not suffixes:
-        raise ValueError(f"{path}: expected a name that ends in {', '.join(WRITERS)}")
-    writer = WRITERS[max(suffixes, key=len)]
-    refuse_unknown(
-        options, {key for each in WRITERS.values() for key in _taken(each)}, "write_plan"
-    )
-    content = writer(plan, **{key: options[key] for key in _taken(writer) if key in options})
+    """Return the content of a file of this name; raises as `write_plan`."""
+    chosen = format_of(path)
+    refuse_unknown(options, {key for each in FORMATS for key in each.options()}, "write_plan")
+    content = chosen.load()(plan, **{k: options[k] for k in chosen.options() if k in options})
     return content.encode() if isinstance(content, str) else content
 
 
-def _taken(writer: Callable[..., str | bytes]) -> list[str]:
-    """Keywords of `write_plan` that a format takes."""
-    return getfullargspec(writer).kwonlyargs
-
-
 def to_csv(plan: ManeuverPlan) -> str:
-    """The timeline as CSV with a header, one row per phase.
+    """Return the timeline as CSV with a header, one row per phase.
 
-    A column ``row``, such as 2/4, tells of rows that were lost. Lines that begin with # stand
-    before the header where the plan violates constraints, and name them.
+    The column ``row``, such as 2/4, shows lost rows. Lines that begin with # before the header name
+    violated constraints.
 
     Parameters
     ----------
@@ -105,7 +91,7 @@ def to_csv(plan: ManeuverPlan) -> str:
 
 
 def to_json(plan: ManeuverPlan) -> str:
-    """The plan as a JSON document; floats by repr, so that it reads back exactly.
+    """Return the plan as a JSON document; floats by repr, so that it reads back exactly.
 
     Parameters
     ----------
@@ -124,12 +110,12 @@ def to_json(plan: ManeuverPlan) -> str:
 
 
 def document(plan: ManeuverPlan) -> dict[str, Any]:
-    """What `to_json` writes, as JSON values."""
+    """Return the entries that `to_json` writes, as JSON values."""
     return _FORM.document(plan)
 
 
 def from_json(text: str) -> ManeuverPlan:
-    """Inverse of `to_json`; raises as `Form.read`.
+    """Return the plan of a JSON document; raises as `Form.read`.
 
     Parameters
     ----------
@@ -198,19 +184,4 @@ _FORM = Form(
     keys=lambda plan: {"scenario": plan.scenario.to_dict(), "design": list(plan.design)},
     made=lambda table, scenario: ManeuverPlan(scenario, tuple(entry(table, "design", list))),
     consequences=_consequences,
-    source="the design",
-    older=(2,),  # another 1-sigma of the attitude, and path limits at samples alone
 )
-
-#: By what a name may end in, what makes such a file.
-WRITERS: Mapping[str, Callable[..., str | bytes]] = {
-    ".json": to_json,
-    ".uplink.csv": to_uplink_csv,
-    ".csv": to_csv,
-    ".aem": aem_text,
-    ".a": stk_text,
-    ".42.txt": script_text,
-    ".waypoints.csv": waypoints_text,
-    ".bc": ck_bytes,
-    ".tsc": sclk_text,
-}

@@ -23,7 +23,7 @@ from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.settings.base import Settings
-from mgeo_attitude.settings.errors import InvalidValue, expect
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.settings.types import DEG
 from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 from mgeo_attitude.view import at_best
@@ -76,9 +76,6 @@ class ManeuverPlan(Settings):
     """rates [deg/s] and duration [s] of each maneuver"""
 
     def __post_init__(self) -> None:
-        latest = self.scenario.maneuvers.latest_start
-        given = "none in the scenario of a plan, whose epoch is its start: see from_design"
-        expect(latest is None, "scenario.maneuvers.latest_start", latest, given)
         problem = self.problem
         nothing = tuple(
             np.tile(holding(problem.model.initial_rate), self.scenario.maneuvers.count).tolist()
@@ -105,8 +102,6 @@ class ManeuverPlan(Settings):
     def from_design(cls, problem: AttitudeManeuverProblem, x: ArrayLike) -> ManeuverPlan:
         """The plan of a design vector, shape (n_var,), sharing the problem's tables.
 
-        Where the start is free, the plan's scenario is that of the start that the design chose.
-
         Raises
         ------
         ValueError, TypeError
@@ -115,10 +110,8 @@ class ManeuverPlan(Settings):
         design = np.asarray(x, dtype=float)
         if design.ndim != 1:
             raise ValueError(f"x of shape {design.shape}: expected ({problem.n_var},)")
-        begun, maneuvers = problem.begun(design)
-        plan = cls(begun.scenario, tuple(maneuvers.tolist()))
-        if begun is problem:
-            plan.__dict__["problem"] = problem
+        plan = cls(problem.scenario, tuple(design.tolist()))
+        plan.__dict__["problem"] = problem
         return plan
 
     @cached_property

@@ -18,7 +18,6 @@ from mgeo.runs.answer import default_solution
 from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
 from mgeo.validation.tables import errors_of
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.plan.documents import TOLERANCE
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.scenario import Scenario
@@ -30,6 +29,8 @@ Choice = Literal["knee", "fastest", "best"]
 CHOICES: tuple[Choice, ...] = get_args(Choice)
 #: A plan ends at a time that is asked for if it is off by no more than this fraction.
 _NEAR = 0.01
+#: Objectives computed again, perhaps by other libraries, may differ by this fraction.
+TOLERANCE = 1e-6
 #: Name of this problem among those of mgeo.
 PROBLEM = "attitude"
 

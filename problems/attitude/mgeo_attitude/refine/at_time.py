@@ -14,7 +14,6 @@ from mgeo_attitude.criteria.constraints import Constraint, constraints
 from mgeo_attitude.criteria.objectives import objective
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.start_times import StartTimes
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
 from mgeo_attitude.scenario.scenario import Scenario
 
@@ -32,11 +31,8 @@ class PlanProblem(Protocol):
     objectives: tuple[str, ...]
 
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any: ...
-    def begun(self, x: Any) -> tuple[PlanProblem, Floats]: ...
     @property
     def model(self) -> FilterModel: ...
-    @property
-    def start_times(self) -> StartTimes | None: ...
 
 
 @dataclass(frozen=True)
@@ -117,24 +113,9 @@ class AtTime:
         return np.column_stack([result.t_end, result.trace]), worst
 
 
-def parts(problem: PlanProblem, designs: Floats) -> tuple[Floats, Floats]:
-    """Maneuvers, shape (n, 4 m), and starts, shape (n, 1), or (n, 0) where they are not free."""
-    at = VARIABLES_PER_MANEUVER * problem.scenario.maneuvers.count
-    return designs[:, :at], designs[:, at:]
-
-
-def begins_with(maneuvers: Floats, start: Floats) -> Floats:
-    """Designs of maneuvers, shape (n, 4 m), that have a start, shape (1,) or (0,)."""
-    return np.hstack([maneuvers, np.tile(start, (len(maneuvers), 1))])
-
-
-def at_time(problem: PlanProblem, name: str = "trace", start: Floats | None = None) -> AtTime:
-    """What maneuvers of a problem are worth at any time from a start on, flown exactly."""
-    own = problem
-    if start is not None and start.size:
-        none = np.zeros(VARIABLES_PER_MANEUVER * problem.scenario.maneuvers.count)
-        own, _ = problem.begun(np.append(none, start))
-    return AtTime(own.scenario, own.model, name, problem.threads)
+def at_time(problem: PlanProblem, name: str = "trace") -> AtTime:
+    """What maneuvers of a problem are worth at any time, flown exactly."""
+    return AtTime(problem.scenario, problem.model, name, problem.threads)
 
 
 def judged_by(problem: PlanProblem) -> Judge:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,11 +16,9 @@ from mgeo_attitude.refine.at_time import (
     Judge,
     PlanProblem,
     at_time,
-    begins_with,
     ending_at,
     judged_by,
     on_steps,
-    parts,
     slowed,
     stretched,
 )
@@ -83,7 +80,7 @@ def polish(
     problem : AttitudeManeuverProblem
         Whose objectives are the time and one that tells how much is known.
     designs : array_like, shape (n, n_var)
-        Within the problem's bounds. A free start stays as it is.
+        Within the problem's bounds.
     most, iterations : int
         How many plans are polished, and the most iterations for each.
 
@@ -161,55 +158,46 @@ def _tables(
     flown = problem.scenario.flight is not None
     front = Front(in_order, found, _RATIO if more else np.inf)
     learned: list[Floats] = []
-    new: dict[bytes, list[Floats]] = {}  # of each start
-    roughs: dict[bytes, Roughly] = {}
+    roughly = Roughly(at)
+    new: list[Floats] = []
     done: set[int] = set()
     for between, (tried, share, beams) in enumerate(_ROUNDS):
         rows = [row for row in _spread(at, front, most, bool(between)) if row not in done]
         done.update(rows)
-        for key, own in _alike(problem, name, front, rows, roughs):
-            plans, begun = parts(problem, front.X[own])
-            start, roughly = begun[0], roughs[key]
+        for own in _alike(roughly, front, rows):
             ends = np.array([_learning(at, front.times[row]) for row in own])
             begins = [
                 _begins(roughly, plan, learned, until, _beams(at, until) if beams else ())
-                for plan, until in zip(plans, ends, strict=True)
+                for plan, until in zip(front.X[own], ends, strict=True)
             ]
             better = roughly.descended(begins, ends, max(round(share * iterations), 1), tried)
             learned += list(better)
-            of_start = None if flown else partial(_judged_with, in_order, start)
+            of_plans = None if flown else in_order
             held = [
-                begins_with(_ended(roughly, each, until, of_start), start)
+                _ended(roughly, each, until, of_plans)
                 for each, until in zip(better, ends, strict=True)
             ]
             front.take(np.vstack([each[:_FLOWN] if flown else each for each in held]))
-            new.setdefault(key, []).extend(np.vstack([each[:_HELD] for each in held]))
+            new.extend(np.vstack([each[:_HELD] for each in held]))
             yield front.plans
-    for key, ended in new.items():
-        if not flown:
-            front.take(_at_other_times(roughs[key], np.array(ended), front.times))
-            yield front.plans
+    if new and not flown:
+        front.take(_at_other_times(roughly, np.array(new), front.times))
+        yield front.plans
     front.settle()
     yield front.plans
     if learned and not flown:
         yield without_unneeded(problem, front.plans)
 
 
-def _alike(
-    problem: PlanProblem, name: str, front: Front, rows: list[int], roughs: dict[bytes, Roughly]
-) -> list[tuple[bytes, list[int]]]:
-    """Rows, and their start, that are polished side by side: of one start and as few samples."""
-    groups: dict[tuple[bytes, int], list[int]] = {}
+def _alike(roughly: Roughly, front: Front, rows: list[int]) -> list[list[int]]:
+    """Rows that are polished side by side: of as few samples."""
+    groups: dict[int, list[int]] = {}
     for row in rows:
-        (start,) = parts(problem, front.X[[row]])[1]
-        key = start.tobytes()
-        if key not in roughs:
-            roughs[key] = Roughly(at_time(problem, name, start))
-        few = roughs[key].every(_learning(roughs[key].exact, front.times[row]) or 0.0)
-        groups.setdefault((key, few), []).append(row)
+        few = roughly.every(_learning(roughly.exact, front.times[row]) or 0.0)
+        groups.setdefault(few, []).append(row)
     return [
-        (key, own[first : first + _TOGETHER])
-        for (key, _), own in groups.items()
+        own[first : first + _TOGETHER]
+        for own in groups.values()
         for first in range(0, len(own), _TOGETHER)
     ]
 
@@ -298,12 +286,8 @@ def _ended(roughly: Roughly, learned: Floats, time: float, judge: Judge | None) 
     return until_converged(roughly.exact, learned, judge, roughly.at(time))
 
 
-def _judged_with(judge: Judge, start: Floats, maneuvers: Floats) -> tuple[Floats, Floats]:
-    return judge(begins_with(maneuvers, start))
-
-
 def _at_other_times(roughly: Roughly, plans: Floats, times: Floats) -> Floats:
-    """Polished plans of a start as they are made longer, slower or shorter, to end at other times.
+    """Polished plans as they are made longer, slower or shorter, to end at other times.
 
     Of those for a time the few that few samples say to teach most until then.
     """

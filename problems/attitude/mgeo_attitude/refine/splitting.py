@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
-from mgeo_attitude.refine.at_time import PlanProblem, judged_by, parts
+from mgeo_attitude.refine.at_time import PlanProblem, judged_by
 
 #: A maneuver whose rate turns by more than this from a neighbor's is of use [deg].
 _TURN = 20.0
@@ -81,7 +81,7 @@ def without_unneeded(problem: PlanProblem, designs: ArrayLike) -> Floats:
     array([  0., 900., 600.])
     """
     table = np.atleast_2d(np.array(designs, dtype=float))
-    decode(parts(problem, table)[0])
+    decode(table)
     found, row_of = np.unique(table, axis=0, return_inverse=True)
     n, count = len(found), problem.scenario.maneuvers.count
     if not n or count < 2:
@@ -90,11 +90,9 @@ def without_unneeded(problem: PlanProblem, designs: ArrayLike) -> Floats:
     F, violation = judge(found)
     rows, longest = np.arange(n), problem.scenario.maneuvers.max_duration
     while len(rows):
-        maneuvers, begins = parts(problem, found[rows])
-        left_out, which = _each_left_out(maneuvers, longest)
+        left_out, which = _each_left_out(found[rows], longest)
         if not len(which):
             break
-        left_out = np.hstack([left_out, begins[which]])
         found_F, kept = judge(left_out)
         of = rows[which]
         good = (found_F <= F[of]).all(axis=1) & (kept <= violation[of])

@@ -89,7 +89,7 @@ def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> F
 
     Times are spread evenly in their logarithm, each drawn within its share. By the rule "trace" of
     convergence a plan learns until a window before its time, and then holds a rate at which it
-    learns little more; by any other it learns to its end. A free start is drawn, too.
+    learns little more; by any other it learns to its end.
 
     Where coils turn the satellite, they are those of rates that it has at once: what coils fly
     teaches about as much, and takes far longer to tell.
@@ -100,7 +100,7 @@ def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> F
     n : int
         From 0.
     random_state : numpy Generator
-        Draws the times, and starts.
+        Draws the times.
 
     Raises
     ------
@@ -121,17 +121,13 @@ def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> F
     )
     shares = (np.arange(n) + random_state.random(n)) / max(n, 1)
     times = first * (max(last, first) / first) ** shares
-    begins = np.empty((n, 0))
-    if problem.start_times is not None:
-        begins = random_state.choice(problem.start_times.times, (n, 1))
     found = np.empty((n, VARIABLES_PER_MANEUVER * count))
     for row, time in enumerate(times):
-        at = _freely(at_time(problem, start=begins[row]))
         plan = receding_horizon(at, learning, float(time))
         if holds:
             plan = until_converged(at, plan)[0]
         found[row] = plan
-    return np.hstack([found, begins])
+    return found
 
 
 def _freely(at: AtTime) -> AtTime:

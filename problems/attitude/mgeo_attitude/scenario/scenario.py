@@ -39,7 +39,7 @@ from mgeo_attitude.scenario.settings import (
 from mgeo_attitude.scenario.together import check_together
 from mgeo_attitude.scenario.toml import ScenarioFileError, on_preset, read_toml, to_toml
 from mgeo_attitude.scenario.validity import Implausible, implausible
-from mgeo_attitude.scenario.windows import FlightErrors, Window, deadlines, start_times
+from mgeo_attitude.scenario.windows import FlightErrors, Window, deadline
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.kinds import SENSORS
@@ -159,30 +159,19 @@ class Scenario(Settings):
     def deadline(self) -> float:
         """When a plan has to be over, slew back included [s]; infinite without windows.
 
-        It is over even if it begins as late as the flights that it is judged over. Where the start
-        is free this is the latest of all starts, each from its own on.
+        It is over even if it begins as late as the flights that it is judged over.
         """
-        return float(deadlines(self, self.start_times).max())
+        return deadline(self)
 
     @property
     def latest_end(self) -> float:
-        """When the last of its runs ends [s]: of one that begins, and is delayed, as it may be."""
-        delay = 0.0 if self.flight is None else self.flight.start_delay
-        return self.duration + (self.maneuvers.latest_start or 0.0) + delay
-
-    @property
-    def start_times(self) -> Floats:
-        """When a plan may begin, [s] after the epoch, ascending: then, unless the start is free."""
-        return start_times(self)
+        """When the last of its runs ends [s]: of one that begins with the longest delay."""
+        return self.duration + (0.0 if self.flight is None else self.flight.start_delay)
 
     def starting(self, time: float) -> Scenario:
-        """The same whose plans begin at a time [s] after the epoch, which is then theirs."""
-        return dataclasses.replace(
-            self,
-            epoch=instant_after(self.epoch, time),
-            orbit=self.orbit.later(time),
-            maneuvers=dataclasses.replace(self.maneuvers, latest_start=None, start_interval=None),
-        )
+        """Return the scenario with its epoch moved by a time [s], on the same orbit."""
+        epoch = instant_after(self.epoch, time)
+        return dataclasses.replace(self, epoch=epoch, orbit=self.orbit.later(time))
 
     @property
     def turned_by_coils(self) -> bool:

@@ -29,9 +29,6 @@ from mgeo_attitude.settings.types import (
     one_of,
 )
 
-#: Time between starts that may be chosen, if none is given [s].
-_BETWEEN_STARTS = 60.0
-
 
 @dataclass(frozen=True, kw_only=True)
 class ManeuverLimits(Settings):
@@ -52,11 +49,6 @@ class ManeuverLimits(Settings):
     """greatest duration of one maneuver"""
     max_acceleration_deg_s2: Annotated[float | None, Unit("deg/s²")] = Field(default=None, gt=0.0)
     """greatest angular acceleration per axis; without it rates change at once"""
-    latest_start: Seconds | None = Field(default=None, gt=0.0)
-    """a plan begins when it is best, so long after the epoch at most; without it at the epoch"""
-    start_interval: Seconds | None = Field(default=None, gt=0.0)
-    """time between such starts, a multiple of the step and of all sample intervals; 60 if none is
-    given"""
     slew_back: bool = False
     """whether a plan ends, after t_end, with a slew back to the attitude of [initial]"""
     end_tolerance_deg: Degrees | None = Field(default=None, gt=0.0)
@@ -64,17 +56,9 @@ class ManeuverLimits(Settings):
     1-sigma about the worst axis that the filter knows then"""
 
     def __post_init__(self) -> None:
-        needed = "none without latest_start, up to which a plan may begin at such intervals"
-        alone = self.latest_start is None and self.start_interval is not None
-        expect(not alone, "start_interval", self.start_interval, needed)
         needed = "none without slew_back = true: a plan then ends wherever its last maneuver does"
         alone = self.end_tolerance_deg is not None and not self.slew_back
         expect(not alone, "end_tolerance_deg", self.end_tolerance_deg, needed)
-
-    @property
-    def between_starts(self) -> float:
-        """Time between starts [s]."""
-        return _BETWEEN_STARTS if self.start_interval is None else self.start_interval
 
 
 @dataclass(frozen=True, kw_only=True)

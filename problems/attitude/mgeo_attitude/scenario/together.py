@@ -10,7 +10,7 @@ from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_STA
 from mgeo_attitude.scenario.actuators import check_coils
 from mgeo_attitude.scenario.channels import check_channels
 from mgeo_attitude.scenario.settings import TraceWeights
-from mgeo_attitude.scenario.windows import start_times
+from mgeo_attitude.scenario.windows import check_windows
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.settings.errors import expect
 
@@ -37,7 +37,7 @@ def check_together(scenario: Scenario, suite: Suite) -> None:
     check_channels(scenario.channels)
     check_coils(scenario.coils, scenario.wheels, scenario.maneuvers, scenario.step)
     _check_epoch(scenario)
-    _check_starts(scenario)
+    check_windows(scenario)
     _check_names(scenario)
     _check_states(scenario, suite)
     _check_limits(scenario)
@@ -94,28 +94,6 @@ def _check_epoch(scenario: Scenario) -> None:
         "magnetometers, coils that turn the satellite and a residual dipole do"
     )
     expect(inside or not scenario.needs_field, "epoch", epoch.isoformat(), years)
-
-
-def _check_starts(scenario: Scenario) -> None:
-    """A free start lies on steps and samples, and beside nothing that is of one time."""
-    limits, key = scenario.maneuvers, "maneuvers.start_interval"
-    if limits.latest_start is not None:
-        samples = [sensor.sample_interval or scenario.step for sensor in scenario.sensors]
-        for span in (scenario.step, *samples):
-            fits = _is_multiple(limits.between_starts, span)
-            of_all = f"a multiple of {span!r} s, a step or sample interval"
-            expect(fits, key, limits.between_starts, of_all)
-        few = scenario.latest_end / scenario.step <= _MAX_STEPS["duration"]
-        most = (
-            f"with duration and flight.start_delay at most {_MAX_STEPS['duration']} times step = "
-            f"{scenario.step!r} s"
-        )
-        expect(few, "maneuvers.latest_start", limits.latest_start, most)
-        later = "no free start after a calibration, which knows attitude and errors of one time"
-        expect(scenario.prior is None, "maneuvers.latest_start", limits.latest_start, later)
-        fixed = "none beside [[channels]], which are of one start"
-        expect(not scenario.channels, "maneuvers.latest_start", limits.latest_start, fixed)
-    start_times(scenario)
 
 
 def _check_names(scenario: Scenario) -> None:

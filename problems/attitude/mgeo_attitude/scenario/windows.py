@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.settings.base import Settings
-from mgeo_attitude.settings.errors import InvalidValue, expect
+from mgeo_attitude.settings.errors import expect
 from mgeo_attitude.settings.types import Degrees, DegreesPerSecond, Instant, Seconds
 
 if TYPE_CHECKING:
@@ -71,10 +71,6 @@ class FlightErrors(Settings):
         return self.count if stage is None else counts[min(stage, len(counts) - 1)]
 
 
-#: Starts of which the best is looked for: each has a limit of its own.
-MOST_STARTS = 2000
-
-
 @dataclass(frozen=True, kw_only=True)
 class Window(Settings):
     """A time in which a plan may be flown as a whole; both ends are converted to UTC.
@@ -108,67 +104,46 @@ def seconds(epoch: datetime, windows: Sequence[Window]) -> Floats:
     ).reshape(-1, 2)
 
 
-def deadlines(scenario: Scenario, starts: Floats) -> Floats:
-    """When plans that begin at `starts` [s] after the epoch have to be over, [s] after that.
+def deadline(scenario: Scenario) -> float:
+    """Return when plans have to be over [s] after the epoch.
 
-    Infinite without windows; minus infinity where none is open. It is so even if a plan begins as
-    late as the flights that it is judged over.
+    Infinite without windows; minus infinity if none is open at the epoch. The deadline holds even
+    if a plan begins as late as the flights that it is judged over.
     """
-    starts = np.asarray(starts, dtype=float)
     if not scenario.windows:
-        return np.full(starts.shape, np.inf)
+        return math.inf
     late = 0.0 if scenario.flight is None else scenario.flight.start_delay
-    first, last = seconds(scenario.epoch, scenario.windows).T[:, :, None]
-    is_open = (first <= starts) & (starts < last)
-    ends: Floats = np.where(is_open, last - starts - late, -np.inf).max(axis=0)
+    return float(_ends_of_open(scenario).max()) - late
+
+
+def _ends_of_open(scenario: Scenario) -> Floats:
+    """End of each window [s] after the epoch; minus infinity of one not open then."""
+    first, last = seconds(scenario.epoch, scenario.windows).T
+    ends: Floats = np.where((first <= 0.0) & (last > 0.0), last, -np.inf)
     return ends
 
 
-def start_times(scenario: Scenario) -> Floats:
-    """When plans may begin [s] after the epoch, ascending; at the epoch unless it is free.
+def check_windows(scenario: Scenario) -> None:
+    """Refuse an epoch at which no plan may begin, or after which none would be over in time.
 
     Raises
     ------
     InvalidValue
-        If they may not, or no plan that begins then would be over in time.
+        Naming the epoch, or the end of the window.
     """
-    limits = scenario.maneuvers
-    last = limits.latest_start
-    interval = limits.between_starts
-    count = 0 if last is None else math.floor(last / interval + 1e-9)
-    times = interval * np.arange(count + 1, dtype=float)
-    key: str = "epoch"
-    value: object = scenario.epoch.isoformat()
-    if last is not None:
-        fewest = last / (MOST_STARTS - 1)
-        few = f"at least {fewest:.4g} s, so that latest_start has at most {MOST_STARTS} of them"
-        expect(count < MOST_STARTS, "maneuvers.start_interval", interval, few)
-        key, value = "maneuvers.latest_start", last
-    if scenario.windows:
-        begin, end = seconds(scenario.epoch, scenario.windows).T[:, :, None]
-        times = times[((begin <= times) & (times < end)).any(axis=0)]
-        within = f"a start in one of the windows, {', '.join(map(str, scenario.windows))}"
-        expect(len(times) > 0, key, value, within)
-    return _in_time(scenario, times)
-
-
-def _in_time(scenario: Scenario, times: Floats) -> Floats:
-    """Of start times those after which the shortest plan is over in time."""
-    left = deadlines(scenario, times)
+    if not scenario.windows:
+        return
+    ends = _ends_of_open(scenario)
+    within = f"a start in one of the windows, {', '.join(map(str, scenario.windows))}"
+    expect(np.isfinite(ends).any(), "epoch", scenario.epoch.isoformat(), within)
     # no other rule waits for a window after the start
     waits = scenario.convergence.rule == "trace"
     least, name = (
         (scenario.convergence.window, "convergence.window") if waits else (scenario.step, "a step")
     )
-    if (left >= least).any():
-        return times[left >= least]
-    best = int(left.argmax())
-    first, last = seconds(scenario.epoch, scenario.windows).T
-    index = int(np.where((first <= times[best]) & (times[best] < last), last, -np.inf).argmax())
-    window, late = scenario.windows[index], last[index] - times[best] - left[best]
-    after = "the epoch" if scenario.maneuvers.latest_start is None else "the first start in it"
-    expected = (
-        f"expected {least + late:g} s or more after {after}, {name} and flight.start_delay: no "
-        "plan is over sooner"
+    left, index = deadline(scenario), int(ends.argmax())
+    after = (
+        f"{least + ends[index] - left:g} s or more after the epoch, {name} and "
+        "flight.start_delay: no plan is over sooner"
     )
-    raise InvalidValue(f"windows[{index}].end", window.end.isoformat(), expected)
+    expect(left >= least, f"windows[{index}].end", scenario.windows[index].end.isoformat(), after)

@@ -13,7 +13,6 @@ from mgeo.evaluation.dominance import nondominated
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.samples import NoLimit
 from mgeo_attitude.criteria.objectives import OBJECTIVES
-from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.settings import PAPER
@@ -174,8 +173,7 @@ def glance(plans: Plans) -> pd.DataFrame:
     variances = np.diagonal(result.covariance, axis1=1, axis2=2)
     sigma = np.sqrt(np.where(np.isnan(result.t_end)[:, None], np.nan, variances))
     t_end_name, trace_name = (OBJECTIVES[name].label for name in PAPER)
-    maneuvers = designs[:, : VARIABLES_PER_MANEUVER * problem.scenario.maneuvers.count]
-    durations = durations_of(maneuvers)
+    durations = durations_of(designs)
     columns: dict[str, Any] = {
         t_end_name: result.t_end,
         "t_end [orbits]": result.t_end / problem.scenario.orbit.period,
@@ -186,10 +184,7 @@ def glance(plans: Plans) -> pd.DataFrame:
     columns["maneuver time [s]"] = durations.sum(axis=1)
     if problem.scenario.maneuvers.slew_back:
         columns["slew back until [s]"] = plans.ends
-    if problem.start_times is not None:
-        begins = problem.start_times.times[problem.start_times.split(designs)[1]]
-        columns["start UTC"] = utc_texts(problem.scenario.epoch, begins)
-    texts = [maneuver_texts(x) for x in maneuvers]
+    texts = [maneuver_texts(x) for x in designs]
     for m in range(durations.shape[1]):
         name = f"maneuver {m + 1}: x / y / z [deg/s] for d [s]"
         columns[name] = [text[m] for text in texts]

@@ -56,9 +56,8 @@ class ManeuverView(Plans):
         problem = self.problem
         excesses = self.values[:, problem.n_obj + problem.n_ieq_constr :]
         found = []
-        for x, row, after in zip(self.X, excesses, all_after(self), strict=True):
-            own, _ = problem.begun(x)  # whose bounds are those of its own start
-            limits = [limit for each in constraints(own.scenario) for limit in each.limits]
+        limits = [limit for each in constraints(problem.scenario) for limit in each.limits]
+        for row, after in zip(excesses, all_after(self), strict=True):
             found += tables(limits, row[None], [after])
         return found
 

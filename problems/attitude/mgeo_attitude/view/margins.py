@@ -92,7 +92,6 @@ def all_after(plans: Plans) -> list[dict[str, Row]]:
     if not has_limits_after(problem.scenario):
         return found
     for i in np.flatnonzero(np.isfinite(result.t_end)).tolist():
-        own, _ = problem.begun(plans.X[i])
         trajectory = plans.trajectory(i)
         edges = [trajectory.t_end, trajectory.held_until]
         try:
@@ -100,17 +99,17 @@ def all_after(plans: Plans) -> list[dict[str, Row]]:
         except InvalidValue:
             found[i]["time of the slew back"] = _at_most("s", np.inf, problem.scenario.duration)
         else:
-            tolerance = own.scenario.maneuvers.end_tolerance_deg
+            tolerance = problem.scenario.maneuvers.end_tolerance_deg
             if tolerance is not None:
-                off = _off_at_end(own.scenario, own.model, trajectory)
+                off = _off_at_end(problem.scenario, problem.model, trajectory)
                 found[i][END_ATTITUDE] = _at_most("deg", off, tolerance)
-        latest = own.scenario.deadline
+        latest = problem.scenario.deadline
         if latest < np.inf:
             found[i][f"{END}, with what follows"] = _at_most("s", edges[-1], latest)
         for (start, end), while_ in zip(pairwise(edges), AFTER, strict=False):
             if start < end:
                 found[i] |= limits_after(
-                    own.model, trajectory, start, end, result.covariance[i, :3, :3], while_
+                    problem.model, trajectory, start, end, result.covariance[i, :3, :3], while_
                 )
     return found
 

@@ -19,7 +19,6 @@ from mgeo_attitude.criteria.objectives import OBJECTIVES, attitude_sigma_deg
 from mgeo_attitude.criteria.robustness import FlightSamples, kept_by, over_flights
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.start_times import StartTimes
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.windows import FlightErrors
 from mgeo_attitude.settings.errors import InvalidValue
@@ -44,7 +43,6 @@ class ManeuverProblem(Protocol):
     obj_names: tuple[str, ...]
 
     def run(self, X: Floats, vary: Any = None, **asked: Any) -> Evaluation: ...
-    def begun(self, x: Any) -> tuple[ManeuverProblem, Floats]: ...
     def flights_of(self, errors: FlightErrors) -> FlightSamples: ...
     def valued(self, model: FilterModel, result: Evaluation) -> Floats: ...
     def judged(self, X: Floats) -> Floats: ...
@@ -55,8 +53,6 @@ class ManeuverProblem(Protocol):
     def model(self) -> FilterModel: ...
     @property
     def limit_curves(self) -> LimitCurves: ...
-    @property
-    def start_times(self) -> StartTimes | None: ...
     @property
     def flights(self) -> FlightSamples | None: ...
 
@@ -314,9 +310,8 @@ class Plans(View):
         """
         from mgeo_attitude.trajectory.trajectory import Trajectory  # imports scipy
 
-        own, maneuvers = self.problem.begun(self.X[row])
-        times = float(self.exactly.t_end[row]), float(self.held_until[row])
-        found = Trajectory(own.scenario, own.model, maneuvers, *times)
+        problem, times = self.problem, (float(self.exactly.t_end[row]), float(self.held_until[row]))
+        found = Trajectory(problem.scenario, problem.model, self.X[row], *times)
         key = self.X[row].tobytes()
         if key not in self._backs:
             with suppress(InvalidValue):  # there is none, as whoever asks for it is told

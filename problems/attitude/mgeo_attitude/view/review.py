@@ -33,7 +33,7 @@ _WITH_UNIT = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
 
 def review(plans: Plans) -> Review:
     """The document about the only plan of a view; some seconds."""
-    problem, design = plans.problem.begun(plans.X[0])  # where it begins
+    problem, design = plans.problem, plans.X[0]
     scenario, model = problem.scenario, problem.model
     (answer,) = plans.answers()
     history = filter_history(model, design)

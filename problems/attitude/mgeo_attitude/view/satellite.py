@@ -23,20 +23,12 @@ _MOST = 4
 
 
 def facts(problem: ManeuverProblem) -> dict[str, str]:
-    """The satellite of a problem in words, by what they are about; some 0.1 s.
-
-    Of one whose start is free, from the first on at which plans may begin.
-    """
-    first = ""
-    if problem.start_times is not None:
-        times = problem.start_times.times
-        problem, _ = problem.begun(np.append(np.zeros(problem.n_var - 1), times[0]))
-        first = f", the first of {len(times)} starts"
+    """The satellite of a problem in words, by what they are about; some 0.1 s."""
     scenario, around = problem.scenario, problem.environment
     edges = utc_texts(scenario.epoch, np.array([0.0, _until(scenario)]))
     start, end = (text[:19] for text in edges)
     found = {
-        "satellite": f"{scenario.name}, {start} to {end} UTC{first}",
+        "satellite": f"{scenario.name}, {start} to {end} UTC",
         "orbit": _orbit(around),
         "Sun": _sun(scenario, around),
         "field": _field(around),

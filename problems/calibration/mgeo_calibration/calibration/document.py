@@ -3,8 +3,8 @@
 ``scenario``, ``time_s``, ``quaternion``, ``rate_deg_s``, ``states``, ``covariance``, ``tests``,
 ``prior_tests``, ``model_tests``, ``causes``, ``notes`` and ``rejected`` are the calibration; a file
 without ``prior_tests``, ``model_tests``, ``causes`` or ``notes`` is of an earlier version. ``utc``,
-``table``, ``uplink`` and ``conclusion`` follow from them; on reading they are computed again, and a
-file that says something else is refused.
+``table``, ``uplink`` and ``conclusion`` follow from them; on reading they are ignored and computed
+again.
 """
 
 from __future__ import annotations
@@ -152,5 +152,4 @@ _FORM = Form(
     keys=_keys,
     made=_calibration,
     consequences=_consequences,
-    source="the estimate",
 )

@@ -106,7 +106,7 @@ def test_an_ephemeris_is_flown_position_by_position():
             "epoch": "2008-09-20T12:26:00Z",
             "duration": 600.0,
             "convergence": {"window": 300.0},
-            "orbit": {"propagator": "ephemeris-file", "file": str(ISS)},
+            "orbit": {"propagator": "file", "file": str(ISS)},
             "initial": {"pointing": "nadir"},
         }
     )

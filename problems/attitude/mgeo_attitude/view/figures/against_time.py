@@ -127,9 +127,8 @@ def timeline(problem: ManeuverProblem, x: Floats, until: float) -> tuple[Floats,
     over : float
         End of the last maneuver before `until`, or that if it comes first [s].
     """
-    own, x = problem.begun(x)
-    model = own.model
-    flight = Trajectory(own.scenario, model, x, until).flown
+    model = problem.model
+    flight = Trajectory(problem.scenario, model, x, until).flown
     rates = np.degrees(flight.rates)
     over = flown(x, until, model.step, model.slew_limits).over
     return flight.times, np.vstack([rates, rates[-1:]]), over

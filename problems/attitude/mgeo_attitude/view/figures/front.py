@@ -220,8 +220,8 @@ def _span(scenario: Scenario, t_end: Floats, kept: Floats) -> list[float]:
 
 
 def _closes(scenario: Scenario) -> float:
-    """When the window does [s]; infinite without one, or if each plan has its own start."""
-    return scenario.deadline if scenario.maneuvers.latest_start is None else math.inf
+    """When the window does [s]; infinite without one."""
+    return scenario.deadline
 
 
 def _mark_times(figure: go.Figure, scenario: Scenario, span: list[float]) -> None:

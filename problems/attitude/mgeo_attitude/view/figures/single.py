@@ -39,26 +39,22 @@ def drawings(plans: Plans) -> Iterator[dict[str, dict[str, Any]]]:
     """
     problem, designs, t_ends = plans.problem, plans.X, plans.exactly.t_end
     model = problem.model
-    if problem.start_times is None:
-        shadow, inertial = _shadow(problem), directions(problem.environment)
+    shadow, inertial = _shadow(problem), directions(problem.environment)
     size = max(1, _CHUNK_FLOATS // ((model.n_steps + 1) * model.suite.n_states))
     for start in range(0, len(designs), size):
         chunk = np.ascontiguousarray(designs[start : start + size])
         result = problem.run(chunk, history=True)
-        for row, (x, variances) in enumerate(zip(chunk, result.variances, strict=True), start):
+        for row, variances in enumerate(result.variances, start):
             t_end = float(t_ends[row])
             if not np.isfinite(t_end):
                 yield {}
                 continue
-            own, _ = problem.begun(x)
-            if problem.start_times is not None:
-                shadow, inertial = _shadow(own), directions(own.environment)
             trajectory = plans.trajectory(row)
             figures = {
-                "rates": _rates(own, trajectory.flown),
-                "motion": motion(own, trajectory, inertial, shadow),
-                "directions": _directions(own, trajectory.attitude, t_end),
-                **_errors(own, t_end, variances),
+                "rates": _rates(problem, trajectory.flown),
+                "motion": motion(problem, trajectory, inertial, shadow),
+                "directions": _directions(problem, trajectory.attitude, t_end),
+                **_errors(problem, t_end, variances),
             }
             for name in figures.keys() - {"motion", "directions"}:
                 end = trajectory.flown.times[-1] if name == "rates" else t_end

@@ -1,0 +1,182 @@
+"""Orbit ephemeris messages (OEM of CCSDS 502.0-B, in KVN or XML), read by the package oem."""
+
+from __future__ import annotations
+
+import warnings
+from datetime import datetime
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.environment.ephemeris import (
+    DEFAULT_DEGREE,
+    SAME_INSTANT,
+    EphemerisOrbit,
+    points,
+)
+from mgeo_attitude.environment.frames import frame_name, to_gcrs
+from mgeo_attitude.environment.thrust import find_thrust
+from mgeo_attitude.environment.times import as_utc, instants, utc_text
+
+#: Time scales by their names in messages, as astropy calls them; GPS time is 19 s behind TAI.
+_SCALES = {"UTC": "utc", "TAI": "tai", "TT": "tt", "GPS": "tai"}
+_GPS_BEHIND_TAI = 19.0
+_AROUND = 3600.0  # s before and after a run in which maneuvers are looked for
+
+
+class Run(NamedTuple):
+    """The run that an orbit is read for.
+
+    Attributes
+    ----------
+    epoch : datetime with UTC offset
+    duration : float
+        [s].
+    """
+
+    epoch: datetime
+    duration: float
+
+    def span_text(self, start: float, end: float) -> str:
+        """Two instants [s] after the epoch, in UTC."""
+        return f"{utc_text(self.epoch, start)} to {utc_text(self.epoch, end)}"
+
+
+def read_oem(
+    path: Path, wanted: str, run: Run, interpolation: str | None, degree: int | None
+) -> EphemerisOrbit:
+    """Read the samples of a run, with those before and after it that interpolation takes.
+
+    Parameters
+    ----------
+    path : Path
+        May end in ``.gz``.
+    wanted : str
+        Name or designator of the object; empty for any.
+    run : Run
+    interpolation : {"hermite", "lagrange"}, optional
+        In place of the method that the message names, or else Hermite's.
+    degree : int, optional
+        In place of the degree that the message names, or else 7.
+
+    Raises
+    ------
+    ValueError
+        If the message is invalid, is of another object, or uses a frame or time system that is not
+        supported, if the run is not within one segment, or if there is a maneuver in it.
+    ImportError
+        If the package oem is not installed, with what to install.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of GPS time, and of years whose leap seconds are unknown
+        segments = _open(path)
+        segment, name = _segment_of(segments, run), _object_of(segments, wanted)
+        meta = segment.metadata
+        if meta["CENTER_NAME"].upper() != "EARTH":
+            raise ValueError(f"CENTER_NAME = {meta['CENTER_NAME']!r}: expected EARTH")
+        if "REF_FRAME_EPOCH" in meta:
+            raise ValueError("REF_FRAME_EPOCH: expected none, and axes of date")
+        states = list(segment.states)
+        times = _seconds([state.epoch for state in states], run.epoch, meta["TIME_SYSTEM"])
+    frame = frame_name(meta["REF_FRAME"])
+    hints = {key: meta[key] for key in ("INTERPOLATION", "INTERPOLATION_DEGREE") if key in meta}
+    method = interpolation or hints.get("INTERPOLATION", "hermite").lower()
+    if method not in ("hermite", "lagrange", "linear"):
+        raise ValueError(f"INTERPOLATION = {method!r}: expected HERMITE, LAGRANGE or LINEAR")
+    default = 1 if method == "linear" else hints.get("INTERPOLATION_DEGREE", DEFAULT_DEGREE)
+    degree = degree or default
+    margin = points(degree, method == "hermite") + 1
+    begin, end = np.searchsorted(times, [-_AROUND, run.duration + _AROUND])
+    part = slice(max(begin - margin, 0), end + margin)
+    times, states = times[part], states[part]
+    position, velocity = to_gcrs(
+        frame,
+        instants(run.epoch, times),
+        1e3 * np.array([state.position for state in states]),
+        1e3 * np.array([state.velocity for state in states]),
+    )
+    assert velocity is not None  # a message has velocities
+    first, last = np.searchsorted(times, [SAME_INSTANT, run.duration - SAME_INSTANT])
+    number = np.arange(len(times))
+    needed = (number >= first - 1 - margin) & (number <= last + margin)
+    kept = needed & _coasting(times, position, velocity, run)
+    orbit = EphemerisOrbit(
+        source=f"{path.name}, {name}",
+        epoch=run.epoch,
+        degree=degree,
+        times=times[kept].tolist(),
+        position=position[kept].tolist(),
+        velocity=velocity[kept].tolist() if method == "hermite" else (),
+    )
+    return orbit.for_run(run.epoch, run.duration)
+
+
+def _open(path: Path) -> list[Any]:
+    """Segments of a message, as `oem.components.EphemerisSegment`."""
+    try:
+        from oem import OrbitEphemerisMessage
+    except ImportError as error:
+        install = "pip install 'mgeo-attitude[orbits]'"
+        raise ImportError(f"an ephemeris file needs the package oem: {install}") from error
+    try:
+        segments: list[Any] = OrbitEphemerisMessage.open(path).segments
+    except Exception as error:  # of many kinds, as the library does not check everything
+        raise ValueError(f"expected an orbit ephemeris message (OEM): {error}") from error
+    return segments
+
+
+def _object_of(segments: list[Any], wanted: str) -> str:
+    """Name and designator of the object of a message."""
+    name = " ".join(str(segments[0].metadata[key]) for key in ("OBJECT_NAME", "OBJECT_ID"))
+    if wanted and wanted.casefold() not in (name.casefold(), *name.casefold().rsplit(" ", 1)):
+        raise ValueError(f"object = {wanted!r}: expected {name}, as the message says")
+    return name
+
+
+def _segment_of(segments: list[Any], run: Run) -> Any:
+    """Return the segment in whose usable time a run is."""
+    spans = []
+    for segment in segments:
+        system = segment.metadata["TIME_SYSTEM"]
+        ends = [segment.useable_start_time, segment.useable_stop_time]
+        start, end = _seconds(ends, run.epoch, system).tolist()
+        if start <= SAME_INSTANT and run.duration <= end + SAME_INSTANT:
+            return segment
+        spans.append(run.span_text(start, end))
+    raise ValueError(
+        f"expected the whole run, {run.span_text(0.0, run.duration)}, in one segment; found "
+        f"{', '.join(spans[:3])}{' ...' if len(spans) > 3 else ''}. No orbit is interpolated from "
+        "one segment to the next, between which there may be a maneuver: begin later, or shorten "
+        "the run"
+    )
+
+
+def _seconds(epochs: list[Any], since: datetime, system: str) -> Floats:
+    """SI seconds from an epoch to epochs of a message, of a time system by its name."""
+    from astropy.time import Time
+
+    if system.upper() not in _SCALES:
+        raise ValueError(f"TIME_SYSTEM = {system!r}: expected {', '.join(_SCALES)}")
+    # the package gives datetimes for a time system that astropy does not know
+    times = Time(epochs, scale=_SCALES[system.upper()])
+    seconds: Floats = (times - Time(as_utc(since).replace(tzinfo=None), scale="utc")).sec
+    return np.round(seconds + (_GPS_BEHIND_TAI if system.upper() == "GPS" else 0.0), 9)
+
+
+def _coasting(times: Floats, position: Floats, velocity: Floats, run: Run) -> Bools:
+    """Mask of the samples between the thrust before a run and the one after it."""
+    coasting = np.ones(len(times), dtype=bool)
+    for thrust in find_thrust(times, position, velocity):
+        if thrust.end <= SAME_INSTANT:
+            coasting &= times >= thrust.end
+        elif thrust.start >= run.duration - SAME_INSTANT:
+            coasting &= times <= thrust.start
+        else:
+            raise ValueError(
+                f"a maneuver, or wrong samples, from {run.span_text(thrust.start, thrust.end)} "
+                f"({thrust.acceleration:.2g} m/s² that gravity does not explain): expected a run "
+                "without one. Begin after it, or cut the file before it and shorten the run"
+            )
+    return coasting

@@ -1,0 +1,93 @@
+"""Detection of thrust in samples of an orbit, by the motion that gravity alone would give.
+
+From each sample the motion in the field of the Earth's point mass and J2 is integrated to a later
+one. What is left of the velocity's change belongs to other forces. In low orbits these are below
+4e-4 m/s² (higher harmonics of gravity; drag is far less); a chemical thruster makes 1e-3 m/s² and
+more. Samples of a two-body orbit are compared with the point mass alone.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment.constants import EARTH_J2, EARTH_MU, EARTH_RADIUS
+
+_SMALLEST = 8e-4  # m/s²
+_SPAN = 60.0  # s, over which a velocity rounded to 1 mm/s still tells a thrust
+_STEPS = 24  # of the integrator between two samples
+
+
+class Thrust(NamedTuple):
+    """Span of samples in which the satellite is accelerated by other forces than gravity.
+
+    Attributes
+    ----------
+    start, end : float
+        First and last sample [s].
+    acceleration : float
+        Greatest mean acceleration between two of its samples [m/s²].
+    """
+
+    start: float
+    end: float
+    acceleration: float
+
+
+def find_thrust(times: Floats, position: Floats, velocity: Floats) -> list[Thrust]:
+    """Return the spans of thrust, in their order.
+
+    Parameters
+    ----------
+    times : array, shape (n,)
+        [s], increasing.
+    position, velocity : arrays, shape (n, 3)
+        [m], [m/s], in inertial axes whose z axis is near the Earth's.
+    """
+    n = len(times)
+    # the last sample within the span, or the next one if it is farther away
+    later = np.searchsorted(times, times + _SPAN, side="right") - 1
+    later = np.maximum(later, np.minimum(np.arange(n) + 1, n - 1))
+    whole = np.flatnonzero((times + _SPAN <= times[-1]) & (later > np.arange(n)))
+    duration = (times[later] - times)[whole, None]
+    start = np.stack([position[whole], velocity[whole]])
+    acceleration = min(
+        (_unexplained(start, velocity[later[whole]], duration, j2) for j2 in (EARTH_J2, 0.0)),
+        key=np.median,
+    )
+    found: list[Thrust] = []
+    for row in np.flatnonzero(acceleration > _SMALLEST).tolist():
+        first, last = float(times[whole[row]]), float(times[later[whole[row]]])
+        strength = float(acceleration[row])
+        if found and first <= found[-1].end:
+            before = found.pop()
+            first, strength = before.start, max(strength, before.acceleration)
+        found.append(Thrust(first, last, strength))
+    return found
+
+
+def _unexplained(start: Floats, velocity: Floats, duration: Floats, j2: float) -> Floats:
+    """Mean acceleration [m/s²], shape (n,), that leads from a coast to a velocity.
+
+    The coast is that of states `start`, shape (2, n, 3), over `duration` [s], shape (n, 1), by
+    Runge and Kutta's method.
+    """
+    h, state = duration / _STEPS, start
+    for _ in range(_STEPS):
+        k1 = _slope(state, j2)
+        k2 = _slope(state + 0.5 * h * k1, j2)
+        k3 = _slope(state + 0.5 * h * k2, j2)
+        k4 = _slope(state + h * k3, j2)
+        state = state + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    return np.asarray(np.linalg.norm(velocity - state[1], axis=1) / duration[:, 0])
+
+
+def _slope(state: Floats, j2: float) -> Floats:
+    """Velocity and acceleration by the Earth's point mass and J2, shape (2, n, 3)."""
+    position, velocity = state
+    radius = np.linalg.norm(position, axis=1, keepdims=True)
+    polar = 5.0 * (position[:, 2:] / radius) ** 2
+    oblate = 1.5 * j2 * (EARTH_RADIUS / radius) ** 2 * (np.array([1.0, 1.0, 3.0]) - polar)
+    return np.stack([velocity, -EARTH_MU / radius**3 * position * (1.0 + oblate)])

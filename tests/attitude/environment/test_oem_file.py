@@ -1,0 +1,254 @@
+"""Orbit ephemeris messages of other tools, in their frames and time systems, and bad ones."""
+
+from __future__ import annotations
+
+import dataclasses
+import gzip
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import brahe
+import numpy as np
+import pytest
+from brahe.ccsds import OEM
+from mgeo_attitude import Environment, Scenario
+from mgeo_attitude.environment.element_set import TLEOrbit, gcrs_of
+from mgeo_attitude.environment.times import instants
+from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile
+from mgeo_attitude.settings.errors import InvalidValue
+
+from mgeo.plugins.problems import load_problem
+from mgeo.store.scenario_file import read_scenario
+
+from ..scenario.test_orbit import ISS_1, ISS_2
+
+ISS = Path(__file__).parents[1] / "reference" / "iss-2008-09-20.oem"
+ISS_EPOCH = datetime(2008, 9, 20, 12, 40, tzinfo=UTC)
+SCENARIO = dataclasses.replace(Scenario.paper(), step=10.0, duration=6000.0)
+TIMES = np.arange(-300.0, 6301.0, 60.0)
+
+Frame = Callable[[brahe.Epoch, np.ndarray], np.ndarray]
+FRAMES: dict[str, Frame] = {
+    "GCRF": lambda at, state: state,
+    "EME2000": lambda at, state: brahe.state_gcrf_to_eme2000(state),
+    "ITRF2000": brahe.state_gcrf_to_itrf,
+}
+
+
+def message(
+    frame: str, system: str, interpolation: str, start: datetime = SCENARIO.epoch, form: str = "KVN"
+) -> str:
+    """A message of the two-body orbit, transformed and written by brahe to the millimeter."""
+    brahe.set_global_eop_provider(brahe.StaticEOPProvider.from_zero())
+    clock = start.year, start.month, start.day, start.hour, start.minute, start.second
+    epoch = brahe.Epoch.from_datetime(*clock, 0.0, brahe.TimeSystem.UTC)
+    gcrs = np.hstack(SCENARIO.orbit.propagate(start, TIMES))
+    oem = OEM(originator="SOMEBODY ELSE")
+    oem.add_segment(
+        object_name="PAPER", object_id="2018-001A", center_name="EARTH", ref_frame=frame,
+        time_system=system, start_time=epoch + TIMES[0], stop_time=epoch + TIMES[-1],
+        interpolation=interpolation, interpolation_degree=7,
+    )  # fmt: skip
+    for time, own in zip(TIMES.tolist(), gcrs, strict=True):
+        state = FRAMES[frame](epoch + time, own)
+        oem.segments[0].add_state(
+            epoch=epoch + time, position=state[:3].tolist(), velocity=state[3:].tolist()
+        )
+    return str(oem.to_string(form))
+
+
+def distance(orbit: EphemerisOrbit, start: datetime = SCENARIO.epoch) -> tuple[float, float]:
+    """Greatest distance from the two-body orbit [m], and of the velocities [m/s]."""
+    found = orbit.propagate(start, SCENARIO.times)
+    expected = SCENARIO.orbit.propagate(start, SCENARIO.times)
+    apart = [np.linalg.norm(a - b, axis=1).max() for a, b in zip(found, expected, strict=True)]
+    return float(apart[0]), float(apart[1])
+
+
+def orbit_of(path: Path, text: str, epoch: datetime, duration: float, **keys: Any) -> Any:
+    path.write_text(text)
+    return OrbitFile(file=str(path), **keys).for_run(epoch, duration)
+
+
+@pytest.mark.parametrize("form", ["KVN", "XML"])
+@pytest.mark.parametrize(
+    ("frame", "system", "interpolation"),
+    [
+        ("GCRF", "UTC", "HERMITE"),
+        ("EME2000", "TT", "LAGRANGE"),
+        ("ITRF2000", "GPS", "HERMITE"),
+        ("ITRF2000", "TAI", "LAGRANGE"),
+    ],
+)
+def test_messages_of_another_tool(
+    tmp_path: Path, frame: str, system: str, interpolation: str, form: str
+) -> None:
+    """Its millimeters are half a millimeter of rounding on each axis, sqrt(3)/2 in all."""
+    text = message(frame, system, interpolation, form=form)
+    orbit = orbit_of(tmp_path / "paper.oem", text, SCENARIO.epoch, SCENARIO.duration)
+    position, velocity = distance(orbit)
+    assert position < 1.5e-3
+    assert velocity < 1e-4
+    assert bool(orbit.velocity) == (interpolation == "HERMITE")
+
+
+def test_a_message_through_a_leap_second(tmp_path: Path) -> None:
+    start = datetime(2016, 12, 31, 23, 30, tzinfo=UTC)
+    text = message("GCRF", "UTC", "HERMITE", start)
+    assert "2016-12-31T23:59:00" in text
+    assert "2017-01-01T00:00:59" in text  # 120 s later
+    orbit = orbit_of(tmp_path / "leap.oem", text, start, SCENARIO.duration)
+    np.testing.assert_allclose(np.diff(orbit.times), 60.0, rtol=0.0, atol=1e-9)
+    assert distance(orbit, start)[0] < 1.5e-3
+
+
+@pytest.mark.parametrize(
+    ("keys", "degree", "least", "most"),
+    [
+        ({}, 8, 0.0, 0.3),  # as the message says; 0.22 m at the samples themselves
+        ({"interpolation": "hermite", "degree": 5}, 5, 0.3, 1.5),
+    ],
+)
+def test_the_message_in_teme_against_sgp4(
+    keys: dict[str, Any], degree: int, least: float, most: float
+) -> None:
+    """SGP4 by the package sgp4 here, by beyond there, whose states are 180 s apart."""
+    orbit: Any = OrbitFile(file=str(ISS), **keys).for_run(ISS_EPOCH, 5400.0)
+    times = np.arange(0.0, 5401.0, 10.0)
+    satellite = TLEOrbit(line1=ISS_1, line2=ISS_2).satellite()
+    expected, motion = gcrs_of(satellite, instants(ISS_EPOCH, times))
+    found, velocity = orbit.propagate(ISS_EPOCH, times)
+    assert least < np.linalg.norm(found - expected, axis=1).max() < most
+    assert np.linalg.norm(velocity - motion, axis=1).max() < 0.5  # of which SGP4's own are 0.4
+    assert orbit.degree == degree
+    assert orbit.period == pytest.approx(86400.0 / 15.72125391, rel=2e-3)
+
+
+def test_a_scenario_keeps_the_samples_and_not_the_file(tmp_path: Path) -> None:
+    """As `mgeo solve` and `mgeo study` read it, with the file beside the scenario's."""
+    (tmp_path / "orbits").mkdir()
+    copy = tmp_path / "orbits" / "iss.oem"
+    copy.write_bytes(ISS.read_bytes())
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        'preset = "cubesat_6u"\nepoch = 2008-09-20T12:40:00Z\nduration = 5400.0\n'
+        '[orbit]\nfile = "orbits/iss.oem"\n'
+    )
+    scenario, options = Scenario.from_toml(path), read_scenario("attitude", str(path))
+    copy.unlink()
+    assert Scenario.from_toml(scenario.to_toml()) == scenario
+    assert Scenario.from_dict(scenario.to_dict()) == scenario
+    assert load_problem("attitude", options).options() == options
+    assert isinstance(scenario.orbit, EphemerisOrbit)
+    assert scenario.orbit.source == "iss.oem, ISS (ZARYA) 1998-067A"
+    height = np.linalg.norm(Environment.from_scenario(scenario).position, axis=1) - 6378136.3
+    assert 330e3 < height.min() < height.max() < 380e3
+    with pytest.raises(ValueError, match=r"mine\.toml: orbit\.file = .*iss\.oem': expected a file"):
+        read_scenario("attitude", str(path))
+
+
+def test_samples_that_a_run_does_not_need_are_left_out_and_change_nothing() -> None:
+    file = OrbitFile(file=str(ISS), interpolation="hermite", degree=7)
+    whole, part = file.for_run(ISS_EPOCH, 5400.0), file.for_run(ISS_EPOCH, 1800.0)
+    assert len(part.times) < 25 < len(whole.times)
+    times = np.arange(0.0, 1801.0, 7.0)
+    found, expected = (orbit.propagate(ISS_EPOCH, times)[0] for orbit in (part, whole))
+    # the nutation is linear in time over the samples, see `gcrs_to_itrs`
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=2e-3)
+
+
+def without_rows(text: str, start: int, stop: int | None) -> str:
+    lines = text.rstrip().splitlines()
+    del lines[start:stop]
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (lambda t: "", "expected element sets (OMM, or two lines) or an orbit ephemeris message"),
+        (lambda t: t.replace("META_STOP", ""), "expected an orbit ephemeris message (OEM): "),
+        (lambda t: t.replace("2699.420566", "2699.x"), "expected an orbit ephemeris message (OEM)"),
+        (lambda t: t.replace("T12:46:40", "T12:61:40"), "expected an orbit ephemeris message (OEM"),
+        (lambda t: t.replace("= EARTH", "= MARS"), "CENTER_NAME = 'MARS': expected EARTH"),
+        (lambda t: t.replace("= TEME", "= GTOD"), "reference frame 'GTOD': expected GCRF (ICRF"),
+        (lambda t: t.replace("= UTC", "= TDB"), "TIME_SYSTEM = 'TDB': expected UTC, TAI, TT, GPS"),
+        (lambda t: t.replace("= LAGRANGE", "= SPLINE"), "INTERPOLATION = 'spline': expected HERM"),
+        (lambda t: t.replace("DEGREE = 8", "DEGREE = 20"), "degree = 20: expected an integer"),
+        (lambda t: t.replace("META_STOP", "REF_FRAME_EPOCH = 2000-01-01T12:00:00\nMETA_STOP"),
+         "REF_FRAME_EPOCH: expected none, and axes of date"),
+        (lambda t: t.replace("STOP_TIME            = 2008-09-20T14", "STOP_TIME = 2008-09-20T13"),
+         "expected the whole run, 2008-09-20T12:40:00.000Z to 2008-09-20T14:10:00.000Z, in one "
+         "segment; found 2008-09-20T12:25:40.104Z to 2008-09-20T13:25:40.104Z"),
+        (lambda t: without_rows(t, 24, 44), "through neighboring samples that agree to 1000 m"),
+        (lambda t: without_rows(t, -10, None), "expected samples for the whole run"),
+        (lambda t: t.replace("2699.420566", "2729.42"), "a maneuver, or wrong samples, from 2008"),
+    ],
+)  # fmt: skip
+def test_messages_that_are_refused(
+    tmp_path: Path, change: Callable[[str], str], expected: str
+) -> None:
+    path = tmp_path / "iss.oem"
+    with pytest.raises(InvalidValue) as caught:
+        orbit_of(path, change(ISS.read_text()), ISS_EPOCH, 5400.0)
+    assert str(caught.value).startswith(f"file = '{path}': ")
+    assert expected in str(caught.value)
+
+
+def test_a_run_is_within_one_segment(tmp_path: Path) -> None:
+    """Between segments there may be a maneuver, even where they share an instant."""
+    meeting = "2008-09-20T13:25:40.104192"
+    first, second = (
+        ISS.read_text().replace(f"{key:21}= {old}", f"{key} = {meeting}")
+        for key, old in (
+            ("STOP_TIME", "2008-09-20T14:25:40.104192"),
+            ("START_TIME", "2008-09-20T12:25:40.104192"),
+        )
+    )
+    rows, late = first.splitlines(), second.splitlines()
+    both = "\n".join([*rows[:37], *late[4:16], *late[36:]])
+    path = tmp_path / "two.oem"
+    early = orbit_of(path, both, ISS_EPOCH, 2700.0)
+    assert early.times[-1] == pytest.approx(45.0 * 60.0 + 40.104192)
+    later = orbit_of(path, both, datetime(2008, 9, 20, 13, 26, tzinfo=UTC), 3000.0)
+    assert later.times[0] == pytest.approx(-19.895808)
+    with pytest.raises(InvalidValue, match=r"in one segment; found .* there may be a maneuver"):
+        orbit_of(path, both, ISS_EPOCH, 5400.0)
+
+
+@pytest.mark.parametrize(
+    ("keys", "expected"),
+    [
+        ({"file": "none.oem"}, "file = 'none.oem': expected a file, and there is none"),
+        ({"file": "."}, "file = '.': expected a file, and there is none"),
+        ({"file": "a.oem", "object": "MIR"}, "file = 'a.oem': object = 'MIR': expected ISS (ZARYA"),
+        ({"file": "a.oem", "degree": 0}, "degree = 0: expected nothing or an integer in [1, 15]"),
+        ({"file": "a.oem", "interpolation": "cubic"}, "interpolation = 'cubic': expected nothing"),
+    ],
+)
+def test_keys_that_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, keys: dict[str, Any], expected: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("a.oem").write_bytes(ISS.read_bytes())
+    with pytest.raises(InvalidValue) as caught:
+        OrbitFile(**keys).for_run(ISS_EPOCH, 5400.0)
+    assert str(caught.value).startswith(expected)
+
+
+def test_a_compressed_file_is_the_same(tmp_path: Path) -> None:
+    packed = tmp_path / "iss.oem.gz"
+    packed.write_bytes(gzip.compress(ISS.read_bytes()))
+    found, expected = (OrbitFile(file=str(f)).for_run(ISS_EPOCH, 5400.0) for f in (packed, ISS))
+    assert (found.times, found.position) == (expected.times, expected.position)
+    packed.write_bytes(packed.read_bytes()[:-100])
+    with pytest.raises(InvalidValue, match=r"iss\.oem\.gz': "):
+        OrbitFile(file=str(packed)).for_run(ISS_EPOCH, 5400.0)
+
+
+def test_without_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "oem", None)
+    with pytest.raises(InvalidValue, match=r"needs the package oem: pip install 'mgeo-attitude\["):
+        OrbitFile(file=str(ISS)).for_run(ISS_EPOCH, 5400.0)
