@@ -64,12 +64,3 @@ def test_a_flight_may_not_begin_after_the_last_year_of_the_field():
     with pytest.raises(InvalidValue, match=r"duration = 600\.0 s, begun as late as it may be, in"):
         Scenario.from_dict(last | {"flight": {"start_delay": 86000.0}})
     Scenario.from_dict(last | {"flight": {"start_delay": 85000.0}})
-
-
-def test_a_course_of_ones_own_is_refused_as_ever():
-    from types import SimpleNamespace
-
-    late = Scenario.from_dict(LATE | SHORT | TRACKER)
-    course = SimpleNamespace(epoch=late.epoch, step=1.0, orbit=late.orbit, times=late.times)
-    with pytest.raises(ValueError, match="IGRF-14"):
-        Environment.from_scenario(course)
