@@ -217,9 +217,9 @@ def test_an_unknown_preset_is_named(preset: Any) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"# a comment only\n", 'empty; the least it can say is preset = "paper"'),
+        (b"# a comment only\n", 'empty; the shortest scenario is preset = "paper"'),
         (b'preset = "paper"\nstep 1\n', "not TOML: .*line 2"),
-        (b"\xff\xfe\x00", "not TOML, which is UTF-8: "),
+        (b"\xff\xfe\x00", "not TOML: 'utf-8' codec"),
     ],
 )
 def test_a_file_that_is_no_scenario_is_named(tmp_path: Path, content: bytes, message: str) -> None:
@@ -235,7 +235,7 @@ def test_a_file_may_be_named_by_a_string(tmp_path: Path) -> None:
     assert Scenario.from_toml(str(path)) == Scenario.cubesat_6u()
     with pytest.raises(FileNotFoundError, match=r"missing\.toml"):
         Scenario.from_toml(str(tmp_path / "missing.toml"))
-    with pytest.raises(ScenarioFileError, match=r"a file's name would end in \.toml"):
+    with pytest.raises(ScenarioFileError, match=r"the name of a file ends in \.toml"):
         Scenario.from_toml("runs/scenario")
 
 

@@ -84,30 +84,21 @@ class ScenarioFileError(ValueError):
     """A scenario file, or text, that cannot be read; the message says which and where."""
 
 
-def read_toml(source: str | os.PathLike[str]) -> tuple[str, Path, dict[str, Any]]:
-    """What a file or text is called in messages, its folder and its table.
+def read_toml(source: str | os.PathLike[str]) -> tuple[str, Path, Table]:
+    """Return the name of a file or text in messages, its folder and its table.
 
     See `Scenario.from_toml`.
     """
-    if isinstance(source, str) and ("\n" in source or not source.endswith(".toml")):
-        hint = "" if "\n" in source else " (a file's name would end in .toml)"
-        origin, folder, text = f"TOML text{hint}", Path(), source
-    else:
-        from mgeo.store.reading import read_text
-        from mgeo.validation.tables import FileError
-
-        origin, folder = os.fspath(source), Path(source).parent
-        try:
-            text = read_text(origin)
-        except FileError as error:
-            cause = error.__cause__ or error
-            raise ScenarioFileError(f"{origin}: not TOML, which is UTF-8: {cause}") from None
+    is_text = isinstance(source, str) and ("\n" in source or not source.endswith(".toml"))
+    origin, folder = ("TOML text", Path()) if is_text else (os.fspath(source), Path(source).parent)
     try:
+        text = str(source) if is_text else Path(source).read_text(encoding="utf-8-sig")
         table = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # also of a number of thousands of digits
-        raise ScenarioFileError(f"{origin}: not TOML: {error}") from None
+    except (ValueError, RecursionError) as error:
+        hint = " (the name of a file ends in .toml)" if is_text else ""
+        raise ScenarioFileError(f"{origin}{hint}: not TOML: {error}") from None
     if not table:
-        raise ScenarioFileError(f'{origin}: empty; the least it can say is preset = "paper"')
+        raise ScenarioFileError(f'{origin}: empty; the shortest scenario is preset = "paper"')
     return origin, folder, table
 
 
@@ -136,19 +127,17 @@ def _lines(values: Mapping[str, Any], settings: Any) -> Iterator[str]:
         value = own if isinstance(own, datetime) else value  # TOML has them
         schema = properties.get(key)
         comment = f" # {schema.get('description', '')}: {describe(schema)}" if schema else ""
-        if isinstance(value, list) and isinstance(value[0], Mapping):
-            rows = (f"  {_inline(row)},\n" for row in value)
+        text = f"{_text(value)}{comment}"
+        if isinstance(value, list) and isinstance(value[0], list | Mapping):  # a row a line
+            rows = (f"  {_text(row)},\n" for row in value)
             text = f"[{comment}\n{''.join(rows)}]"
-        elif isinstance(value, list) and isinstance(value[0], list):  # a row a line
-            rows = (f"  {tomlkit.item(row).as_string()},\n" for row in value)
-            text = f"[{comment}\n{''.join(rows)}]"
-        else:
-            text = f"{tomlkit.item(value).as_string()}{comment}"
         yield f"{tomlkit.key(key).as_string()} = {text}"
 
 
-def _inline(table: Mapping[str, Any]) -> str:
-    """A table on one line."""
-    line = tomlkit.inline_table()
-    line.update(table)
-    return line.as_string()
+def _text(value: Any) -> str:
+    """A value on one line."""
+    item = tomlkit.inline_table() if isinstance(value, Mapping) else tomlkit.item(value)
+    if isinstance(value, Mapping):
+        item.update(value)
+    text: str = item.as_string()
+    return text

@@ -16,7 +16,7 @@ from pydantic import Field
 
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
-from mgeo_attitude.settings.types import Unit
+from mgeo_attitude.settings.types import Degrees, NonNegative, Unit
 
 
 @dataclass(frozen=True)
@@ -152,8 +152,7 @@ def present(**sigmas: float) -> dict[str, State]:
 
 
 Misalignment = Annotated[
-    float,
-    Unit("deg"),
+    Degrees,
     Field(
         ge=0.0,
         description="initial misalignment, 1-sigma per axis; 0 leaves the states out: it says what "
@@ -161,15 +160,12 @@ Misalignment = Annotated[
     ),
 ]
 ScaleFactor = Annotated[
-    float,
-    Field(
-        ge=0.0, description="initial scale-factor error, 1-sigma per axis; 0 leaves the states out"
-    ),
+    NonNegative,
+    Field(description="initial scale-factor error, 1-sigma per axis; 0 leaves the states out"),
 ]
 #: See `vector.shear`.
 Nonorthogonality = Annotated[
-    float,
-    Unit("deg"),
+    Degrees,
     Field(
         ge=0.0,
         description="initial non-orthogonality, half of what two axes are off a right angle, "
