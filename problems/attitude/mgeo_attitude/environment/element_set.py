@@ -20,11 +20,7 @@ from mgeo_attitude.environment.frames import rotate, teme_to_gcrs
 from mgeo_attitude.environment.times import Instants, instants, utc_text
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
-from mgeo_attitude.settings.types import (
-    Degrees,
-    Instant,
-    Unit,
-)
+from mgeo_attitude.settings.types import Degrees, Instant, Unit
 
 if TYPE_CHECKING:
     from sgp4.api import Satrec

@@ -17,11 +17,7 @@ from mgeo_attitude.environment.kepler import orbital_period
 from mgeo_attitude.environment.times import elapsed, utc_text
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
-from mgeo_attitude.settings.types import (
-    Instant,
-    Unit,
-    Vector,
-)
+from mgeo_attitude.settings.types import Instant, Unit, Vector
 
 #: Degree of the polynomials by default: through 8 positions, or 4 with velocities.
 DEFAULT_DEGREE = 7

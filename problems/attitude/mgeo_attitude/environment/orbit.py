@@ -27,11 +27,7 @@ from mgeo_attitude.environment.kepler import (
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
 from mgeo_attitude.settings.tables import Kinds
-from mgeo_attitude.settings.types import (
-    Degrees,
-    Unit,
-    one_of,
-)
+from mgeo_attitude.settings.types import Degrees, Unit, one_of
 
 #: Functions of Keplerian elements and times, by the ``propagator`` that names them.
 ANALYTIC = {"two-body": two_body, "j2": j2_secular}

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from datetime import datetime
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
@@ -97,13 +95,6 @@ class Window(Settings):
         return f"{self.start:%Y-%m-%dT%H:%M:%SZ} to {self.end:%Y-%m-%dT%H:%M:%SZ}"
 
 
-def seconds(epoch: datetime, windows: Sequence[Window]) -> Floats:
-    """Starts and ends [s] after an epoch, shape (k, 2)."""
-    return np.array(
-        [[(t - epoch).total_seconds() for t in (each.start, each.end)] for each in windows]
-    ).reshape(-1, 2)
-
-
 def deadline(scenario: Scenario) -> float:
     """Return when plans have to be over [s] after the epoch.
 
@@ -118,9 +109,9 @@ def deadline(scenario: Scenario) -> float:
 
 def _ends_of_open(scenario: Scenario) -> Floats:
     """End of each window [s] after the epoch; minus infinity of one not open then."""
-    first, last = seconds(scenario.epoch, scenario.windows).T
-    ends: Floats = np.where((first <= 0.0) & (last > 0.0), last, -np.inf)
-    return ends
+    spans = ((each.start - scenario.epoch, each.end - scenario.epoch) for each in scenario.windows)
+    seconds = ((start.total_seconds(), end.total_seconds()) for start, end in spans)
+    return np.array([end if start <= 0.0 < end else -np.inf for start, end in seconds])
 
 
 def check_windows(scenario: Scenario) -> None:

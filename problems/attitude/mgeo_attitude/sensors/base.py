@@ -23,7 +23,15 @@ from mgeo_attitude.sensors.errors import (
 )
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
-from mgeo_attitude.settings.types import DIMENSIONLESS, Degrees, Direction, Seconds, Unit
+from mgeo_attitude.settings.types import (
+    DEG,
+    DIMENSIONLESS,
+    SECOND,
+    Degrees,
+    Direction,
+    Seconds,
+    Unit,
+)
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -73,7 +81,7 @@ class Sensor(Settings, ABC):
     #: Those of its parameters that are 1-sigmas of noise.
     noise_parameters: ClassVar[tuple[str, ...]] = ()
     #: Units of its states for people and scenario files; one that is left out has none.
-    units: ClassVar[Mapping[str, Unit]] = {}
+    units: ClassVar[dict[str, Unit]] = {"misalignment": DEG, "delay": SECOND}
     #: Columns of telemetry are its name, an underscore, and these: those of a vector, or q1 to q4
     #: of a quaternion from GCRF to the body as the sensor has it, scalar last. A single number has
     #: the name alone.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
@@ -21,7 +20,7 @@ from mgeo_attitude.sensors.errors import Misalignment, State, present
 from mgeo_attitude.sensors.vector_sensors import SunSensor, VectorSensor, where_it_is
 from mgeo_attitude.sensors.world import POSITION_UNIT
 from mgeo_attitude.settings.errors import expect
-from mgeo_attitude.settings.types import ARCMIN, DEG, SECOND, Degrees, Unit, Usual
+from mgeo_attitude.settings.types import Degrees, Unit, Usual
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -120,7 +119,6 @@ class HorizonSensor(DirectionSensor):
     kind: ClassVar[str] = "horizon-sensor"
     needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
-    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN, "delay": SECOND}
 
     name: str = "horizon"
     noise_deg: Annotated[Degrees, Usual(0.001, 10.0)] = Field(default=0.1, gt=0.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -18,7 +17,7 @@ from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.errors import State
-from mgeo_attitude.settings.types import SECOND, Degrees, Direction, Unit, Usual
+from mgeo_attitude.settings.types import Degrees, Direction, Usual
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -48,7 +47,6 @@ class Photodiode(Sensor):
     needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("relative_noise",)
     offset: ClassVar[str] = "sensitivity"
-    units: ClassVar[Mapping[str, Unit]] = {"delay": SECOND}
     channels: ClassVar[tuple[str, ...]] = ("",)
 
     name: str = "diode"

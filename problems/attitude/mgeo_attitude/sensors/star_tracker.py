@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import cached_property
 from typing import Annotated, Any, ClassVar
 
@@ -18,7 +17,7 @@ from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Boresight, Exclusion, Sensor
 from mgeo_attitude.sensors.errors import Misalignment, State, present
-from mgeo_attitude.settings.types import DEG, SECOND, DegreesPerSecond, Unit, Usual
+from mgeo_attitude.settings.types import DegreesPerSecond, Unit, Usual
 
 _ARCSEC_PER_DEG = 3600.0
 
@@ -44,7 +43,6 @@ class StarTracker(Sensor):
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_arcsec", "roll_noise_arcsec")
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
     offset: ClassVar[str] = "misalignment"
-    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "delay": SECOND}
     channels: ClassVar[tuple[str, ...]] = ("q1", "q2", "q3", "q4")
 
     name: str = "tracker"

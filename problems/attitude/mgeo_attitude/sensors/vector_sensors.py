@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
@@ -24,17 +23,7 @@ from mgeo_attitude.sensors.errors import (
     present,
 )
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, NT, POSITION_UNIT
-from mgeo_attitude.settings.types import (
-    ARCMIN,
-    DEG,
-    PPM,
-    SECOND,
-    Degrees,
-    PerAxis,
-    Positive,
-    Unit,
-    Usual,
-)
+from mgeo_attitude.settings.types import ARCMIN, DEG, PPM, Degrees, PerAxis, Positive, Unit, Usual
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -47,6 +36,7 @@ class VectorSensor(Sensor):
     """
 
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
+    units: ClassVar[dict[str, Unit]] = Sensor.units | {"bias": ARCMIN}
 
     def measure(self, x: Any, v: Vec3) -> Any:
         turned = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta
@@ -86,7 +76,6 @@ class SunSensor(VectorSensor):
     kind: ClassVar[str] = "sun-sensor"
     needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
-    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN, "delay": SECOND}
 
     name: str = "sun"
     noise_deg: Annotated[PerAxis[Positive], Unit("deg"), Usual(0.005, 50.0)] = 2.0
@@ -151,12 +140,10 @@ class Magnetometer(VectorSensor):
 
     kind: ClassVar[str] = "magnetometer"
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_nt",)
-    units: ClassVar[Mapping[str, Unit]] = {
-        "misalignment": DEG,
+    units: ClassVar[dict[str, Unit]] = Sensor.units | {
         "bias": NT,
         "scale_factor": PPM,
         "nonorthogonality": DEG,
-        "delay": SECOND,
     }
     channel_unit: ClassVar[Unit] = NT
 
