@@ -8,7 +8,7 @@ import dataclasses
 import re
 from typing import Any
 
-from mgeo_attitude.settings.base import Settings, schema_of
+from mgeo_attitude.settings.base import Settings, declared, schema_of
 from mgeo_attitude.settings.words import describe
 from sphinx.application import Sphinx
 
@@ -38,7 +38,8 @@ def numpydoc(lines: list[str]) -> list[str]:
 def fields(cls: type[Settings]) -> list[str]:
     """Return a section on the fields of a settings class."""
     found = ["", "Parameters", "----------"]
-    for name, schema in schema_of(cls)["properties"].items():
+    for name in declared(cls):
+        schema = schema_of(cls)["properties"][name]
         default = f"; default {schema['default']!r}" if "default" in schema else ""
         found += [f"{name} : {describe(schema)}", f"    {schema['description']}{default}"]
     return found

@@ -82,9 +82,9 @@ class Settings(metaclass=_Checked):
         own["description"] = " ".join((cls.__doc__ or "").partition("\n\n")[0].split())
         for key, text in _meanings(cls).items():
             own["properties"][key].setdefault("description", text)
-        if cls.selector:
-            name = {"const": getattr(cls, cls.selector), "description": "class of the table"}
-            own["properties"] = {cls.selector: name} | own["properties"]
+        if name := getattr(cls, cls.selector, ""):
+            kind = {"const": name, "description": "class of the table"}
+            own["properties"] = {cls.selector: kind} | own["properties"]
         return reference
 
 
