@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from mgeo.algorithms.staged import MGEOStaged
     from mgeo.algorithms.starting import SuggestedSampling
     from mgeo.evaluation.evaluator import EvaluationError, TolerantEvaluator
+    from mgeo.plugins.protocol import ProblemMixin
     from mgeo.plugins.view import View, view_of
     from mgeo.store.checkpoint import Checkpoint, resume
     from mgeo.store.recorder import Recorder, read_record
@@ -27,6 +28,7 @@ __all__ = [
     "MGEOStaged",
     "MGEOVar",
     "ParetoArchive",
+    "ProblemMixin",
     "Recorder",
     "SuggestedSampling",
     "TolerantEvaluator",
@@ -49,6 +51,7 @@ _MODULES = {
     "MGEOStaged": "mgeo.algorithms.staged",
     "MGEOVar": "mgeo.algorithms.binary",
     "ParetoArchive": "mgeo.algorithms.archive",
+    "ProblemMixin": "mgeo.plugins.protocol",
     "Recorder": "mgeo.store.recorder",
     "SuggestedSampling": "mgeo.algorithms.starting",
     "TolerantEvaluator": "mgeo.evaluation.evaluator",

@@ -1,6 +1,18 @@
-"""``python -m mgeo``: the command line."""
+"""The command ``mgeo``, also as ``python -m mgeo``."""
 
-from mgeo.cli.app import main
+import sys
+
+
+def main() -> None:
+    """Run the command, or print what to install where its libraries are missing."""
+    try:
+        from mgeo.cli.app import main as run
+    except ModuleNotFoundError as error:
+        if (error.name or "mgeo").partition(".")[0] == "mgeo":
+            raise
+        sys.exit(f"Error: no module {error.name}: the command needs pip install 'mgeo[cli]'")
+    run()
+
 
 if __name__ == "__main__":
     main()

@@ -9,7 +9,6 @@ import pytest
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
-from mgeo.cli.errors import ExitCode
 
 from .attitude.conftest import few_flights  # noqa: F401
 
@@ -76,10 +75,3 @@ def test_the_commands_do_what_the_page_says(tmp_path, monkeypatch):
     listed = json.loads(invoke("mgeo problems --json"))
     assert set(listed) | set(listed["problems"][0]) == keys("problems")
     assert invoke("mgeo solve attitude --json --scenario nothing", expected=2) == ""
-
-
-def test_exit_codes_are_those_there_are():
-    rows = re.findall(r"^\| (\d+) \| (.*) \|$", PAGE, re.MULTILINE)
-    assert [(int(code), meaning.replace("`", "")) for code, meaning in rows] == [
-        (code.value, code.meaning) for code in ExitCode
-    ]

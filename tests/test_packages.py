@@ -1,5 +1,6 @@
-"""What the packages say of themselves is one thing: they are released together."""
+"""The packages: one version, the same requirements, and mgeo without its extras."""
 
+import os
 import re
 import subprocess
 import sys
@@ -17,51 +18,40 @@ def project(path):
     return tomllib.loads(path.read_text(encoding="utf-8"))["project"]
 
 
-def said(*arguments, root=ROOT):
+def requirements(declared):
+    """Version bounds by name, those of the command line included."""
+    lines = declared["dependencies"] + declared.get("optional-dependencies", {}).get("cli", [])
+    parts = (re.fullmatch(r"([\w-]+)(?:\[.*\])?(.*)", line) for line in lines)
+    return {part[1]: part[2] for part in parts}
+
+
+def set_version(*arguments, root=ROOT):
     command = [sys.executable, str(root / ".ci" / "version"), *arguments]
     return subprocess.run(command, capture_output=True, text=True)
 
 
-def test_one_version_stands_everywhere():
-    assert len(PROJECTS) >= 3
-    done = said()
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.strip() == project(PROJECTS[0])["version"]
-
-
 def test_a_version_is_set_everywhere_by_one_command(tmp_path):
+    assert set_version().stdout.strip() == project(PROJECTS[0])["version"]
     for path in [*PROJECTS, ROOT / "CITATION.cff", ROOT / "docs/citing.md", ROOT / ".ci/version"]:
         copy = tmp_path / path.relative_to(ROOT)
         copy.parent.mkdir(parents=True, exist_ok=True)
         copy.write_bytes(path.read_bytes())
-    suite = tmp_path / "problems" / "suite" / "pyproject.toml"
-    suite.write_text(suite.read_text().replace(f'"{project(suite)["version"]}"', '"9.9.9"', 1))
-    assert "problems/suite/pyproject.toml; .ci/version" in said(root=tmp_path).stderr
-    assert said("12.4.0rc1", root=tmp_path).stdout == "12.4.0rc1\n"
-    assert said(root=tmp_path).stdout == "12.4.0rc1\n"
-    assert project(suite)["version"] == "12.4.0rc1"
-    assert "mgeo>=12.4.0rc1,<12.5" in project(suite)["dependencies"]
-    assert "12.4.0rc1" in (tmp_path / "CITATION.cff").read_text()
-    assert said("twelve", root=tmp_path).returncode == 1
+    assert set_version("12.4.0rc1", root=tmp_path).stdout == "12.4.0rc1\n"
+    assert set_version(root=tmp_path).stdout == "12.4.0rc1\n"
+    suite = project(tmp_path / "problems" / "suite" / "pyproject.toml")
+    assert suite["version"] == "12.4.0rc1"
+    assert "mgeo[cli]>=12.4.0rc1,<12.5" in suite["dependencies"]
 
 
 @pytest.mark.parametrize("path", PROJECTS[1:], ids=lambda path: path.parent.name)
-def test_a_plugin_says_what_the_first_package_says(path):
+def test_a_plugin_agrees_with_the_first_package(path):
     first, plugin = project(PROJECTS[0]), project(path)
-    for key in ("version", "license", "license-files", "requires-python", "authors"):
+    for key in ("version", "license", "requires-python", "authors"):
         assert plugin[key] == first[key], key
-    for kind in ("Development Status", "Operating System", "Programming Language", "Typing"):
-        ours, theirs = (
-            [c for c in p["classifiers"] if c.startswith(kind)] for p in (first, plugin)
-        )
-        assert ours == theirs
-    both = {**_bounds(first), **_bounds(plugin)}
-    assert both == {**_bounds(plugin), **_bounds(first)}  # of what both need, the same versions
-
-
-def _bounds(declared):
-    parts = (re.fullmatch(r"([\w-]+)(?:\[.*\])?(.*)", line) for line in declared["dependencies"])
-    return {part[1]: part[2] for part in parts}
+    both = requirements(first).keys() & requirements(plugin).keys()
+    assert {key: requirements(plugin)[key] for key in both} == {
+        key: requirements(first)[key] for key in both
+    }
 
 
 @pytest.mark.parametrize("path", PROJECTS, ids=lambda path: path.parent.name)
@@ -69,3 +59,76 @@ def test_a_package_knows_its_version(path):
     name = project(path)["name"]
     module = __import__(name.replace("-", "_"))
     assert module.__version__ == metadata.version(name) == project(path)["version"]
+
+
+#: What works without the command line.
+CORE = """
+from pymoo.optimize import minimize
+from pymoo.problems.multi import ZDT1
+
+import mgeo
+from mgeo import MGEOReal
+from mgeo.testing import check_problem
+
+problem = ZDT1(n_var=4)
+check_problem(problem)
+assert len(minimize(problem, MGEOReal(sigma=1.0), ("n_eval", 300), seed=1).F)
+compared = mgeo.compare(problem, {"a": MGEOReal(n_walkers=2)}, 200, seeds=2)
+assert compared.runs["status"].tolist() == ["finished"] * 2
+assert "anytime" in compared.figures()
+"""
+
+WITHOUT_EXTRA = """
+import sys
+
+class Missing:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {missing}:
+            raise ModuleNotFoundError("No module named " + name, name=name)
+
+sys.meta_path.insert(0, Missing())
+"""
+
+
+def extra():
+    """Import names of the packages of the command line."""
+    return {
+        re.match(r"\w+", line)[0] for line in project(PROJECTS[0])["optional-dependencies"]["cli"]
+    }
+
+
+def test_a_search_and_a_comparison_need_no_package_of_the_command_line():
+    code = WITHOUT_EXTRA.replace("{missing}", repr(extra())) + CORE
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=300)
+
+
+def test_the_command_without_its_packages_says_what_to_install():
+    code = WITHOUT_EXTRA.replace("{missing}", repr(extra()))
+    code += "from mgeo.__main__ import main\nmain()"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert re.fullmatch(r"Error: .* needs pip install 'mgeo\[cli\]'\n", done.stderr)
+
+
+@pytest.mark.slow
+def test_mgeo_alone_in_a_new_environment(tmp_path):
+    """With its requirements and nothing else; pip downloads them."""
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+
+    def run(*command):
+        return subprocess.run(
+            command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+        )
+
+    python = str(tmp_path / "venv" / "bin" / "python")
+    run(sys.executable, "-m", "venv", str(tmp_path / "venv"))
+    installed = run(python, "-m", "pip", "install", "-q", str(ROOT))
+    if "Failed to establish a new connection" in installed.stderr:
+        pytest.skip("no network")
+    assert installed.returncode == 0, installed.stderr
+    searched = run(python, "-c", CORE)
+    assert searched.returncode == 0, searched.stderr
+    command = run(str(tmp_path / "venv" / "bin" / "mgeo"))
+    assert command.returncode == 1
+    assert command.stderr.count("\n") == 1
+    assert "pip install 'mgeo[cli]'" in command.stderr

@@ -65,7 +65,7 @@ def measured(preset, rule, mode, seed):
     wall, cpu = time.perf_counter(), time.process_time()
     found = run.solve()
     spent = {"cpu_s": time.process_time() - cpu, "wall_s": time.perf_counter() - wall}
-    last = {"longest_s": found.F[:, 0].max(), "hypervolume": found.hypervolume.value}
+    last = {"longest_s": found.F[:, 0].max(), "hypervolume": found.hypervolume}
     return spent | last | ratios(found.F, run.problem.limit_curves), found.F
 
 

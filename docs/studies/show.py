@@ -9,7 +9,6 @@ import pandas as pd
 from IPython.display import Markdown
 
 from mgeo.studies import Comparison, Study, read_comparison, read_study
-from mgeo.studies.comparison import markdown
 from mgeo.studies.conclusions import against, control_table
 from mgeo.studies.indicators import indicator_space, parts_of
 from mgeo.studies.labels import folder_name
@@ -17,6 +16,7 @@ from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_ov
 from mgeo.studies.report import average_ranks
 from mgeo.studies.statistics import LEVEL
 from mgeo.studies.stored import PROVENANCE
+from mgeo.studies.tables import markdown
 
 HERE = Path(__file__).parent
 

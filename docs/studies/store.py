@@ -120,7 +120,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path, help="what `mgeo study` wrote: studies/NAME")
     parser.add_argument("--no-fronts", action="store_true", help="keep tables only")
     parser.add_argument("--no-problems", action="store_true", help="keep what is pooled only")
-    parser.add_argument("--coco", action="store_true", help="what `--coco-data` wrote instead")
+    parser.add_argument("--coco", action="store_true", help="what coco_data.py wrote instead")
     given = parser.parse_args()
     target = DATA / given.folder.name
     if given.coco:

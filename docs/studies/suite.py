@@ -3,7 +3,7 @@
     .venv/bin/python docs/studies/suite.py [SEEDS] [FOLDER]
 
 compares them by `mgeo.compare`, prints what docs/suite.md quotes, and writes what each run found to
-data/suite.csv. FOLDER keeps finished runs.
+data/suite.csv. FOLDER stores runs as they finish; an interrupted comparison continues there.
 """
 
 import sys
@@ -31,7 +31,16 @@ ACCURATE = 0.03  # deg
 def study(seeds, folder=None):
     """The comparison at 10,000 evaluations."""
     problem = SensorSuiteProblem(threads=1)
-    return mgeo.compare(problem, ALGORITHMS, 10_000, seeds, folder=folder, n_jobs=2, grid=10)
+    return mgeo.compare(
+        problem,
+        ALGORITHMS,
+        10_000,
+        seeds,
+        folder=folder,
+        resume=folder is not None,
+        n_jobs=2,
+        grid=10,
+    )
 
 
 def cheapest(F):

@@ -12,6 +12,7 @@ from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.binary import BitStrings, MGEOCanonical, MGEOVar
 from mgeo.algorithms.coding import BitCode, RealCode
 from mgeo.algorithms.directed import MGEODirected
+from mgeo.algorithms.matrix_adaptation import Normals
 from mgeo.algorithms.moves import Attraction, joint_steps, momentum_steps
 from mgeo.algorithms.real import MGEOReal, MGEOReal2
 from mgeo.algorithms.run_state import RunState
@@ -29,7 +30,8 @@ from mgeo.algorithms.state import SavedState, capture, full_name, restore
 from mgeo.algorithms.steps import (
     BOUNDS,
     SCALES,
-    Normals,
+    NormalLaw,
+    StepLaw,
     clip,
     perturb,
     reflect,
@@ -55,10 +57,12 @@ __all__ = [
     "MGEOReal2",
     "MGEOStaged",
     "MGEOVar",
+    "NormalLaw",
     "Normals",
     "RealCode",
     "RunState",
     "SavedState",
+    "StepLaw",
     "Variables",
     "capture",
     "clip",

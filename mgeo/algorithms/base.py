@@ -34,7 +34,6 @@ _WALKERS = "n_walkers is the number of walkers, each of which proposes candidate
 _INSTEAD = {
     "pop_size": _WALKERS,
     "n_offsprings": _WALKERS,
-    "n_runs": _WALKERS,
     "n_i": "n_walkers is the n_i of the papers",
     "ref_dirs": "MGEODirected(n_walkers=...) spreads its walkers over the objectives by itself",
     "x0": "sampling=[x0] lets the first walker begin there",
@@ -128,11 +127,6 @@ class ExtremalOptimization(Algorithm, ABC):
         return 0 if self.problem is None else self.state.n_generations
 
     @property
-    def n_runs(self) -> int:
-        """`n_walkers`, which the papers call n_i re-initializations."""
-        return self.n_walkers
-
-    @property
     def front(self) -> ParetoArchive:
         """The archive."""
         return self.state.front
@@ -167,7 +161,7 @@ class ExtremalOptimization(Algorithm, ABC):
         RuntimeError : if the algorithm has begun a run already.
         """
         name = type(self).__name__
-        own = (keywords(type(self), ExtremalOptimization) | {"n_runs"}) - _OPTIONS
+        own = keywords(type(self), ExtremalOptimization) - _OPTIONS
         if misplaced := sorted(own & options.keys()):
             raise TypeError(f"{misplaced[0]} is a parameter of {name}(...), not of a run")
         refuse_unknown(options, _OF_A_RUN, f"setup (or minimize) of {name}", instead=_INSTEAD)

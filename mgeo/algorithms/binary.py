@@ -9,7 +9,6 @@ from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray, IntArray
 from mgeo.algorithms.coding import MOST_BITS, BitCode
-from mgeo.algorithms.constructors import takes_n_runs
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.algorithms.walkers import IndependentWalkers
 from mgeo.validation.arguments import validate_choice, validate_each, validate_integer
@@ -25,7 +24,6 @@ class BitStrings(IndependentWalkers, ABC):
 
     code: BitCode
 
-    @takes_n_runs
     def __init__(
         self,
         tau: float | str = 3.0,
@@ -57,8 +55,7 @@ class MGEOCanonical(BitStrings):
     ----------
     tau : selection pressure, >= 0: the candidate of rank k is accepted with probability ~ k^-tau;
         or "a-geo1" or "a-geo2" to let it follow the search (`mgeo.algorithms.selection`).
-    n_walkers : number of independent walkers; `n_runs`, after the n_i re-initializations of the
-        papers, is another name of it.
+    n_walkers : number of independent walkers, the n_i re-initializations of the papers.
     bits : of each real variable, 1 to 52: a number, or one per variable. Integers, binary
         variables and choices take as many as their levels need.
     coding : "plain" binary numbers, or "gray" codes, where neighbors differ in one bit.

@@ -1,72 +1,15 @@
 """What an algorithm's constructor takes, and the values that the algorithm keeps of it."""
 
-import functools
 import inspect
 import re
 import reprlib
-from collections.abc import Callable, Collection, Mapping
-from typing import Any, ClassVar, TypeVar, cast, get_origin
+from collections.abc import Collection, Mapping
+from typing import Any
 
 import numpy as np
 
-#: Parameters by their names in the papers.
-IN_PAPERS: Mapping[str, str] = {"n_i": "n_walkers"}
-
-F = TypeVar("F", bound=Callable[..., None])
-
 _SHORT = reprlib.Repr()
 _SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxtuple, _SHORT.maxstring = 1, 6, 6, 60
-
-
-def with_n_walkers(keywords: Mapping[str, Any]) -> dict[str, Any]:
-    """Keywords with `n_walkers` for `n_runs`, the papers' n_i; TypeError if both are given."""
-    if {"n_runs", "n_walkers"} <= keywords.keys():
-        raise TypeError(
-            f"n_walkers = {keywords['n_walkers']!r} and n_runs = {keywords['n_runs']!r}: expected "
-            "one of them, n_runs is another name of n_walkers"
-        )
-    return {"n_walkers" if key == "n_runs" else key: value for key, value in keywords.items()}
-
-
-def of_papers(name: str) -> str:
-    """The end of a message on a parameter that is called otherwise in the papers."""
-    return f"; {name} of the papers is {IN_PAPERS[name]}" if name in IN_PAPERS else ""
-
-
-def takes_n_runs(constructor: F) -> F:
-    """Let a constructor with `n_walkers` and `**options` take `n_runs` in place of the former."""
-    signature = inspect.signature(constructor)
-
-    @functools.wraps(constructor)
-    def construct(*args: Any, **kwargs: Any) -> None:
-        if "n_runs" in kwargs:
-            named = signature.bind(*args, **kwargs).arguments
-            args, kwargs = (), with_n_walkers({**named.pop("options"), **named})
-        constructor(*args, **kwargs)
-
-    return cast(F, construct)
-
-
-def without_constants(cls: type, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Options but for those that are constants of the class, `ClassVar`s of the same value.
-
-    What was a parameter once is then still read where it was as it is by default.
-
-    Raises
-    ------
-    ValueError : if one is given another value.
-    """
-    annotated: dict[str, Any] = {}
-    for each in cls.__mro__:
-        annotated |= inspect.get_annotations(each)
-    constants = {name for name in options if get_origin(annotated.get(name)) is ClassVar}
-    for name in sorted(constants):
-        if not _same(options[name], value := getattr(cls, name)):
-            raise ValueError(
-                f"{name} = {options[name]!r}: expected {value!r}, a constant of {cls.__name__}; "
-                "derive a class to have another one"
-            )
-    return {name: value for name, value in options.items() if name not in constants}
 
 
 def parameters(cls: type, root: type) -> Mapping[str, inspect.Parameter]:

@@ -6,7 +6,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mgeo._typing import BoolArray, FloatArray, IntArray
-from mgeo.algorithms.constructors import without_constants
 from mgeo.algorithms.moves import Moves, Pair
 from mgeo.algorithms.selection import distance, pick, random_weights, rank
 from mgeo.algorithms.steps import BOUNDS
@@ -112,7 +111,6 @@ class MGEODirected(Moves):
         bounds: str = "clip",
         **options: Any,
     ) -> None:
-        options = without_constants(type(self), options)
         super().__init__(tau=validate_number("tau", tau, low=0), n_walkers=n_walkers, **options)
         self.extreme_weights = validate_fraction("extreme_weights", extreme_weights)
         self.difference = validate_pair("difference", difference, validate_fraction)

@@ -12,9 +12,10 @@ from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.coding import RealCode
+from mgeo.algorithms.matrix_adaptation import Normals
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.selection import nearest, nearest_drawn, weight_vectors
-from mgeo.algorithms.steps import BOUNDS, Normals, whole_steps
+from mgeo.algorithms.steps import BOUNDS, NORMAL, whole_steps
 from mgeo.algorithms.variables import KINDS, Variables
 
 Pair = tuple[float, float]
@@ -249,7 +250,7 @@ class Moves(ExtremalOptimization):
             steps[rows] = (xu - xl) * self.state.normals.steps(self._together, self.random_state)
             spread[rows] = 0.0
         walkers, uniform = self.walkers[:, None, :], partial(self.random_state.random, steps.shape)
-        self.proposed = BOUNDS[self.bounds](walkers, steps, spread, xl, xu, uniform)
+        self.proposed = BOUNDS[self.bounds](walkers, steps, spread, xl, xu, uniform, NORMAL)
         whole = ~self.variables.real
         if whole.any():
             learned = np.full(steps.shape, np.nan) if donor is None else donor

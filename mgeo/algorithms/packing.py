@@ -12,7 +12,7 @@ from pymoo.core.problem import Problem
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.evaluation.individuals import as_numbers
-from mgeo.validation.tables import entry
+from mgeo.validation.entries import entry
 
 Arrays = Mapping[str, NDArray[Any]]
 

@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,8 +10,7 @@ from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray, IntArray
 from mgeo.algorithms.coding import RealCode
-from mgeo.algorithms.constructors import takes_n_runs
-from mgeo.algorithms.steps import BOUNDS, SCALES, perturb
+from mgeo.algorithms.steps import BOUNDS, NORMAL, SCALES, StepLaw, perturb
 from mgeo.algorithms.variables import Variables
 from mgeo.algorithms.walkers import IndependentWalkers
 from mgeo.validation.arguments import (
@@ -25,12 +24,14 @@ SCHEDULES = ("factorial", "geometric")
 
 
 class RealSteps(IndependentWalkers, ABC):
-    """Independent walkers that are points; a subclass says which steps they try.
+    """Independent walkers that are points of the search space.
 
-    Parameters are those of `MGEOReal`.
+    A subclass supplies the scales of the steps; another law of the steps is another value of the
+    class attribute ``law``. Parameters are those of `MGEOReal`.
     """
 
-    @takes_n_runs
+    law: ClassVar[StepLaw] = NORMAL
+
     def __init__(
         self,
         sigma: float | ArrayLike = 1.0,
@@ -60,7 +61,7 @@ class RealSteps(IndependentWalkers, ABC):
 
     def propose(self) -> FloatArray:
         steps = self._coordinates
-        noise = np.array([stream.standard_normal(steps.shape) for stream in self.streams])
+        noise = np.array([self.law.draw(stream, steps.shape) for stream in self.streams])
         xl, xu = self.variables.xl, self.variables.xu
         sigma = self.deviations(np.broadcast_to(self.sigma, xl.shape))
         return perturb(
@@ -72,6 +73,7 @@ class RealSteps(IndependentWalkers, ABC):
             xu[steps],
             BOUNDS[self.bounds],
             lambda: np.array([stream.random(steps.shape) for stream in self.streams]),
+            self.law,
         )
 
 
@@ -87,8 +89,7 @@ class MGEOReal(RealSteps):
     sigma : standard deviation of the step, > 0: a number, or one per variable.
     tau : selection pressure, >= 0: the candidate of rank k is accepted with probability ~ k^-tau;
         or "a-geo1" or "a-geo2" to let it follow the search (`mgeo.algorithms.selection`).
-    n_walkers : number of independent walkers; `n_runs`, after the n_i re-initializations of the
-        papers, is another name of it.
+    n_walkers : number of independent walkers, the n_i re-initializations of the papers.
     perturbation : what sigma is a multiple of: "absolute" the variable's unit, "relative" its
         value (a variable at zero stays there), "range" the width of its bounds (for variables
         of different units).
@@ -167,7 +168,6 @@ class MGEOReal2(RealSteps):
 
     evaluates_walkers = True
 
-    @takes_n_runs
     def __init__(
         self,
         sigma: float | ArrayLike = 1.0,

@@ -1,6 +1,5 @@
 """MGEOStaged: a search whose problem is judged more precisely, and at a higher cost, by stages."""
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
@@ -100,13 +99,6 @@ class MGEOStaged(MGEODirected):
 
     @problem.setter
     def problem(self, whole: Problem | None) -> None:
-        if whole is not None and not hasattr(whole, "at_stage") and whole.requires_kwargs:
-            warnings.warn(
-                f"{type(whole).__name__} is judged by stages as it requires_kwargs: give it a "
-                "method at_stage(k), which gives the problem as stage k judges it; gone in 0.4",
-                DeprecationWarning,
-                stacklevel=2,
-            )
         self._whole, self._judges = whole, {}
 
     @property
@@ -114,8 +106,6 @@ class MGEOStaged(MGEODirected):
         """Whether values are those of the last stage."""
         if self._whole is None or not hasattr(self, "state") or self.stage == len(self.stages):
             return True
-        if not hasattr(self._whole, "at_stage"):
-            return not self._whole.requires_kwargs
         return self._judge(0) is self._whole
 
     def archived_designs(self) -> Any:
@@ -189,9 +179,7 @@ class MGEOStaged(MGEODirected):
 
 def has_stages(problem: Problem) -> bool:
     """Whether a problem can be judged roughly, too."""
-    if hasattr(problem, "at_stage"):
-        return problem.at_stage(0) is not problem
-    return bool(problem.requires_kwargs)
+    return hasattr(problem, "at_stage") and problem.at_stage(0) is not problem
 
 
 def is_rough(algorithm: Algorithm | None) -> bool:

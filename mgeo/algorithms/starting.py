@@ -11,7 +11,6 @@ from pymoo.core.problem import Problem
 from pymoo.core.sampling import Sampling
 from pymoo.operators.sampling.rnd import FloatRandomSampling
 
-from mgeo._foreign import foreign
 from mgeo._typing import FloatArray
 from mgeo.algorithms.variables import Variables, designs_of
 from mgeo.validation.arguments import validate_integer
@@ -56,21 +55,16 @@ class SuggestedSampling(Sampling):
         name = type(problem).__name__
         if self.n > most:
             raise ValueError(f"starts = {self.n}: expected at most {most}, with which it begins")
-        if getattr(problem, "starts", None) is None:
-            raise ValueError(f"{name} has no starts(): expected a run without suggested designs")
+        suggest = getattr(problem, "starts", None)
         try:
-            with foreign():
-                found = np.asarray(problem.starts(self.n, random_state), dtype=float)
-        except Exception as error:  # whatever a problem raises: foreign code
+            found = None if suggest is None else suggest(self.n, random_state)
+        except Exception as error:
             raise ValueError(
                 f"starts of problem {name} raised {type(error).__name__}: {error}"
             ) from error
-        if found.shape != (self.n, problem.n_var) or not np.isfinite(found).all():
-            raise ValueError(
-                f"starts(n, random_state) of problem {name} gives {found!r:.80}: expected finite "
-                f"numbers of shape {(self.n, problem.n_var)}"
-            )
-        return found
+        if found is None:
+            raise ValueError(f"{name} has no starts(): expected a run without suggested designs")
+        return np.asarray(found, dtype=float)
 
     def _do(
         self, problem: Problem, n_samples: int, *args: Any, random_state: Any = None, **kwargs: Any

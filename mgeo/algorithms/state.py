@@ -34,7 +34,7 @@ from mgeo.algorithms.packing import (
 )
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.validation.arguments import validate_integer
-from mgeo.validation.tables import entry, errors_of
+from mgeo.validation.entries import entry, errors_of
 
 _BUDGETS: Mapping[str, tuple[type[Termination], str]] = {
     "n_gen": (MaximumGenerationTermination, "n_max_gen"),

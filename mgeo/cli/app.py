@@ -1,43 +1,34 @@
-"""The command ``mgeo`` and its commands; those of plugins are imported when they are run.
-
-Examples for their help stand here, too, for the tests that read them.
-"""
+"""The command ``mgeo``: its own commands, and those of plugins, imported when they are run."""
 
 from __future__ import annotations
 
 import os
-import re
-import textwrap
-import warnings
-from collections.abc import Iterable, Iterator, Mapping
+import platform
+from collections.abc import Iterable, Mapping
 from importlib import metadata
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from mgeo._foreign import foreign
-from mgeo.cli import explore, installed, new, report, runs, study
-from mgeo.cli.errors import ExitCode, ended
-from mgeo.cli.output import reserved
+from mgeo.cli import explore, installed, report, runs, study
+from mgeo.cli.errors import ExitCode, one_line_errors, raise_on_sigterm
 from mgeo.plugins.discovery import (
     ALGORITHMS,
     COMMANDS,
     PROBLEMS,
     Plugin,
-    PluginError,
-    entry_points,
-    find_plugin,
     installed_plugins,
 )
 
+#: Examples of each command, for its help and for the tests.
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "solve": (
         "mgeo solve attitude",
         "mgeo solve attitude --scenario cubesat_6u --algorithm nsga2 --population 50",
-        "mgeo solve attitude --scenario mine.toml --evaluations 20000 --out runs/mine --dry-run",
+        "mgeo solve attitude --scenario mine.toml --evaluations 20000 --dry-run",
         "mgeo solve attitude --robust",
-        "mgeo solve attitude --algorithm mgeo-canonical --set bits=12 --set restart=archive",
+        "mgeo solve attitude --algorithm mgeo-canonical --set bits=12",
         "mgeo solve attitude --seed 2 --json | jq .hypervolume.value",
     ),
     "resume": (
@@ -63,196 +54,114 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo study table3.toml --dry-run",
         "mgeo study table3.toml --cluster tcp://HOST:8786",
     ),
-    "new": ("mgeo new problem my-beam", "mgeo new problem my-beam --out plugins/my-beam"),
     "schema": ("mgeo schema study | tee study.schema.json",),
 }
 
-_ROOM = 74  # of 80 columns, beside the indentation and the backslash
-
 
 def epilog(command: str, examples: Mapping[str, Iterable[str]] = EXAMPLES) -> str:
-    """The end of a command's help."""
-    lines = (broken for line in examples[command] for broken in _broken(line))
-    return "\n".join(["\b", "Examples:", *(f"  {line}" for line in lines)])
+    """Return the examples of a command for the end of its help."""
+    return "\n".join(["\b", "Examples:", *(f"  {line}" for line in examples[command])])
 
 
-def _broken(line: str) -> Iterator[str]:
-    """A command in lines that a shell takes as one, each but the first with whole options."""
-    shown = ""
-    for part in re.split(r" (?=--|\|)", line):
-        if shown and len(shown) + len(part) > _ROOM:
-            yield f"{shown} \\"
-            shown = f"  {part}"
-        else:
-            shown = f"{shown} {part}" if shown else part
-    yield shown
-
-
-_WHOLE = 1000  # characters of a sentence
-
-
-class Commands(TyperGroup):
-    """Commands of which every error is one line, and an exit code."""
+class CommandGroup(TyperGroup):
+    """Commands that print their help if none of them is named."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the options before the command's name; without any words, show the help."""
+        """Read the options before the command's name."""
         if not (args or ctx.resilient_parsing):
             typer.echo(ctx.get_help(), err=True)
-            raise typer.Exit(2)
-        with ended(ctx):
+            raise typer.Exit(ExitCode.BAD_INPUT)
+        return super().parse_args(ctx, args)
+
+
+class Commands(CommandGroup):
+    """Commands of mgeo and of plugins, all of whose errors are one line and an exit code."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the options before the command's name."""
+        ctx.meta["debug"] = "--debug" in args
+        with one_line_errors(ctx):
             return super().parse_args(ctx, args)
 
-    def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """What each command does, its whole first sentence: click would cut it at the margin."""
-        named = ((name, self.get_command(ctx, name)) for name in self.list_commands(ctx))
-        shown = [(name, found.get_short_help_str(_WHOLE)) for name, found in named if found]
-        if shown:
-            with formatter.section("Commands"):
-                formatter.write_dl(shown)
-
     def invoke(self, ctx: Any) -> Any:
-        """Read the command's own words and do it; it ends by returning or `typer.Exit`."""
-        with ended(ctx), foreign():
+        """Run the command."""
+        with one_line_errors(ctx, debug=ctx.meta["debug"]):
             return super().invoke(ctx)
 
-
-class RootCommands(Commands):
-    """mgeo's own commands, and after them those of plugins; mgeo's own cannot be replaced."""
-
     def list_commands(self, ctx: Any) -> list[str]:
-        """Names of all commands."""
-        self._find_plugins()
+        """Return the names of all commands; those of mgeo come first and cannot be replaced."""
+        for plugin in installed_plugins(COMMANDS):
+            if "." not in plugin.name:  # else it adds to the commands of another plugin
+                self.commands.setdefault(plugin.name, _PluginCommands(plugin))
         return super().list_commands(ctx)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """The command of this name, of a plugin only its name and what it is about."""
+        """Return the command of a name; a plugin's command is a stub with its summary."""
         if cmd_name not in self.commands:
-            self._find_plugins()
+            self.list_commands(ctx)
         return super().get_command(ctx, cmd_name)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command to run, of a plugin imported."""
+        """Return the command to run, imported."""
         name, command, rest = super().resolve_command(ctx, args)
-        if isinstance(command, _NotImported):
-            try:
-                with reserved():  # a word --json may follow
-                    command = _imported(args[0])
-            except PluginError:
-                if not ctx.resilient_parsing:  # else a shell asks, and there is nothing to offer
-                    raise
+        if isinstance(command, _PluginCommands):
+            command = command.load()
         return name, command, rest
 
-    def _find_plugins(self) -> None:
+
+class _PluginCommands(TyperCommand):
+    """Stub of a plugin's commands, for the help of ``mgeo``."""
+
+    def __init__(self, plugin: Plugin) -> None:
+        distribution = plugin.entry_point.dist
+        summary = None if distribution is None else distribution.metadata["Summary"]
+        super().__init__(name=plugin.name, short_help=summary)
+        self._plugin = plugin
+
+    def load(self) -> Any:
+        """Import the commands, and those that other distributions add to them."""
+        group = _group(self._plugin)
         for plugin in installed_plugins(COMMANDS):
-            if "." in plugin.name:  # adds to the commands of another
-                continue
-            self.commands.setdefault(plugin.name, _NotImported(plugin.name))
-
-
-class _NotImported(TyperCommand):
-    """What stands for a plugin's commands in the help: the summary of its distribution."""
-
-    def __init__(self, name: str) -> None:
-        try:
-            plugin = find_plugin(name, COMMANDS)
-            found = plugin.entry_point.dist
-            about = f"Of {plugin.distribution}."
-            if found is not None and "Summary" in found.metadata:
-                about = found.metadata["Summary"]
-        except PluginError as error:
-            about = str(error)
-        super().__init__(name=name, help=about)
-
-
-def _imported(name: str) -> Any:
-    """A plugin's commands and what others add to them, with the help and errors of mgeo's own."""
-    group = _group(find_plugin(name, COMMANDS))
-    for plugin in installed_plugins(COMMANDS):
-        if plugin.name.startswith(f"{name}."):
-            group.commands |= _group(find_plugin(plugin.name, COMMANDS)).commands
-    return group
+            if plugin.name.startswith(f"{self._plugin.name}."):
+                group.commands |= _group(plugin).commands
+        return group
 
 
 def _group(plugin: Plugin) -> Any:
-    """Commands of one plugin."""
     root = typer.Typer(rich_markup_mode=None)
-    root.add_typer(plugin.load(), name=plugin.name, cls=Commands)
+    root.add_typer(plugin.load(), name=plugin.name, cls=CommandGroup)
     return typer.main.get_group(root).commands[plugin.name]
-
-
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
-
-
-def versions() -> dict[str, str]:
-    """Versions by name: of mgeo, of its plugins, of Python, and of what all of these require."""
-    import platform
-
-    plugins = {
-        entry.dist.name
-        for group in (PROBLEMS, ALGORITHMS, COMMANDS)
-        for entry in entry_points(group)
-        if entry.dist
-    }
-    own = ["mgeo", *sorted(plugins)]
-    needed = {name for package in own for name in _required(package)} - {*own}
-    found = {name: metadata.version(name) for name in own}
-    found["python"] = platform.python_version()
-    return found | {name: metadata.version(name) for name in sorted(needed)}
-
-
-def _required(package: str) -> list[str]:
-    """Names of what a package cannot do without: what an extra or a platform adds is left out."""
-    lines = [line for line in metadata.requires(package) or () if ";" not in line]
-    return [match[0].lower() for line in lines if (match := _NAME.match(line))]
-
-
-def _exit_codes() -> Iterator[str]:
-    for code in ExitCode:
-        lines = textwrap.wrap(code.meaning, 66)
-        yield from (
-            f"{c:>5}  {line}" for c, line in zip([code.value, *[""] * 9], lines, strict=False)
-        )
 
 
 app = typer.Typer(
     name="mgeo",
-    cls=RootCommands,
+    cls=Commands,
     help="Multiobjective generalized extremal optimization of installed problems.",
-    epilog="\n".join(["\b", "Exit codes:", *_exit_codes()]),
+    epilog="\n\n".join(["Exit codes:", *(f"{code.value}: {code.meaning}" for code in ExitCode)]),
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["--help", "-h"]},
 )
-_new = typer.Typer(
-    cls=Commands, help="Write a package to begin with.", rich_markup_mode=None, epilog=epilog("new")
-)
-app.add_typer(_new, name="new")
-
-
-@_new.callback()
-def _begin() -> None:
-    """A group of commands, though there is but one."""
-
-
-_new.command(epilog=epilog("new"))(new.problem)
 
 
 def main() -> None:
-    """Entry point of the command ``mgeo``; what will go of a file's keys is told, each once."""
-    shown, told = warnings.showwarning, set[str]()
-
-    def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
-        if not issubclass(category, FutureWarning):
-            shown(message, category, *where, **more)
-        elif str(message) not in told:
-            told.add(str(message))
-            typer.echo(f"Note: {message}", err=True)
-
-    warnings.showwarning = show
+    """Run the command ``mgeo``."""
     # before NumPy is imported: with several threads BLAS adds in another order, so that the same
     # seed would give another front where there are more processors, and a study with other --jobs
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    raise_on_sigterm()
     app()
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of mgeo, its plugins, Python and the numerical libraries, by name."""
+    plugins = {
+        plugin.distribution
+        for group in (PROBLEMS, ALGORITHMS, COMMANDS)
+        for plugin in installed_plugins(group)
+    }
+    names = ["mgeo", *sorted(plugins - {"mgeo"}), "numpy", "scipy", "pymoo"]
+    return {name: metadata.version(name) for name in names} | {"python": platform.python_version()}
 
 
 def _print_version(wanted: bool) -> None:
@@ -291,4 +200,5 @@ for _command in (
     study.study,
     study.schema,
 ):
-    app.command(epilog=epilog(_command.__name__))(_command)
+    _about = (_command.__doc__ or "").partition("\n")[0]
+    app.command(epilog=epilog(_command.__name__), short_help=_about)(_command)

@@ -1,4 +1,4 @@
-"""``--dry-run``: how large a run or a study is, what it would write, how long it would take."""
+"""``--dry-run``: the size of a run or a study, and the files it would write."""
 
 from __future__ import annotations
 
@@ -8,112 +8,100 @@ from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.output import Output
-from mgeo.cli.progress import clock, run_title
+from mgeo.cli.progress import run_title
 from mgeo.figures.front import MOST_OBJECTIVES
 from mgeo.plugins.protocol import problem_size
 from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, is_own, view_of
-from mgeo.runs.estimate import estimate
 from mgeo.runs.prepare import PreparedRun
-from mgeo.store.run_folder import CHECKPOINT_FILE, FIGURE_FILE, FRONT_FILE, RECORD_FOLDER, RUN_FILE
+from mgeo.store.run_folder import (
+    ARRAYS_FILE,
+    CHECKPOINT_FILE,
+    FIGURE_FILE,
+    FRONT_FILE,
+    RECORD_FOLDER,
+    RUN_FILE,
+)
 from mgeo.store.run_persistence import RunPersistence
 from mgeo.terminal import pairs
 
 if TYPE_CHECKING:  # every run imports this module, and statistics take most of a second
+    from pymoo.core.problem import Problem
+
     from mgeo.studies.file import Study
-    from mgeo.studies.study import StudyEstimate
 
 
 def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) -> None:
-    """Tell it about a run of ``mgeo solve``; two generations are made for it."""
+    """Describe a run of ``mgeo solve``."""
     configuration, problem = run.configuration, run.problem
-    evaluations, seed = configuration.evaluations, configuration.seed
-    expected = estimate(problem, run.algorithm, evaluations, seed, configuration.polish)
     size, view = problem_size(problem), view_of(problem)
-    written = {
+    is_written = {
         FRONT_FILE: True,
+        ARRAYS_FILE: True,
         RUN_FILE: True,
         FIGURE_FILE: is_own(view, View.figures) or problem.n_obj <= MOST_OBJECTIVES,
         CHECKPOINT_FILE: isinstance(run.algorithm, ExtremalOptimization),
         f"{RECORD_FOLDER}/": persistence.record,
     }
-    files = [name for name, is_written in written.items() if is_written]
+    files = [name for name, written in is_written.items() if written]
+    notes, facts = ask(view, View.notes), ask(view, View.facts)
     texts = {
         "size": _size(size),
-        "budget": f"{evaluations:,} evaluations",
+        "budget": f"{configuration.evaluations:,} evaluations",
         "folder": str(persistence.folder),
         "files": ", ".join(files),
+        **({"polish": "in addition"} if configuration.polish else {}),
+        **facts,
+        **({"mind": "; ".join(notes)} if notes else {}),
     }
-    if configuration.polish:
-        took = "" if expected.polish is None else f", about {_about(expected.polish)}"
-        texts["polish"] = f"in addition{took}"
-    told, facts = ask(view, View.notes), ask(view, View.facts)
-    texts |= facts
-    if told:
-        texts["mind"] = "; ".join(told)
-    found = {
-        "configuration": configuration.model_dump(),
-        **size,
-        "facts": dict(facts),
-        "notes": told,
-        "folder": str(persistence.folder),
-        "files": files,
-        "expected_polish_s": expected.polish,
-    }
-    _tell(run_title(configuration), texts, found, (expected.elapsed, expected.timed), output)
-    if configuration.polish and expected.polish is None:
-        output.note("Note: not in the time: the polish, as the problem does not say what it takes")
+    output.print(run_title(configuration), pairs(texts))
+    output.result(
+        {
+            "dry_run": True,
+            "configuration": configuration.model_dump(),
+            **size,
+            "facts": dict(facts),
+            "notes": notes,
+            "folder": str(persistence.folder),
+            "files": files,
+        }
+    )
     for why in ask(view, View.impossible):
         output.note(f"Note: nothing can keep all limits, and nothing would be searched: {why}")
 
 
-def describe_study(study: Study, expected: StudyEstimate, folder: Path, output: Output) -> None:
-    """Tell it about a study."""
-    sizes = {label: problem_size(problem) for label, problem in expected.problems.items()}
+def describe_study(
+    study: Study, problems: Mapping[str, Problem], folder: Path, output: Output
+) -> None:
+    """Print the size of a study; nothing is run.
+
+    Parameters
+    ----------
+    problems : by label, without those ``module:Class``: a dry run imports no module that a file
+        names.
+    """
+    sizes = {label: problem_size(problem) for label, problem in problems.items()}
     algorithms = [algorithm.label for algorithm in study.algorithms]
+    runs = len(study.problems) * len(algorithms) * len(study.seeds)
     each = " per variable" if study.per_variable else ""
     texts = {label: _size(size) for label, size in sizes.items()} | {
         "algorithms": ", ".join(algorithms),
-        "budget": f"{expected.runs:,} runs of {study.evaluations:,} evaluations{each}; "
-        f"{expected.found:,} of them found, {expected.runs - expected.found:,} to make",
+        "budget": f"{runs:,} runs of {study.evaluations:,} evaluations{each}",
         "folder": str(folder),
     }
-    found = {
-        "title": study.title,
-        "problems": sizes,
-        "algorithms": algorithms,
-        "evaluations": study.evaluations,
-        "per_variable": study.per_variable,
-        "runs": expected.runs,
-        "runs_found": expected.found,
-        "processes": expected.processes,
-        "untold": list(expected.untold),
-        "folder": str(folder),
-    }
-    at_once = f", {expected.processes} at once"
-    _tell(study.title, texts, found, (expected.seconds, expected.timed), output, at_once)
-    for reason in expected.untold:
-        output.note(f"Note: not in the time: {reason}")
-
-
-def _tell(
-    title: str,
-    texts: Mapping[str, str],
-    found: Mapping[str, Any],
-    expected: tuple[float, int],
-    output: Output,
-    at_once: str = "",
-) -> None:
-    seconds, timed = expected
-    time = f"about {_about(seconds)}, an estimate from {timed:,} evaluations{at_once}"
-    output.print(title, pairs({**texts, "time": time}))
+    output.print(study.title, pairs(texts))
     output.result(
-        {"dry_run": True, **found, "expected_time_s": seconds, "timed_evaluations": timed}
+        {
+            "dry_run": True,
+            "title": study.title,
+            "problems": sizes,
+            "algorithms": algorithms,
+            "evaluations": study.evaluations,
+            "per_variable": study.per_variable,
+            "runs": runs,
+            "folder": str(folder),
+        }
     )
-
-
-def _about(seconds: float) -> str:
-    return f"{seconds:.2g} s" if seconds < 10 else clock(seconds)
 
 
 def _size(size: Mapping[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""``mgeo problems`` and ``mgeo algorithms``: what is installed, and what it takes."""
+"""``mgeo problems`` and ``mgeo algorithms``: what is installed, and its parameters."""
 
 from __future__ import annotations
 
@@ -6,31 +6,34 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo._foreign import foreign
 from mgeo.cli import options
 from mgeo.cli.errors import bad_input
 from mgeo.cli.options import FLAGS
 from mgeo.cli.output import Output
-from mgeo.plugins.discovery import Plugin, installed_plugins, preset_names
+from mgeo.plugins.discovery import Plugin, PluginError, installed_plugins, preset_names
 from mgeo.terminal import plain, table
 
 
 def problems(json: options.Json = False, debug: options.Debug = False) -> None:
     """List the installed problems."""
-    found = [_described(plugin) for plugin in installed_plugins()]
+    found = [_problem(plugin) for plugin in installed_plugins()]
     output = Output(json=json)
     output.result({"problems": found})
     if not found:
         output.print("no problem is installed; the first to try: pip install ./problems/attitude")
         return
-    rows, errors = [], []
-    for one in found:
-        cells = [str(len(one["variables"])), ", ".join(one["objectives"])]
-        if one["error"] is not None:
-            cells = ["-", "does not load"]
-            errors.append(plain(f"Error: {one['name']}: {one['error']}", style="red"))
-        rows.append([one["name"], f"{one['distribution']} {one['version']}", *cells])
-    output.print(table(("name", "distribution", "variables", "objectives"), rows), *errors)
+    rows = [
+        (
+            one["name"],
+            f"{one['distribution']} {one['version']}",
+            str(len(one["variables"])),
+            ", ".join(one["objectives"]),
+        )
+        for one in found
+    ]
+    errors = [f"Error: {one['name']}: {one['error']}" for one in found if one["error"]]
+    titles = ("name", "distribution", "variables", "objectives")
+    output.print(table(titles, rows), *(plain(error, style="red") for error in errors))
 
 
 def algorithms(
@@ -42,12 +45,15 @@ def algorithms(
     debug: options.Debug = False,
 ) -> None:
     """List the algorithms, or the parameters of one."""
+    from mgeo.runs.algorithms import algorithm_names, described
+
     output = Output(json=json)
     if name is None:
-        _list_algorithms(output)
+        every = [_algorithm(each) for each in algorithm_names()]
+        output.result({"algorithms": every})
+        rows = [[each["name"], each["label"], each["error"] or each["about"]] for each in every]
+        output.print(table(("name", "algorithm", "description"), rows))
         return
-    from mgeo.runs.algorithms import described
-
     with bad_input():
         found = described(name)
     output.result(found)
@@ -57,43 +63,33 @@ def algorithms(
     ]
     output.print(
         f"{name}: {found['about']}",
-        table(("parameter", "default", "what"), rows),
+        table(("parameter", "default", "description"), rows),
         "a parameter without -- is given by --set NAME=VALUE",
     )
 
 
-def _list_algorithms(output: Output) -> None:
-    from mgeo.runs.algorithms import algorithm_names, described
+def _algorithm(name: str) -> dict[str, Any]:
+    from mgeo.runs.algorithms import described
 
-    every = []
-    for each in algorithm_names():
-        try:
-            with foreign():
-                every.append(described(each) | {"error": None})
-        except Exception as error:  # foreign code: one broken plugin must not hide the others
-            every.append(
-                {"name": each, "about": "does not load", "parameters": [], "error": str(error)}
-            )
-    output.result({"algorithms": every})
-    rows = [[each["name"], each["about"]] for each in every]
-    failed = [f"Error: {each['name']}: {each['error']}" for each in every if each["error"]]
-    output.print(table(("name", "what"), rows), *(plain(e, style="red") for e in failed))
+    try:
+        return described(name) | {"error": None}
+    except PluginError as error:  # a broken plugin does not hide the others
+        return {"name": name, "label": name, "about": "", "parameters": [], "error": str(error)}
 
 
-def _described(plugin: Plugin) -> dict[str, Any]:
+def _problem(plugin: Plugin) -> dict[str, Any]:
+    from mgeo.plugins.problems import load_problem
+    from mgeo.plugins.protocol import problem_size
+
     known: dict[str, Any] = {
         "name": plugin.name,
         "distribution": plugin.distribution,
         "version": plugin.version,
         "presets": preset_names(plugin.name),
     }
-    from mgeo.plugins.problems import load_problem
-    from mgeo.plugins.protocol import problem_size
-
     try:
-        with foreign():
-            return known | problem_size(load_problem(plugin.name)) | {"error": None}
-    except Exception as error:  # foreign code: one broken plugin must not hide the others
+        return known | problem_size(load_problem(plugin.name)) | {"error": None}
+    except PluginError as error:  # a broken plugin does not hide the others
         return known | {"variables": [], "objectives": [], "constraints": 0, "error": str(error)}
 
 

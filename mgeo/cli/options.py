@@ -1,6 +1,6 @@
-"""Flags that several commands have, and what a shell offers when the tabulator key is pressed.
+"""Flags that several commands share, and the completion of their values.
 
-Nothing is imported from plugins for that.
+Completion imports nothing from plugins.
 """
 
 from __future__ import annotations
@@ -14,37 +14,36 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.cli.errors import remember_debug
 from mgeo.cli.output import reserve
 from mgeo.plugins.discovery import installed_plugins, preset_names
 
-_DEPTH = 3  # of folders below that in which a run is looked for
+_DEPTH = 3  # levels of folders in which a run is looked for
 
 Complete = Callable[[str], list[str]]
 
 
 def among(names: Iterable[str]) -> Complete:
-    """Completion by fixed names."""
+    """Return a completion of fixed names."""
     return lambda incomplete: [name for name in names if name.startswith(incomplete)]
 
 
 def among_those_of(table: str) -> Complete:
-    """Completion by the names in a table, ``module:TABLE``, imported only then."""
+    """Return a completion of the names in a table, ``module:TABLE``, imported when needed."""
     return lambda incomplete: among(resolve_name(table))(incomplete)
 
 
 def problems(incomplete: str) -> list[str]:
-    """Installed problems."""
+    """Complete the name of an installed problem."""
     return among(plugin.name for plugin in installed_plugins())(incomplete)
 
 
 def algorithms(incomplete: str) -> list[str]:
-    """Algorithms, mgeo's own and installed ones."""
+    """Complete the name of an algorithm."""
     return among(resolve_name("mgeo.runs.algorithms:algorithm_names")())(incomplete)
 
 
 def scenarios(ctx: typer.Context, incomplete: str) -> list[str]:
-    """Presets of the problem that was named, and files."""
+    """Complete a preset of the problem on the command line, or a file."""
     # an option without its value makes typer leave the arguments unread
     words = [str(ctx.params.get("problem")), *ctx.args]
     presets = among(preset for word in words for preset in preset_names(word))
@@ -52,15 +51,13 @@ def scenarios(ctx: typer.Context, incomplete: str) -> list[str]:
 
 
 def toml_files(incomplete: str) -> list[str]:
-    """TOML files, and the folders on the way to them."""
-    start = incomplete.rpartition("/")[2]
-    entries = [entry for entry in _below(incomplete, "*") if entry.name.startswith(start)]
-    found = [f"{entry}/" if entry.is_dir() else str(entry) for entry in entries]
-    return [name for name in found if name.endswith((".toml", "/"))]
+    """Complete the path of a TOML file, folder by folder."""
+    found = [f"{path}/" if path.is_dir() else str(path) for path in _below(incomplete, "*")]
+    return [name for name in found if name.endswith((".toml", "/")) and name.startswith(incomplete)]
 
 
 def runs_with(file: str) -> Complete:
-    """Completion by the folders of runs in which there is this file."""
+    """Return a completion of the folders of runs that contain a file of this name."""
 
     def complete(incomplete: str) -> list[str]:
         patterns = ["*/" * depth + file for depth in range(1, _DEPTH + 1)]
@@ -71,11 +68,9 @@ def runs_with(file: str) -> Complete:
 
 
 def _below(incomplete: str, pattern: str) -> list[Path]:
-    """What is found in the folder that is spelled out, and not hidden."""
+    """Return what is in the folder that is typed so far, hidden files left out."""
     folder = Path("".join(incomplete.rpartition("/")[:2]))
-    hidden = re.compile(r"(^|/)\.")
-    found = folder.glob(pattern)
-    return sorted(e for e in found if not hidden.search(e.relative_to(folder).as_posix()))
+    return [path for path in sorted(folder.glob(pattern)) if not path.name.startswith(".")]
 
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
@@ -92,7 +87,7 @@ Json = Annotated[
 ]
 Debug = Annotated[
     bool,
-    typer.Option("--debug", callback=remember_debug, help="Show the traceback of an error."),
+    typer.Option("--debug", help="Show the traceback of an error."),
 ]
 DryRun = Annotated[
     bool,
@@ -144,7 +139,7 @@ Settings = Annotated[
     ),
 ]
 
-#: Parameters that have a flag of their own; any other is set by --set.
+#: Parameters of algorithms that have a flag; the others are set by --set.
 FLAGS: Mapping[str, str] = {
     "sigma": "--sigma",
     "tau": "--tau",
@@ -154,36 +149,38 @@ FLAGS: Mapping[str, str] = {
 }
 
 
+def flag(parameter: str) -> str:
+    """Return the option of the command line that sets a parameter of an algorithm."""
+    return FLAGS.get(parameter, f"--set {parameter}=...")
+
+
 def parse_parameters(
     algorithm: str, flags: Mapping[str, Any], settings: Sequence[str]
 ) -> dict[str, Any]:
-    """The parameters of an algorithm from its flags, None where not given, and NAME=VALUE texts.
+    """Return the parameters of an algorithm from its flags and from NAME=VALUE texts.
+
+    Parameters
+    ----------
+    flags
+        Values by parameter, None where a flag is not given.
 
     Raises
     ------
     ValueError
-        If a text is none of that form, names a parameter twice or one with a flag of its own, or
-        the algorithm has no such parameter: naming the flag, and those it takes.
+        If a text is not of this form, or the algorithm has no such parameter.
     """
-    from mgeo.algorithms.constructors import IN_PAPERS
     from mgeo.runs.algorithms import complete_parameters, with_parameter
-    from mgeo.validation.arguments import decimal_point
 
     parameters = {key: value for key, value in flags.items() if value is not None}
     if "sigma" in parameters:
         parameters["sigma"] = parse_numbers("--sigma", parameters["sigma"])
     if "tau" in parameters:
-        if hint := decimal_point(parameters["tau"]):
-            raise ValueError(f"--tau = {parameters['tau']!r}: expected a number or a name{hint}")
         parameters["tau"] = _value(parameters["tau"])
     parameters |= parse_settings(settings)
     known = complete_parameters(algorithm, {})
     for key in parameters:
-        if key in IN_PAPERS and key not in known:
-            raise ValueError(f"--set {key}: n_i of the papers is {flag(IN_PAPERS[key])}")
         if key not in known:
-            taken = ", ".join(map(flag, known))
-            others = ", ".join(with_parameter(key))
+            taken, others = ", ".join(map(flag, known)), ", ".join(with_parameter(key))
             raise ValueError(
                 f"{flag(key)} does not apply to {algorithm}, which takes {taken}"
                 f"{f': it is of {others}' if others else ''}"
@@ -192,16 +189,16 @@ def parse_parameters(
 
 
 def parse_numbers(name: str, text: str) -> float | list[float]:
-    """One number, or a list where there are commas.
+    """Return a number, or a list of numbers separated by commas.
 
     Raises
     ------
     ValueError
-        If an entry is no number.
+        If an entry is not a number.
     """
     from mgeo.validation.arguments import decimal_point
 
-    if re.fullmatch(r"0,\d+", text):  # no list: no sigma is 0
+    if re.fullmatch(r"0,\d+", text):  # not a list, as no sigma is 0
         raise ValueError(f"{name} = {text!r}: expected a number{decimal_point(text)}")
     try:
         numbers = [float(entry) for entry in text.split(",")]
@@ -213,7 +210,7 @@ def parse_numbers(name: str, text: str) -> float | list[float]:
 
 
 def parse_settings(settings: Sequence[str]) -> dict[str, Any]:
-    """The parameters of NAME=VALUE texts; raises as `parse_parameters`."""
+    """Return the parameters of NAME=VALUE texts; raises as `parse_parameters`."""
     parameters: dict[str, Any] = {}
     for setting in settings:
         name, equals, value = setting.partition("=")
@@ -228,17 +225,12 @@ def parse_settings(settings: Sequence[str]) -> dict[str, Any]:
 
 
 def _value(text: str) -> Any:
-    """A whole number, another one, true or false, a word, or a list of them with commas."""
+    """Return an integer, a float, a boolean or a word, or a list where there are commas."""
     if "," in text:
         return [_value(entry) for entry in text.split(",")]
-    if text.lower() in ("true", "false"):  # as a word either would be true
+    if text.lower() in ("true", "false"):
         return text.lower() == "true"
     for kind in (int, float):
         with suppress(ValueError):
             return kind(text)
     return text
-
-
-def flag(parameter: str) -> str:
-    """How a parameter of an algorithm is given on the command line."""
-    return FLAGS.get(parameter, f"--set {parameter}=...")

@@ -1,17 +1,16 @@
-"""How a run is going: redrawn in place on a terminal, as lines in a pipe or a log."""
+"""Progress of a run: redrawn in place on a terminal, as lines in a pipe or a log."""
 
 from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console, Group, RenderableType
+from rich import progress
+from rich.console import Console, Group
 from rich.live import Live
-from rich.progress_bar import ProgressBar
-from rich.table import Table
 
 from mgeo.cli.errors import StopRequest
 from mgeo.plugins.protocol import problem_size
@@ -24,24 +23,28 @@ from mgeo.terminal import folded, pairs, plain
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
-_MAX_SHARE = 0.02  # of the time of a run may go into computing what is shown
+_MAX_SHARE = 0.02  # largest share of the run time that the computation of what is shown may take
 _STOPPING = "stopping after this generation; Ctrl-C again to stop at once"
 
 
 class Progress:
-    """Callback of a run: shows how it is going, and passes a request to stop on to it.
+    """Callback of a run that shows its progress and passes on a request to stop.
 
     Parameters
     ----------
     console
-        Where to show it; None for nowhere. Only within `shown`.
+        Where to show the progress, None for nowhere.
+    title
+        First line.
+    request
+        Signals received so far.
     persistence
-        Of the run, to tell why a checkpoint could not be written.
+        Checkpoints of the run, whose errors are shown.
 
     Attributes
     ----------
     interval
-        Least time between two looks at the run [s].
+        Shortest time between two updates [s].
     """
 
     def __init__(
@@ -55,18 +58,23 @@ class Progress:
         self._title = title
         self._request = request
         self._persistence = persistence
-        self._live = console is not None and console.is_terminal and not console.is_dumb_terminal
-        self.interval = 0.25 if self._live else 10.0
+        self._is_live = console is not None and console.is_terminal and not console.is_dumb_terminal
+        self.interval = 0.25 if self._is_live else 10.0
         self._next = 0.0
-        self._first: tuple[int, float] | None = None
-        self._latest: tuple[State, dict[str, str]] | None = None
-        self._end: float | None = None  # expected, on the clock
-        self._begun = time.monotonic()
+        self._quantities: dict[str, str] = {}
+        self._bar = progress.Progress(
+            progress.BarColumn(),
+            progress.TextColumn("{task.fields[done]}"),
+            progress.TimeElapsedColumn(),
+            progress.TextColumn("left"),
+            progress.TimeRemainingColumn(compact=True),
+        )
+        self._task = self._bar.add_task(title, total=None, done="first generation")
 
     @contextmanager
     def shown(self) -> Iterator[None]:
-        """Redraw it on a terminal meanwhile; elsewhere a line tells the title."""
-        if self._live:
+        """Redraw the progress on a terminal meanwhile. Elsewhere print the title."""
+        if self._is_live:
             with Live(self, console=self._console, refresh_per_second=1 / self.interval):
                 yield
         else:
@@ -74,51 +82,39 @@ class Progress:
             yield
 
     def __call__(self, state: State) -> None:
-        """Look at the run if it is time to or the run ends here."""
+        """Show the state of the run if the interval has passed or the run has ended."""
         if self._request:
             state.stop()
-        if self._first is None:  # the first step may include compiling: its time is not typical
-            self._first = state.evaluations, state.elapsed
-        now = time.monotonic()
-        last = state.ended
-        if last:
+        if state.ended:
             self._request.settle()
-        if self._console is None or (now < self._next and not last):
+        now = time.monotonic()
+        if self._console is None or (now < self._next and not state.ended):
             return
-        work = time.process_time()  # not the clock's: others may keep us waiting
-        left = _time_left(state, *self._first)
-        self._end = None if left is None else now + left
-        self._latest = state, _quantities(state, self._persistence)
-        if not self._live:
-            self._print("  ".join(self._fields(*self._latest)))
-        cost = time.process_time() - work
-        self._next = now + max(self.interval, cost / _MAX_SHARE)
+        begin = time.process_time()
+        self._quantities = _quantities(state, self._persistence)
+        self._bar.update(
+            self._task,
+            total=state.budget,
+            completed=min(state.evaluations, state.budget),
+            done=f"{state.evaluations:,} of {state.budget:,} evaluations",
+        )
+        if not self._is_live:
+            self._print_line()
+        self._next = now + max(self.interval, (time.process_time() - begin) / _MAX_SHARE)
 
-    def __rich__(self) -> RenderableType:
-        """What is seen at a refresh."""
-        lines: list[RenderableType] = [plain(self._title, style="bold")]
-        ended = False
-        if self._latest is None:
-            lines.append(plain(f"first generation  {clock(time.monotonic() - self._begun)}"))
-        else:
-            state, quantities = self._latest
-            ended = state.ended
-            bar = Table.grid(padding=(0, 2))
-            done = min(state.evaluations, state.budget)
-            bar.add_row(ProgressBar(state.budget, done, width=40), plain(_evaluations(state)))
-            lines += [bar, pairs({**self._times(state), **quantities})]
-        if self._request and not ended:
+    def __rich__(self) -> Group:
+        """Return what is drawn on a terminal."""
+        lines: list[Any] = [plain(self._title, style="bold"), self._bar, pairs(self._quantities)]
+        if self._request:
             lines.append(plain(_STOPPING, style="yellow"))
         return Group(*lines)
 
-    def _fields(self, state: State, quantities: Mapping[str, str]) -> list[str]:
-        share = min(1.0, state.evaluations / state.budget)
-        named = {**quantities, **self._times(state)}.items()
-        return [f"{share:4.0%}", _evaluations(state), *(f"{name} {text}" for name, text in named)]
-
-    def _times(self, state: State) -> dict[str, str]:
-        left = "-" if self._end is None else clock(max(0.0, self._end - time.monotonic()))
-        return {"elapsed": clock(state.elapsed), "left": left}
+    def _print_line(self) -> None:
+        (task,) = self._bar.tasks
+        left = "-" if task.time_remaining is None else clock(task.time_remaining)
+        fields = {**self._quantities, "elapsed": clock(task.elapsed or 0.0), "left": left}
+        shown = [f"{task.percentage:3.0f}%", task.fields["done"]]
+        self._print("  ".join([*shown, *(f"{name} {text}" for name, text in fields.items())]))
 
     def _print(self, line: str) -> None:
         if self._console is not None:
@@ -126,14 +122,14 @@ class Progress:
 
 
 def run_title(run: RunConfiguration, *, whole: bool = False) -> str:
-    """What a run is called, with the parameters that are not the algorithm's defaults, or all."""
-    told = run.parameters
+    """Return the title of a run, with the parameters that differ from the defaults, or all."""
+    shown = run.parameters
     if not whole:
         defaults = complete_parameters(run.algorithm, {})
-        told = {
-            key: value for key, value in told.items() if _json(value) != _json(defaults.get(key))
+        shown = {
+            key: value for key, value in shown.items() if _json(value) != _json(defaults.get(key))
         }
-    values = ", ".join(f"{key} = {value}" for key, value in told.items())
+    values = ", ".join(f"{key} = {value}" for key, value in shown.items())
     parts = [run.problem, f"{run.algorithm}{f' ({values})' if values else ''}", f"seed {run.seed}"]
     parts += [f"{run.starts} starts"] if run.starts else []
     parts += ["polished"] if run.polish else []
@@ -141,7 +137,7 @@ def run_title(run: RunConfiguration, *, whole: bool = False) -> str:
 
 
 def task(run: RunConfiguration, problem: Problem, *, verbose: bool = False) -> str:
-    """What a run does, before it begins."""
+    """Return a line that describes a run before it begins."""
     objectives = ", ".join(problem_size(problem)["objectives"])
     return (
         f"{run_title(run, whole=verbose)}: {run.evaluations:,} evaluations of "
@@ -150,19 +146,15 @@ def task(run: RunConfiguration, problem: Problem, *, verbose: bool = False) -> s
 
 
 def clock(seconds: float) -> str:
-    """A duration as minutes and seconds, with hours from one hour on: 0:07, 1:02:03."""
+    """Return a duration as minutes and seconds, from one hour on with hours: 0:07, 1:02:03."""
     minutes, second = divmod(round(seconds), 60)
     hours, minute = divmod(minutes, 60)
     return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"
 
 
 def _json(value: Any) -> str:
-    """A value as it is kept in files, which know no tuples."""
+    """Return a value as in a file, which has no tuples."""
     return json.dumps(value, default=str)
-
-
-def _evaluations(state: State) -> str:
-    return f"{state.evaluations:,} of {state.budget:,} evaluations"
 
 
 def _quantities(state: State, persistence: RunPersistence | None) -> dict[str, str]:
@@ -170,24 +162,13 @@ def _quantities(state: State, persistence: RunPersistence | None) -> dict[str, s
     shown = {"front": f"{len(F):,}"}
     if state.refinement is not None:
         shown["polished"] = f"{int(state.refinement.changed.sum()) + state.refinement.added:,}"
-    failed = sum(state.failures.values())
-    if failed:
+    if failed := sum(state.failures.values()):
         shown["failed"] = f"{failed:,}"
     if len(F):
         best = zip(state.objectives, F.min(axis=0), strict=True)
         shown |= {f"best {name}": f"{value:.6g}" for name, value in best}
-    volume = state.hypervolume(F)
-    if volume is not None:  # that of a range seen does not compare with another run's
-        seen = "" if volume.space == "problem" else " (of the range seen)"
-        shown[f"hypervolume{seen}"] = f"{volume.value:.4f}"
+    if (volume := state.hypervolume(F)) is not None:
+        shown["hypervolume"] = f"{volume:.4f}"
     if persistence is not None and persistence.error is not None:
         shown["no checkpoint:"] = str(persistence.error)
     return shown
-
-
-def _time_left(state: State, evaluations: int, elapsed: float) -> float | None:
-    """Judged by the pace since so many evaluations were made in so much time."""
-    if state.evaluations <= evaluations:
-        return None
-    pace = (state.elapsed - elapsed) / (state.evaluations - evaluations)
-    return max(0.0, pace * (state.budget - state.evaluations))

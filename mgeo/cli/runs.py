@@ -1,4 +1,4 @@
-"""A run begins, and goes on."""
+"""``mgeo solve`` and ``mgeo resume``: the options."""
 
 from __future__ import annotations
 
@@ -10,6 +10,30 @@ import typer
 from mgeo.cli import options
 from mgeo.cli.errors import bad_input
 from mgeo.cli.output import Output
+
+_UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0}
+
+
+def _duration(text: str) -> float:
+    """Return a time [s] from a number of seconds, or a number with a unit: 90, 10m, 2h."""
+    unit = text[-1:] if text[-1:] in _UNITS else ""
+    try:
+        seconds = float(text.removesuffix(unit)) * _UNITS.get(unit, 1.0)
+    except ValueError:
+        seconds = 0.0
+    if not 0.0 < seconds < float("inf"):
+        raise typer.BadParameter(f"{text!r}: expected seconds above 0, or as 10m or 2h")
+    return seconds
+
+
+MaxTime = Annotated[
+    float | None,
+    typer.Option(
+        metavar="TIME",
+        parser=_duration,
+        help="End the run after this time: seconds, or 10m, 2h. Continue it by `mgeo resume`.",
+    ),
+]
 
 
 def solve(
@@ -83,6 +107,7 @@ def solve(
             "for --starts].",
         ),
     ] = None,
+    max_time: MaxTime = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -105,10 +130,10 @@ def solve(
 ) -> None:
     """Search the Pareto front of a problem and write it to a folder.
 
-    The folder gets front.csv, run.json (how to run it again) and front.html. Ctrl-C ends the run
-    and keeps what was found; a second one does so without waiting for the generation under way.
-    A run of the MGEO family saves itself in run.checkpoint while it goes on: see `mgeo resume`.
-    What an algorithm takes, and its defaults: `mgeo algorithms NAME`.
+    The folder gets front.csv, front.npz (constraints of each solution), run.json (how to run it
+    again) and front.html. Ctrl-C ends the run and keeps what was found; a second Ctrl-C does not
+    wait for the end of the generation. Runs of the MGEO family write run.checkpoint: see
+    `mgeo resume`. Parameters of an algorithm and their defaults: `mgeo algorithms NAME`.
     """
     from mgeo.algorithms.staged import has_stages
     from mgeo.runs.algorithms import ROBUST, default_algorithm
@@ -156,7 +181,9 @@ def solve(
         from mgeo.cli.solve import run_to_folder
 
         raise typer.Exit(
-            run_to_folder(run, persistence, output, overwrite=overwrite, verbose=verbose)
+            run_to_folder(
+                run, persistence, output, overwrite=overwrite, max_time=max_time, verbose=verbose
+            )
         )
 
 
@@ -184,11 +211,12 @@ def resume(
         ),
     ] = None,
     problem: options.Problem = None,
+    max_time: MaxTime = None,
     check: Annotated[
         bool,
         typer.Option(
             "--check/--no-check",
-            help="Evaluate a few points again first, and refuse a problem that has changed.",
+            help="Refuse other versions of the software, and a problem with other values.",
         ),
     ] = True,
     json: options.Json = False,
@@ -196,24 +224,27 @@ def resume(
     verbose: options.Verbose = False,
     debug: options.Debug = False,
 ) -> None:
-    """Go on with a run that was interrupted or killed, or make a finished one longer.
+    """Continue a run that was interrupted or killed, or make a finished one longer.
 
-    It goes on from run.checkpoint in the folder, exactly as the run would have done, and writes
-    the same files.
+    The run continues from run.checkpoint in the folder exactly as if it had not stopped, and
+    writes the same files. A run of another problem or of other versions is refused.
     """
-    from mgeo.cli.solve import resumed, run_to_folder
+    from mgeo.cli.solve import run_to_folder
+    from mgeo.runs.resume import resume_run
+    from mgeo.store.run_persistence import RunPersistence
 
     output = Output(quiet, json)
     with bad_input():
-        if evaluations is not None and generations is not None:
-            raise ValueError("--evaluations and --generations are both given: expected one")
-        run, persistence = resumed(
+        run = resume_run(
             folder,
-            output,
             evaluations=evaluations,
             generations=generations,
             algorithm=algorithm,
             problem=problem,
             check=check,
         )
-    raise typer.Exit(run_to_folder(run, persistence, output, overwrite=True, verbose=verbose))
+        record = run.notes is not None and run.notes.record
+        persistence = RunPersistence(folder, run.configuration, run.algorithm, record=record)
+    raise typer.Exit(
+        run_to_folder(run, persistence, output, overwrite=True, max_time=max_time, verbose=verbose)
+    )

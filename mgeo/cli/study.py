@@ -1,23 +1,33 @@
-"""``mgeo study``: run a study file, or go on with it; and ``mgeo schema``, of such files."""
+"""``mgeo study``: run a study file, or continue it; and ``mgeo schema``, of such files."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 from mgeo.cli import options
 from mgeo.cli.errors import ExitCode, bad_input, of_interrupt
 from mgeo.cli.output import Output
-from mgeo.terminal import plain, table
+from mgeo.terminal import console, is_terminal, plain, table
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
     from mgeo.studies.file import Study
+    from mgeo.studies.progress import Done
 
 
 def study(
@@ -28,6 +38,9 @@ def study(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder to write [default: studies/FILE].")
     ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Continue the interrupted study in the folder.")
+    ] = False,
     evaluations: Annotated[
         int | None, typer.Option(min=1, help="Another budget than the file's.")
     ] = None,
@@ -38,12 +51,6 @@ def study(
     cluster: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Scheduler of a Dask cluster to run on.")
     ] = None,
-    coco_data: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", help="Log all runs by COCO's observer there, for cocopp to read."
-        ),
-    ] = None,
     dry_run: options.DryRun = False,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -51,30 +58,39 @@ def study(
 ) -> None:
     """Compare algorithms as a file says, and write tables and figures.
 
-    Finished runs are saved in the folder: a study that was interrupted goes on when the same
-    command is given again.
+    Each run is stored in the folder as it finishes: --resume continues a study that was
+    interrupted.
     """
+    from mgeo.studies.comparison import FailedRunsWarning
     from mgeo.studies.file import read_study
-    from mgeo.studies.study import estimate_study, run_study
+    from mgeo.studies.study import run_study
 
     folder, output = out or Path("studies", file.stem), Output(quiet, json)
-    with bad_input(), _notes(output):
-        if coco_data and cluster:
-            raise ValueError("--coco-data: expected no --cluster, whose workers write elsewhere")
+    with bad_input((ValueError, TypeError, OSError, BrokenProcessPool)):
         read = read_study(file, imports=not dry_run).reduced(evaluations, seeds)
-        with _workers(jobs, cluster) as n_jobs:
-            if dry_run:
-                from mgeo.cli.dry_run import describe_study
+        if dry_run:
+            from mgeo.cli.dry_run import describe_study
+            from mgeo.plugins.problems import is_own_class
 
-                expected = estimate_study(read, folder, n_jobs=n_jobs)
-                describe_study(read, expected, folder, output)
-                return
+            problems = {p.label: p.build() for p in read.problems if not is_own_class(p.name)}
+            describe_study(read, problems, folder, output)
+            listed = [(p.label, p.name) for p in read.problems]
+            listed += [(a.label, a.name) for a in read.algorithms]
+            for label, name in listed:
+                if is_own_class(name):
+                    output.note(
+                        f"Note: {label}: a dry run has no module imported that a file names"
+                    )
+            return
+        display = False if quiet else _bar if is_terminal(stderr=True) else True
+        with _workers(jobs, cluster) as n_jobs, warnings.catch_warnings():
+            warnings.simplefilter("ignore", FailedRunsWarning)  # noted below
             try:
                 comparisons = run_study(
-                    read, folder, n_jobs=n_jobs, progress=not quiet, coco_data=coco_data
+                    read, folder, resume=resume, n_jobs=n_jobs, progress=display
                 )
             except KeyboardInterrupt as error:
-                output.note(f"interrupted; the same command goes on with what is in {folder}")
+                output.note(f"interrupted; --resume continues with the runs in {folder}")
                 raise typer.Exit(of_interrupt(error)) from None
     raise typer.Exit(_show(read, comparisons, folder, output))
 
@@ -93,14 +109,14 @@ def schema(
 
 
 def _show(study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output) -> int:
-    """Show what was found; the exit code tells if runs failed."""
+    """Print the results; the exit code says whether runs failed."""
     from mgeo.store.run_folder import REPORT_FILE
     from mgeo.studies.conclusions import conclusions, published_table
 
     for label, comparison in comparisons.items():
-        shown, said = comparison.overview(), conclusions(comparison, study.control)
-        columns = table(["", *shown.columns], shown.itertuples(name=None))
-        output.print(plain(f"\n{label}", style="bold"), columns, *said)
+        overview, sentences = comparison.overview(), conclusions(comparison, study.control)
+        columns = table(["", *overview.columns], overview.itertuples(name=None))
+        output.print(plain(f"\n{label}", style="bold"), columns, *sentences)
         published = published_table(study, comparison)
         if published is not None and study.published is not None:
             beside = table(["", *published.columns], published.itertuples(name=None))
@@ -119,34 +135,48 @@ def _show(study: Study, comparisons: dict[str, Comparison], folder: Path, output
             },
         }
     )
+    for label, comparison in comparisons.items():
+        for text in comparison.failures(label):
+            output.note(f"Note: {text}")
     failed = sum(_count(comparison, "failed") for comparison in comparisons.values())
     if failed:
-        output.note(f"{failed} runs failed; the same command makes them again")
+        output.note(f"{failed} runs failed; --resume makes them again")
     return ExitCode.INCOMPLETE if failed else ExitCode.DONE
 
 
 @contextmanager
-def _notes(output: Output) -> Iterator[None]:
-    """Show what is said of runs that failed, are not kept or not used as notes, each once."""
-    from mgeo.studies.results import FailedRunsWarning, NotReusedWarning
+def _bar(title: str, total: int, reused: int | None) -> Iterator[Done]:
+    """Show the progress of runs as a bar on stderr."""
+    from mgeo.studies.progress import describe_reuse
 
-    with warnings.catch_warnings():
-        shown, told = warnings.showwarning, set[str]()
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[failed]}", style="red", markup=False),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(elapsed_when_finished=False),
+    )
+    with Progress(*columns, console=console(stderr=True)) as bar:
+        if reused is not None:
+            bar.console.print(describe_reuse(title, total, reused), markup=False)
+        task = bar.add_task(title, total=total, completed=reused or 0, failed="")
+        failed = 0
 
-        def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
-            if not issubclass(category, NotReusedWarning | FailedRunsWarning):
-                shown(message, category, *where, **more)
-            elif str(message) not in told:
-                told.add(str(message))
-                output.note(f"Note: {message}")
+        def done(name: str, seed: int, error: str) -> None:
+            nonlocal failed
+            if error:
+                failed += 1
+                bar.update(task, failed=f"{failed} failed")
+                bar.console.print(f"{name}, seed {seed}: {error}", markup=False, style="red")
+            bar.advance(task)
 
-        warnings.showwarning = show
-        yield
+        yield done
 
 
 @contextmanager
 def _workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
-    """Number of processes, or None on a cluster, which is then joblib's backend."""
+    """Yield the number of processes, or None on a cluster, which is then joblib's backend."""
     if cluster is None:
         yield jobs
         return

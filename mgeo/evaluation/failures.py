@@ -1,4 +1,4 @@
-"""Evaluate a batch of candidates some of which fail, and find out which and why."""
+"""Evaluation of a batch in which some candidates fail, and the cause of each failure."""
 
 from __future__ import annotations
 
@@ -12,23 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem, default_shape
 
-from mgeo._foreign import foreign, one_line
+from mgeo._text import one_line
 
 Values = dict[str, NDArray[Any]]
 _LONGEST = 200  # characters of a cause
-_BATCH = ("evaluate", "do", "_evaluate_elementwise")  # what pymoo takes a batch through
 
 
 @dataclass(frozen=True)
 class Failure:
-    """Why one candidate failed: a short cause, and the traceback if there was an exception."""
+    """Cause of a failure in one line, and the traceback if there was an exception."""
 
     cause: str
     trace: str = ""
 
     @classmethod
     def of(cls, error: Exception) -> Failure:
-        """From an exception that is being handled."""
+        """Return the failure of an exception that is being handled."""
         text = one_line(f"{type(error).__name__}: {error}").removesuffix(":")
         return cls(text[:_LONGEST], "".join(traceback.format_exception(error)).rstrip())
 
@@ -38,28 +37,32 @@ Part = tuple[Values, dict[int, Failure]]
 
 def attempt(
     problem: Problem, X: NDArray[Any], names: Sequence[str], options: Mapping[str, Any]
-) -> tuple[Values, dict[int, Failure]]:
-    """Evaluate all candidates that can be.
+) -> Part:
+    """Evaluate all candidates that do not fail.
+
+    A batch that raises is halved until the candidates that raise are alone. An exception of an
+    elementwise problem is caught at its element, so that no other candidate is evaluated again.
 
     Parameters
     ----------
     problem : a pymoo problem, elementwise or not.
     X : (n, n_var) candidates, or (n,) objects.
-    names : what to evaluate, as in `Problem.evaluate`: "F", "G", "H".
+    names : values to evaluate, as in `Problem.evaluate`: "F", "G", "H".
     options : further keywords for `Problem.evaluate`.
 
     Returns
     -------
-    values : what the problem gives by name, n rows each; NaN in rows that raised.
+    values : values by name, n rows each; NaN in rows that raised.
     failures : by row.
     """
 
     def evaluate(candidates: NDArray[Any]) -> Part:
-        guarded, in_elements = _guarded(problem)
+        raised: dict[int, Failure] = {}
+        guarded = _guarded(problem, raised) if problem.elementwise else problem
         values = guarded.evaluate(
             candidates, return_values_of=names, return_as_dictionary=True, **options
         )
-        return values, in_elements
+        return values, raised
 
     parts = _by_halves(evaluate, X)
     pattern = next((part[0] for part in parts if not isinstance(part, Failure)), None)
@@ -75,8 +78,8 @@ def attempt(
             pieces.append({name: _missing(value) for name, value in pattern.items()})
             row += 1
         else:
-            values, failed = part
-            failures |= {row + i: failure for i, failure in failed.items()}
+            values, raised = part
+            failures |= {row + i: failure for i, failure in raised.items()}
             pieces.append(values)
             row += len(next(iter(values.values())))
     joined = {name: np.concatenate([piece[name] for piece in pieces]) for name in pattern}
@@ -87,9 +90,8 @@ def attempt(
 
 def _by_halves(evaluate: Callable[[NDArray[Any]], Part], X: NDArray[Any]) -> list[Part | Failure]:
     try:
-        with foreign():
-            return [evaluate(X)]
-    except Exception as error:  # whatever a problem raises: foreign code
+        return [evaluate(X)]
+    except Exception as error:  # a problem may raise anything
         if len(X) == 1:
             return [Failure.of(error)]
     half = len(X) // 2
@@ -97,7 +99,7 @@ def _by_halves(evaluate: Callable[[NDArray[Any]], Part], X: NDArray[Any]) -> lis
 
 
 def _missing(pattern: NDArray[Any]) -> NDArray[Any]:
-    """One row like those of `pattern`, without values."""
+    """Return one row like those of `pattern`, without values."""
     value = np.nan if np.issubdtype(pattern.dtype, np.number) else None
     return np.full((1, *pattern.shape[1:]), value)
 
@@ -115,22 +117,13 @@ def _not_finite(values: Values) -> dict[int, Failure]:
     return found
 
 
-def _guarded(problem: Problem) -> tuple[Problem, dict[int, Failure]]:
-    """A problem to evaluate once, and where the failures of its elements will be, by row.
+def _guarded(problem: Problem, failures: dict[int, Failure]) -> Problem:
+    """Return a copy of an elementwise problem that puts failures of elements into `failures`.
 
-    Threads share problems, so the guard is put on a shallow copy, of which pymoo reads nothing but
-    how to evaluate a batch. The elements themselves are evaluated by the problem that is shared:
-    what `_evaluate` writes to it, such as a count of its calls, stays. That is so for pymoo's way
-    through a batch alone; a problem with a way of its own is evaluated as it is.
+    The elements are evaluated by the problem itself, so that a counter in its `_evaluate` counts.
     """
-    if not problem.elementwise or any(
-        getattr(type(problem), name) is not getattr(Problem, name) for name in _BATCH
-    ):
-        return problem, {}
-    failures: dict[int, Failure] = {}
 
     def run(f: Any, X: Any) -> list[dict[str, Any]]:
-        failures.clear()
         results = list(problem.elementwise_runner(partial(_evaluated, f), X))
         done = next((out for out in results if not isinstance(out, Failure)), None)
         if done is None:
@@ -144,20 +137,19 @@ def _guarded(problem: Problem) -> tuple[Problem, dict[int, Failure]]:
                 results[i] = {name: _missing(value)[0] for name, value in pattern.items()}
         return results
 
-    copy: Problem = object.__new__(type(problem))  # not by pickling, which may leave things out
-    vars(copy).update(
+    guarded: Problem = object.__new__(type(problem))  # pymoo's copy leaves the runner out
+    vars(guarded).update(
         vars(problem),
-        elementwise_func=lambda _, *arguments: problem.elementwise_func(problem, *arguments),
+        elementwise_func=lambda _, *args: problem.elementwise_func(problem, *args),
         elementwise_runner=run,
     )
-    return copy, failures
+    return guarded
 
 
 def _evaluated(f: Any, x: Any) -> dict[str, Any] | Failure:
-    """One element, evaluated wherever the runner takes it; an exception comes back as text."""
+    """Evaluate one element, in a worker perhaps; an exception comes back as a `Failure`."""
     try:
-        with foreign():
-            out: dict[str, Any] = f(x)
-    except Exception as error:  # whatever a problem raises: foreign code
+        out: dict[str, Any] = f(x)
+    except Exception as error:  # a problem may raise anything
         return Failure.of(error)
     return out

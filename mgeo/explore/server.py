@@ -25,7 +25,7 @@ from typing import Any, TypeVar
 from plotly.offline import get_plotlyjs
 from pydantic_core import to_jsonable_python
 
-from mgeo._foreign import one_line
+from mgeo._text import one_line
 from mgeo.explore.explorer import Explorer
 from mgeo.explore.saving import Exists
 from mgeo.figures.page import render

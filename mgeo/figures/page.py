@@ -12,8 +12,9 @@ import plotly.io as pio
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from mgeo.figures.style import PAGE_HEIGHT
+
 LIBRARY = "plotly.min.js"  # file of the plotting library, beside pages that share it
-HEIGHT = 560  # px, of a figure that names none
 _TITLE = 35  # px of a figure's margin that its title takes
 _CONFIG = {"responsive": True, "displaylogo": False, "showSendToCloud": False}
 _TEMPLATES = Environment(
@@ -54,7 +55,7 @@ def report_page(title: str, parts: Sequence[str | go.Figure], library: bool | st
             written.append(Markup(part))
             continue
         figure, heading = _headed(part)
-        height = f"{figure['layout'].get('height') or HEIGHT}px"
+        height = f"{figure['layout'].get('height') or PAGE_HEIGHT}px"
         body = _div(
             figure, f"figure{drawn}", library=library if not drawn else False, height=height
         )
@@ -66,7 +67,9 @@ def report_page(title: str, parts: Sequence[str | go.Figure], library: bool | st
 def drawing(figure: go.Figure) -> Markup:
     """A figure as a part of a page of one's own, which has the scripts of ``scripts.html``."""
     tree, _ = _headed(figure)
-    return _div(tree, "figure", library=True, height=f"{tree['layout'].get('height') or HEIGHT}px")
+    return _div(
+        tree, "figure", library=True, height=f"{tree['layout'].get('height') or PAGE_HEIGHT}px"
+    )
 
 
 def _headed(figure: go.Figure) -> tuple[dict[str, Any], list[str]]:

@@ -14,6 +14,9 @@ from numpy.typing import ArrayLike
 #: which is too faint on white, and darkest first.
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#444444")
 
+#: Height of a figure on a page that names none [px].
+PAGE_HEIGHT = 560
+
 #: Marker shapes, so that no figure depends on color alone.
 SYMBOLS = ("circle", "diamond", "square", "cross", "triangle-up", "x", "star")
 

@@ -1,6 +1,5 @@
-"""Problems and commands of others.
+"""Plugins: problems, algorithms and commands of other distributions.
 
-`discovery` finds them and says what a plugin may bring, `problems` builds a problem by its name,
-`view` is what people are shown of its solutions, `protocol` and `shown` check what a problem and
-its view give when they are asked, `checks` are for authors.
+`discovery` finds them, `problems` builds a problem by its name, `protocol` has the optional parts
+of a problem, `view` and `shown` what people are shown of solutions.
 """

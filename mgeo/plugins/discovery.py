@@ -1,4 +1,4 @@
-"""Problems, algorithms and commands of others: found without importing them, loaded on demand.
+"""Installed problems, algorithms and commands: found without an import, loaded on demand.
 
 A plugin is a distribution with an entry point in the group ``mgeo.problems`` that names a pymoo
 `Problem` class::
@@ -6,32 +6,20 @@ A plugin is a distribution with an entry point in the group ``mgeo.problems`` th
     [project.entry-points."mgeo.problems"]
     attitude = "mgeo_attitude:AttitudeManeuverProblem"
 
-It may name presets, ``options = {"preset": NAME}``, for completion on the command line. They are
-read without importing anything, from the name alone, and are therefore entry points, too::
-
-    [project.entry-points."mgeo.presets"]
-    "attitude.paper" = "mgeo_attitude.scenario:Scenario.paper"
-
-Its commands, a typer app, appear as ``mgeo NAME ...``::
-
-    [project.entry-points."mgeo.commands"]
-    attitude = "mgeo_attitude.commands.app:app"
-
-Another distribution adds its own to them by a name after a dot, and replaces those that only say
-where they are to be had::
+An algorithm, a class derived from pymoo's `Algorithm`, has one in ``mgeo.algorithms``. Commands, a
+typer app, have one in ``mgeo.commands`` and appear as ``mgeo NAME ...``; a name with a dot adds
+commands to those of another distribution::
 
     [project.entry-points."mgeo.commands"]
     "attitude.calibration" = "mgeo_calibration.commands.app:app"
 
-An algorithm, a class derived from pymoo's `Algorithm`, is known by its name in studies and on the
-command line, as ``module:Class`` is without an entry::
+Presets, ``options = {"preset": NAME}``, are listed in ``mgeo.presets`` for the completion of the
+command line, which reads the names only::
 
-    [project.entry-points."mgeo.algorithms"]
-    mgeo-cauchy = "cauchy:MGEOCauchy"
+    [project.entry-points."mgeo.presets"]
+    "attitude.paper" = "mgeo_attitude.scenario:Scenario.paper"
 
-A problem, too, is known as ``module:Class`` without one, see `mgeo.plugins.problems`. Besides what
-pymoo asks of it it may have the optional parts that `mgeo.plugins.protocol` asks for and
-``docs/plugins.md`` lists.
+Without an entry point a problem or an algorithm is named as ``module:Class``.
 """
 
 from __future__ import annotations
@@ -39,16 +27,13 @@ from __future__ import annotations
 import os
 import re
 import sys
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache
-from importlib import import_module, metadata
-from importlib.metadata import EntryPoint, EntryPoints
+from importlib import metadata
+from importlib.metadata import EntryPoint
 from typing import Any
 
-from mgeo._foreign import foreign
 from mgeo.benchmarks.collections import PREFIXES
 
 PROBLEMS = "mgeo.problems"
@@ -60,28 +45,31 @@ _MODULE_AND_CLASS = re.compile(r"\w+(\.\w+)*:\w+(\.\w+)*")
 
 
 class PluginError(ValueError):
-    """A plugin that does not exist, exists twice, or does not load."""
+    """A plugin is missing, installed twice, does not load, or raises."""
 
 
 @contextmanager
 def code_of_others(what: str, *own: type[Exception]) -> Iterator[None]:
-    """For calls of it: whatever it raises is a `PluginError` that begins with `what` was asked.
-
-    Errors of the kinds `own` are in its own words, and stay.
-    """
+    """Raise a `PluginError` that begins with `what` for any error but those of the kinds `own`."""
     try:
-        with foreign():
-            yield
-    except Exception as error:  # it may raise anything
+        yield
+    except Exception as error:
         if isinstance(error, (PluginError, *own)):
             raise
-        told = f"{what} {type(error).__name__}: {error}".removesuffix(": ")
-        raise PluginError(told) from error
+        raise PluginError(f"{what} {type(error).__name__}: {error}".removesuffix(": ")) from error
 
 
 @dataclass(frozen=True)
 class Plugin:
-    """An installed problem, algorithm, or commands, not imported yet."""
+    """An installed problem, algorithm or command, not imported yet.
+
+    Attributes
+    ----------
+    name : str
+    distribution, version : str
+        The distribution that provides it; empty for ``module:Class``.
+    entry_point : EntryPoint
+    """
 
     name: str
     distribution: str
@@ -90,21 +78,20 @@ class Plugin:
 
     @classmethod
     def of(cls, entry_point: EntryPoint) -> Plugin:
-        """What an entry point names; of one built by hand no distribution is known."""
+        """Return the plugin of an entry point."""
         owner = entry_point.dist
         known = ("", "") if owner is None else (owner.name, owner.version)
         return cls(entry_point.name, *known, entry_point)
 
     def load(self) -> Any:
-        """The class of a problem or an algorithm, or the typer app of commands.
+        """Import the class of a problem or an algorithm, or the typer app of commands.
 
         Raises
         ------
         PluginError
-            If the module cannot be imported or the entry point is none of these.
+            If the import fails, or the entry point names something else.
         """
-        group = self.entry_point.group
-        noun, is_valid, expected = _KINDS[group]
+        noun, is_valid, expected = _KINDS[self.entry_point.group]
         label = f"{noun} {self.name!r}"
         if self.distribution:
             label += f" of {self.distribution} {self.version}"
@@ -117,51 +104,54 @@ class Plugin:
         return loaded
 
 
-def entry_points(group: str) -> EntryPoints:
-    """Those of a group, in all distributions; read again only if a folder of the path changes."""
-    found: EntryPoints = _all_entry_points(tuple(map(_changed, sys.path))).select(group=group)
-    return found
-
-
-def _changed(folder: str) -> tuple[str, int]:
-    try:
-        return folder, os.stat(folder or ".").st_mtime_ns
-    except OSError:
-        return folder, 0
-
-
-@lru_cache(maxsize=1)
-def _all_entry_points(path: tuple[tuple[str, int], ...]) -> Any:
-    return metadata.entry_points()
-
-
 def installed_plugins(group: str = PROBLEMS) -> list[Plugin]:
-    """Every entry point of the group, sorted by name; a name may occur more than once."""
-    found = map(Plugin.of, entry_points(group=group))
-    return sorted(found, key=lambda plugin: (plugin.name, plugin.distribution))
-
-
-def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:
-    """The plugin of this name, not imported.
+    """Return the plugins of a group, sorted by name.
 
     Raises
     ------
     PluginError
-        If there is none (the message lists what is installed) or more than one (it names them).
+        If two distributions claim the same name.
     """
+    found: dict[str, Plugin] = {}
+    for plugin in map(Plugin.of, metadata.entry_points(group=group)):
+        other = found.setdefault(plugin.name, plugin)
+        if other != plugin:
+            owners = " and ".join(f"{p.distribution} {p.version}" for p in (other, plugin))
+            raise PluginError(
+                f"the {_KINDS[group][0]} name {plugin.name!r} is claimed by {owners}: uninstall "
+                "one of them"
+            )
+    return [found[name] for name in sorted(found)]
+
+
+def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:
+    """Return the plugin of a name, not imported.
+
+    Raises
+    ------
+    PluginError
+        If there is none; the message lists what is installed.
+    """
+    plugins = {plugin.name: plugin for plugin in installed_plugins(group)}
+    if name in plugins:
+        return plugins[name]
     noun = _KINDS[group][0]
-    plugins = installed_plugins(group)
-    matches = [plugin for plugin in plugins if plugin.name == name]
-    if not matches:
-        raise PluginError(f"no {noun} is called {name!r}{_alternatives(name, noun, plugins)}")
-    if len(matches) > 1:
-        owners = " and ".join(f"{match.distribution} {match.version}" for match in matches)
-        raise PluginError(f"the {noun} name {name!r} is claimed by {owners}: uninstall all but one")
-    return matches[0]
+    if not plugins:
+        raise PluginError(
+            f"no {noun} is called {name!r}: no {noun} is installed (in a checkout: pip install "
+            "./problems/attitude)"
+        )
+    from mgeo.validation.arguments import did_you_mean  # imports NumPy
+
+    others = f"{_prefixes(group)}; or module:Class" if group == PROBLEMS else ""
+    raise PluginError(
+        f"no {noun} is called {name!r}: installed are {', '.join(plugins)}{others}"
+        f"{did_you_mean(name, plugins)}"
+    )
 
 
 def plugin_versions(modules: Iterable[str]) -> dict[str, str]:
-    """Distributions and versions of the plugins that these modules belong to."""
+    """Return distributions and versions of the plugins that provide these modules."""
     tops = {module.partition(".")[0] for module in modules}
     return {
         plugin.distribution: plugin.version
@@ -171,10 +161,44 @@ def plugin_versions(modules: Iterable[str]) -> dict[str, str]:
 
 
 def preset_names(name: str) -> list[str]:
-    """Presets that plugins declare for the problem of this name, sorted."""
+    """Return the presets that plugins declare for a problem, sorted."""
     prefix = f"{name}."
-    names = {entry.name for entry in entry_points(group=PRESETS)}
+    names = {entry.name for entry in metadata.entry_points(group=PRESETS)}
     return sorted(full.removeprefix(prefix) for full in names if full.startswith(prefix))
+
+
+def load_algorithm(name: str) -> Any:
+    """Return the class of an installed algorithm, or of ``module:Class``.
+
+    Raises
+    ------
+    PluginError
+        If there is none, or it does not load.
+    """
+    return class_of(name, ALGORITHMS) if ":" in name else find_plugin(name, ALGORITHMS).load()
+
+
+def class_of(name: str, group: str) -> Any:
+    """Import ``module:Class``; the module may be in the current folder.
+
+    Raises
+    ------
+    PluginError
+        If the name is not of this form, or the module or class does not load.
+    """
+    if not _MODULE_AND_CLASS.fullmatch(name):
+        raise PluginError(f"{_KINDS[group][0]} {name!r}: expected module:Class{_prefixes(group)}")
+    if os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())
+    try:
+        return Plugin.of(EntryPoint(name, name, group)).load()
+    except PluginError as error:
+        raise PluginError(f"{error}{_prefixes(group)}") from error
+
+
+def _prefixes(group: str) -> str:
+    known = ", ".join(PREFIXES.values())
+    return f"; test problems have names as {known}" if group == PROBLEMS else ""
 
 
 def _is_problem_class(loaded: object) -> bool:
@@ -195,6 +219,7 @@ def _is_app(loaded: object) -> bool:
     return isinstance(loaded, typer.Typer)
 
 
+#: Noun, test of what an entry point names, and its description, by group.
 _KINDS: Mapping[str, tuple[str, Callable[[object], bool], str]] = {
     PROBLEMS: ("problem", _is_problem_class, "a class derived from pymoo.core.problem.Problem"),
     ALGORITHMS: (
@@ -204,62 +229,3 @@ _KINDS: Mapping[str, tuple[str, Callable[[object], bool], str]] = {
     ),
     COMMANDS: ("command", _is_app, "a typer app"),
 }
-
-
-def _alternatives(name: str, noun: str, plugins: Iterable[Plugin]) -> str:
-    names = sorted({plugin.name for plugin in plugins})
-    if not names:
-        return f": no {noun} is installed (in a checkout: pip install ./problems/attitude)"
-    from mgeo.validation.arguments import did_you_mean
-
-    others = f"{_prefixes(PROBLEMS)}; or module:Class" if noun == "problem" else ""
-    return f": installed are {', '.join(names)}{others}{did_you_mean(name, names)}"
-
-
-def load_algorithm(name: str) -> Any:
-    """The class of an installed algorithm, or that of ``module:Class``.
-
-    A module is looked for in the current folder, too, after all other places.
-
-    Raises
-    ------
-    PluginError
-        If there is not exactly one, or it does not load.
-    """
-    return class_of(name, ALGORITHMS) if ":" in name else find_plugin(name, ALGORITHMS).load()
-
-
-def class_of(name: str, group: str) -> Any:
-    """What ``module:Class`` names, of a module that may be in the current folder.
-
-    Raises
-    ------
-    PluginError
-        If the name is not of this form, or the module or class does not load.
-    """
-    noun = _KINDS[group][0]
-    if not _MODULE_AND_CLASS.fullmatch(name):
-        raise PluginError(f"{noun} {name!r}: expected module:Class{_prefixes(group)}")
-    if os.getcwd() not in sys.path:
-        sys.path.append(os.getcwd())
-    try:
-        return Plugin.of(EntryPoint(name, name, group)).load()
-    except PluginError as error:
-        raise PluginError(f"{error}{_prefixes(group)}") from error
-
-
-def _prefixes(group: str) -> str:
-    """What a name with a colon may also be."""
-    known = ", ".join(PREFIXES.values())
-    return f"; test problems have names as {known}" if group == PROBLEMS else ""
-
-
-def __getattr__(name: str) -> Any:
-    if name not in ("load_problem", "read_files", "built", "is_own_class"):
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    warnings.warn(
-        f"mgeo.plugins.discovery.{name} is mgeo.plugins.problems.{name} now; gone in 0.4",
-        DeprecationWarning,
-        stacklevel=2,
-    )
-    return getattr(import_module("mgeo.plugins.problems"), name)

@@ -1,10 +1,9 @@
-"""A problem by its name: a plugin's, a class of one's own, or one of a collection."""
+"""A problem by its name: an installed one, ``module:Class``, or one of a collection."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Collection, Mapping
-from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,20 +24,23 @@ if TYPE_CHECKING:
 def load_problem(
     name: str, options: Mapping[str, Any] | None = None, *, named: Collection[str] = ()
 ) -> Problem:
-    """The problem of this name, built from `options`: a plugin's, or one of a collection.
-
-    Names of collections have a prefix (`mgeo.benchmarks.collections`). A class with a method
-    ``from_options(options)`` is built by it, any other one by its constructor.
+    """Build the problem of a name.
 
     Parameters
     ----------
-    named : names ``module:Class`` that a person gave: no other has its module imported, since a
-        name may be from a file of somebody else.
+    name : str
+        Of an installed problem, of a test problem with a prefix (`mgeo.benchmarks.collections`), or
+        ``module:Class``.
+    options : mapping, optional
+        Handed to the class method ``from_options(options)``, or as keywords to the constructor.
+    named : collection of str
+        Names ``module:Class`` that the user gave. No other module is imported, as a name may come
+        from a file of somebody else.
 
     Raises
     ------
     PluginError
-        If there is not exactly one plugin of this name, or it does not load.
+        If there is no such problem, it does not load, or its code raises.
     ValueError, TypeError
         If the problem refuses an option.
     """
@@ -46,10 +48,12 @@ def load_problem(
         raise TypeError(f"options of {name!r} = {options!r:.80}: expected a table")
     given = dict(options or {})
     if is_benchmark(name):
-        return built(name, lambda: build_benchmark(name, given))
+        return _built(name, lambda: build_benchmark(name, given))
+    from mgeo.plugins.protocol import ProblemMixin, is_own  # imports NumPy
+
     cls = _problem_class(name, named)
-    if hasattr(cls, "from_options"):
-        return built(name, (lambda: cls.from_options(given)) if given else cls)
+    if is_own(cls, ProblemMixin.from_options):
+        return _built(name, (lambda: cls.from_options(given)) if given else cls)
     accepted = sorted(_constructor_keywords(cls))
     unknown = [key for key in given if key not in accepted]
     if unknown:
@@ -59,86 +63,44 @@ def load_problem(
             f"unknown option {unknown[0]!r} of problem {name!r}: expected "
             f"{' or '.join(accepted) or 'no options'}{did_you_mean(unknown[0], accepted)}"
         )
-    return built(name, lambda: cls(**given))
+    return _built(name, lambda: cls(**given))
 
 
 def read_files(
     name: str, options: dict[str, Any], folder: Path, *, named: Collection[str] = ()
 ) -> dict[str, Any]:
-    """Options of a scenario file in `folder` as the problem's ``read_files`` gives them.
+    """Return the options of a scenario file in `folder` with all files that they name read.
 
-    Without one they are what they were, and of a name that no or more than one plugin has, which
-    is refused when it is built; of ``module:Class`` they are unless `named`, see `load_problem`.
+    A problem without ``read_files``, an unknown name, and a ``module:Class`` that is not `named`
+    leave the options as they are; `load_problem` refuses the latter two.
 
     Raises
     ------
     PluginError
-        If it fails by an error of its code, or gives something else than a dict.
-    ValueError, OSError
-        Of ``read_files``, in its own words.
+        If ``read_files`` raises anything but a ValueError or an OSError.
     """
-    plugins = [plugin for plugin in installed_plugins() if plugin.name == name]
-    cls = plugins[0].load() if len(plugins) == 1 else None
-    if name in named and is_own_class(name):
-        cls = _problem_class(name, named)
+    if is_own_class(name):
+        cls = _problem_class(name, named) if name in named else None
+    else:
+        plugins = {plugin.name: plugin for plugin in installed_plugins()}
+        cls = plugins[name].load() if name in plugins else None
     reader = getattr(cls, "read_files", None)
     if reader is None:
         return options
     with code_of_others(f"read_files of problem {name!r} raised", ValueError, OSError):
-        given = reader(options, folder)
-    if not isinstance(given, dict):
-        raise PluginError(f"read_files of problem {name!r} gives {given!r:.80}: expected a dict")
-    return given
-
-
-def built(name: str, build: Callable[[], Any]) -> Problem:
-    """What `build` makes for this name, if it is a problem that can be searched.
-
-    Raises
-    ------
-    PluginError
-        If it is not, or `build` fails by an error of its code.
-    ValueError, OSError
-        Of `build`, in its own words.
-    """
-    from pymoo.core.problem import Problem
-
-    # the plugin's own words on an option; a TypeError is mostly Python's
-    with code_of_others(f"problem {name!r} cannot be built:", ValueError, OSError):
-        problem = build()
-    if not isinstance(problem, Problem):
-        raise PluginError(f"problem {name!r} is built as {problem!r:.80}: expected a pymoo Problem")
-    for key, least in (("n_var", 1), ("n_obj", 1), ("n_ieq_constr", 0), ("n_eq_constr", 0)):
-        count = getattr(problem, key)
-        if isinstance(count, bool) or not isinstance(count, Integral) or count < least:
-            raise PluginError(
-                f"{key} of problem {name!r} = {count!r:.80}: expected an integer >= {least}"
-            )
-    _check_sizes(name, problem)
-    return problem
-
-
-def _check_sizes(name: str, problem: Problem) -> None:
-    if getattr(problem, "vars", None) is not None:
-        return  # its bounds are in its variables
-    import numpy as np
-
-    for key in ("xl", "xu"):
-        bound = getattr(problem, key)
-        values = np.zeros(problem.n_var) if bound is None else np.asarray(bound)
-        numbers = values.dtype.kind in "biuf" and bool(np.isfinite(values).all())
-        if values.shape != (problem.n_var,) or not numbers:
-            raise PluginError(
-                f"{key} of problem {name!r} = {bound!r:.80}: expected {problem.n_var} numbers, "
-                "all of them finite"
-            )
-    if problem.xl is not None and problem.xu is not None and (problem.xl > problem.xu).any():
-        raise PluginError(f"problem {name!r}: expected xl <= xu, not {problem.xl} and {problem.xu}")
+        read: dict[str, Any] = reader(options, folder)
+    return read
 
 
 def is_own_class(problem: str) -> bool:
-    """Whether the name of a problem is ``module:Class``, and of no collection."""
+    """Return whether the name of a problem is ``module:Class``, and of no collection."""
     return ":" in problem and not is_benchmark(problem)
+
+
+def _built(name: str, build: Callable[[], Problem]) -> Problem:
+    # a ValueError is the plugin's own message on an option; a TypeError is mostly Python's
+    with code_of_others(f"problem {name!r} cannot be built:", ValueError, OSError):
+        return build()
 
 
 def _problem_class(name: str, named: Collection[str]) -> Any:
@@ -153,10 +115,9 @@ def _problem_class(name: str, named: Collection[str]) -> Any:
 
 
 def _constructor_keywords(cls: type) -> set[str]:
-    """What a problem's constructor takes by name: its own, and what it hands on by ``**options``.
+    """Return the keywords of a problem's constructor, and those that it passes on by ``**options``.
 
-    pymoo's own constructors hand theirs to `Problem`, which swallows any keyword, and what that
-    takes is no option: names count that some constructor before it spells out.
+    The constructor of pymoo's `Problem` ignores any keyword: its own keywords do not count.
     """
     found: set[str] = set()
     for base in cls.__mro__:

@@ -1,15 +1,11 @@
-"""What a problem of somebody else gives when it is asked, checked; for its view see `shown`.
-
-``docs/plugins.md`` lists the optional parts of a problem. A part that raises, or gives something
-else than it should, is a `PluginError` that names it.
-"""
+"""Optional parts of a problem: a base class with a default for each, and how mgeo calls them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from functools import partial
-from operator import length_hint
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Concatenate, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,17 +17,165 @@ from mgeo.plugins.discovery import PluginError, code_of_others
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
+    from mgeo.plugins.view import View
 
-def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names of the variables and of the objectives.
+P = ParamSpec("P")
+T = TypeVar("T")
 
-    They are the problem's ``var_names`` and ``obj_names``, or else the keys of its ``vars``, or
-    x1, x2, ..., and f1, f2, ...
+
+class ProblemMixin:
+    """Optional parts of a problem, each with a default.
+
+    mgeo accepts any pymoo `Problem` and uses the parts that the problem defines. A problem need not
+    inherit this class; a problem that does has the defaults as methods of its own. All designs are
+    numbers: a choice is the index of its option.
+
+    Attributes
+    ----------
+    var_names, obj_names, constraint_names : sequence of str, optional
+        Names, with units, of variables, objectives and inequality constraints. Default: ``x1``...,
+        ``f1``... and ``g1``....
+    instance_of : str
+        Function of which the problem is one instance or size. Studies average over the instances
+        of a function before they compare algorithms.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import ProblemMixin
+    >>> class Started(ProblemMixin, ZDT1):
+    ...     def starts(self, n, random_state):
+    ...         return np.zeros((n, self.n_var))
+    >>> problem = Started(n_var=3)
+    >>> problem.starts(2, np.random.default_rng(1)).shape, problem.recommended()
+    ((2, 3), {})
+    """
+
+    var_names: Sequence[str] | None = None
+    obj_names: Sequence[str] | None = None
+    constraint_names: Sequence[str] | None = None
+    instance_of: str = ""
+
+    def view(self, X: ArrayLike) -> View:
+        """Return the view that people are shown of designs, shape (n, n_var), n >= 0."""
+        from mgeo.plugins.view import View
+
+        return View(self, X)
+
+    def options(self) -> dict[str, Any] | None:
+        """Return the options that build this problem again, as JSON values.
+
+        None, the default, stands for a problem that is built without arguments.
+        """
+        return None
+
+    @classmethod
+    def from_options(cls, options: Mapping[str, Any]) -> Any:
+        """Build the problem from options; by default they are the constructor's keywords."""
+        return cls(**options)
+
+    @classmethod
+    def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+        """Return the options of a scenario file in `folder` with all files that they name read."""
+        return dict(options)
+
+    def robust(self) -> Problem | None:
+        """Return the problem whose objectives are robust quantiles, for ``--robust``, or None.
+
+        The robust problem has `options`.
+        """
+        return None
+
+    def starts(self, n: int, random_state: np.random.Generator) -> FloatArray | None:
+        """Return n good initial designs, shape (n, n_var), for ``--starts``, or None."""
+        return None
+
+    def refine(self, X: FloatArray) -> Iterator[FloatArray] | None:
+        """Return an iterator over better designs in place of those of a front, or None.
+
+        Each step gives all designs, shape (m, n_var): first those in place of the n rows of `X`,
+        then further ones, never fewer than in the step before. Worse and infeasible designs are
+        not taken. The same `X` gives the same steps. A length hint serves ``--dry-run``.
+        """
+        return None
+
+    def recommended(self) -> dict[str, Any]:
+        """Return the defaults of ``mgeo solve``: keys ``starts``, ``polish`` and ``evaluations``.
+
+        They are the number of initial designs, whether the front is refined, and the evaluations
+        of a run that ends with a refinement.
+        """
+        return {}
+
+    def at_stage(self, stage: int) -> Problem:
+        """Return the problem at a fidelity level of a search, from 0, lowest; see `MGEOStaged`."""
+        return self
+
+    def indicator_space(self, F: ArrayLike) -> FloatArray | None:
+        """Return objectives as indicators see them, shape (n, n_obj), or None.
+
+        The map keeps dominance, and the reference point of the hypervolume is (1, ..., 1). With
+        None, the default, indicators scale objectives by the fronts that were found.
+        """
+        return None
+
+    @classmethod
+    def solution_of(cls, document: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any] | None:
+        """Return options and design of a JSON document of this problem; None for another one."""
+        return None
+
+    def document_of(self, x: FloatArray) -> dict[str, Any] | None:
+        """Return a design, shape (n_var,), as the JSON document that `solution_of` reads.
+
+        None, the default, stands for mgeo's own format, which names the problem.
+        """
+        return None
+
+
+def ask(
+    owner: Any, method: Callable[Concatenate[Any, P], T], *args: P.args, **kwargs: P.kwargs
+) -> T:
+    """Call an optional method of a problem, or a method of its view.
+
+    Parameters
+    ----------
+    owner : Problem or View
+    method : function
+        Method of `ProblemMixin` or `View`; the method itself where the owner does not define one.
 
     Raises
     ------
     PluginError
-        If there is not one name for each, or a name occurs twice.
+        If the method raises.
+    """
+    name = method.__name__
+    problem = getattr(owner, "problem", owner)
+    with code_of_others(f"{name} of problem {type(problem).__name__} raised"):
+        own: Callable[..., T] = getattr(owner, name, None) or partial(method, owner)
+        return own(*args, **kwargs)
+
+
+def is_own(owner: Any, method: Callable[..., Any]) -> bool:
+    """Return whether a problem or view defines a method itself, such as ``View.describe``."""
+    own = getattr(owner, method.__name__, None)
+    return own is not None and _function(own) is not _function(method)
+
+
+def _function(method: Any) -> Any:
+    return getattr(method, "__func__", method)
+
+
+def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names of the variables and of the objectives.
+
+    They are the problem's ``var_names`` and ``obj_names``, the keys of its ``vars``, or x1, x2, ...
+    and f1, f2, ....
+
+    Raises
+    ------
+    PluginError
+        If a name is missing or occurs twice.
     """
     variables = _names(problem, "var_names", "x", problem.n_var, variable_names(problem))
     objectives = _names(problem, "obj_names", "f", problem.n_obj)
@@ -42,19 +186,34 @@ def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 
 def constraint_names(problem: Problem) -> tuple[str, ...]:
-    """``constraint_names``, or g1, g2, ..., of inequalities, and h1, h2, ... of equalities.
+    """Return ``constraint_names``, or g1, g2, ..., of inequalities, and h1, ... of equalities.
 
     Raises
     ------
     PluginError
-        If there is not one name for each inequality, or a name occurs twice.
+        If a name is missing or occurs twice.
     """
     equalities = tuple(f"h{j + 1}" for j in range(problem.n_eq_constr))
     return (*_names(problem, "constraint_names", "g", problem.n_ieq_constr), *equalities)
 
 
+def _names(
+    problem: Problem, attribute: str, letter: str, count: int, declared: Sequence[str] | None = None
+) -> tuple[str, ...]:
+    given = getattr(problem, attribute, None)
+    if given is None:
+        given = declared or [f"{letter}{i + 1}" for i in range(count)]
+    names = tuple(given)
+    if len(set(names)) != count or len(names) != count:
+        raise PluginError(
+            f"{attribute} of {type(problem).__name__} = {list(names)}: expected {count} different "
+            "names"
+        )
+    return names
+
+
 def problem_size(problem: Problem) -> dict[str, Any]:
-    """Names of variables and objectives, and the number of constraints, as JSON values."""
+    """Return names of variables and objectives, and the number of constraints, as JSON values."""
     variables, objectives = column_names(problem)
     return {
         "variables": list(variables),
@@ -64,94 +223,69 @@ def problem_size(problem: Problem) -> dict[str, Any]:
 
 
 def indicator_space(problem: Problem) -> Callable[[ArrayLike], FloatArray] | None:
-    """Its ``indicator_space``, which takes and gives shape (n, n_obj); None if it has none."""
-    if getattr(problem, "indicator_space", None) is None:
+    """Return the problem's ``indicator_space`` as a function; None if it defines none."""
+    if not is_own(problem, ProblemMixin.indicator_space):
         return None
-
-    def checked(F: ArrayLike) -> FloatArray:
-        def is_valid(given: Any) -> bool:
-            try:
-                points = np.asarray(given, dtype=float)
-            except (TypeError, ValueError):
-                return False
-            return points.shape == np.shape(F) and bool(np.isfinite(points).all())
-
-        expected = f"finite numbers of shape {np.shape(F)}"
-        return np.asarray(asked(problem, "indicator_space(F)", is_valid, expected, F), dtype=float)
-
-    return checked
+    return lambda F: np.asarray(ask(problem, ProblemMixin.indicator_space, F), dtype=float)
 
 
 def options(problem: Problem) -> dict[str, Any] | None:
-    """Its ``options()``, None if it has none."""
-
-    def is_valid(given: Any) -> bool:
-        return isinstance(given, dict) and all(isinstance(key, str) for key in given)
-
-    found: dict[str, Any] | None
-    found = asked(problem, "options()", is_valid, "a dict with keys of type str")
-    return found
+    """Return the problem's ``options()``, None if it has none."""
+    return ask(problem, ProblemMixin.options)
 
 
 def robust(problem: Problem) -> Problem:
-    """Its ``robust()``, the problem of solutions that keep what they promise.
+    """Return the problem's ``robust()``.
 
     Raises
     ------
     ValueError
         If it has none.
-    PluginError
-        If it gives no problem, or one whose ``options()`` would not build it again.
     """
-    from pymoo.core.problem import Problem
-
-    found: Problem | None
-    found = asked(problem, "robust()", lambda given: isinstance(given, Problem), "a pymoo Problem")
+    found = ask(problem, ProblemMixin.robust)
     if found is None:
         raise ValueError(f"{type(problem).__name__} has no robust(): expected a run without it")
-    if options(found) is None:
-        raise PluginError(f"robust() of problem {type(problem).__name__} has no options()")
     return found
 
 
 def refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
-    """What its ``refine(X)`` gives in the place of solutions, bit by bit, each shape (n, n_var).
+    """Yield the designs of each step of the problem's ``refine(X)``, shape (m, n_var).
 
-    Tables may have more rows, which follow, and no fewer than the one before. Of a problem that
-    has none it is refused.
+    Raises
+    ------
+    PluginError
+        If the problem has no refinement, or the refinement raises or loses designs: the front that
+        it refines has taken a whole run.
     """
-    owner = f"of problem {type(problem).__name__}"
-    if getattr(problem, "refine", None) is None:
-        raise PluginError(f"refine {owner} is missing: expected a run without --polish")
-    with code_of_others(f"refine {owner} raised"):
-        steps = iter(problem.refine(X.copy()))
-    least = len(X)
+    steps = ask(problem, ProblemMixin.refine, X.copy())
+    name = type(problem).__name__
+    if steps is None:
+        raise PluginError(f"problem {name} has no refine(): expected a run without --polish")
+    iterator, least = iter(steps), len(X)
     while True:
-        with code_of_others(f"refine {owner} raised"):
-            given = next(steps, None)
-            table = None if given is None else np.array(given, dtype=float)
+        with code_of_others(f"refine of problem {name} raised"):
+            table = next(iterator, None)
         if table is None:
             return
-        fits = table.ndim == 2 and table.shape[1] == X.shape[1] and len(table) >= least
-        if not (fits and np.isfinite(table).all()):
+        designs = np.array(table, dtype=float)
+        expected = least, X.shape[1]
+        if designs.ndim != 2 or designs.shape[1] != expected[1] or len(designs) < least:
             raise PluginError(
-                f"refine(X) {owner} gives {given!r:.80}: expected finite numbers of shape "
-                f"({least}, {X.shape[1]}), or more rows"
+                f"refine(X) of problem {name} gives shape {designs.shape}: expected {expected}, or "
+                "more rows"
             )
-        least = len(table)
-        yield table
-
-
-def refinement_steps(problem: Problem, X: FloatArray) -> int:
-    """How many steps as long as its first one its ``refine(X)`` has, 0 if it does not say."""
-    with code_of_others(f"refine of problem {type(problem).__name__} raised"):
-        return length_hint(problem.refine(X.copy()))
+        least = len(designs)
+        yield designs
 
 
 class Recommended(NamedTuple):
-    """With how many of its starts and evaluations, and whether with a polish, a run is best made.
+    """Defaults that a problem recommends for a run.
 
-    Evaluations, if there are any, go with the polish.
+    Attributes
+    ----------
+    starts : number of initial designs that the problem suggests.
+    polish : whether the front is refined at the end.
+    evaluations : evaluations of a run that ends with a refinement.
     """
 
     starts: int = 0
@@ -160,86 +294,10 @@ class Recommended(NamedTuple):
 
 
 def recommended(problem: Problem) -> Recommended:
-    """What its ``recommended()`` gives."""
-
-    def is_valid(given: Any) -> bool:
-        if not isinstance(given, dict) or given.keys() - set(Recommended._fields):
-            return False
-        found = Recommended(**given)
-        evaluations = 1 if found.evaluations is None else found.evaluations
-        numbers = type(found.starts) is int and type(evaluations) is int
-        return numbers and found.starts >= 0 and evaluations >= 1 and isinstance(found.polish, bool)
-
-    expected = "a dict of starts, an int >= 0, polish, a bool, and evaluations, an int >= 1"
-    return Recommended(**(asked(problem, "recommended()", is_valid, expected) or {}))
-
-
-def fingerprint(thing: Any) -> str:
-    """The ``fingerprint`` by which a problem's or an algorithm's author vouches; empty for none."""
-    given = getattr(thing, "fingerprint", None)
-    if given is None:
-        return ""
-    if not isinstance(given, str) or not given:
-        raise PluginError(
-            f"fingerprint of {type(thing).__name__} = {given!r:.80}: expected a text that says "
-            "what it computes"
-        )
-    return given
+    """Return what the problem's ``recommended()`` gives."""
+    return Recommended(**ask(problem, ProblemMixin.recommended))
 
 
 def instance_of(problem: Problem) -> str:
-    """Its ``instance_of``, the function of which it is one instance or size; empty for none."""
-    given = getattr(problem, "instance_of", "")
-    if not isinstance(given, str):
-        raise PluginError(
-            f"instance_of of problem {type(problem).__name__} = {given!r:.80}: expected a text"
-        )
-    return given
-
-
-def asked(
-    problem: Problem, call: str, is_valid: Callable[[Any], bool], expected: str, *arguments: Any
-) -> Any:
-    """What an optional method returns, checked; None if the problem has none of this name."""
-    method = getattr(problem, call.partition("(")[0], None)
-    if method is None:
-        return None
-    return checked_part(problem, call, partial(method, *arguments), is_valid, expected)
-
-
-def checked_part(
-    problem: Problem,
-    call: str,
-    made: Callable[[], Any],
-    is_valid: Callable[[Any], bool],
-    expected: str,
-) -> Any:
-    """What a part of a problem gives when it is asked, checked."""
-    owner = f"of problem {type(problem).__name__}"
-    with code_of_others(f"{call.partition('(')[0]} {owner} raised"):
-        given = made()
-        given = list(given) if isinstance(given, Iterator) else given
-    if not is_valid(given):
-        sized = isinstance(given, np.ndarray) or hasattr(given, "iloc")
-        found = f"{type(given).__name__} of shape {np.shape(given)}" if sized else repr(given)
-        raise PluginError(f"{call} {owner} gives {found:.80}: expected {expected}")
-    return given
-
-
-def _names(
-    problem: Problem,
-    attribute: str,
-    letter: str,
-    count: int,
-    declared: tuple[str, ...] | None = None,
-) -> tuple[str, ...]:
-    default = declared or [f"{letter}{i + 1}" for i in range(count)]
-    given = getattr(problem, attribute, None)
-    label = f"{attribute} of {type(problem).__name__}"
-    try:
-        names = tuple(map(str, default if given is None else given))
-    except TypeError as error:
-        raise PluginError(f"{label} = {given!r:.80}: expected {count} names") from error
-    if len(set(names)) != count or len(names) != count:
-        raise PluginError(f"{label} = {list(names)}: expected {count} different names")
-    return names
+    """Return the function of which the problem is one instance or size; empty for none."""
+    return str(getattr(problem, "instance_of", ""))

@@ -1,20 +1,17 @@
-"""What people are shown of solutions: one class, which serves any pymoo problem as it stands."""
+"""The presentation of solutions: a base class whose defaults serve any pymoo problem."""
 
 from __future__ import annotations
 
-import functools
-import warnings
-from collections.abc import Callable, Hashable, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo._typing import FloatArray
 from mgeo.evaluation.individuals import as_numbers
-from mgeo.plugins.protocol import asked, column_names, constraint_names
-from mgeo.plugins.shown import ask
+from mgeo.plugins.protocol import ProblemMixin, ask, column_names, constraint_names
+from mgeo.plugins.protocol import is_own as is_own
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,34 +20,34 @@ if TYPE_CHECKING:
 
     from mgeo.plugins.shown import Review
 
-#: By how much equality constraints may be off, as in pymoo.
+#: Tolerance of equality constraints, as in pymoo.
 TOLERANCE = 1e-4
 
 
 class View:
-    """Solutions of a problem as people are shown them.
+    """Presentation of solutions of a problem; each method has a default for any problem.
 
-    A problem that has more to say than its numbers gives a subclass of it by a method ``view(X)``.
-    A view is made once for its solutions, so that what it evaluates for one of its answers can be
-    a cached property, and serve all. Whatever concerns the problem alone, `impossible`, `facts`,
-    `notes` and `front_summary`, needs no solutions: it is asked of a view of none.
+    A problem with more to say returns a subclass from its method ``view(X)``. A view is built once
+    for its solutions, so that an expensive evaluation can be a cached property that several
+    methods use. The methods `impossible`, `facts`, `notes` and `front_summary` describe the problem
+    and are also called on a view of no solutions.
 
     Parameters
     ----------
     problem : Problem
     X : array_like, shape (n, n_var)
-        Solutions as numbers, of a choice that of its option, or dicts of their variables; n may be
-        0. One solution may be a row.
+        Solutions as numbers, a choice as the index of its option, or as dicts of their variables;
+        n may be 0. One solution may be a row.
 
     Attributes
     ----------
     X : array, shape (n, n_var)
-        As numbers.
+        Solutions as numbers.
 
     Raises
     ------
     ValueError
-        For another shape.
+        If `X` has another shape.
 
     Examples
     --------
@@ -74,34 +71,31 @@ class View:
 
     @cached_property
     def F(self) -> FloatArray:
-        """Objectives, shape (n, n_obj), as a run has found them, or else evaluated."""
+        """Objectives, shape (n, n_obj): those of a run where they are known, else evaluated."""
         return self._values[0]
 
     def take(self, rows: ArrayLike) -> View:
-        """A view of some of the solutions, by their rows.
+        """Return a view of some solutions, selected by row.
 
-        A subclass lets it share what it knows of them already.
+        A subclass may hand over what it has evaluated already.
         """
         places = np.asarray(rows, dtype=np.int64)
         known = self.F[places] if "F" in self.__dict__ else None
         return view_of(self.problem, self.X[places], known)
 
     def describe(self) -> pd.DataFrame:
-        """A row for each solution, in the words of the domain; here objectives and variables."""
+        """Return a table with one row per solution, by default objectives and variables."""
         import pandas as pd
 
         variables, objectives = column_names(self.problem)
         return pd.DataFrame(np.hstack([self.F, self.X]), columns=[*objectives, *variables])
 
     def glance(self) -> pd.DataFrame:
-        """Of `describe` what is known within milliseconds, while a hand moves a variable.
-
-        Numbers are what counts; here it is `describe` itself.
-        """
+        """Return the columns of `describe` that take milliseconds, for sliders; by default all."""
         return self.describe()
 
     def answers(self) -> list[str]:
-        """For each solution a line that says what it is worth; here its objectives."""
+        """Return a summary of each solution in one line, by default its objectives."""
         _, names = column_names(self.problem)
         return [
             ", ".join(f"{name} {value:.5g}" for name, value in zip(names, row, strict=True))
@@ -109,11 +103,11 @@ class View:
         ]
 
     def limits(self) -> list[pd.DataFrame]:
-        """For each solution a table, with a row for each limit by its name.
+        """Return for each solution a table with one row per constraint, named by the index.
 
-        Columns: ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit`` and ``margin``,
-        below zero where it is exceeded. Here of the constraints, of which only the margin is known:
-        ``value`` and ``limit`` are NaN.
+        Columns are ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit`` and
+        ``margin``, which is negative where the constraint is violated. By default ``value`` and
+        ``limit`` are NaN, as a pymoo problem gives margins only.
         """
         import pandas as pd
 
@@ -123,45 +117,52 @@ class View:
 
     @cached_property
     def margins(self) -> FloatArray:
-        """What constraints, inequalities first, leave of their limits, shape (n, g + h)."""
+        """Constraint margins, inequalities first, shape (n, n_ieq_constr + n_eq_constr)."""
         _, G, H = self._values
         return -excess(G, H)
 
+    def arrays(self) -> dict[str, np.ndarray[Any, Any]]:
+        """Return further arrays to store with a front, shape (n, ...) each, by name; here none.
+
+        They are written into ``front.npz`` beside X, F, G and H, and read as
+        ``read_run(folder).outcome.arrays``.
+        """
+        return {}
+
     def remarks(self) -> list[str]:
-        """Lines about the solutions as a whole, a front; here none."""
+        """Return remarks about all solutions together, one line each; by default none."""
         return []
 
     def ways_out(self) -> list[str]:
-        """Lines about solutions that come nearest where none keeps all limits; here none."""
+        """Return suggestions where no solution satisfies all constraints; by default none."""
         return []
 
     def figures(self) -> dict[str, go.Figure]:
-        """Figures of the solutions together, ``front`` among them.
+        """Return figures of all solutions together, by default ``front``, see `plain_front`.
 
-        A report lets one choose points of it whose ``customdata`` is the number of their row. Here
-        it is `plain_front`.
+        A report lets people click points of ``front`` whose ``customdata`` is their row.
         """
         figure = self.plain_front(type(self.problem).__name__)
         return {} if figure is None else {"front": figure}
 
     def plain_front(self, title: str = "") -> go.Figure | None:
-        """A front of up to three objectives as it is drawn for any problem, None of more."""
+        """Return the figure of a front with up to three objectives; None for more."""
         from mgeo.figures.front import MOST_OBJECTIVES, MOST_TEXTS, front_figure
 
         if self.problem.n_obj > MOST_OBJECTIVES:
             return None
-        told = is_own(self, View.describe) and len(self.X) <= MOST_TEXTS
-        described = ask(self, View.describe) if told else None
+        has_texts = is_own(self, View.describe) and len(self.X) <= MOST_TEXTS
+        described = ask(self, View.describe) if has_texts else None
         return front_figure(self.X, self.F, *column_names(self.problem), title, described)
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
-        """For each solution small figures of it alone, which may move; here none."""
+        """Return for each solution small figures, which may be animated; by default none."""
         return [{} for _ in self.X]
 
     def drawings(self) -> list[dict[str, dict[str, Any]]]:
-        """`solution_figures` as trees of plotly, dicts of ``data`` and ``layout`` with arrays.
+        """Return `solution_figures` as dicts of ``data`` and ``layout`` with arrays.
 
-        A problem that makes these has figures of a whole front in a tenth of the time.
+        A subclass that makes dicts directly saves plotly's validation, nine tenths of the time.
         """
         return [
             {name: figure.to_plotly_json() for name, figure in figures.items()}
@@ -169,37 +170,33 @@ class View:
         ]
 
     def review(self) -> Review:
-        """What a document for a review says of the only solution of this view.
-
-        Here its description and its limits.
-        """
+        """Return the only solution as a document, by default its description and constraints."""
         from mgeo.plugins.shown import Review, Section
 
-        described, (limits,) = ask(self, View.describe), ask(self, View.limits)
-        facts = ask(self, View.facts)
-        shown = described.T.rename(columns={described.index[0]: "value"})
-        sections = [Section("What it is about", tuple(f"{k}: {v}" for k, v in facts.items()))]
-        sections = sections if facts else []
-        sections.append(Section("Solution", table=shown))
+        described, (limits,) = self.describe(), self.limits()
+        facts = tuple(f"{name}: {text}" for name, text in self.facts().items())
+        sections = [Section("Problem", facts)] if facts else []
+        table = described.T.rename(columns={described.index[0]: "value"})
+        sections.append(Section("Solution", table=table))
         if len(limits):
             sections.append(Section("Limits", table=limits))
-        title, (answer,) = type(self.problem).__name__, ask(self, View.answers)
+        title, (answer,) = type(self.problem).__name__, self.answers()
         return Review(title, answer, tuple(sections))
 
     def impossible(self) -> list[str]:
-        """Lines that say why nothing at all can keep the limits, and what to relax; here none."""
+        """Return reasons why no design satisfies the constraints, by default none."""
         return []
 
     def facts(self) -> dict[str, str]:
-        """What the problem is about, by what is told, for ``--dry-run`` and reports; here none."""
+        """Return facts about the problem by name, for ``--dry-run`` and reports; default none."""
         return {}
 
     def notes(self) -> list[str]:
-        """Lines about the problem as it stands, for ``--dry-run``; here none."""
+        """Return notes about the problem, for ``--dry-run``, one line each; by default none."""
         return []
 
     def front_summary(self, F: FloatArray) -> dict[str, float]:
-        """Numbers about a front, shape (n, n_obj): columns of a study's table; here none."""
+        """Return numbers about a front, shape (n, n_obj), for the table of a study."""
         return {}
 
     @cached_property
@@ -222,19 +219,20 @@ class View:
 
 
 def view_of(problem: Problem, X: ArrayLike | None = None, F: FloatArray | None = None) -> View:
-    """The view of solutions, shape (n, n_var): the problem's own, or else a `View`.
+    """Return the problem's view of solutions, by default a `View`.
 
     Parameters
     ----------
-    X
-        Default: none, for what concerns the problem alone.
-    F
-        Their objectives, shape (n, n_obj), if they are known.
+    problem : Problem
+    X : array_like, shape (n, n_var), optional
+        Default: no solutions, for what describes the problem itself.
+    F : array, shape (n, n_obj), optional
+        Objectives of the solutions, if they are known.
 
     Raises
     ------
     PluginError
-        (a ValueError) If the problem's ``view(X)`` raises, or gives something else.
+        If the problem's ``view(X)`` raises.
 
     Examples
     --------
@@ -244,19 +242,14 @@ def view_of(problem: Problem, X: ArrayLike | None = None, F: FloatArray | None =
     'View'
     """
     given = np.empty((0, problem.n_var)) if X is None else _numbers(problem, X)
-    own = asked(problem, "view(X)", lambda made: isinstance(made, View), "a View", given)
-    view = View(problem, given) if own is None else own
-    if old := _old_attributes(problem):
-        _deprecate(cast(Hashable, type(problem)), old)
-        methods = {name: _delegated(name) for name in old}
-        view.__class__ = type(type(view).__name__, (type(view),), methods)
+    view = ask(problem, ProblemMixin.view, given)
     if F is not None:
         view.F = F
     return view
 
 
 def front_of(view: View, title: str) -> go.Figure | None:
-    """The problem's own ``front``, or else the plain one; None of no solutions, or if none can."""
+    """Return the problem's own ``front`` or the plain one; None without solutions."""
     if not len(view.X):
         return None
     own = ask(view, View.figures).get("front") if is_own(view, View.figures) else None
@@ -264,47 +257,8 @@ def front_of(view: View, title: str) -> go.Figure | None:
 
 
 def excess(G: FloatArray, H: FloatArray) -> FloatArray:
-    """By how much constraints are exceeded, at most zero where they are kept, shape (n, g + h)."""
+    """Return constraint violations, positive where violated, shape (n, n_ieq + n_eq)."""
     return np.hstack([np.asarray(G, dtype=float), np.abs(np.asarray(H, dtype=float)) - TOLERANCE])
-
-
-def is_own(view: View, method: Callable[..., object]) -> bool:
-    """Whether a view has its own of a method, such as ``View.describe``."""
-    return getattr(type(view), method.__name__) is not method
-
-
-#: What a problem could have before there was a `View`, and whether it took solutions.
-_OLD: Mapping[str, bool] = {
-    **dict.fromkeys(("describe", "answers", "limits", "remarks", "ways_out"), True),
-    **dict.fromkeys(("figures", "solution_figures"), True),
-    **dict.fromkeys(("impossible", "notes", "front_summary"), False),
-}
-
-
-def _old_attributes(problem: Problem) -> tuple[str, ...]:
-    """Those that a problem has of its own, or by a class below the one that has ``view``."""
-    kinds = type(problem).__mro__
-    below = next((i for i, kind in enumerate(kinds) if "view" in vars(kind)), len(kinds))
-    places = [vars(problem), *map(vars, kinds[:below])]
-    return tuple(name for name in _OLD if any(place.get(name) is not None for place in places))
-
-
-@functools.cache
-def _deprecate(kind: Any, old: tuple[str, ...]) -> None:
-    warnings.warn(
-        f"{kind.__name__} has {', '.join(old)} of its own: make them methods, without X, of a "
-        "subclass of mgeo.View that its view(X) gives; gone in 0.4",
-        DeprecationWarning,
-        stacklevel=3,
-    )
-
-
-def _delegated(name: str) -> Callable[..., Any]:
-    def method(self: View, *given: Any) -> Any:
-        return getattr(self.problem, name)(*([self.X] if _OLD[name] else []), *given)
-
-    method.__name__ = name
-    return method
 
 
 def _numbers(problem: Problem, X: ArrayLike) -> FloatArray:

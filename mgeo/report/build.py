@@ -32,7 +32,7 @@ from mgeo.plugins.shown import ask, cells, kinds_of
 from mgeo.plugins.view import TOLERANCE, View, is_own, view_of
 from mgeo.report.solutions import figure_json, script_json, solutions_json
 from mgeo.runs.answer import RepresentativeSolution, answer, dead_end, representative_solutions
-from mgeo.runs.meters import HypervolumeMeter
+from mgeo.runs.hypervolume import MAX_OBJECTIVES, scaled, unit_hypervolume
 from mgeo.store.provenance import difference
 from mgeo.store.reading import read_json
 from mgeo.store.recorder import read_record
@@ -45,7 +45,7 @@ from mgeo.store.run_folder import (
     check_verification,
     read_run,
 )
-from mgeo.validation.tables import errors_of
+from mgeo.validation.entries import errors_of
 
 _SAMPLES = 60
 
@@ -84,33 +84,34 @@ def hypervolume_history(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]] | None:
     """Evaluations and the hypervolume of all that was found until then, shapes (k,).
 
-    It is measured as the run's own: in the problem's indicator space, or in the range that the
-    whole run saw. It begins after the evaluations that gave no more than estimates. None where a
-    run has no hypervolume, nothing feasible was found, or all that is recorded are estimates.
+    It is measured in the indicator space of the problem, or else with the objectives scaled to the
+    range of all feasible evaluations. It begins after the evaluations that gave estimates only.
+    None for one objective, for more than `MAX_OBJECTIVES`, or if there is no feasible evaluation.
 
     Parameters
     ----------
     record
         What `mgeo.read_record` reads, with the objectives and constraints.
     """
-    if outcome.hypervolume is None or record.empty:
+    if not 1 < problem.n_obj <= MAX_OBJECTIVES:
         return None
-    meter = HypervolumeMeter(problem)
-    if outcome.hypervolume.space == "seen":
-        meter.seen = [list(outcome.hypervolume.ideal), list(outcome.hypervolume.nadir)]
     G, H = (record[_constraints(problem, kind)].to_numpy(float) for kind in "gh")
     feasible = (G <= 0.0).all(axis=1) & (np.abs(H) <= TOLERANCE).all(axis=1)
     F = record[list(outcome.objectives)].to_numpy(float).copy()
     F[record["failed"].to_numpy(bool) | ~feasible] = np.nan
-    if outcome.rough >= len(F):
+    precise = F[outcome.rough :]
+    reached = precise[~np.isnan(precise).any(axis=1)]
+    if not len(reached):
         return None
+    space = protocol.indicator_space(problem)
+    ideal, nadir = reached.min(axis=0), reached.max(axis=0)
     ends = np.unique(np.geomspace(outcome.rough + 1, len(F), _SAMPLES).astype(np.int64))
     front, volumes, done = F[:0], [], outcome.rough
     for end in ends:
         candidates = np.vstack([front, F[done:end]])
         front, done = candidates[nondominated(candidates)], end
-        found = meter(front)
-        volumes.append(0.0 if found is None else found.value)
+        points = scaled(front, ideal, nadir) if space is None else space(front)
+        volumes.append(unit_hypervolume(points) if len(front) else 0.0)
     return ends, np.array(volumes)
 
 

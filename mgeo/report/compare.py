@@ -24,7 +24,7 @@ from mgeo.runs.answer import default_solution
 from mgeo.store.reading import read_json
 from mgeo.store.run import Run
 from mgeo.store.solution_file import solution_of
-from mgeo.validation.tables import errors_of
+from mgeo.validation.entries import errors_of
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ def _run(subject: Subject) -> dict[str, str]:
         "algorithm": run.configuration.algorithm,
         "seed": str(run.configuration.seed),
         "evaluations": f"{run.outcome.evaluations:,}",
-        "hypervolume": "" if volume is None else f"{volume.value:.4f}",
+        "hypervolume": "" if volume is None else f"{volume:.4f}",
         "wall time": f"{run.outcome.wall_time_s:,.1f} s",
     }
 

@@ -1,16 +1,19 @@
-"""Algorithms by name: the MGEO family, those of pymoo and of others, imported when one is built."""
+"""Algorithms by name: the MGEO family, those of pymoo and of plugins, imported when built."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping
-from importlib import import_module
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms import constructors
 from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
 from mgeo.plugins import discovery
 from mgeo.plugins.discovery import load_algorithm
+from mgeo.runs.registry import ALGORITHMS as ALGORITHMS
+from mgeo.runs.registry import DEFAULT as DEFAULT
+from mgeo.runs.registry import ROBUST as ROBUST
 from mgeo.validation.arguments import did_you_mean, validate_integer
 
 if TYPE_CHECKING:
@@ -19,49 +22,19 @@ if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
 
-DEFAULT, ROBUST = "mgeo-directed", "mgeo-staged"
 _MOST_POPULATION = 100_000
 _NOT_SET = ("sampling", "archive_size")  # parameters that a run in a folder leaves as they are
 
-# Module and class, and what the population stands for in the constructors of others; without
-# that, the parameters are those of the class.
-_PYMOO = "pymoo.algorithms"
-ALGORITHMS: Mapping[str, tuple[str, ...]] = {
-    "mgeo-real": ("mgeo.algorithms", "MGEOReal"),
-    "mgeo-real2": ("mgeo.algorithms", "MGEOReal2"),
-    "mgeo-canonical": ("mgeo.algorithms", "MGEOCanonical"),
-    "mgeo-var": ("mgeo.algorithms", "MGEOVar"),
-    DEFAULT: ("mgeo.algorithms", "MGEODirected"),
-    ROBUST: ("mgeo.algorithms", "MGEOStaged"),
-    "nsga2": (f"{_PYMOO}.moo.nsga2", "NSGA2", "pop_size"),
-    "nsga3": (f"{_PYMOO}.moo.nsga3", "NSGA3", "ref_dirs", "pop_size"),
-    "u-nsga3": (f"{_PYMOO}.moo.unsga3", "UNSGA3", "ref_dirs", "pop_size"),
-    "spea2": (f"{_PYMOO}.moo.spea2", "SPEA2", "pop_size"),
-    "sms-emoa": (f"{_PYMOO}.moo.sms", "SMSEMOA", "pop_size"),
-    "age-moea2": (f"{_PYMOO}.moo.age2", "AGEMOEA2", "pop_size"),
-    "moead": (f"{_PYMOO}.moo.moead", "MOEAD", "ref_dirs"),
-    "ctaea": (f"{_PYMOO}.moo.ctaea", "CTAEA", "ref_dirs"),
-    "gde3": (f"{_PYMOO}.moo.gde3", "GDE3", "pop_size"),
-    "nsde": (f"{_PYMOO}.moo.nsde", "NSDE", "pop_size"),
-    "mopso-cd": (f"{_PYMOO}.moo.mopso_cd", "MOPSO_CD", "pop_size"),
-    "cmopso": (f"{_PYMOO}.moo.cmopso", "CMOPSO", "pop_size"),
-    "rvea": ("mgeo.runs.pymoo_algorithms", "FrontRVEA", "ref_dirs"),
-    "mo-cma-es": ("mgeo.runs.pymoo_algorithms", "MOCMAES", "pop_size"),
-    "como-cma-es": ("mgeo.runs.pymoo_algorithms", "COMOCMAES", "pop_size"),
-    "random": (f"{_PYMOO}.soo.nonconvex.random_search", "RandomSearch", "n_points_per_iteration"),
-}
-FAMILY = [name for name, (_, _, *population) in ALGORITHMS.items() if not population]
-
 
 def default_algorithm(robust: bool) -> str:
-    """The algorithm of a run for which none is named."""
+    """Return the name of the algorithm of a run for which none is named."""
     return ROBUST if robust else DEFAULT
 
 
 def algorithm_names() -> list[str]:
-    """All names, those of installed plugins after mgeo's own, which none replaces."""
-    others = (plugin.name for plugin in discovery.installed_plugins(discovery.ALGORITHMS))
-    return list(dict.fromkeys([*ALGORITHMS, *others]))
+    """Return the names of all algorithms, those of installed plugins last."""
+    plugins = (plugin.name for plugin in discovery.installed_plugins(discovery.ALGORITHMS))
+    return list(dict.fromkeys([*ALGORITHMS, *plugins]))
 
 
 def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
@@ -74,17 +47,12 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
         the problem.
     """
     complete = complete_parameters(name, parameters)
-    try:
-        cls = _class(name)
-    except (ImportError, AttributeError) as error:
-        raise ValueError(f"algorithm {name!r} is not in the installed pymoo: {error}") from error
-    if name not in ALGORITHMS:
-        own = Exception if issubclass(cls, ExtremalOptimization) else ValueError  # on a parameter
-        with discovery.code_of_others(f"algorithm {name!r} cannot be built:", own):
+    cls = _class(name)
+    if not _is_pymoos(name):
+        own = ValueError, TypeError  # on a parameter
+        with discovery.code_of_others(f"algorithm {name!r} cannot be built:", *own):
             made: Algorithm = cls(**complete)
         return made
-    if name in FAMILY:
-        return cls(**complete)
     population = validate_integer(
         "population", complete["population"], low=4, high=_MOST_POPULATION
     )
@@ -93,7 +61,7 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
     declared = getattr(problem, "vars", None) is not None  # with bounds of their own
     if not declared and name != "random" and (problem.xl is None or problem.xu is None):
         raise ValueError(f"algorithm {name!r} needs bounds, which this problem does not have")
-    given: dict[str, Any] = dict.fromkeys(ALGORITHMS[name][2:], population)
+    given: dict[str, Any] = dict.fromkeys(ALGORITHMS[name].population, population)
     if "ref_dirs" in given:
         given["ref_dirs"] = _directions(population, problem)
     from mgeo.runs.operators import fitted  # imports algorithms
@@ -119,17 +87,10 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     if not isinstance(parameters, Mapping):
         raise TypeError(f"parameters = {parameters!r}: expected a mapping of names to values")
     known = _parameters(name)
-    if "n_walkers" in known:
-        parameters = constructors.with_n_walkers(parameters)
-    if not _is_pymoos(name):
-        parameters = constructors.without_constants(_class(name), parameters)
     for key in parameters:
         if key not in known:
             expected = ", ".join(known) or "none"
-            raise ValueError(
-                f"algorithm {name!r} has no parameter {key!r}: expected {expected}"
-                f"{constructors.of_papers(key)}"
-            )
+            raise ValueError(f"algorithm {name!r} has no parameter {key!r}: expected {expected}")
     return {key: value for key, value in known.items() if _is_plain(value)} | dict(parameters)
 
 
@@ -144,27 +105,32 @@ def default_evaluations(algorithm: Algorithm, problem: Problem) -> int:
 
 
 def described(name: str) -> dict[str, Any]:
-    """``name``, ``about``, what it is in a line, ``parameters``: name, default, meaning of each.
+    """Return ``name``, ``label``, ``about`` and ``parameters`` (name, default, meaning) of each.
 
-    It raises as `complete_parameters`.
+    Raises
+    ------
+    ValueError
+        If the name is unknown.
     """
     defaults = complete_parameters(name, {})
-    cls = _class(name)
     if _is_pymoos(name):
-        about, meanings = f"{cls.__module__}.{cls.__qualname__}", {"population": "its size"}
+        meanings = {"population": "size of the population"}
     else:
-        about = (inspect.getdoc(cls) or "").partition("\n")[0]
-        meanings = constructors.descriptions(cls)
+        meanings = constructors.descriptions(_class(name))
+    if name in ALGORITHMS:
+        label, about = ALGORITHMS[name].label, ALGORITHMS[name].description
+    else:
+        label, about = name, (inspect.getdoc(_class(name)) or "").partition("\n")[0]
     rows = [
         {"name": key, "default": value, "meaning": meanings.get(key, "")}
         for key, value in defaults.items()
     ]
-    return {"name": name, "about": about, "parameters": rows}
+    return {"name": name, "label": label, "about": about, "parameters": rows}
 
 
 def with_parameter(parameter: str) -> list[str]:
-    """Members of the family that have a parameter of this name."""
-    return [name for name in FAMILY if parameter in _parameters(name)]
+    """Return the algorithms of mgeo that have a parameter of this name."""
+    return [name for name in ALGORITHMS if parameter in _parameters(name)]
 
 
 def keeps_checkpoints(name: str) -> bool:
@@ -176,15 +142,14 @@ def keeps_checkpoints(name: str) -> bool:
 
 
 def _is_pymoos(name: str) -> bool:
-    """Whether only its population can be set: it is neither of the family nor of a plugin."""
-    return name in ALGORITHMS and name not in FAMILY
+    """Return whether only the population can be set."""
+    return name in ALGORITHMS and bool(ALGORITHMS[name].population)
 
 
 def _class(name: str) -> Any:
-    if name not in ALGORITHMS:
-        return load_algorithm(name)
-    module, cls, *_ = ALGORITHMS[name]
-    return getattr(import_module(module), cls)
+    if name in ALGORITHMS:
+        return resolve_name(ALGORITHMS[name].path)
+    return load_algorithm(name)
 
 
 def _parameters(name: str) -> dict[str, Any]:

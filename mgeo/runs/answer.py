@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from mgeo.plugins.protocol import indicator_space
 from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, is_own
-from mgeo.runs.meters import scaled
+from mgeo.runs.hypervolume import scaled
 
 if TYPE_CHECKING:
     import pandas as pd

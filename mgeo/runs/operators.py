@@ -44,7 +44,6 @@ from pymoo.operators.selection.tournament import TournamentSelection, compare
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.starting import SuggestedSampling
 from mgeo.algorithms.variables import KINDS, Variables, kind_of_type
-from mgeo.runs.pymoo_algorithms import UnitBox
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -117,7 +116,7 @@ def fitted(algorithm: Algorithm, problem: Problem, name: str = "") -> Algorithm:
 
     Raises
     ------
-    ValueError : if it is one of pymoo's, or a `UnitBox`, without operators for such variables.
+    ValueError : if it is one of pymoo's without operators for such variables.
     """
     if isinstance(algorithm, ExtremalOptimization):
         return algorithm
@@ -222,9 +221,7 @@ def _sampling(sampling: Any, problem: Problem, kind: str) -> Any:
 
 
 def _takes_reals_alone(algorithm: Algorithm, mating: Any) -> bool:
-    """Whether it is pymoo's (or another that we know), and nothing in it makes other designs."""
-    if isinstance(algorithm, UnitBox):
-        return True
+    """Return whether a pymoo algorithm has no operator that makes other designs than reals."""
     makers = (cls for cls in type(algorithm).__mro__ if vars(cls).keys() & {"_infill", "_next"})
     maker = algorithm if mating is None else mating
     return (

@@ -59,8 +59,9 @@ class PreparedRun:
         self,
         callback: Callable[[State], object] | None = None,
         persistence: RunPersistence | None = None,
+        max_time: float | None = None,
     ) -> Outcome:
-        """Run it to the end of its budget (see `mgeo.runs.solve.follow`)."""
+        """Run the algorithm until its budget is used (see `mgeo.runs.solve.follow`)."""
         run = self.configuration
         algorithm = self.algorithm
         if self.notes is None:
@@ -73,6 +74,7 @@ class PreparedRun:
             persistence,
             self.notes,
             polish=run.polish,
+            max_time=max_time,
         )
 
     def check(self) -> None:
@@ -87,7 +89,7 @@ class PreparedRun:
         self._set_up()
         if run.starts:
             with_suggested(self.algorithm, run.starts)
-            if getattr(self.problem, "starts", None) is None:
+            if not protocol.is_own(self.problem, protocol.ProblemMixin.starts):
                 raise ValueError(
                     f"{run.problem} suggests no designs to begin with: expected starts = 0"
                 )

@@ -1,4 +1,4 @@
-"""Go on with a run from what its folder holds."""
+"""Continue a run from the checkpoint in its folder."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from mgeo.algorithms.starting import SuggestedSampling
 from mgeo.algorithms.state import end_at
 from mgeo.benchmarks.collections import is_benchmark
 from mgeo.plugins.problems import load_problem
-from mgeo.runs.algorithms import build_algorithm, keeps_checkpoints
+from mgeo.runs.algorithms import build_algorithm
 from mgeo.runs.prepare import PreparedRun
 from mgeo.store.checkpoint import read_notes, resume
 from mgeo.store.run import Notes
-from mgeo.store.run_folder import CHECKPOINT_FILE, RUN_FILE, read_run
-from mgeo.validation.tables import checked, errors_of
+from mgeo.store.run_folder import CHECKPOINT_FILE
+from mgeo.validation.entries import errors_of
+from mgeo.validation.tables import checked
 
 
 def resume_run(
@@ -26,31 +27,36 @@ def resume_run(
     problem: str | None = None,
     check: bool = True,
 ) -> PreparedRun:
-    """The run of a folder, as its last checkpoint has it.
+    """Return the run of a folder in the state of its last checkpoint.
 
     Parameters
     ----------
     folder
-        Of a run that was saved by a `RunPersistence`, finished or not.
+        Folder of a run that was saved by `RunPersistence`, finished or not.
     evaluations, generations
-        A new budget, counted from the beginning of the run; at most one of them.
+        New budget, counted from the beginning of the run; at most one of them.
     algorithm, problem
-        The run's, if that is ``module:Class``: a file alone has no module imported.
+        Class of the run, ``module:Class``. No module is imported because a file names it.
     check
-        Whether a few points are evaluated again and compared (see `mgeo.resume`).
+        Whether versions and a few values of the problem must be those of the run (see
+        `mgeo.resume`).
 
     Raises
     ------
     FileNotFoundError
-        If the folder holds nothing to go on from.
+        If the folder has no checkpoint.
     ValueError, TypeError
-        If the checkpoint is damaged, the problem gives other values than it did, or the new
-        budget is below what was made already.
+        If the checkpoint is damaged; if problem, parameters or versions are not those of the run,
+        naming the difference; or if the new budget is less than what was evaluated already.
     """
-    folder = Path(folder)
-    path = folder / CHECKPOINT_FILE
+    path = Path(folder) / CHECKPOINT_FILE
     if not path.is_file():
-        raise FileNotFoundError(f"{folder} cannot be resumed: {_reason(folder)}")
+        raise FileNotFoundError(
+            f"{folder} cannot be resumed: there is no {CHECKPOINT_FILE} in it; only algorithms of "
+            "the MGEO family write one"
+        )
+    if evaluations is not None and generations is not None:
+        raise ValueError("evaluations and generations are both given: expected one of them")
     found = read_notes(path)
     with errors_of(path):
         notes = checked(Notes, found)
@@ -58,36 +64,30 @@ def resume_run(
         _check_named("algorithm", configuration.algorithm, algorithm)
         _check_named("problem", configuration.problem, problem)
         named = () if problem is None else (problem,)
-        made = load_problem(configuration.problem, configuration.options, named=named)
-        same = build_algorithm(configuration.algorithm, configuration.parameters, made)
-        if notes.seen and [len(side) for side in notes.seen] != [made.n_obj] * 2:
-            raise ValueError(f"seen = {notes.seen!r:.80}: expected 2 x {made.n_obj} numbers")
-        width = made.n_var + made.n_obj + made.n_ieq_constr + made.n_eq_constr
-        if any(len(row) != width for row in notes.nearest):
-            raise ValueError(f"nearest = {notes.nearest!r:.80}: expected rows of {width} numbers")
+        loaded = load_problem(configuration.problem, configuration.options, named=named)
+        same = build_algorithm(configuration.algorithm, configuration.parameters, loaded)
     budget = configuration.evaluations
-    run = resume(path, made, ("n_eval", budget), algorithm=same, check=check)
-    run.evaluator.warn = False  # the outcome tells
-    if configuration.starts:  # walkers are at them already; what is left is to evaluate them
+    run = resume(path, loaded, ("n_eval", budget), algorithm=same, check=check)
+    run.evaluator.warn = False  # the outcome has the failures
+    if configuration.starts:
         run.sampling = SuggestedSampling(configuration.starts)
-    evaluated = run.evaluator.n_eval
-    if evaluations is not None and generations is not None:
-        raise ValueError("evaluations and generations are both given: expected one of them")
     if evaluations is not None:
         budget = evaluations
     elif generations is not None:
         twin = copy.deepcopy(run)
         twin.n_iter = twin.n_iter or 1
-        # not of a new judgment of the archive; suggested designs are evaluated in addition
+        # `candidates` leaves out the re-evaluation of the archive; suggested designs are extra
         budget = generations * len(twin.candidates()) + configuration.starts
     if budget != configuration.evaluations:
+        evaluated = run.evaluator.n_eval
         if budget < evaluated:
             raise ValueError(
                 f"the new budget is {budget} evaluations: expected at least the {evaluated} that "
                 "were made already"
             )
         end_at(run, ("n_eval", budget))
-    return PreparedRun(configuration.model_copy(update={"evaluations": budget}), made, run, notes)
+    longer = configuration.model_copy(update={"evaluations": budget})
+    return PreparedRun(longer, loaded, run, notes)
 
 
 def _check_named(key: str, name: str, named: str | None) -> None:
@@ -98,15 +98,3 @@ def _check_named(key: str, name: str, named: str | None) -> None:
         raise ValueError(
             f"{key} = {name!r}: its module is imported only if it is named: --{key} {name}"
         )
-
-
-def _reason(folder: Path) -> str:
-    if not (folder / RUN_FILE).is_file():
-        return f"there is no {CHECKPOINT_FILE} in it"
-    algorithm = read_run(folder).configuration.algorithm
-    if keeps_checkpoints(algorithm):
-        return (
-            f"there is no {CHECKPOINT_FILE} in it; {algorithm} keeps one where it is run by mgeo "
-            "solve, and that was removed or left behind"
-        )
-    return f"{algorithm} keeps no checkpoints; only algorithms of the MGEO family do"

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import copy
 import time
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pymoo.core.callback import Callback, CallbackCollection
 from pymoo.core.population import Population
 
 from mgeo._typing import FloatArray
@@ -16,11 +16,12 @@ from mgeo.algorithms.staged import MGEOStaged, is_rough
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.plugins.protocol import column_names, constraint_names
-from mgeo.runs.meters import HypervolumeMeter, NearestMeter
-from mgeo.runs.operators import fitted, with_suggested
-from mgeo.runs.pymoo_algorithms import seed_archives
+from mgeo.runs.hypervolume import hypervolume
+from mgeo.runs.nearest import nearest_solutions
 from mgeo.runs.refine import Refinement
-from mgeo.store.run import Hypervolume, Nearest, Notes, Outcome
+from mgeo.runs.setup import IDLE_STEPS
+from mgeo.runs.setup import set_up as set_up
+from mgeo.store.run import Nearest, Notes, Outcome, StopReason
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -28,121 +29,171 @@ if TYPE_CHECKING:
 
     from mgeo.store.run_persistence import RunPersistence
 
-IDLE_STEPS = 100  # without an evaluation, after which an algorithm has no new candidate
-
 
 class State:
-    """A run under way, as its callback sees it after every step of the algorithm."""
+    """State of a run for the callback that is called after each generation.
+
+    Attributes
+    ----------
+    variables, objectives, constraints : tuples of str
+    budget, evaluations : int
+        Budget of evaluations, and those made.
+    stopped : StopReason or None
+        Why the run ends before its budget is used.
+    refinement : Refinement or None
+        The refinement after the search, once it has begun.
+    """
 
     def __init__(
         self, problem: Problem, algorithm: Algorithm, budget: int, notes: Notes | None = None
     ) -> None:
         self.variables, self.objectives = column_names(problem)
+        self.constraints = constraint_names(problem)
         self.budget = budget
         self.evaluations = 0
-        self.stopped = False
-        self._algorithm = algorithm
-        self.constraints = constraint_names(problem)
-        self._meter = HypervolumeMeter(problem)
-        self._nearest = NearestMeter(problem)
-        self._front: Population | None = None
-        self._problem = problem
-        self._clock = time.perf_counter()
-        self.started = datetime.now(UTC)
-        self.rough = 0  # evaluations until the last one that gave an estimate
+        self.stopped: StopReason | None = None
         self.refinement: Refinement | None = None
-        self.to_refine = False  # once the budget is used, until that has come to an end
-        if notes is not None:
-            self.rough = notes.rough
-            self.started = notes.started
-            self._clock -= notes.wall_time_s
-            self._meter.seen = notes.seen
-            self._nearest.seen = notes.nearest
-        self._watcher = algorithm.evaluator.callback
-        algorithm.evaluator.callback = self._evaluated
+        self.to_refine = False  # until the refinement has ended
+        self.started = datetime.now(UTC) if notes is None else notes.started
+        self.rough = 0 if notes is None else notes.rough  # evaluations that gave estimates
+        self._clock = time.perf_counter() - (0.0 if notes is None else notes.wall_time_s)
+        self._problem = problem
+        self._algorithm = algorithm
+        self._front: Population | None = None
         if algorithm.opt is not None:
             self.update()
-        if len(self.front()[0]) and not is_rough(algorithm):
-            self._nearest.stop()
 
-    def stop(self) -> None:
-        """End the run here; its status is then "interrupted"."""
-        self.stopped = True
+    def stop(self, reason: StopReason = "signal") -> None:
+        """End the run after this generation."""
+        self.stopped = reason
 
     @property
     def ended(self) -> bool:
-        """Whether there is nothing left to do."""
-        return self.stopped or (self.evaluations >= self.budget and not self.to_refine)
-
-    def refine(self) -> Iterator[None]:
-        """Let the problem refine what was found, step by step."""
-        found = self._found()
-        self.refinement = Refinement(self._problem, found)
-        for tried in self.refinement:
-            self._meter.see(tried)
-            self._front = self.refinement.front
-            yield
-        self.to_refine = False
+        """Whether the run has ended."""
+        used = self.evaluations >= self.budget and not self.to_refine
+        return self.stopped is not None or used
 
     @property
     def failures(self) -> dict[str, int]:
-        """How many of the evaluations so far failed why (see `mgeo.TolerantEvaluator`)."""
+        """Number of failed evaluations by cause (see `mgeo.TolerantEvaluator`)."""
         return dict(getattr(self._algorithm.evaluator, "causes", {}))
 
     @property
     def elapsed(self) -> float:
-        """Seconds that the run has taken, without the time between its parts."""
+        """Duration of the run [s], without the time between its parts."""
         return time.perf_counter() - self._clock
 
-    def front(self) -> tuple[FloatArray, FloatArray]:
-        """X (n, n_var) and F (n, n_obj) of the feasible solutions of the front so far.
+    def update(self) -> None:
+        """Take over the front and the counts of the algorithm after a generation."""
+        self._front = self._algorithm.opt
+        self.evaluations = self._algorithm.evaluator.n_eval
+        if is_rough(self._algorithm):
+            self.rough = self.evaluations
 
-        Candidates that failed are none. Of a staged run `F` is an estimate before its last stage.
-        """
-        n_var, n_obj = self._problem.n_var, self._problem.n_obj
-        feasible = self._found()
-        if not len(feasible):
-            return np.empty((0, n_var)), np.empty((0, n_obj))
-        X, F = feasible.get("X", "F")
-        return as_numbers(self._problem, X).astype(float), F.astype(float).reshape(-1, n_obj)
+    def refine(self) -> Iterator[None]:
+        """Let the problem refine the front, step by step."""
+        self.refinement = Refinement(self._problem, self.solutions())
+        for _ in self.refinement:
+            self._front = self.refinement.front
+            yield
+        self.to_refine = False
 
-    def _found(self) -> Population:
+    def solutions(self) -> Population:
+        """Return the feasible solutions of the front."""
         if self._front is None or not len(self._front):
             return Population()
         return self._front[self._front.get("feas") & succeeded(self._front)]
 
+    def front(self) -> tuple[FloatArray, FloatArray]:
+        """Return X (n, n_var) and F (n, n_obj) of `solutions`.
+
+        Before the last stage of a staged run, F is an estimate.
+        """
+        found = self.solutions()
+        if not len(found):
+            return np.empty((0, self._problem.n_var)), np.empty((0, self._problem.n_obj))
+        X = as_numbers(self._problem, found.get("X")).astype(float)
+        return X, self._values(found, "F")
+
+    def hypervolume(self, F: FloatArray) -> float | None:
+        """Return the hypervolume of a front, None while its objectives are estimates."""
+        return None if is_rough(self._algorithm) else hypervolume(self._problem, F)
+
     def notes(self) -> dict[str, Any]:
-        """What a run that goes on from here has to know, as JSON values."""
+        """Return what a resumed run has to know, as JSON values."""
         return {
             "started": self.started.isoformat(),
             "wall_time_s": self.elapsed,
-            "seen": self._meter.seen,
-            "nearest": self._nearest.seen,
             "rough": self.rough,
         }
 
-    @property
-    def nearest(self) -> Nearest:
-        """What comes nearest to the constraints, if nothing has kept them so far."""
-        return self._nearest.nearest
+    def outcome(self) -> Outcome:
+        """Return the result of the run."""
+        X, F = self.front()
+        order = np.lexsort(F.T[::-1])
+        found, refined = self.solutions(), self.refinement
+        is_complete = self.evaluations >= self.budget and not self.to_refine
+        return Outcome(
+            X=X[order],
+            F=F[order],
+            G=self._values(found, "G")[order],
+            H=self._values(found, "H")[order],
+            variables=self.variables,
+            objectives=self.objectives,
+            constraints=self.constraints,
+            nearest=Nearest.none() if len(F) else self._nearest(),
+            stop_reason="budget" if is_complete else self.stopped or "exhausted",
+            evaluations=self.evaluations,
+            hypervolume=self.hypervolume(F),
+            started=self.started,
+            wall_time_s=self.elapsed,
+            failures=self.failures,
+            rough=self.rough,
+            refined=0 if refined is None else int(refined.changed.sum()),
+            added=0 if refined is None else refined.added,
+            unrefined="" if refined is None else refined.error,
+        )
 
-    def hypervolume(self, F: FloatArray) -> Hypervolume | None:
-        """Hypervolume of a front of this run; None while its objectives are estimates."""
-        return None if is_rough(self._algorithm) else self._meter(F)
+    def _values(self, solutions: Population, key: str) -> FloatArray:
+        p = self._problem
+        width = {"F": p.n_obj, "G": p.n_ieq_constr, "H": p.n_eq_constr}[key]
+        values = solutions.get(key) if len(solutions) else np.empty(0)
+        return np.asarray(values, dtype=float).reshape(len(solutions), width)
 
-    def _evaluated(self, population: Population) -> None:
-        if is_rough(self._algorithm):
-            self.rough = self._algorithm.evaluator.n_eval
-        else:
-            self._meter.see(population)
-            self._nearest.see(population)
-        if self._watcher is not None:
-            self._watcher(population)
+    def _nearest(self) -> Nearest:
+        is_constrained = self._problem.n_ieq_constr + self._problem.n_eq_constr > 0
+        return nearest_solutions(self._algorithm) if is_constrained else Nearest.none()
 
-    def update(self) -> None:
-        """Take over what the algorithm has after a whole step."""
-        self._front = self._algorithm.opt
-        self.evaluations = self._algorithm.evaluator.n_eval
+
+class _Monitor(Callback):
+    """Updates the state after each generation, calls a callback, and ends the run if requested."""
+
+    def __init__(
+        self, state: State, callback: Callable[[State], object] | None, deadline: float | None
+    ) -> None:
+        super().__init__()
+        self._state = state
+        self._callback = callback
+        self._deadline = deadline
+        self._n_idle = 0
+
+    def watch(self) -> bool:
+        """Call the callback. Return whether the run ends."""
+        state = self._state
+        if self._deadline is not None and time.monotonic() >= self._deadline:
+            state.stop("max_time")
+        if self._callback is not None:
+            self._callback(state)
+        return state.stopped is not None
+
+    def _update(self, algorithm: Any) -> None:
+        before = self._state.evaluations
+        self._state.update()
+        self._n_idle = self._n_idle + 1 if self._state.evaluations == before else 0
+        # C-TAEA of pymoo continues forever where there are no other designs
+        if self.watch() or self._n_idle >= IDLE_STEPS:
+            algorithm.termination.terminate()
+            algorithm.termination.update(algorithm)
 
 
 def follow(
@@ -154,27 +205,29 @@ def follow(
     notes: Notes | None = None,
     *,
     polish: bool = False,
+    max_time: float | None = None,
 ) -> Outcome:
-    """Run an algorithm that is set up or resumed until it has used its budget, or is stopped.
+    """Run an algorithm that is set up or resumed until its budget is used or it is stopped.
 
-    The last generation is completed, so slightly more evaluations may be made; and fewer, where an
-    algorithm finds no design that it has not tried. A KeyboardInterrupt ends the run at once; what
-    was found up to the last whole step is returned, with status "interrupted". Evaluations that
-    fail cost the candidates concerned (see `mgeo.TolerantEvaluator`).
+    The last generation is completed, so that a few more evaluations may be made. A
+    KeyboardInterrupt ends the run at once, with the result of the last complete generation.
+    Failing evaluations cost the candidates concerned (see `mgeo.TolerantEvaluator`).
 
     Parameters
     ----------
     budget
-        Evaluations that the algorithm's termination stands for.
+        Budget of the termination of the algorithm.
     callback
-        Called after every step; it may call ``state.stop()``.
+        Called after every generation. It may call ``state.stop()``.
     persistence
-        Writes what is needed to go on after a crash.
+        Writes checkpoints and the record.
     notes
-        Of the checkpoint from which it is resumed; None for a new run.
+        Notes of the checkpoint of a resumed run, None for a new run.
     polish
-        Whether the problem refines what was found, once the budget is used. No checkpoint holds
-        that: a run that ended amid it, and is resumed, begins it again, to the same end.
+        Whether the problem refines the front when the budget is used. A checkpoint has the state
+        before the refinement.
+    max_time
+        Time from now after which the run ends [s], None for no limit.
 
     Raises
     ------
@@ -183,95 +236,32 @@ def follow(
     """
     state = State(problem, algorithm, budget, notes)
     state.to_refine = polish
-    if persistence is not None:
-        persistence.begin(algorithm, state.notes)
-    amid = False  # a generation
-    idle = 0  # steps: pymoo's C-TAEA goes on for ever where there are no other designs
+    deadline = None if max_time is None else time.monotonic() + max_time
+    monitor = _Monitor(state, callback, deadline)
+    own = [] if persistence is None else persistence.callbacks(algorithm, state.notes)
+    algorithm.callback = CallbackCollection(monitor, *own)
     try:
-        while algorithm.has_next() and not state.stopped and idle < IDLE_STEPS:
-            before = algorithm.evaluator.n_eval
-            algorithm.next()
-            idle = idle + 1 if algorithm.evaluator.n_eval == before else 0
-            state.update()
-            if callback is not None:
-                callback(state)
-    except KeyboardInterrupt:  # amid a generation, which no checkpoint can hold
+        algorithm.run()
+    except KeyboardInterrupt:
         state.stop()
-        amid = True
-    else:
-        if not state.stopped and isinstance(algorithm.evaluator, TolerantEvaluator):
-            algorithm.evaluator.require_success()
-        if persistence is not None:
-            persistence.end()
+    if state.stopped is None and isinstance(algorithm.evaluator, TolerantEvaluator):
+        algorithm.evaluator.require_success()
     if isinstance(algorithm, MGEOStaged):
-        algorithm.conclude()  # one that was stopped, or was resumed at its end
+        algorithm.conclude()
         state.update()
-        if persistence is not None and not amid:
-            persistence.conclude()
-    if state.to_refine and not state.stopped:
-        _refine(state, callback)
-    return _outcome(state)
+        if persistence is not None and persistence.recorder is not None and algorithm.concluded:
+            persistence.recorder.take(algorithm)
+            persistence.recorder.flush()
+    if state.to_refine and state.stopped is None:
+        _refine(state, monitor)
+    return state.outcome()
 
 
-def _refine(state: State, callback: Callable[[State], object] | None) -> None:
+def _refine(state: State, monitor: _Monitor) -> None:
     try:
         for _ in state.refine():
-            if callback is not None:
-                callback(state)
-            if state.stopped:
+            if monitor.watch():
                 return
-    except KeyboardInterrupt:  # what was found up to the last whole step is kept
+    except KeyboardInterrupt:
         state.stop()
-    if callback is not None:
-        callback(state)
-
-
-def set_up(
-    problem: Problem, algorithm: Algorithm, evaluations: int, seed: int, starts: int = 0
-) -> Algorithm:
-    """A copy of `algorithm`, ready for its first step; nothing is evaluated yet.
-
-    It begins with so many of the designs that the problem suggests as `starts` says.
-
-    Raises
-    ------
-    ValueError
-        If `evaluations` or `seed` is out of range, or the algorithm refuses the problem, or the
-        designs.
-    """
-    if evaluations < 1:
-        raise ValueError(f"evaluations = {evaluations}: expected >= 1")
-    if seed < 0:
-        raise ValueError(f"seed = {seed}: expected >= 0")
-    ready = fitted(algorithm, problem)
-    ready = copy.deepcopy(with_suggested(ready, starts) if starts else ready)
-    ready.evaluator = TolerantEvaluator.like(ready.evaluator)
-    ready.evaluator.warn = False  # the outcome tells
-    ready.setup(problem, termination=("n_eval", evaluations), seed=seed)
-    seed_archives(ready)
-    return ready
-
-
-def _outcome(state: State) -> Outcome:
-    X, F = state.front()
-    order = np.lexsort(F.T[::-1])
-    amid = state.stopped and (state.evaluations < state.budget or state.to_refine)
-    refined = state.refinement
-    return Outcome(
-        X=X[order],
-        F=F[order],
-        variables=state.variables,
-        objectives=state.objectives,
-        constraints=state.constraints,
-        nearest=Nearest.none() if len(F) else state.nearest,
-        status="interrupted" if amid else "finished",
-        evaluations=state.evaluations,
-        hypervolume=state.hypervolume(F),
-        started=state.started,
-        wall_time_s=state.elapsed,
-        failures=state.failures,
-        rough=state.rough,
-        refined=0 if refined is None else int(refined.changed.sum()),
-        added=0 if refined is None else refined.added,
-        unrefined="" if refined is None else refined.error,
-    )
+    monitor.watch()

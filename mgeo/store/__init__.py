@@ -1,8 +1,7 @@
-"""What is kept on disk, safely: whole or not at all, and nothing believed that others wrote.
+"""Files of runs.
 
-`atomic` writes, `lock` keeps a folder to one process, `reading` parses strictly, `tables` are CSV
-that reads back exactly. `run` is what a run says of itself, `run_folder` its files, `study_run`
-that of a run of a study, `provenance` what either is from. While a run goes on, `run_persistence`
-keeps all that it carries in a `checkpoint`, so that it resumes to the same bytes, and by a
-`recorder` every evaluation, in a `record_file`.
+`atomic` writes files and locks folders, `reading` reads them. `run` has the data of a run,
+`run_folder` its files, `study_run` the file of one run of a study, and `provenance` the identity of
+a problem and the versions of the software. `checkpoint`, `recorder` and `run_persistence` save a
+run while it continues.
 """

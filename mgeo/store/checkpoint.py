@@ -1,13 +1,11 @@
-"""Runs that go on after a crash: checkpoints while they run, and `resume`.
+"""Checkpoints of runs of the MGEO family, and `resume`.
 
-A checkpoint is one file, written whole or not at all and read without unpickling: a first line
-with the number of the format and the SHA-256 of the rest, then an .npz archive of the arrays and,
-as its entry ``json``, of everything else.
+A checkpoint is an .npz archive of the arrays of the state. Its entry ``json`` holds everything else
+as text: nothing in it is unpickled.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import time
@@ -25,39 +23,37 @@ from mgeo import algorithms
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.state import SavedState, capture, full_name, restore
 from mgeo.evaluation.evaluator import changed_value
-from mgeo.store.atomic import remove_leftovers, to_npz, write_file
-from mgeo.store.provenance import as_written_now, difference, identity, versions
+from mgeo.store.atomic import to_npz, write_file
+from mgeo.store.provenance import difference, identity, versions
 from mgeo.store.reading import from_npz, parse_json, read_file
 from mgeo.store.recorder import Recorder
 from mgeo.validation.arguments import validate_integer, validate_number
-from mgeo.validation.tables import entry, errors_of
+from mgeo.validation.entries import entry, errors_of
 
-FORMAT = 3
-_MAGIC = b"mgeo checkpoint"
-_MAX_SHARE = 0.02  # of the time of a run may go into checkpoints by the clock
+_MAX_SHARE = 0.02  # largest share of the run time that checkpoints may take
 
 
 class Checkpoint(Callback):
     """Callback that saves the state of a run of the MGEO family in a file, for `resume`.
 
-    The first and the last generation are always saved, and in between whatever is due first. Where
-    a new checkpoint cannot be written, the one before stays, a RuntimeWarning tells it once and
-    the run goes on. A `Recorder` of the same run (in a pymoo `CallbackCollection`) is brought up to
-    date before each checkpoint.
+    The first and the last generation are always saved, and generations between when one of the two
+    limits is reached. If a checkpoint cannot be written, the previous one stays, one RuntimeWarning
+    is given, and the run continues. A `Recorder` of the same run (in a pymoo `CallbackCollection`)
+    is flushed before each checkpoint.
 
     Parameters
     ----------
     path : file to write; its folder must exist.
-    every_seconds : time between two checkpoints, None for no limit. It is stretched where
-        checkpoints would take more than 2 % of the time.
-    every_generations : generations between two checkpoints, None for no limit.
-    notes : called for each checkpoint; JSON values to save with it, see `read_notes`.
+    every_seconds : time between two checkpoints, None for no limit. It is extended if checkpoints
+        would take more than 2 % of the run time.
+    every_generations : number of generations between two checkpoints, None for no limit.
+    notes : function that returns further JSON values to save, see `read_notes`.
     warn : whether to warn when a checkpoint cannot be written.
 
     Attributes
     ----------
-    error : why the latest checkpoint could not be written, None if it was.
-    generation : the last one that is saved, None while there is none.
+    error : the error of the latest attempt to write a checkpoint, None if there was none.
+    generation : the last saved generation, None while there is none.
 
     Raises
     ------
@@ -95,35 +91,29 @@ class Checkpoint(Callback):
         self.notes = notes
         self.warn = warn
         self.error: OSError | None = None
+        self.generation: int | None = None
         self._start_time: float | None = None  # of the run that is saved
         self._next_time = -math.inf
-        self.generation: int | None = None
-        remove_leftovers(self.path)
 
     def _update(self, algorithm: Any) -> None:
-        # pymoo calls `update` alone within a CallbackCollection, and last of all elsewhere
-        for recorder in _recorders(algorithm.callback):
-            recorder.take(algorithm)
-        if self._due(algorithm) or algorithm.termination.has_terminated():
+        if self._is_due(algorithm) or algorithm.termination.has_terminated():
             self.write(algorithm)
 
     def write(self, algorithm: ExtremalOptimization) -> None:
-        """Write a checkpoint now, unless this generation has one already.
+        """Write a checkpoint of the present generation.
 
         Raises
         ------
-        ValueError, TypeError : if the algorithm has no state to keep, see
-            `mgeo.algorithms.state.capture`.
+        ValueError, TypeError
+            If the algorithm has no state to save, see `mgeo.algorithms.state.capture`.
         """
-        same_run = algorithm.start_time == self._start_time
-        if same_run and self.error is None and algorithm.n_generations == self.generation:
-            return
-        began = time.monotonic()
-        saved = content(algorithm, self.notes())
+        begin = time.monotonic()
+        content = _content(algorithm, self.notes())
         try:
             for recorder in _recorders(algorithm.callback):
+                recorder.take(algorithm)
                 recorder.flush()
-            write_file(self.path, saved)
+            write_file(self.path, content)
         except OSError as error:
             if self.warn and self.error is None:
                 warnings.warn(
@@ -137,9 +127,9 @@ class Checkpoint(Callback):
             self.generation = algorithm.n_generations
             self._start_time = algorithm.start_time
         now = time.monotonic()
-        self._next_time = now + max(self.every_seconds, (now - began) / _MAX_SHARE)
+        self._next_time = now + max(self.every_seconds, (now - begin) / _MAX_SHARE)
 
-    def _due(self, algorithm: ExtremalOptimization) -> bool:
+    def _is_due(self, algorithm: ExtremalOptimization) -> bool:
         if algorithm.start_time != self._start_time:
             return True
         since = algorithm.n_generations - (self.generation or 0)
@@ -155,36 +145,32 @@ def resume(
     check: bool = True,
     **options: Any,
 ) -> ExtremalOptimization:
-    """The algorithm of a checkpoint, ready to go on exactly as the run would have.
+    """Return the algorithm of a checkpoint. It continues exactly as the saved run would have.
 
     Parameters
     ----------
     path : file that a `Checkpoint` wrote.
-    problem : the problem of that run.
-    termination : a new one, counted from the beginning of the run, in any form that pymoo
-        takes; None for the one the run had.
-    algorithm : the one of that run, made again: of the same class, with the same parameters. mgeo's
-        own may be left out.
-    check : whether up to three points of the archive are evaluated again and compared, so that
-        the run does not go on with a problem that computes something else; False for a problem
-        whose values are random. These evaluations are not counted, and the run is the same with
-        and without them.
-    options : as for pymoo's `setup`: ``callback`` (to go on with checkpoints), ``verbose``, ...
-
-    Warns
-    -----
-    RuntimeWarning : if mgeo, pymoo or NumPy has another version than the run had.
+    problem : the problem of the run.
+    termination : a new termination, counted from the beginning of the run, in any form that pymoo
+        takes; None for the one of the run.
+    algorithm : an algorithm of the same class and parameters. None for algorithms of mgeo, which
+        are built from the checkpoint.
+    check : whether the versions of the software must be those of the run, and up to three points of
+        the archive are evaluated again and must have the saved values. Use False for a problem
+        whose values are random, and to continue with other versions, perhaps not exactly.
+        These evaluations are not counted.
+    options : as for `setup` of pymoo: ``callback`` (to continue with checkpoints), ``verbose``, ...
 
     Returns
     -------
-    The algorithm: call ``run()`` for its result, or go on by ``next`` or ask and tell.
+    The algorithm: call ``run()`` for its result, or use ``next`` or ask and tell.
 
     Raises
     ------
     FileNotFoundError : if there is no such file.
-    ValueError : if it is no whole checkpoint of this version, of this problem, which is told by
-        its class, sizes, bounds, options and values, and of this algorithm; or the termination
-        cannot be saved in a file and no new one is given, or the new one is none.
+    ValueError : if the file is damaged; if problem, algorithm, parameters or versions are not those
+        of the run, naming the first difference; or if the run has no saved termination and none is
+        given.
     TypeError : for an option that `setup` does not take.
 
     Examples
@@ -200,55 +186,49 @@ def resume(
     True
     """
     state, data = _read(path)
-    own = identity(problem)
-    found = difference(data["problem"], own)
-    if found and (found := difference(as_written_now(data["problem"], problem), own)):
-        raise ValueError(f"{path} belongs to another problem: {found}")
-    if changed := difference(data["versions"], versions()):
-        warnings.warn(
-            f"{path} was written with another version ({changed}); the run goes on, but perhaps "
-            "not exactly as it would have",
-            RuntimeWarning,
-            stacklevel=2,
+    if changed := difference(data["problem"], identity(problem)):
+        raise ValueError(f"{path} belongs to another problem: {changed}")
+    if check and (changed := difference(data["versions"], versions())):
+        raise ValueError(
+            f"{path} was written with another version: {changed}. Install that version, or "
+            "continue without this check (check=False, --no-check), perhaps not exactly"
         )
     if algorithm is None:
         with errors_of(path):
-            algorithm = _of_mgeo(state)
+            algorithm = _build_algorithm(state)
     run = restore(state, problem, algorithm, termination=termination, **options)
-    if check:
-        found = changed_value(run.problem, run.front.individuals, {"algorithm": run})
-        if found:
-            raise ValueError(
-                f"{path} belongs to another problem: {found}; one whose values are random is "
-                "resumed without this check (check=False, --no-check)"
-            )
+    if check and (changed := changed_value(run.problem, run.front.individuals, {"algorithm": run})):
+        raise ValueError(
+            f"{path} belongs to another problem: {changed}. Continue a problem whose values are "
+            "random without this check (check=False, --no-check)"
+        )
     return run
 
 
 def read_notes(path: Path | str) -> Mapping[str, Any]:
-    """The notes in a checkpoint.
+    """Return the notes that a checkpoint was written with.
 
     Raises
     ------
-    FileNotFoundError, ValueError : as `resume`, of which it reads no more than it needs.
+    FileNotFoundError, ValueError
+        If there is no such file, or it is damaged.
     """
     notes: Mapping[str, Any] = _read(path)[1]["notes"]
     return notes
 
 
-def _of_mgeo(state: SavedState) -> ExtremalOptimization:
-    """The algorithm of a run, if that is one of mgeo's own; nothing is imported for it."""
+def _build_algorithm(state: SavedState) -> ExtremalOptimization:
+    """Build an algorithm of mgeo from a saved state. Nothing is imported for that."""
     name = entry(state.data, "class", str)
-    found = [getattr(algorithms, each) for each in dir(algorithms)]
-    for cls in (each for each in found if isinstance(each, type)):
+    candidates = [getattr(algorithms, each) for each in dir(algorithms)]
+    for cls in (each for each in candidates if isinstance(each, type)):
         if issubclass(cls, ExtremalOptimization) and full_name(cls) == name:
             algorithm: ExtremalOptimization = cls(**entry(state.data, "parameters", dict))
             return algorithm
-    raise ValueError(f"class = {name!r:.80} is none of mgeo's own: expected algorithm=... of it")
+    raise ValueError(f"class = {name!r:.80} is no algorithm of mgeo: give it by algorithm=...")
 
 
-def content(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
-    """What a checkpoint holds of a run as it is now, see `Checkpoint.write`."""
+def _content(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
     state = capture(algorithm)
     data = {
         "versions": versions(),
@@ -257,31 +237,21 @@ def content(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
         "state": dict(state.data),
     }
     text = np.frombuffer(json.dumps(data, allow_nan=False).encode(), dtype=np.uint8)
-    body = to_npz({"json": text, **state.arrays})
-    return _MAGIC + f" {FORMAT} {hashlib.sha256(body).hexdigest()}\n".encode() + body
+    return to_npz({"json": text, **state.arrays})
 
 
 def _read(path: Path | str) -> tuple[SavedState, dict[str, Any]]:
-    """The state, and ``problem``, ``notes`` and ``versions``; nothing in the file is executed."""
-    head, _, body = read_file(path).partition(b"\n")
-    words = head.removeprefix(_MAGIC).split()
-    if not head.startswith(_MAGIC) or len(words) != 2:
-        raise ValueError(f"{path} is no checkpoint of mgeo, or its beginning is damaged")
-    if words[0] != str(FORMAT).encode():
-        raise ValueError(
-            f"{path} has format {words[0].decode(errors='replace'):.40}: this version of mgeo "
-            f"reads format {FORMAT}"
-        )
-    if hashlib.sha256(body).hexdigest().encode() != words[1]:
-        raise ValueError(f"{path} is damaged: it is cut short, or its content was changed")
+    content = read_file(path)
     with errors_of(path):
-        arrays = from_npz(body)
+        try:
+            arrays = from_npz(content)
+        except ValueError as error:
+            raise ValueError(f"no checkpoint, or a damaged one: {error}") from None
         if "json" not in arrays:
-            raise ValueError("json is missing")
+            raise ValueError("no checkpoint: json is missing")
         data = parse_json(arrays.pop("json").tobytes().decode("utf-8"))
-        for key in ("state", "problem", "notes"):
+        for key in ("state", "problem", "notes", "versions"):
             entry(data, key, dict)
-        entry(data, "versions", dict[str, str])
         return SavedState(arrays, data.pop("state"), path), data
 
 

@@ -1,4 +1,4 @@
-"""Where a file is from: which problem is meant, and what it was made with, as plain data."""
+"""Identity of a problem and versions of the software, as plain data."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mgeo.plugins.problems import is_own_class
 
 
 def identity(problem: Problem) -> dict[str, Any]:
-    """Class, sizes, bounds and, if the problem has them, ``options()``; JSON values."""
+    """Return class, sizes, bounds and ``options()`` of a problem as JSON values."""
     declared = getattr(problem, "vars", None) or {}
     options = options_of(problem)
     data = {
@@ -38,23 +38,12 @@ def identity(problem: Problem) -> dict[str, Any]:
     return read_back
 
 
-def as_written_now(written: Mapping[str, Any], problem: Problem) -> dict[str, Any]:
-    """An `identity` that an older version wrote, with its options as this one has them."""
-    read = getattr(type(problem), "from_options", None)
-    try:
-        own = {"options": protocol.options(read(written["options"]))} if read else {}
-    except ValueError:  # which this version cannot read: they differ
-        own = {}
-    read_back: dict[str, Any] = json.loads(json.dumps({**written, **own}, default=str))
-    return read_back
-
-
 def _plain(bound: Any) -> Any:
     return bound.tolist() if isinstance(bound, np.ndarray) else bound
 
 
 def difference(expected: Any, found: Any, name: str = "") -> str:
-    """The first difference of two JSON values, in words; empty if there is none."""
+    """Return the first difference of two JSON values in words, empty if there is none."""
     if isinstance(expected, Mapping) and isinstance(found, Mapping):
         for key in [*expected, *(key for key in found if key not in expected)]:
             below = f"{name}.{key}" if name else key
@@ -65,12 +54,12 @@ def difference(expected: Any, found: Any, name: str = "") -> str:
 
 
 def versions(*more: str) -> dict[str, str]:
-    """Versions here of what every run depends on, and of more distributions."""
+    """Return the installed versions of mgeo, pymoo, numpy and further distributions."""
     return {name: version(name) for name in ("mgeo", "pymoo", "numpy", *more)}
 
 
 def installed_versions(problem: str) -> dict[str, str]:
-    """Versions of what a run of this problem depends on."""
+    """Return the installed versions that a run of a problem depends on."""
     if is_benchmark(problem):
         own = {name: version(name) for name in distributions(problem)}
     elif is_own_class(problem):

@@ -1,4 +1,4 @@
-"""Every evaluation of a run, in files that can be read while it goes on."""
+"""A record of every evaluation of a run, in .npz files that can be read while the run continues."""
 
 from __future__ import annotations
 
@@ -13,31 +13,33 @@ from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
+from mgeo._typing import FloatArray
 from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.plugins.protocol import column_names
-from mgeo.store import record_file
+from mgeo.store.atomic import to_npz, write_file
+from mgeo.store.reading import from_npz, read_file
 from mgeo.validation.arguments import validate_integer, validate_number
-from mgeo.validation.tables import FileError
+from mgeo.validation.entries import FileError, errors_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
 class Recorder(Callback):
-    """Callback that writes every candidate of a run into a folder, for `read_record`.
+    """Callback that writes every candidate of a run into a folder, to be read by `read_record`.
 
-    It takes the place of pymoo's ``save_history``, which keeps a copy of the whole algorithm per
-    generation in memory: here at most `chunk_rows` rows and one generation wait to be written.
-    It works with every pymoo algorithm that hands its candidates over a generation at a time.
+    The recorder replaces ``save_history`` of pymoo, which keeps a copy of the algorithm in memory
+    for each generation. At most `chunk_rows` rows and one generation are kept in memory here. Any
+    algorithm can be recorded whose candidates are evaluated a generation at a time.
 
-    With the callback of a resumed run (see `mgeo.resume`) on the same folder, rows recorded after
-    the checkpoint are replaced by those the resumed run makes: none is lost or doubled.
+    When a run is resumed (see `mgeo.resume`) with a recorder on the same folder, the rows after
+    the checkpoint are replaced by those of the resumed run.
 
     Parameters
     ----------
-    folder : where to write; made if it does not exist.
-    every_seconds : time after which rows are written though they are fewer than `chunk_rows`.
-    chunk_rows : rows that are written at once.
+    folder : folder to write into, created if it does not exist.
+    every_seconds : time after which rows are written even if there are fewer than `chunk_rows`.
+    chunk_rows : number of rows that are written together.
     overwrite : whether a new run may replace a record in the folder.
 
     Raises
@@ -71,97 +73,96 @@ class Recorder(Callback):
         self.every_seconds = validate_number("every_seconds", every_seconds, low=0)
         self.chunk_rows = validate_integer("chunk_rows", chunk_rows, low=1)
         self.overwrite = overwrite
-        self._buffer: list[tuple[int, record_file.Rows]] = []  # generations not yet written
-        self._names: record_file.Names = {}
-        self._new = False  # its file is still to be made
-        self._start_time: float | None = None  # of the run that is recorded
+        self._columns: list[str] = []
+        self._buffer: list[FloatArray] = []  # generations that are not written yet
+        self._start_time: float | None = None  # of the recorded run
         self._generation = 0
         self._n_eval = 0
         self._next_time = 0.0
 
     def _update(self, algorithm: Any) -> None:
-        # pymoo calls `update` alone within a CallbackCollection, and last of all elsewhere
         self.take(algorithm)
 
     def take(self, algorithm: Any) -> None:
-        """Record the generation that has just ended, unless it has been.
+        """Record the generation that has just ended, unless it is recorded already.
 
         Raises
         ------
-        ValueError : if the folder holds the record of another run, or the algorithm evaluates
-            more than it hands over.
-        OSError : if a file cannot be written; the record is then as it was.
+        ValueError
+            If the folder holds the record of another run, or the algorithm evaluates candidates
+            that are not among its offspring.
+        OSError
+            If a file cannot be written.
         """
         generation = int(algorithm.n_iter)
-        same_run = algorithm.start_time == self._start_time
-        if same_run and generation == self._generation:
+        is_same_run = algorithm.start_time == self._start_time
+        if is_same_run and generation == self._generation:
             return
         candidates = algorithm.pop if algorithm.off is None else algorithm.off
         if isinstance(candidates, Individual):
             candidates = Population.create(candidates)
-        if not same_run:
+        evaluated = algorithm.evaluator.n_eval - self._n_eval
+        if not is_same_run:
             self._open(algorithm.problem, generation)
-        elif algorithm.evaluator.n_eval - self._n_eval > len(candidates):
+        elif evaluated > len(candidates):
             raise ValueError(
-                f"{type(algorithm).__name__} made {algorithm.evaluator.n_eval - self._n_eval} "
-                f"evaluations in generation {generation} and hands over {len(candidates)}: a "
-                "Recorder expects all of them"
+                f"{type(algorithm).__name__} made {evaluated} evaluations in generation "
+                f"{generation} and has {len(candidates)} offspring: a Recorder expects all of them"
             )
-        self._buffer.append((generation, _rows(self._names, algorithm.problem, candidates)))
+        self._buffer.append(_rows(algorithm.problem, candidates, generation))
         self._start_time = algorithm.start_time
         self._generation, self._n_eval = generation, algorithm.evaluator.n_eval
-        due = sum(len(rows) for _, rows in self._buffer) >= self.chunk_rows
+        due = sum(map(len, self._buffer)) >= self.chunk_rows
         if due or time.monotonic() >= self._next_time or algorithm.termination.has_terminated():
             self.flush()
 
     def flush(self) -> None:
-        """Write what waits to be written.
+        """Write the rows that are still in memory into one file, named by its first generation.
 
         Raises
         ------
-        OSError : if a file cannot be written; the record is then as it was.
+        OSError
+            If the file cannot be written.
         """
-        if self._buffer:
-            if self._new:
-                record_file.create(self.folder, self._names)
-                self._new = False
-            record_file.append(self.folder, self._buffer)
-            self._buffer = []
-            self._next_time = time.monotonic() + self.every_seconds
+        if not self._buffer:
+            return
+        rows = np.concatenate(self._buffer)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        content = to_npz({"columns": np.array(self._columns), "rows": rows})
+        write_file(self.folder / f"{int(rows[0, 0]):09d}.npz", content)
+        self._buffer = []
+        self._next_time = time.monotonic() + self.every_seconds
 
     def _open(self, problem: Problem, generation: int) -> None:
-        variables, objectives = column_names(problem)
-        self._names = {
-            "X": list(variables),
-            "F": list(objectives),
-            "G": [f"g{j + 1}" for j in range(problem.n_ieq_constr)],
-            "H": [f"h{j + 1}" for j in range(problem.n_eq_constr)],
-        }
         self._buffer, self._next_time = [], 0.0
-        self._new = generation == 1
-        if not self._new:
-            record_file.cut(self.folder, self._names, generation)
-        elif not self.overwrite and (self.folder / record_file.NAME).exists():
+        variables, objectives = column_names(problem)
+        G = (f"g{j + 1}" for j in range(problem.n_ieq_constr))
+        H = (f"h{j + 1}" for j in range(problem.n_eq_constr))
+        self._columns = ["generation", *variables, *objectives, *G, *H, "failed"]
+        if generation > 1:
+            _truncate(self.folder, self._columns, generation)
+        elif not self.overwrite and _parts(self.folder):
             raise FileError(
-                f"{self.folder} holds a record of {len(read_record(self.folder))} evaluations: "
-                "choose another folder, or overwrite=True"
+                f"{self.folder} holds a record: choose another folder, or overwrite=True"
             )
+        else:
+            remove_record(self.folder)
 
 
 def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.DataFrame:
-    """A record as a table: one row per evaluation, in order; also while the run goes on.
+    """Return a record as a table with one row per evaluation, also while the run continues.
 
     Parameters
     ----------
-    folder : what a `Recorder` wrote.
-    columns : which ones to read, None for all: ``generation`` (from 1), each variable and each
+    folder : folder that a `Recorder` wrote.
+    columns : columns to return, None for all: ``generation`` (from 1), each variable and each
         objective by its name, the constraints ``g1``, ..., ``h1``, ..., and ``failed``. The
         objectives of a failed evaluation are NaN.
 
     Raises
     ------
     FileNotFoundError : if there is no record.
-    ValueError : if the record is damaged, or has no such column.
+    ValueError : if a file is damaged, or the record has no such column.
 
     Examples
     --------
@@ -175,29 +176,69 @@ def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.
     """
     import pandas as pd
 
-    names, generations = record_file.read(Path(folder))
-    rows = np.concatenate(generations or [np.empty(0, record_file.row_type(names))])
-    numbers = np.arange(len(generations)) + 1
-    values = {"generation": np.repeat(numbers, [len(each) for each in generations])}
-    for key in names:
-        values |= {name: rows[key][:, j] for j, name in enumerate(names[key])}
-    values["failed"] = rows["failed"]
-    if columns is not None:
-        unknown = [name for name in columns if name not in values]
-        if unknown:
-            raise ValueError(
-                f"{folder} has no column {unknown[0]!r}: expected one of {', '.join(values)}"
-            )
-        values = {name: values[name] for name in columns}
-    return pd.DataFrame(values)
+    parts = _parts(Path(folder))
+    if not parts:
+        raise FileNotFoundError(f"{folder} holds no record")
+    names, rows = _read_part(parts[0])
+    rows = np.concatenate([rows, *(_read_part(path, names)[1] for path in parts[1:])])
+    table = pd.DataFrame(rows, columns=names).astype({"generation": int, "failed": bool})
+    unknown = [name for name in columns or () if name not in names]
+    if unknown:
+        raise ValueError(
+            f"{folder} has no column {unknown[0]!r}: expected one of {', '.join(names)}"
+        )
+    return table if columns is None else table[list(columns)]
 
 
-def _rows(names: record_file.Names, problem: Problem, candidates: Population) -> record_file.Rows:
-    X = as_numbers(problem, candidates.get("X"))
-    rows = np.empty(len(X), record_file.row_type(names, X.dtype.newbyteorder("<").str))
-    rows["X"] = X
-    for key in "FGH":
-        rows[key] = candidates.get(key).reshape(rows[key].shape)
-    rows["failed"] = ~succeeded(candidates)
-    rows["F"][rows["failed"]] = np.nan
-    return rows
+def remove_record(folder: Path) -> None:
+    """Remove the files of a record. Other files in the folder are kept."""
+    for path in _parts(folder):
+        path.unlink()
+    if folder.is_dir() and not any(folder.iterdir()):
+        folder.rmdir()
+
+
+def _parts(folder: Path) -> list[Path]:
+    """Return the files of a record, each named by its first generation, in their order."""
+    return sorted(path for path in folder.glob("*.npz") if path.stem.isdecimal())
+
+
+def _read_part(path: Path, columns: list[str] | None = None) -> tuple[list[str], FloatArray]:
+    """Return the columns and the rows of a file, with these columns if they are known."""
+    with errors_of(path):
+        arrays = from_npz(read_file(path))
+        names: list[str] = arrays.get("columns", np.empty(0)).tolist()
+        rows = arrays.get("rows", np.empty(0))
+        if not {"generation", "failed"} <= set(names) or rows.shape[1:] != (len(names),):
+            raise ValueError(f"columns {names!r:.80} and rows of shape {rows.shape}: no record")
+        if columns not in (None, names):
+            raise ValueError(f"columns {names!r:.80}: expected {columns!r:.80}")
+        return names, rows
+
+
+def _truncate(folder: Path, columns: list[str], generation: int) -> None:
+    """Remove a generation and the later ones from the record of the same run.
+
+    A checkpoint is written after the rows before it, so that a generation to be removed is the
+    first one of its file.
+    """
+    last = 0
+    for path in _parts(folder):
+        _, rows = _read_part(path, columns)
+        if int(path.stem) >= generation:
+            path.unlink()
+        else:
+            last = int(rows[-1, 0])
+    if last != generation - 1:
+        raise FileError(
+            f"{folder} ends with generation {last}: expected the record of the generations "
+            f"before {generation}"
+        )
+
+
+def _rows(problem: Problem, candidates: Population, generation: int) -> FloatArray:
+    n, failed = len(candidates), ~succeeded(candidates)
+    X = as_numbers(problem, candidates.get("X")).astype(float)
+    F, G, H = (candidates.get(key).astype(float).reshape(n, -1) for key in "FGH")
+    F[failed] = np.nan
+    return np.column_stack([np.full(n, generation), X, F, G, H, failed])

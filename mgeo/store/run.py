@@ -1,4 +1,4 @@
-"""What a run is: everything that determines it, and what it found, as plain data."""
+"""A run as plain data: its configuration, its outcome, and the versions of the software."""
 
 from __future__ import annotations
 
@@ -8,32 +8,43 @@ from datetime import datetime
 from typing import Annotated, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, Strict
 
 from mgeo._typing import FloatArray
 from mgeo.validation.tables import Table
 
-Point = Annotated[tuple[float, ...], Strict(False)]  # of JSON, it is a list
-Names = Annotated[tuple[str, ...], Strict(False)]  # of JSON, it is a list
+Names = Annotated[tuple[str, ...], Strict(False)]  # a list in JSON
+
+#: Reasons for the end of a run: its budget of evaluations, ``--max-time``, a signal or a call of
+#: `State.stop`, or no design that the algorithm has not tried yet.
+StopReason = Literal["budget", "max_time", "signal", "exhausted"]
+
+_ENDS: dict[StopReason, str] = {
+    "budget": "finished",
+    "max_time": "stopped by --max-time",
+    "signal": "interrupted",
+    "exhausted": "finished without a new design",
+}
 
 
 class RunConfiguration(Table):
-    """A run to be made, or made again: the same configuration gives the same front.
+    """Everything that determines the front of a run.
 
     Attributes
     ----------
     problem, algorithm
         Names, see `mgeo.plugins.discovery` and `mgeo.runs.algorithms`.
     options, parameters
-        What they are built from, JSON values.
+        Options of the problem and parameters of the algorithm, JSON values.
     evaluations
-        The budget.
+        Budget of evaluations.
     seed
-        Of all randomness.
+        Seed of all random numbers.
     starts
-        How many designs that the problem suggests the search begins with.
+        Number of designs suggested by the problem that the search begins with.
     polish
-        Whether the problem refines what the search has found.
+        Whether the problem refines the front after the search.
     """
 
     problem: str
@@ -46,32 +57,15 @@ class RunConfiguration(Table):
     polish: bool = False
 
 
-class Hypervolume(Table):
-    """A hypervolume with reference point (1, ..., 1), and the space it was measured in.
-
-    ``space`` is "problem" (the problem's `indicator_space`) or "seen": objectives scaled so that
-    everything the run evaluated lies between 0 (``ideal``) and 1 (``nadir``), in which case the
-    value does not compare with that of another run.
-    """
-
-    value: float
-    space: Literal["problem", "seen"]
-    ideal: Point = ()
-    nadir: Point = ()
-
-
 @dataclass(frozen=True, eq=False)
 class Nearest:
-    """Solutions that violate constraints, the nearest first.
-
-    Those come first that no other beats in every constraint, and of these the one with the least
-    sum of violations. No two have the same objectives and violations.
+    """Solutions that violate constraints, the nearest to feasibility first.
 
     Attributes
     ----------
     X, F, violation : arrays, shapes (n, n_var), (n, n_obj) and (n, n_constraints)
-        n is 0 for a run that found what keeps all constraints. A violation is at least 0, in what
-        the constraint is computed in; inequalities first, then equalities beyond their tolerance.
+        n is 0 for a run with a feasible solution. Violations are at least 0, in the units of the
+        constraints; inequalities first, then equalities beyond their tolerance.
     """
 
     X: FloatArray
@@ -80,65 +74,86 @@ class Nearest:
 
     @classmethod
     def none(cls) -> Nearest:
+        """Return the value of a run with a feasible solution."""
         return cls(*(np.empty((0, 0)) for _ in range(3)))
 
     def __len__(self) -> int:
         return len(self.X)
 
 
-class Outcome(Table):
-    """What a run found: its front, ordered by the first objective, and how it went.
+def _empty() -> FloatArray:
+    return np.empty((0, 0))
 
-    ``X`` is (n, n_var) and ``F`` is (n, n_obj), both in the problem's own units; n = 0 if no
-    feasible solution was found. ``nearest`` is then what came nearest to the ``constraints``.
-    ``started`` is UTC, ``wall_time_s`` in seconds. ``failures`` tells how many of the evaluations
-    failed why, ``rough`` how many of the first gave no more than estimates (see `mgeo.MGEOStaged`).
-    ``refined`` tells in how many places of the search's front a refinement has put something
-    better, ``added`` how many it has put between them, ``unrefined`` why one that was asked for has
-    come to no end.
+
+class Outcome(Table):
+    """Result of a run: its front, in ascending order of the first objective, and its statistics.
+
+    Attributes
+    ----------
+    X, F, G, H : arrays, shapes (n, n_var), (n, n_obj), (n, n_ieq_constr) and (n, n_eq_constr)
+        Variables, objectives, inequality and equality constraints in units of the problem. n is 0
+        if no feasible solution was found.
+    arrays : mapping of arrays, shape (n, ...)
+        Further values of each solution, from ``View.arrays()`` of the problem.
+    nearest : Nearest
+        Solutions nearest to feasibility if none is feasible.
+    stop_reason : StopReason
+    failures : number of failed evaluations by cause.
+    rough : number of the first evaluations that gave estimates only (see `mgeo.MGEOStaged`).
+    refined, added : number of solutions that the refinement replaced, and added.
+    unrefined : why the refinement ended early, empty if it did not.
+    hypervolume : in the indicator space of the problem; None if it has none.
+    started : UTC.
+    wall_time_s : duration [s].
     """
 
     model_config = ConfigDict(extra="ignore", arbitrary_types_allowed=True)
 
-    status: Literal["finished", "interrupted"]
+    stop_reason: StopReason
     evaluations: int
     failures: dict[str, int] = Field(default_factory=dict)
     rough: int = 0
     refined: int = 0
     added: int = 0
     unrefined: str = ""
-    hypervolume: Hypervolume | None
+    hypervolume: float | None
     variables: Names
     objectives: Names
     constraints: Names = ()
     started: Annotated[datetime, Strict(False)]
     wall_time_s: float
-    X: FloatArray = Field(default_factory=lambda: np.empty((0, 0)), exclude=True)
-    F: FloatArray = Field(default_factory=lambda: np.empty((0, 0)), exclude=True)
+    X: FloatArray = Field(default_factory=_empty, exclude=True)
+    F: FloatArray = Field(default_factory=_empty, exclude=True)
+    G: FloatArray = Field(default_factory=_empty, exclude=True)
+    H: FloatArray = Field(default_factory=_empty, exclude=True)
+    arrays: dict[str, NDArray[Any]] = Field(default_factory=dict, exclude=True)
     nearest: Nearest = Field(default_factory=Nearest.none, exclude=True)
+
+    @property
+    def end(self) -> str:
+        """The end of the run in words, to be followed by the number of evaluations."""
+        return _ENDS[self.stop_reason]
 
 
 class Notes(Table):
-    """What a checkpoint of a run says besides the state of the algorithm.
+    """Contents of a checkpoint of a run besides the state of the algorithm.
 
-    ``record`` tells whether every evaluation is recorded, ``seen`` the least and the greatest
-    values of the objectives so far; it is empty before there are any. ``nearest`` holds rows of
-    `mgeo.runs.meters.NearestMeter`, while nothing has kept all constraints. ``rough`` is that of
-    `Outcome`.
+    Attributes
+    ----------
+    record : whether every evaluation is recorded.
+    started, wall_time_s, rough : as in `Outcome`.
     """
 
     configuration: RunConfiguration
     record: bool
     started: Annotated[datetime, Strict(False)]
     wall_time_s: float
-    seen: list[list[float]]
-    nearest: list[list[float]] = Field(default_factory=list)
     rough: int = Field(default=0, ge=0)
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A finished or interrupted run: how to make it again, what it found, what it ran with."""
+    """A finished or interrupted run with the versions of the software that made it."""
 
     configuration: RunConfiguration
     outcome: Outcome

@@ -1,43 +1,47 @@
-"""Run folders: ``front.csv``, ``run.json``, ``front.html`` and, without a front, ``nearest.csv``.
+"""Run folders: ``run.json``, ``front.csv``, ``front.npz`` and, without a front, ``nearest.csv``.
 
-``front.csv`` has one row per solution and a column for each variable and objective; floats are
-written by repr, so they read back exactly. ``run.json`` says how to make the run again and how it
-went; it is written last, so a folder that has it is complete.
+``front.csv`` has one row per solution and one column per variable and objective. Floats are written
+by repr and read back exactly. ``front.npz`` has the constraints and further values of each
+solution. ``run.json`` has the configuration and the statistics; it is written last, so that a
+folder with this file is complete.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import ConfigDict
 
-from mgeo.store.atomic import LOCK_FILE, remove_leftovers, replace_files, to_json
-from mgeo.store.reading import check_unchanged, read_json, read_numbers, to_csv
+from mgeo.store.atomic import LOCK_FILE, to_json, to_npz, write_file, write_files
+from mgeo.store.reading import from_npz, read_file, read_json, read_numbers, to_csv
+from mgeo.store.recorder import remove_record
 from mgeo.store.run import Nearest, Outcome, Run, RunConfiguration
-from mgeo.validation.tables import Table, checked, entry, errors_of
+from mgeo.validation.entries import entry, errors_of
+from mgeo.validation.tables import Table, checked
 
 if TYPE_CHECKING:
     import pandas as pd
 
-FORMAT = 2
-_ARRAYS = ("X", "F", "nearest")  # in files of their own
-RUN_FILE, FRONT_FILE = "run.json", "front.csv"
+FORMAT = 3
+RUN_FILE, FRONT_FILE, ARRAYS_FILE = "run.json", "front.csv", "front.npz"
 FIGURE_FILE, REPORT_FILE = "front.html", "report.html"
 CHECKPOINT_FILE, RECORD_FOLDER = "run.checkpoint", "evaluations"
-#: What comes nearest to the constraints, of a run that found nothing that keeps them.
+#: Solutions nearest to feasibility, of a run without a feasible solution.
 NEAREST_FILE = "nearest.csv"
-#: In a study's folder, which holds runs: its problems and algorithms, see `mgeo.studies.stored`.
+#: Problems and algorithms of a study, see `mgeo.studies.stored`.
 STUDY_FILE = "study.json"
-#: In which a problem's own tools prove a solution of the front, see `mgeo.report.build`.
+#: Verifications of a solution by the tools of its problem, see `mgeo.report.build`.
 VERIFICATION_FILES = "verification*.json"
-#: Keys by which such a file says what it is about.
+#: Keys of a verification that identify the solution.
 ABOUT = ("problem", "options", "design")
 
 
 class _Document(Table):
-    """What ``run.json`` says besides the outcome."""
+    """Contents of ``run.json`` besides the outcome."""
 
     model_config = ConfigDict(extra="ignore")
 
@@ -48,12 +52,12 @@ class _Document(Table):
 
 
 def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
-    """Refuse a folder that a run could not be written into; nothing is made.
+    """Check that a run may be written into a folder, which need not exist.
 
     Raises
     ------
     FileExistsError
-        If there is something in it and `overwrite` is not set, or it is a file.
+        If the folder is a file, or is not empty and `overwrite` is not set.
     """
     folder = Path(folder)
     if folder.exists() and not folder.is_dir():
@@ -69,37 +73,52 @@ def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
 
 
 def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
-    """Write ``front.csv``, ``run.json`` and, if need be, ``nearest.csv``, whole or not at all.
-
-    Figure and report of an earlier run in the folder are removed; other files are left alone.
+    """Write the files of a run. Figure and report of an earlier run in the folder are removed.
 
     Raises
     ------
     OSError
-        If the folder is in use (see `check_folder`) or cannot be written.
+        If the folder is not empty (see `check_folder`) or cannot be written.
     """
     folder = check_folder(folder, overwrite=overwrite)
     folder.mkdir(parents=True, exist_ok=True)
-    document = to_json(run_document(run))
-    nearest = {NEAREST_FILE: to_csv(nearest_table(run.outcome))} if run.outcome.nearest else {}
-    tables = {FRONT_FILE: to_csv(front_table(run.outcome)), **nearest}
-    replace_files(folder, {**tables, RUN_FILE: document})
-    if not nearest:
-        (folder / NEAREST_FILE).unlink(missing_ok=True)
-    for page in (FIGURE_FILE, REPORT_FILE):
-        remove_leftovers(folder / page)
-        (folder / page).unlink(missing_ok=True)
+    outcome = run.outcome
+    nearest = {NEAREST_FILE: to_csv(nearest_table(outcome))} if outcome.nearest else {}
+    contents = {
+        FRONT_FILE: to_csv(front_table(outcome)),
+        ARRAYS_FILE: _arrays_content(outcome, outcome.arrays),
+        **nearest,
+        RUN_FILE: to_json(run_document(run)),
+    }
+    write_files(folder, contents)
+    for name in {NEAREST_FILE, FIGURE_FILE, REPORT_FILE} - contents.keys():
+        (folder / name).unlink(missing_ok=True)
+
+
+def write_arrays(folder: Path, outcome: Outcome, arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Write ``front.npz`` again, with further arrays that have one row per solution.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    write_file(folder / ARRAYS_FILE, _arrays_content(outcome, arrays))
+
+
+def _arrays_content(outcome: Outcome, arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    return to_npz({**arrays, "X": outcome.X, "F": outcome.F, "G": outcome.G, "H": outcome.H})
 
 
 def read_run(folder: Path | str) -> Run:
-    """What `write_run` wrote.
+    """Read the run that `write_run` wrote.
 
     Raises
     ------
     FileNotFoundError
         If the folder holds no run.
-    ValueError
-        If a file is not as `write_run` writes it; the message names the file and the key.
+    FileError
+        If a file does not have the expected contents. The message names the file and the key.
     """
     folder = Path(folder)
     path = folder / RUN_FILE
@@ -110,58 +129,61 @@ def read_run(folder: Path | str) -> Run:
         found = entry(data, "format", int)
         if found != FORMAT:
             raise ValueError(f"format = {found!r}: this version of mgeo reads format {FORMAT}")
-        told = checked(_Document, data)
-        outcome = checked(Outcome, {key: data[key] for key in data if key not in _ARRAYS})
-    front = read_numbers(folder / FRONT_FILE)
-    names = [*outcome.variables, *outcome.objectives]
-    with errors_of(path):
-        if list(front.columns) != names or len(front) != told.solutions:
-            raise ValueError(
-                f"{FRONT_FILE} has {len(front)} rows and the columns {list(front.columns)}: "
-                f"expected {told.solutions} rows and {names}"
-            )
-        volume, n_obj = outcome.hypervolume, len(outcome.objectives)
-        if volume is not None and {len(volume.ideal), len(volume.nadir)} - {0, n_obj}:
-            raise ValueError(
-                f"hypervolume of ideal {volume.ideal} and nadir {volume.nadir}: expected {n_obj} "
-                "numbers each"
-            )
-    X, F = np.hsplit(front.to_numpy(float), [len(outcome.variables)])
-    found = {"X": X, "F": F, "nearest": _read_nearest(folder, outcome, told.nearest)}
-    check_unchanged(path, data)
-    return Run(told.configuration, outcome.model_copy(update=found), told.versions)
-
-
-def _read_nearest(folder: Path, outcome: Outcome, n: int) -> Nearest:
-    if not n:
-        return Nearest.none()
-    path = folder / NEAREST_FILE
-    table, names = read_numbers(path), _nearest_columns(outcome)
-    with errors_of(path):
-        if list(table.columns) != names or len(table) != n:
-            raise ValueError(
-                f"{len(table)} rows and the columns {list(table.columns)}: expected {n} rows and "
-                f"{names}"
-            )
-    sizes = np.cumsum([len(outcome.variables), len(outcome.objectives)])
-    return Nearest(*np.hsplit(table.to_numpy(float), sizes))
-
-
-def front_table(outcome: Outcome) -> pd.DataFrame:
-    """The front as a table: one row per solution, variables first."""
-    import pandas as pd
-
-    return pd.concat(
-        [
-            pd.DataFrame(outcome.X, columns=list(outcome.variables)),
-            pd.DataFrame(outcome.F, columns=list(outcome.objectives)),
-        ],
-        axis=1,
+        document = checked(_Document, data)
+        arrays = ("X", "F", "G", "H", "arrays", "nearest")  # in files of their own
+        outcome = checked(Outcome, {key: data[key] for key in data if key not in arrays})
+    front = _read_table(
+        folder / FRONT_FILE, [*outcome.variables, *outcome.objectives], document.solutions
+    )
+    X, F = np.hsplit(front, [len(outcome.variables)])
+    nearest = Nearest.none()
+    if document.nearest:
+        table = _read_table(folder / NEAREST_FILE, _nearest_columns(outcome), document.nearest)
+        sizes = np.cumsum([len(outcome.variables), len(outcome.objectives)])
+        nearest = Nearest(*np.hsplit(table, sizes))
+    values = _read_arrays(folder / ARRAYS_FILE, document.solutions)
+    update = {"X": X, "F": F, "G": values.pop("G"), "H": values.pop("H"), "nearest": nearest}
+    return Run(
+        document.configuration,
+        outcome.model_copy(update={**update, "arrays": values}),
+        document.versions,
     )
 
 
+def _read_table(path: Path, columns: list[str], n: int) -> NDArray[np.float64]:
+    table = read_numbers(path)
+    with errors_of(path):
+        if list(table.columns) != columns or len(table) != n:
+            raise ValueError(
+                f"{len(table)} rows and the columns {list(table.columns)}: expected {n} rows and "
+                f"{columns}"
+            )
+    return table.to_numpy(float)
+
+
+def _read_arrays(path: Path, n: int) -> dict[str, NDArray[Any]]:
+    """Read what ``front.npz`` has besides X and F, which are those of ``front.csv``."""
+    with errors_of(path):
+        arrays = from_npz(read_file(path))
+        for key in ("G", "H"):
+            if key not in arrays:
+                raise ValueError(f"{key} is missing")
+        for key, array in arrays.items():
+            if not array.ndim or len(array) != n:
+                raise ValueError(f"{key} of shape {array.shape}: expected {n} rows")
+    return {key: array for key, array in arrays.items() if key not in ("X", "F")}
+
+
+def front_table(outcome: Outcome) -> pd.DataFrame:
+    """Return the front as a table with one row per solution, variables first."""
+    import pandas as pd
+
+    columns = [*outcome.variables, *outcome.objectives]
+    return pd.DataFrame(np.hstack([outcome.X, outcome.F]), columns=columns)
+
+
 def nearest_table(outcome: Outcome) -> pd.DataFrame:
-    """What comes nearest to the constraints: variables, objectives, and each violation."""
+    """Return the solutions nearest to feasibility: variables, objectives and violations."""
     import pandas as pd
 
     nearest = outcome.nearest
@@ -175,7 +197,7 @@ def _nearest_columns(outcome: Outcome) -> list[str]:
 
 
 def run_document(run: Run) -> dict[str, Any]:
-    """What ``run.json`` says of a run, as JSON values."""
+    """Return the contents of ``run.json`` as JSON values."""
     return {
         "format": FORMAT,
         "configuration": run.configuration.model_dump(),
@@ -187,7 +209,7 @@ def run_document(run: Run) -> dict[str, Any]:
 
 
 def check_verification(found: Any) -> None:
-    """Refuse what is not the content of a verification, see `mgeo.report.build`.
+    """Check the contents of a verification, see `mgeo.report.build`.
 
     Raises
     ------
@@ -198,24 +220,14 @@ def check_verification(found: Any) -> None:
         entry(found, key, str)
     n = len(entry(found, "columns", list[str]))
     for i, row in enumerate(entry(found, "rows", list)):
-        kept = isinstance(row, list) and len(row) == n
-        if not (kept and all(isinstance(cell, str | int | float) for cell in row)):
+        is_row = isinstance(row, list) and len(row) == n
+        if not (is_row and all(isinstance(cell, str | int | float) for cell in row)):
             raise ValueError(f"rows[{i}] = {row!r:.80}: expected {n} numbers or strings")
 
 
-def remove_results(folder: Path) -> None:
-    """Remove what another run has found."""
-    for name in (RUN_FILE, FRONT_FILE, NEAREST_FILE, FIGURE_FILE, REPORT_FILE):
+def remove_run(folder: Path) -> None:
+    """Remove the files of a run. Other files in the folder are kept."""
+    names = (RUN_FILE, FRONT_FILE, ARRAYS_FILE, NEAREST_FILE, FIGURE_FILE, REPORT_FILE)
+    for name in (*names, CHECKPOINT_FILE):
         (folder / name).unlink(missing_ok=True)
-
-
-def remove_verifications(folder: Path) -> None:
-    """Remove what proves a solution of another run; what is only called so is somebody's own."""
-    for path in folder.glob(VERIFICATION_FILES):
-        try:
-            found = read_json(path)
-            check_verification(found)
-        except (OSError, ValueError, TypeError):
-            continue
-        if set(ABOUT) <= found.keys():
-            path.unlink(missing_ok=True)
+    remove_record(folder / RECORD_FOLDER)

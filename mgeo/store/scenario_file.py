@@ -8,7 +8,7 @@ from typing import Any
 
 from mgeo.plugins.problems import read_files
 from mgeo.store.reading import parse_json, parse_toml, read_text
-from mgeo.validation.tables import errors_of
+from mgeo.validation.entries import errors_of
 
 #: Largest result to go on from [bytes].
 MOST_BYTES = 50_000_000

@@ -13,7 +13,7 @@ from mgeo._typing import FloatArray
 from mgeo.plugins import protocol
 from mgeo.plugins.discovery import PluginError, installed_plugins
 from mgeo.plugins.problems import load_problem
-from mgeo.validation.tables import entry
+from mgeo.validation.entries import entry
 
 FORMAT, VERSION = "mgeo-solution", 1
 
@@ -27,12 +27,9 @@ def solution_document(problem: Problem, name: str, x: FloatArray) -> dict[str, A
     Raises
     ------
     PluginError
-        If ``document_of`` raises, or gives something else than a dict.
+        If ``document_of`` raises.
     """
-    found: dict[str, Any] | None
-    found = protocol.asked(
-        problem, "document_of(x)", lambda given: isinstance(given, dict), "a dict", x.copy()
-    )
+    found = protocol.ask(problem, protocol.ProblemMixin.document_of, x.copy())
     if found is not None:
         return found
     options = protocol.options(problem) or {}

@@ -1,4 +1,4 @@
-"""Studies: algorithms compared on equal terms, resumable, on one machine or many.
+"""Studies: algorithms compared on equal terms.
 
 ::
 
@@ -7,18 +7,20 @@
     result.figures()["anytime"].show()
 """
 
-from mgeo.studies.comparison import Comparison, Tests
-from mgeo.studies.execute import compare
-from mgeo.studies.file import Study, read_study
-from mgeo.studies.indicators import NothingToCompareError
-from mgeo.studies.results import FailedRunsWarning, NotReusedWarning
-from mgeo.studies.stored import read_comparison, read_comparisons
-from mgeo.studies.study import run_study
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mgeo.studies.comparison import Comparison, FailedRunsWarning, Tests
+    from mgeo.studies.execute import compare
+    from mgeo.studies.file import Study, read_study
+    from mgeo.studies.indicators import NothingToCompareError
+    from mgeo.studies.stored import read_comparison, read_comparisons
+    from mgeo.studies.study import run_study
 
 __all__ = [
     "Comparison",
     "FailedRunsWarning",
-    "NotReusedWarning",
     "NothingToCompareError",
     "Study",
     "Tests",
@@ -28,3 +30,27 @@ __all__ = [
     "read_study",
     "run_study",
 ]
+
+#: Modules of the public names, imported at first use: `compare` needs no package of the command.
+_MODULES = {
+    "Comparison": "comparison",
+    "FailedRunsWarning": "comparison",
+    "NothingToCompareError": "indicators",
+    "Study": "file",
+    "Tests": "comparison",
+    "compare": "execute",
+    "read_comparison": "stored",
+    "read_comparisons": "stored",
+    "read_study": "file",
+    "run_study": "study",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,53 +1,44 @@
-"""What a comparison found, and its tables for a paper, in Markdown and LaTeX.
-
-There the best mean is bold, and what does not differ significantly from it is marked, which a note
-below the table says.
-"""
+"""Results of a comparison, and what follows from them."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from mgeo.studies.indicators import Indicator
-from mgeo.studies.results import Results
-from mgeo.studies.statistics import LEVEL, KruskalWallis, kruskal_wallis, pairwise
+from mgeo.plugins.protocol import column_names
+from mgeo.studies.indicators import Indicator, applicable, parts_of
+from mgeo.studies.statistics import KruskalWallis, kruskal_wallis, mean_ranks, pairwise
+from mgeo.studies.tables import problem_table
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
+    from pymoo.core.problem import Problem
+
+    from mgeo._typing import FloatArray
+    from mgeo.studies.indicators import IndicatorSpace
+    from mgeo.studies.record import StudyRun
 
 _LINE = 80  # characters
 _RIVALS = 5  # in figures: each adds up to 1 MB to a page
-MARK = "†"
 
-_LATEX = {
-    "\\": r"\textbackslash{}",
-    "±": r"$\pm$",
-    "σ": r"$\sigma$",
-    "τ": r"$\tau$",
-    MARK: r"$^\dagger$",
-    "~": r"\textasciitilde{}",
-    "^": r"\textasciicircum{}",
-    "<": r"\textless{}",
-    ">": r"\textgreater{}",
-    "|": r"\textbar{}",
-    **{character: f"\\{character}" for character in "&%$#_{}"},
-}
+
+class FailedRunsWarning(RuntimeWarning):
+    """All runs of an algorithm failed, so that there is nothing to compare it by."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tests:
-    """Whether algorithms differ in an indicator; see `statistics` for the columns.
+    """Statistical tests of whether algorithms differ; see `statistics` for the columns.
 
     Attributes
     ----------
     indicator : by which algorithms were compared.
     pairs : a row for each two of them.
-    kruskal_wallis : whether there is any difference at all, None for fewer than three.
+    kruskal_wallis : whether there is any difference at all, None for fewer than two.
 
     Examples
     --------
@@ -66,7 +57,7 @@ class Tests:
 
 
 class Overview(pd.DataFrame):
-    """A table whose text has all its columns, those that find no room below the others."""
+    """A table that prints all its columns, wrapped if there is no room."""
 
     @property
     def _constructor(self) -> type[Overview]:
@@ -76,15 +67,19 @@ class Overview(pd.DataFrame):
         return self.to_string(line_width=_LINE)
 
 
-class Comparison(Results):
-    """Measured runs of several algorithms on one problem, and what follows from them.
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison:
+    """Runs of several algorithms on one problem, measured in one space.
 
-    Its text is the `overview`, after `n_eval` evaluations.
+    It prints as its `overview`, after `n_eval` evaluations.
 
     Attributes
     ----------
-    table : indicators of each algorithm and seed after each number of ``evaluations`` of the grid.
-    runs : a row for each run: whether it finished, its wall time [s], its failures.
+    table : one row per algorithm, seed and number of ``evaluations`` of the grid, in that order,
+        with the indicators, the number of ``points`` on the front, and the columns of the problem's
+        ``front_summary``. It does not depend on where or in what order runs were made.
+    runs : one row per run: whether it finished, its wall time [s], how many of its evaluations
+        failed, its error if it failed as a whole.
     records : the finished runs by (algorithm, seed).
     space : where the indicators were measured.
 
@@ -99,14 +94,108 @@ class Comparison(Results):
     ('MGEOReal', 'NSGA2')
     """
 
+    problem: Problem
+    algorithms: tuple[str, ...]
+    n_eval: int
+    table: pd.DataFrame
+    runs: pd.DataFrame
+    records: Mapping[tuple[str, int], StudyRun]
+    space: IndicatorSpace
+
     def __repr__(self) -> str:
         name = type(self.problem).__name__
         return f"{name}, {self.n_eval:,} evaluations, mean ± sd\n{self.overview()!r}"
 
-    def summary(self) -> pd.DataFrame:
-        """Per algorithm: number of finished runs; of each column mean, sd, median, min and max.
+    @property
+    def indicators(self) -> list[Indicator]:
+        """Indicators that were measured; the first is the default everywhere."""
+        return applicable(self.problem.n_obj)
 
-        The columns have two levels; sd is the sample's standard deviation.
+    @property
+    def parts(self) -> list[Indicator]:
+        """Hypervolume by parts of the front, if it was measured."""
+        return [
+            part
+            for part in parts_of(self.space, self.objectives[0])
+            if part.name in self.table.columns
+        ]
+
+    @property
+    def objectives(self) -> tuple[str, ...]:
+        """Names of the objectives, with units."""
+        return column_names(self.problem)[1]
+
+    def indicator(self, name: str | None = None) -> Indicator:
+        """Return one of `indicators` or `parts` by name; None for the first.
+
+        Raises
+        ------
+        ValueError
+            If there is no indicator of this name.
+        """
+        known = {indicator.name: indicator for indicator in [*self.indicators, *self.parts]}
+        if name is not None and name not in known:
+            raise ValueError(f"indicator = {name!r}: expected one of {', '.join(known)}")
+        return known[name or next(iter(known))]
+
+    def final(self) -> pd.DataFrame:
+        """Return the rows of the table after all evaluations."""
+        return self.table[self.table["evaluations"] == self.n_eval].reset_index(drop=True)
+
+    def fronts(self, algorithm: str) -> list[FloatArray]:
+        """Return the final fronts of an algorithm's finished runs, (n, n_obj) each."""
+        return [r.front_F for (name, _), r in self.records.items() if name == algorithm]
+
+    def failures(self, label: str, *, everywhere: bool = False) -> list[str]:
+        """Return a sentence on each algorithm with failed runs, or only failed runs.
+
+        Parameters
+        ----------
+        label : name of the problem in the sentence.
+        everywhere : whether only algorithms of which all runs failed are meant.
+        """
+        sentences = []
+        for name, runs in self.runs.groupby("algorithm", sort=False):
+            errors = runs.loc[runs["status"] == "failed", "error"]
+            if len(errors) >= (len(runs) if everywhere else 1):
+                sentences.append(
+                    f"{name} on {label}: {len(errors)} of {len(runs)} runs failed, the first with "
+                    f"{errors.iloc[0]}"
+                )
+        return sentences
+
+    def samples(self, indicator: str | None = None) -> dict[str, FloatArray]:
+        """Return the final values of each algorithm's finished runs, larger being better."""
+        chosen = self.indicator(indicator)
+        return {
+            str(name): chosen.better(group[chosen.name].to_numpy(float))
+            for name, group in self.final().groupby("algorithm", sort=False)
+        }
+
+    def order(self, indicator: str | None = None) -> list[str]:
+        """Return the algorithms with a finished run, the best mean rank of runs first.
+
+        The tests use the same ranks. An order by means would differ where a few runs are far from
+        the others.
+
+        Raises
+        ------
+        ValueError
+            If the indicator is unknown.
+        """
+        return [str(name) for name in mean_ranks(self.samples(indicator)).index]
+
+    def median_seed(self, algorithm: str) -> int | None:
+        """Return the seed of the run with the median first indicator (the better of two)."""
+        final, chosen = self.final(), self.indicator()
+        rows = final[final["algorithm"] == algorithm]
+        order = chosen.better(rows[chosen.name]).sort_values(ascending=False, kind="stable").index
+        return int(rows.loc[order[(len(order) - 1) // 2], "seed"]) if len(order) else None
+
+    def summary(self) -> pd.DataFrame:
+        """Return, per algorithm, the finished runs, and statistics of each column of the table.
+
+        The columns have two levels: column, and mean, sd (of the sample), median, min and max.
         """
         final = self.final().drop(columns=["seed", "evaluations"])
         groups = final.groupby("algorithm", sort=False)
@@ -116,10 +205,11 @@ class Comparison(Results):
         return statistics.reindex(self.algorithms)
 
     def tests(self, indicator: str | None = None) -> Tests:
-        """Mann-Whitney tests of all pairs, with Holm's correction and effect sizes, and that of
-        Kruskal and Wallis of all at once (None for fewer than two algorithms).
+        """Return the tests of all pairs and of all algorithms at once.
 
-        Every finished run counts, with the worst value if it has no front.
+        Pairs are compared by the Mann-Whitney test with Holm's correction and effect sizes, all at
+        once by that of Kruskal and Wallis. Every finished run counts, with the worst value if it
+        has no front.
 
         Raises
         ------
@@ -131,7 +221,7 @@ class Comparison(Results):
         return Tests(self.indicator(indicator).name, pairwise(samples), overall)
 
     def overview(self) -> pd.DataFrame:
-        """Per algorithm, as text: mean ± sd of every column of the table, and the runs.
+        """Return, per algorithm as text, the runs, and mean ± sd of every column of the table.
 
         Columns of indicators have their titles as names.
         """
@@ -139,12 +229,12 @@ class Comparison(Results):
         columns: dict[str, Any] = {"runs": [str(int(n)) for n in summary[("runs", "")].fillna(0)]}
         for name in dict.fromkeys(summary.columns.get_level_values(0).drop("runs")):
             mean, sd = summary[(name, "mean")], summary[(name, "sd")]
-            columns[name] = [_shown(m, s) for m, s in zip(mean, sd, strict=True)]
+            columns[name] = [_mean_and_sd(m, s) for m, s in zip(mean, sd, strict=True)]
         titles = {each.name: each.title for each in [*self.indicators, *self.parts]}
         return Overview(columns, index=summary.index).rename(columns=titles)
 
     def to_latex(self) -> str:
-        """The `overview` as a booktabs table and a note.
+        """Return the `overview` as a booktabs table and a note.
 
         The best mean by each indicator is bold, and what does not differ significantly from it is
         marked.
@@ -152,15 +242,14 @@ class Comparison(Results):
         return problem_table(self).latex()
 
     def to_markdown(self) -> str:
-        """The `overview` in Markdown, marked as `to_latex`."""
+        """Return the `overview` in Markdown, marked as in `to_latex`."""
         return problem_table(self).markdown()
 
     def figures(self) -> dict[str, go.Figure]:
-        """All that can be drawn: anytime, boxes, fronts, each, attainment, difference.
+        """Draw all figures that apply: anytime, boxes, fronts, each, attainment, difference.
 
-        Fronts are drawn of two or three objectives, one by one and their attainment of two, if
-        there are any. The difference is that of the best algorithm with a front and each of the
-        five next.
+        Fronts need two or three objectives, all after them two. The difference is that of the best
+        algorithm with a front and each of the five next.
         """
         from mgeo.studies.figures import fronts, indicators
 
@@ -168,12 +257,10 @@ class Comparison(Results):
             "anytime": indicators.anytime_figure(self),
             "boxes": indicators.boxes_figure(self),
         }
-        ranked = [name for name in self.order() if any(map(len, self.fronts(name)))]
-        if not ranked:
-            return figures
-        if self.problem.n_obj in (2, 3):
+        ranked = self.order_with_fronts()
+        if ranked and self.problem.n_obj in (2, 3):
             figures["fronts"] = fronts.fronts_figure(self)
-        if self.problem.n_obj == 2:
+        if ranked and self.problem.n_obj == 2:
             figures["each"] = fronts.each_figure(self)
             figures["attainment"] = fronts.attainment_figure(self)
             if len(ranked) > 1:
@@ -181,9 +268,13 @@ class Comparison(Results):
                 figures["difference"] = fronts.difference_figure(self, ranked[0], rivals)
         return figures
 
+    def order_with_fronts(self) -> list[str]:
+        """Return the algorithms of `order` of which a run has a front."""
+        return [name for name in self.order() if any(map(len, self.fronts(name)))]
 
-def _shown(mean: float, sd: float) -> str:
-    """Mean ± sd, with as many digits as the sd (two of its own) makes sensible."""
+
+def _mean_and_sd(mean: float, sd: float) -> str:
+    """Format mean ± sd, the sd with two digits."""
     if not np.isfinite(mean):
         return "-" if np.isnan(mean) else str(mean)
     if not np.isfinite(sd) or sd == 0:
@@ -191,112 +282,3 @@ def _shown(mean: float, sd: float) -> str:
     exponent = int(f"{sd:.1e}".partition("e")[2])  # of the rounded value: 0.0999 is 0.10
     digits = min(max(1 - exponent, 0), 12)
     return f"{mean:.{digits}f} ± {sd:.{digits}f}"
-
-
-#: (row, column) of cells.
-Cells = Collection[tuple[str, str]]
-
-
-@dataclass(frozen=True, eq=False)
-class MarkedTable:
-    """A table of text, which of its cells are the `best`, which are `alike`, and what that means.
-
-    Rows and columns have different names each.
-    """
-
-    table: pd.DataFrame
-    best: Cells
-    alike: Cells
-    note: str
-
-    def markdown(self) -> str:
-        """As Markdown, with the note below."""
-        text = markdown(_changed(self.table, self.best, self.alike, "**{}**"))
-        return f"{text}\n{self.note}\n" if self.note else text
-
-    def latex(self) -> str:
-        """As a booktabs ``tabular``, with the note below, for a ``table`` environment."""
-        text = latex(_changed(self.table, (), self.alike, ""), self.best)
-        note = rf"\par\smallskip{{\footnotesize {escape(self.note)}}}"
-        return f"{text}{note}\n" if self.note else text
-
-
-def problem_table(comparison: Comparison) -> MarkedTable:
-    """The `overview` of a comparison, each column of an indicator marked."""
-    best, alike = [], []
-    for indicator in [*comparison.indicators, *comparison.parts]:
-        first, others = marks(comparison, indicator)
-        best += [(name, indicator.title) for name in first]
-        alike += [(name, indicator.title) for name in others]
-    return MarkedTable(comparison.overview(), best, alike, _note(best))
-
-
-def problems_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
-    """Mean ± sd of each problem's first indicator, problems by algorithms, each row marked."""
-    rows, best, alike = {}, [], []
-    for label, comparison in comparisons.items():
-        indicator = comparison.indicator()
-        row = f"{label} ({indicator.title})"
-        rows[row] = comparison.overview()[indicator.title]
-        first, others = marks(comparison, indicator)
-        best += [(row, name) for name in first]
-        alike += [(row, name) for name in others]
-    return MarkedTable(pd.DataFrame(rows).T.rename_axis("problem"), best, alike, _note(best))
-
-
-def marks(comparison: Comparison, indicator: Indicator) -> tuple[list[str], list[str]]:
-    """The algorithms with the best mean, and those that do not differ significantly from it.
-
-    None where fewer than two have finished runs, or no mean is finite.
-    """
-    order = comparison.order(indicator.name)
-    means = indicator.better(comparison.summary().loc[order, (indicator.name, "mean")])
-    if len(order) < 2 or not np.isfinite(means.max()):
-        return [], []
-    best = [name for name in order if means[name] == means.max()]
-    pairs = comparison.tests(indicator.name).pairs
-    alike = pairs[(pairs[["a", "b"]] == best[0]).any(axis=1) & (pairs["p_holm"] >= LEVEL)]
-    names = {str(name) for name in alike[["a", "b"]].to_numpy().ravel()}
-    return best, [name for name in order if name in names and name not in best]
-
-
-def markdown(table: pd.DataFrame) -> str:
-    """A table with its index as the first column."""
-    shown = table.rename_axis(str(table.index.name or "")).reset_index()
-    lines = [[str(name) for name in shown], ["---", *["---:"] * len(table.columns)]]
-    lines += shown.map(str).to_numpy().tolist()
-    cells = [[cell.replace("|", r"\|") for cell in line] for line in lines]
-    return "".join(f"| {' | '.join(line)} |\n" for line in cells)
-
-
-def latex(table: pd.DataFrame, bold: Cells = ()) -> str:
-    """A booktabs ``tabular`` with its index as the first column, some cells in bold."""
-    cells = _changed(table.map(escape), bold, (), r"\textbf{{{}}}")
-    shown = cells.rename(index=escape).rename_axis(str(table.index.name or "")).reset_index()
-    columns = "l" + "r" * len(table.columns)
-    text: str = shown.rename(columns=escape).to_latex(index=False, column_format=columns)
-    return text
-
-
-def escape(text: object) -> str:
-    """Text that LaTeX prints as it stands."""
-    return "".join(_LATEX.get(character, character) for character in str(text))
-
-
-def _changed(table: pd.DataFrame, bold: Cells, marked: Cells, form: str) -> pd.DataFrame:
-    cells = pd.DataFrame(table, dtype=object).copy()
-    for row, column in bold:
-        cells.at[row, column] = form.format(str(cells.at[row, column]))
-    for row, column in marked:
-        cells.at[row, column] = f"{cells.at[row, column]!s} {MARK}"
-    return cells
-
-
-def _note(best: Cells) -> str:
-    return (
-        f"Mean ± standard deviation of the runs. Bold: the best mean. {MARK}: does not differ "
-        "significantly from it, by the Mann-Whitney test with Holm's correction for all pairs at "
-        f"{100 * LEVEL:g} %."
-        if best
-        else ""
-    )

@@ -1,40 +1,40 @@
-"""The comparison itself: which runs there are, making those that are missing, measuring all."""
+"""Comparison of algorithms on one problem: make the runs, and measure them in one space."""
 
 from __future__ import annotations
 
-import re
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import joblib
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
+from pymoo.core.algorithm import Algorithm
 
 from mgeo.runs.operators import fitted
-from mgeo.store.study_run import StudyRun
-from mgeo.studies.comparison import Comparison
-from mgeo.studies.dispatch import Key, Result, run_all
-from mgeo.studies.dispatch import progress as progress_display
-from mgeo.studies.fingerprint.modules import UncertainError
-from mgeo.studies.fingerprint.parts import fingerprint
+from mgeo.studies.comparison import Comparison, FailedRunsWarning
 from mgeo.studies.indicators import NothingToCompareError, check_space, indicator_space, trace
 from mgeo.studies.labels import folder_name
-from mgeo.studies.results import FailedRunsWarning, NotReusedWarning, failures
-from mgeo.studies.run import CocoFolder, Failure, Task
+from mgeo.studies.plan import claim, describe_algorithm, describe_problem, installed_versions
+from mgeo.studies.progress import Progress, choose
+from mgeo.studies.record import StudyRun
+from mgeo.studies.run import Failure, Task, run
+from mgeo.studies.stored import provenance, write_comparison
 from mgeo.validation.arguments import validate_integer
 
 if TYPE_CHECKING:
-    from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
 
 GRID_POINTS = 50
-MOST = 100_000  # runs of a kind: more are a slip
+MOST = 100_000  # seeds, or algorithms of a sweep: more are a slip
+RECORDS = "runs"  # folder of the finished runs
 
-_OLD = re.compile(r"-[0-9a-f]{12,20}-seed\d+\.npz$")  # fingerprints of earlier versions
+Key = tuple[str, int]
+Result = StudyRun | Failure
 
 
 def compare(
@@ -44,58 +44,56 @@ def compare(
     seeds: int | Iterable[int] = 10,
     *,
     folder: Path | str | None = None,
+    resume: bool = False,
     grid: int | Sequence[int] = GRID_POINTS,
     bounds: tuple[ArrayLike, ArrayLike] | None = None,
     reference_front: ArrayLike | None = None,
     parts: Sequence[float] | None = None,
     n_jobs: int | None = None,
-    progress: bool | None = None,
+    progress: bool | Progress | None = None,
     title: str | None = None,
-    coco_data: Path | str | None = None,
 ) -> Comparison:
-    """Run every algorithm with every seed, and measure all fronts in one space, or the best value
-    that each run finds if there is a single objective.
+    """Run every algorithm with every seed, and measure all fronts in one space.
 
-    The front of a run is the set of nondominated points among *all* its evaluations, whatever
-    the algorithm keeps or returns itself; it is measured after each number of evaluations in
-    `grid`, to the exact evaluation. A run that fails is reported and the others go on.
+    The front of a run is the set of nondominated points among *all* its evaluations, whatever the
+    algorithm keeps or returns. The front is measured after each number of evaluations in `grid`,
+    to the exact evaluation. With a single objective the best value takes its place. A run that
+    fails is reported and the others continue. Each run has its own copy of problem and algorithm.
 
-    Runs are spread by joblib: over processes with `n_jobs`, or as ``joblib.parallel_config``
-    says, such as over a Dask cluster. The table does not depend on it, if ``OPENBLAS_NUM_THREADS``
-    is the same everywhere: the command sets it to 1, loky to a share of the processors. The default
-    backend (loky) and Dask survive a process that dies.
+    joblib distributes the runs: over processes with `n_jobs`, or by its context manager
+    ``joblib.parallel_config``, such as over a Dask cluster. The table does not depend on that, if
+    ``OPENBLAS_NUM_THREADS`` is the same everywhere: the command sets it to 1, loky to a share of
+    the processors.
 
     Parameters
     ----------
     problem : any pymoo problem.
-    algorithms : pymoo algorithms by the label to show; without labels, their classes' names. Those
-        of pymoo get operators for the problem's variables (see `mgeo.runs.operators.fitted`).
+    algorithms : pymoo algorithms by label; without labels, the names of their classes. pymoo's own
+        algorithms get operators for the problem's variables (see `mgeo.runs.operators.fitted`).
     n_eval : evaluations of each run.
     seeds : how many (1, 2, ...), or which.
-    folder : where finished runs are kept, and found when the same comparison (or a larger one)
-        is made again; None to keep nothing. A run is known by what its problem and its algorithm
-        compute (see `mgeo.studies.fingerprint`), not by their names.
+    folder : where each run is stored as it finishes, and the tables at the end, for
+        `mgeo.studies.read_comparison`; None to store nothing.
+    resume : whether to continue the study that the folder holds. Problem, algorithms with their
+        parameters, seeds, evaluations and versions must be those that the folder recorded. Changes
+        of code or data that these do not name are not noticed.
     grid : how many equal steps, or at which numbers of evaluations; `n_eval` always belongs to it.
     bounds, reference_front, parts : of the indicators' space, see `mgeo.studies.indicators`.
     n_jobs : processes, as joblib counts them: -1 for one per processor.
     progress : False for no display; None for one only if stderr is a terminal.
     title : of that display; default: the problem's class.
-    coco_data : where COCO's observer writes of each run, a folder for each algorithm, which
-        ``cocopp`` reads; the problem is one of COCO's then, and all processes of this machine. A
-        run is found in `folder` only if its data are there, too.
 
     Warns
     -----
-    NotReusedWarning
-        If a problem or an algorithm cannot be identified for certain: its runs are made, but
-        neither kept nor found.
     FailedRunsWarning
         For each algorithm of which all runs failed, with its first error.
 
     Raises
     ------
     TypeError, ValueError
-        For an argument that cannot be used.
+        For an argument that cannot be used, such as an algorithm that is set up or has run.
+    FileExistsError
+        If the folder holds a study and `resume` is false.
     NothingToCompareError
         If every run failed (with the message of one of them), or none found a feasible solution.
 
@@ -109,112 +107,174 @@ def compare(
     >>> found.overview().index.to_list()
     ['directed', 'nsga2']
     """
-    named = _labeled(algorithms)
-    n_eval = validate_integer("n_eval", n_eval, low=1)
-    steps = _grid(grid, n_eval)
+    labeled = _label(algorithms)
+    n_eval, seeds = validate_integer("n_eval", n_eval, low=1), seed_numbers(seeds)
     check_space(problem, bounds=bounds, reference_front=reference_front, parts=parts)
-    keys = list(product(named, seed_numbers(seeds)))
-    # here, and not in the processes that make the runs: what a run is known by includes it
-    ready = {name: fitted(each, problem, f"algorithms[{name!r}]") for name, each in named.items()}
-    places = {key: _coco_folder(coco_data, problem, *key) for key in keys}
-    tasks = {(name, s): Task(problem, ready[name], n_eval, s, places[name, s]) for name, s in keys}
-    title = title or type(problem).__name__
-    results = _found_or_made(title, tasks, folder, n_jobs, progress)
+    if resume and folder is None:
+        raise ValueError("resume = True without folder: expected the folder of the study")
+    options: dict[str, Any] = {
+        "steps": grid_steps(grid, n_eval),
+        "space": {"bounds": bounds, "reference_front": reference_front, "parts": parts},
+        "n_jobs": n_jobs,
+        "progress": choose(progress),
+        "title": title or type(problem).__name__,
+    }
+    if folder is None:
+        return make_comparison(problem, labeled, n_eval, seeds, **options)
+    folder = Path(folder)
+    plan = {
+        "problem": describe_problem(problem),
+        "algorithms": {label: describe_algorithm(each) for label, each in labeled.items()},
+        "evaluations": n_eval,
+        "seeds": list(seeds),
+        "versions": installed_versions(problem, *labeled.values()),
+    }
+    with claim(folder, plan, resume=resume):
+        runs = folder / RECORDS
+        found = make_comparison(
+            problem, labeled, n_eval, seeds, runs=runs, resume=resume, **options
+        )
+        write_comparison(folder, found, provenance(found, plan))
+    return found
+
+
+def make_comparison(
+    problem: Problem,
+    algorithms: Mapping[str, Algorithm],
+    n_eval: int,
+    seeds: Sequence[int],
+    *,
+    runs: Path | None = None,
+    resume: bool = False,
+    steps: Sequence[int],
+    space: Mapping[str, Any],
+    n_jobs: int | None,
+    progress: Progress,
+    title: str,
+) -> Comparison:
+    """Make the runs of checked arguments, and measure them; see `compare`.
+
+    Parameters
+    ----------
+    runs : folder in which each run is stored as it finishes.
+    resume : whether to use the runs that are stored there.
+    steps : ascending numbers of evaluations at which fronts are measured.
+    space : `bounds`, `reference_front` and `parts` of the indicators' space.
+    """
+    keys = list(product(algorithms, seeds))
+    ready = {
+        label: fitted(algorithm, problem, f"algorithms[{label!r}]")
+        for label, algorithm in algorithms.items()
+    }
+    tasks = {(label, seed): Task(problem, ready[label], n_eval, seed) for label, seed in keys}
+    results = _make_runs(tasks, runs, resume, n_jobs, progress, title)
     records = {key: r for key in keys if isinstance(r := results[key], StudyRun)}
     if not records:
         first = next(r.error for r in results.values() if isinstance(r, Failure))
         raise NothingToCompareError(f"all {len(keys)} runs failed, one of them with {first}")
-    space = indicator_space(
-        problem,
-        [record.front_F for record in records.values()],
-        bounds=bounds,
-        reference_front=reference_front,
-        parts=parts,
-    )
+    measured = indicator_space(problem, [record.front_F for record in records.values()], **space)
     rows = [
-        {"algorithm": name, "seed": seed, **row}
-        for (name, seed), record in records.items()
-        for row in trace(problem, record, steps, space)
+        {"algorithm": label, "seed": seed, **row}
+        for (label, seed), record in records.items()
+        for row in trace(problem, record, steps, measured)
     ]
-    runs = pd.DataFrame([_run_row(key, results[key]) for key in keys])
-    made = Comparison(problem, tuple(named), n_eval, pd.DataFrame(rows), runs, records, space)
-    for message in failures(made.failures().query("failed == runs"), title):
-        warnings.warn(message, FailedRunsWarning, stacklevel=2)
-    return made
+    runs_table = pd.DataFrame([_run_row(key, results[key]) for key in keys])
+    labels, table = tuple(algorithms), pd.DataFrame(rows)
+    comparison = Comparison(problem, labels, n_eval, table, runs_table, records, measured)
+    for message in comparison.failures(title, everywhere=True):
+        warnings.warn(message, FailedRunsWarning, stacklevel=3)
+    return comparison
 
 
-def _found_or_made(
-    title: str,
+def _make_runs(
     tasks: Mapping[Key, Task],
-    folder: Path | str | None,
+    runs: Path | None,
+    resume: bool,
     n_jobs: int | None,
-    shown: bool | None,
+    progress: Progress,
+    title: str,
 ) -> dict[Key, Result]:
-    files = {} if folder is None else run_files(Path(folder), tasks)
+    """Return the result of each run; store each run as it finishes."""
+    files: dict[Key, Path] = {}
+    if runs is not None:
+        runs.mkdir(parents=True, exist_ok=True)
+        files = {(name, s): runs / f"{folder_name(name)}-seed{s}.npz" for name, s in tasks}
     results: dict[Key, Result] = {}
-    for key, path in files.items():
-        coco = tasks[key].coco
+    for key, path in files.items() if resume else ():
         with suppress(FileNotFoundError):
-            if coco is None or coco.path.is_dir():
-                results[key] = StudyRun.read(path)
-    missing = {key: task for key, task in tasks.items() if key not in results}
-    with progress_display(title, len(tasks), len(results), shown) as done:
-        for key, result in run_all(missing, n_jobs):
-            # kept by this process, as soon as it is there: workers need not share a file system
-            if isinstance(result, StudyRun) and key in files:
+            results[key] = StudyRun.read(path)
+    with progress(title, len(tasks), len(results) if resume else None) as done:
+        missing = {key: task for key, task in tasks.items() if key not in results}
+        for key, result in _run_all(missing, n_jobs):
+            # written by this process: workers need not share a file system
+            if isinstance(result, StudyRun) and files:
                 result.write(files[key])
             results[key] = result
             done(*key, result.error if isinstance(result, Failure) else "")
     return results
 
 
-def _coco_folder(
-    folder: Path | str | None, problem: Problem, algorithm: str, seed: int
-) -> CocoFolder | None:
-    if folder is None:
-        return None
-    from mgeo.benchmarks.coco import run_folder  # needs the extra
+def _run_all(tasks: Mapping[Key, Task], n_jobs: int | None) -> Iterator[tuple[Key, Result]]:
+    """Yield the result of each run as it ends."""
+    calls = [joblib.delayed(_run_with_key)(key, task) for key, task in tasks.items()]
+    yield from joblib.Parallel(n_jobs, return_as="generator_unordered", batch_size=1)(calls)
 
-    below = Path(folder).absolute() / folder_name(algorithm)
-    return CocoFolder(run_folder(below, problem, seed), algorithm)
+
+def _run_with_key(key: Key, task: Task) -> tuple[Key, Result]:
+    return key, run(task)
 
 
 def _run_row(key: Key, result: Result) -> dict[str, Any]:
-    if isinstance(result, Failure):
-        values = ("failed", np.nan, 0, result.error, "")
-    else:
-        versions = ", ".join(f"{name} {version}" for name, version in result.versions.items())
-        values = ("finished", result.wall_time, result.failed, "", versions)
-    columns = ("status", "wall_time", "failed_evaluations", "error", "versions")
-    return {"algorithm": key[0], "seed": key[1], **dict(zip(columns, values, strict=True))}
+    return {
+        "algorithm": key[0],
+        "seed": key[1],
+        "status": "finished" if isinstance(result, StudyRun) else "failed",
+        "wall_time": result.wall_time if isinstance(result, StudyRun) else np.nan,
+        "failed_evaluations": result.failed if isinstance(result, StudyRun) else 0,
+        "error": result.error if isinstance(result, Failure) else "",
+    }
 
 
-def _labeled(algorithms: Mapping[str, Algorithm] | Iterable[Algorithm]) -> dict[str, Algorithm]:
+def _label(algorithms: Mapping[str, Algorithm] | Iterable[Algorithm]) -> dict[str, Algorithm]:
     if isinstance(algorithms, Mapping):
         pairs = [(str(name), algorithm) for name, algorithm in algorithms.items()]
     else:
         pairs = [(type(algorithm).__name__, algorithm) for algorithm in algorithms]
-    named = dict(pairs)
-    if len(named) < len(pairs):
+    labeled = dict(pairs)
+    if len(labeled) < len(pairs):
         raise ValueError(
-            f"algorithms of equal names among {', '.join(named)}: expected labels, "
+            f"algorithms of equal names among {', '.join(labeled)}: expected labels, "
             "{'label': algorithm, ...}"
         )
-    if not named:
+    if not labeled:
         raise ValueError("algorithms is empty: expected at least one")
-    for name, algorithm in named.items():
+    for name, algorithm in labeled.items():
         if isinstance(algorithm, str) or not hasattr(algorithm, "setup"):
             raise TypeError(f"algorithms[{name!r}] = {algorithm!r}: expected a pymoo Algorithm")
-    return named
+        if _has_run(algorithm):
+            raise ValueError(
+                f"algorithms[{name!r}] is set up or has run, and would continue from there: "
+                f"expected a new {type(algorithm).__name__}"
+            )
+    return labeled
+
+
+def _has_run(algorithm: Algorithm) -> bool:
+    """Return whether an algorithm, or one that it holds, is set up or has run."""
+    state = [getattr(algorithm, name, None) for name in ("problem", "pop", "n_iter")]
+    if any(each is not None for each in state) or getattr(algorithm, "is_initialized", False):
+        return True
+    held = [each for each in vars(algorithm).values() if isinstance(each, Algorithm)]
+    return any(_has_run(each) for each in held if each is not algorithm)
 
 
 def seed_numbers(seeds: int | Iterable[int]) -> tuple[int, ...]:
-    """The seeds that are meant: so many from 1, or those listed.
+    """Return the seeds: the first so many from 1, or those listed.
 
     Raises
     ------
     TypeError, ValueError
-        If they are no integers, none, or not different.
+        If the seeds are not integers, none, or not different.
     """
     if not isinstance(seeds, Iterable):
         return tuple(range(1, validate_integer("seeds", seeds, low=1, high=MOST) + 1))
@@ -224,7 +284,8 @@ def seed_numbers(seeds: int | Iterable[int]) -> tuple[int, ...]:
     return tuple(listed)
 
 
-def _grid(grid: int | Sequence[int], n_eval: int) -> list[int]:
+def grid_steps(grid: int | Sequence[int], n_eval: int) -> list[int]:
+    """Return the numbers of evaluations that `grid` stands for, ascending, `n_eval` the last."""
     if not isinstance(grid, Iterable):
         steps = validate_integer("grid", grid, low=1)
         return sorted({max(1, round(n_eval * i / steps)) for i in range(1, steps + 1)})
@@ -232,42 +293,3 @@ def _grid(grid: int | Sequence[int], n_eval: int) -> list[int]:
     if max(listed) > n_eval:
         raise ValueError(f"grid goes to {max(listed)}: expected at most n_eval = {n_eval}")
     return sorted(listed)
-
-
-def run_files(folder: Path, tasks: Mapping[Key, Task]) -> dict[Key, Path]:
-    """The file of each run, without those whose problem or algorithm cannot be identified.
-
-    A file is there whole or not at all, so a comparison can be killed at any time and go on from
-    what is there; several may share a folder. Nothing is ever deleted.
-
-    Warns
-    -----
-    NotReusedWarning
-        Once for each problem or algorithm that cannot be identified, and if the folder holds runs
-        of a version of mgeo with other fingerprints.
-    """
-    messages = []
-    prints: dict[int, str] = {}
-    parts = {id(part): part for task in tasks.values() for part in (task.problem, task.algorithm)}
-    for part in parts.values():
-        try:
-            prints[id(part)] = fingerprint(part)
-        except UncertainError as error:
-            name = type(part).__name__
-            messages.append(
-                f"{error}: nobody knows whether a run of {name} is the one asked for, so such runs "
-                f"are made, but neither kept nor found again; vouch by an attribute fingerprint of "
-                f"{name}, a text that says what it computes"
-            )
-    found = {}
-    for key, task in tasks.items():
-        if id(task.problem) in prints and id(task.algorithm) in prints:
-            name = type(task.algorithm).__name__
-            both = prints[id(task.problem)], prints[id(task.algorithm)]
-            run = fingerprint(*both, task.n_eval)
-            found[key] = folder / f"{name}-{run}-seed{task.seed}.npz"
-    if old := sum(_OLD.search(path.name) is not None for path in folder.glob("*.npz")):
-        messages.append(f"{folder} holds runs of an earlier mgeo ({old}): they are not used")
-    for message in messages:
-        warnings.warn(message, NotReusedWarning, stacklevel=4)  # where `compare` was called
-    return found

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from datetime import date, time
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +21,8 @@ from mgeo.studies.labels import distinct, filled
 from mgeo.studies.pooled import KEYS
 from mgeo.studies.schema import AlgorithmTable, ProblemTable, PublishedTable, StudyTable
 from mgeo.validation.arguments import validate_integer
-from mgeo.validation.tables import checked, errors_of
+from mgeo.validation.entries import errors_of
+from mgeo.validation.tables import checked
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -114,17 +115,26 @@ class Study:
     published: PublishedTable | None
     text: str
 
-    def configuration(self) -> dict[str, dict[str, Any]]:
-        """What is compared, by label, as far as JSON has types for it; instants are ISO 8601."""
-        return {
-            "problems": {
-                p.label: {"name": p.name, "options": _with_text_dates(p.options)}
-                for p in self.problems
-            },
+    def plan(self) -> dict[str, Any]:
+        """Return what is compared, by label, and how long, as JSON values; dates as ISO 8601.
+
+        Raises
+        ------
+        ValueError
+            If an option or a parameter is infinite, which JSON cannot hold.
+        """
+        plan = {
+            "problems": {p.label: {"name": p.name, "options": p.options} for p in self.problems},
             "algorithms": {
                 a.label: {"name": a.name, "parameters": a.parameters} for a in self.algorithms
             },
+            "evaluations": self.evaluations,
+            "per_variable": self.per_variable,
+            "seeds": self.seeds,
         }
+        text = json.dumps(plan, allow_nan=False, default=lambda day: day.isoformat())
+        found: dict[str, Any] = json.loads(text)
+        return found
 
     def budget(self, problem: Problem) -> tuple[int, int | list[int]]:
         """Evaluations of a run on a problem, and at how many of them, or at which, to measure."""
@@ -150,15 +160,6 @@ class Study:
             more = range(max(self.seeds) + 1, max(self.seeds) + 1 + count)
             changes["seeds"] = (*self.seeds, *more)[:count]
         return replace(self, **changes)
-
-
-def _with_text_dates(value: Any) -> Any:
-    """The same, with the dates and times that TOML has types for as ISO 8601 text."""
-    if isinstance(value, dict):
-        return {key: _with_text_dates(each) for key, each in value.items()}
-    if isinstance(value, list):
-        return [_with_text_dates(each) for each in value]
-    return value.isoformat() if isinstance(value, date | time) else value  # datetime is a date
 
 
 def read_study(path: Path | str, *, imports: bool = True) -> Study:

@@ -19,13 +19,13 @@ from mgeo.evaluation.dominance import nondominated
 from mgeo.plugins import protocol
 from mgeo.plugins.shown import ask
 from mgeo.plugins.view import View, view_of
-from mgeo.runs.meters import MAX_OBJECTIVES, scaled
+from mgeo.runs.hypervolume import MAX_OBJECTIVES, scaled
 from mgeo.validation.arguments import validate_list, validate_number
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
-    from mgeo.store.study_run import StudyRun
+    from mgeo.studies.record import StudyRun
 
 BEYOND_NADIR = 1.1  # reference point where the union of fronts spans 0 to 1
 REFERENCE_SIZE = 500  # points of the reference front

@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mgeo._typing import FloatArray
-    from mgeo.studies.results import Results
+    from mgeo.studies.comparison import Comparison
 
 KEYS = ("problem", "function", "variables", "evaluations")
 
 
-def problem_values(results: Mapping[str, Results], per_variable: bool = False) -> pd.DataFrame:
+def problem_values(results: Mapping[str, Comparison], per_variable: bool = False) -> pd.DataFrame:
     """What each algorithm reaches on each problem after each number of evaluations.
 
     A problem's value for an algorithm is the median over its runs of the first indicator, larger
@@ -100,7 +100,7 @@ def friedman_over_problems(values: pd.DataFrame) -> Friedman | None:
     return friedman(table.to_numpy(float), list(table.columns), last["function"].tolist())
 
 
-def _values(label: str, each: Results, per_variable: bool) -> list[dict[Hashable, object]]:
+def _values(label: str, each: Comparison, per_variable: bool) -> list[dict[Hashable, object]]:
     """Of a problem: a row per number of evaluations, with the value of each algorithm."""
     first, table = each.indicator(), each.table
     value = first.better(table[first.name].to_numpy(float))

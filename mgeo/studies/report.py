@@ -9,14 +9,14 @@ import pandas as pd
 import plotly.graph_objects as go
 
 from mgeo.figures.page import LIBRARY, render, report_page
-from mgeo.studies.comparison import problems_table
 from mgeo.studies.conclusions import conclusions, control_table, published_table
 from mgeo.studies.figures.fronts import difference_figure
 from mgeo.studies.figures.indicators import anytime_figure, ranks_figure, targets_figure
 from mgeo.studies.labels import folder_name
 from mgeo.studies.pooled import friedman_over_problems, problem_values
-from mgeo.studies.results import targets_reached
 from mgeo.studies.statistics import LEVEL
+from mgeo.studies.tables import problems_table
+from mgeo.studies.targets import targets_reached
 from mgeo.validation.arguments import did_you_mean
 
 if TYPE_CHECKING:
@@ -76,8 +76,8 @@ def study_page(
     Parameters
     ----------
     standings : as of `mgeo.studies.pooled.ranks_over_problems`.
-    reached : as of `mgeo.studies.results.targets_reached`.
-    failed : sentences on what failed, as of `mgeo.studies.results.failures`.
+    reached : as of `mgeo.studies.targets.targets_reached`.
+    failed : sentences on what failed, as of `mgeo.studies.comparison.Comparison.failures`.
     """
     labels = tuple(algorithm.label for algorithm in study.algorithms)
     problems = render(
@@ -164,7 +164,7 @@ def _problem_figures(comparison: Comparison) -> dict[str, go.Figure]:
     figures = comparison.figures()
     for indicator in comparison.indicators[1:]:
         figures[f"anytime-{indicator.name}"] = anytime_figure(comparison, indicator.name)
-    ranked = [name for name in comparison.order() if any(map(len, comparison.fronts(name)))]
+    ranked = comparison.order_with_fronts()
     if "difference" in figures:
         figures["difference"] = difference_figure(comparison, ranked[0], ranked[1:2])
         for number, other in enumerate(ranked[2:], 2):

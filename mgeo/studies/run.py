@@ -1,16 +1,16 @@
-"""One run of a comparison, wherever it is made, watched from outside.
+"""One run of a comparison, observed from outside the algorithm.
 
-That is the same for every pymoo algorithm, whatever it keeps or returns itself.
+The record is the same for every pymoo algorithm, whatever the algorithm keeps or returns.
 """
 
 from __future__ import annotations
 
+import copy
 import random
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
-from pathlib import Path
+from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,15 +18,14 @@ from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
-from mgeo._foreign import foreign, one_line
+from mgeo._text import one_line
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.staged import MGEOStaged, is_rough
 from mgeo.evaluation.dominance import not_weakly_dominated
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import succeeded
-from mgeo.runs.solve import IDLE_STEPS, set_up
-from mgeo.store.study_run import StudyRun
-from mgeo.studies.fingerprint.modules import made_with
+from mgeo.runs.setup import IDLE_STEPS, set_up
+from mgeo.studies.record import StudyRun
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -36,23 +35,13 @@ if TYPE_CHECKING:
 class Task:
     """A run to be made.
 
-    It has slots, and so no weak references, for Dask's sake: joblib would keep an object with
-    them on one worker only, and lose it with that worker.
+    Without weak references (slots): joblib's Dask backend would store the task on one worker only.
     """
 
     problem: Problem
     algorithm: Algorithm
     n_eval: int
     seed: int
-    coco: CocoFolder | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class CocoFolder:
-    """Where COCO's observer writes of a run, and what it calls the algorithm."""
-
-    path: Path
-    algorithm: str
 
 
 @dataclass(frozen=True)
@@ -63,48 +52,36 @@ class Failure:
 
 
 def run(task: Task) -> StudyRun | Failure:
-    """Make it; what it raises is returned, so that other runs go on."""
+    """Make a run; return an exception as a `Failure`, so that other runs continue."""
     try:
-        with foreign():
-            return record(task)
-    except Exception as error:  # foreign code: it may raise anything
-        return Failure(told(error))
-
-
-def told(error: Exception) -> str:
-    """Kind and message of an error, on one line."""
-    return f"{type(error).__name__}: {one_line(str(error))}"
+        return record(task)
+    except Exception as error:  # algorithms and problems of others may raise anything
+        return Failure(f"{type(error).__name__}: {one_line(str(error))}")
 
 
 def record(task: Task) -> StudyRun:
-    """Run a copy of the algorithm for `n_eval` evaluations, and the rest of that generation.
+    """Run copies of algorithm and problem for `n_eval` evaluations and finish that generation.
 
-    The algorithm draws from its own generator, seeded by `Task.seed`. For those that (also) draw
-    from the global state of NumPy or of Python, that is seeded too, and put back afterwards;
-    where runs share a process, in threads, such algorithms do not repeat.
+    The algorithm draws from its own generator, seeded by `Task.seed`. The global states of NumPy
+    and Python are seeded as well and restored afterwards; algorithms that draw from them do not
+    repeat where runs share a process in threads.
 
     Raises
     ------
     RuntimeError
-        If the algorithm stops making evaluations before.
+        If the algorithm stops proposing candidates before `n_eval` evaluations.
     EvaluationError
         If every candidate failed.
     """
-    began = time.perf_counter()
-    with ExitStack() as during:
-        during.enter_context(global_state(task.seed))
-        algorithm = set_up(task.problem, task.algorithm, task.n_eval, task.seed)
-        log = EvaluationLog(task.problem.n_obj, task.n_eval)
+    start = time.perf_counter()
+    problem = copy.deepcopy(task.problem)
+    with global_state(task.seed):
+        algorithm = set_up(problem, task.algorithm, task.n_eval, task.seed)
+        log = EvaluationLog(problem.n_obj, task.n_eval)
         evaluator = algorithm.evaluator
-        watches: list[Callable[[Population, Any], object]] = [log]
-        if task.coco is not None:
-            from mgeo.benchmarks.coco import coco_data
-
-            logged = coco_data(task.problem, task.coco.path, task.coco.algorithm, task.n_eval)
-            watches.append(during.enter_context(logged))
-        algorithm.evaluator = WatchedEvaluator(evaluator, *watches)
+        algorithm.evaluator = WatchedEvaluator(evaluator, log)
         idle = 0
-        # An algorithm's own termination is not asked: some end a generation early.
+        # the algorithm's own termination is not used: some end a generation early
         while log.seen < task.n_eval:
             before = log.seen
             algorithm.next()
@@ -118,29 +95,27 @@ def record(task: Task) -> StudyRun:
             algorithm.conclude()
         if isinstance(evaluator, TolerantEvaluator):
             evaluator.require_success()
-    versions = made_with(task.problem, task.algorithm)
-    return replace(log.record(time.perf_counter() - began), versions=versions)
+    return log.record(time.perf_counter() - start)
 
 
 class EvaluationLog:
-    """Keeps every evaluation that no earlier batch weakly dominates: all that a front can need.
+    """Log of every evaluation that no earlier batch weakly dominates: all that a front can need.
 
-    Infeasible solutions, those that failed (see `mgeo.TolerantEvaluator`) and those with a value
-    that is not finite count as evaluations and are otherwise left out, as is whatever comes after
-    the first `n_eval`. So are the estimates of a staged run (see `mgeo.MGEOStaged`): its front is
-    empty until it judges what it has found by the objectives themselves. That judgment proposes
-    nothing new, and counts whole: what of it comes after the first `n_eval`, as if it were the
-    last of these. `evaluations` of the record tells how many were made.
+    Infeasible solutions, failed ones (see `mgeo.TolerantEvaluator`) and those with a value that is
+    not finite count as evaluations and are not logged; nor is anything after the first `n_eval`.
+    Low-fidelity values of a staged run (see `mgeo.MGEOStaged`) are not logged either: the front is
+    empty until the run evaluates its candidates by the objectives themselves. That evaluation
+    proposes nothing new, so it counts as a whole, as if it were the last of the first `n_eval`.
 
     Parameters
     ----------
     n_obj : number of objectives.
-    n_eval : how many evaluations to look at.
+    n_eval : number of evaluations to log.
 
     Attributes
     ----------
-    seen : evaluations so far, beyond `n_eval` too.
-    failed : how many of the first `n_eval` failed.
+    seen : evaluations so far, including those beyond `n_eval`.
+    failed : failures among the first `n_eval`.
     """
 
     def __init__(self, n_obj: int, n_eval: int) -> None:
@@ -154,7 +129,7 @@ class EvaluationLog:
         self._X: list[Any] = []
 
     def __call__(self, population: Population, algorithm: Algorithm | None = None) -> None:
-        """Take a batch that has just been evaluated for `algorithm`, in the order of evaluation."""
+        """Log a batch that was just evaluated for `algorithm`, in the order of evaluation."""
         F = population.get("F").astype(float)
         numbers = np.arange(self.seen + 1, self.seen + 1 + len(F))
         self.seen += len(F)
@@ -177,7 +152,7 @@ class EvaluationLog:
         self._X.append(np.array(population[kept].get("X")))
 
     def record(self, wall_time: float) -> StudyRun:
-        """All of it; `wall_time` in seconds goes with it."""
+        """Return the record of the run, which took `wall_time` seconds."""
         rows = np.array(self._archive.individuals, dtype=np.int64)
         return StudyRun(
             numbers=np.concatenate([np.empty(0, dtype=np.int64), *self._numbers]),
@@ -192,21 +167,20 @@ class EvaluationLog:
 
 
 class WatchedEvaluator(Evaluator):
-    """Another evaluator, with a look at each batch it really evaluates, and for what algorithm."""
+    """Evaluator that passes each batch it evaluates, and the algorithm, to `watch`."""
 
-    def __init__(self, inner: Evaluator, *watches: Callable[[Population, Any], object]) -> None:
+    def __init__(self, inner: Evaluator, watch: Callable[[Population, Any], object]) -> None:
         super().__init__(inner.skip_already_evaluated, inner.evaluate_values_of, inner.callback)
         self._inner = inner
-        self._watches = watches
+        self._watch = watch
 
     def _eval(self, problem: Problem, pop: Population, values: Any, **kwargs: Any) -> None:
         self._inner._eval(problem, pop, values, **kwargs)
-        for watch in self._watches:
-            watch(pop, kwargs.get("algorithm"))
+        self._watch(pop, kwargs.get("algorithm"))
 
 
 def _numeric(X: list[Any], rows: Any) -> Any:
-    """(n, n_var) floats of the rows asked for; no columns if the variables are not numbers."""
+    """Return (n, n_var) floats of the given rows; no columns if variables are not numbers."""
     if not X or X[0].ndim != 2 or X[0].dtype == object:
         return np.empty((len(rows), 0))
     return np.concatenate(X)[rows].astype(float)
@@ -214,7 +188,7 @@ def _numeric(X: list[Any], rows: Any) -> Any:
 
 @contextmanager
 def global_state(seed: int) -> Iterator[None]:
-    """Seed both, and put them back as they were."""
+    """Seed the global generators of NumPy and Python, and restore them afterwards."""
     numpy_state, python_state = np.random.get_state(), random.getstate()  # noqa: NPY002
     np.random.seed(seed % 2**32)  # noqa: NPY002
     random.seed(seed)

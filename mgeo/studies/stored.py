@@ -1,43 +1,36 @@
-"""A folder of a study: whose it is, and a comparison as CSV files, small enough to be kept."""
+"""Tables of a comparison as CSV files, and its provenance; what `mgeo.studies` writes and reads."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from pydantic import ConfigDict, Field
 
 from mgeo.plugins import protocol
 from mgeo.plugins.problems import load_problem
-from mgeo.plugins.protocol import column_names
-from mgeo.store.atomic import lock, replace_files, to_json
-from mgeo.store.provenance import difference
-from mgeo.store.reading import check_unchanged, read_json, read_texts, to_csv
-from mgeo.store.run_folder import STUDY_FILE
-from mgeo.store.study_run import StudyRun
+from mgeo.store.atomic import to_json, write_file
+from mgeo.store.reading import read_json, to_csv
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.file import Study
-from mgeo.studies.indicators import OBJECTIVE_SPACE, POINTS, IndicatorSpace, Origin, applicable
+from mgeo.studies.indicators import OBJECTIVE_SPACE, POINTS, IndicatorSpace, applicable
 from mgeo.studies.labels import folder_name
-from mgeo.validation.tables import Table, checked, entry, errors_of
+from mgeo.studies.plan import PLAN
+from mgeo.studies.record import StudyRun
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
 TABLE, FINAL, RUNS, FRONTS = "table.csv", "final.csv", "runs.csv", "fronts.csv"
 PROVENANCE = "provenance.json"
-PATIENCE = 10.0  # seconds for another process that writes there
-_INTEGERS = ("seed", "failed_evaluations", "evaluations", "points")
-
-TEXT = "study.toml"
 
 
-def stored_tables(comparison: Comparison) -> dict[str, bytes]:
-    """The tables from which `read_comparison` makes the same tables and figures again, by file."""
+def write_comparison(
+    folder: Path, comparison: Comparison, about: Mapping[str, Any], more: Mapping[str, str] = {}
+) -> None:
+    """Write what `read_comparison` reads, and more texts; the provenance last."""
     fronts = []
     for (name, seed), record in comparison.records.items():
         front = pd.DataFrame(record.front_F, columns=list(comparison.objectives))
@@ -50,86 +43,105 @@ def stored_tables(comparison: Comparison) -> dict[str, bytes]:
         RUNS: comparison.runs,
         FRONTS: pd.concat(fronts),
     }
-    return {name: to_csv(table) for name, table in tables.items()}
+    (folder / PROVENANCE).unlink(missing_ok=True)
+    for name, table in tables.items():
+        write_file(folder / name, to_csv(table))
+    for name, text in more.items():
+        write_file(folder / name, text.encode())
+    write_file(folder / PROVENANCE, to_json(about))
 
 
-def read_comparison(folder: Path | str, *, named: Collection[str] = ()) -> Comparison:
-    """A comparison from the folder into which `run_study` wrote it; nothing is run.
+def provenance(comparison: Comparison, plan: Mapping[str, Any]) -> dict[str, Any]:
+    """Return how a comparison was made: its plan, its indicator space, and counts of its runs."""
+    statuses = comparison.runs["status"]
+    return {
+        **plan,
+        "space": comparison.space.describe(),
+        "runs_finished": int((statuses == "finished").sum()),
+        "runs_failed": int((statuses == "failed").sum()),
+        "hours_of_runs": round(float(comparison.runs["wall_time"].sum()) / 3600.0, 3),
+        "written": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
 
-    Its tables, tests and figures are those of the original. Its records hold the final fronts
-    and nothing else, and its space no reference front. Where ``fronts.csv`` has not been kept,
-    it has no records and no figures of fronts.
+
+def read_comparison(
+    folder: Path | str, *, problem: Problem | None = None, named: Collection[str] = ()
+) -> Comparison:
+    """Read a finished comparison from its folder; nothing is run.
+
+    Tables, tests and figures are those of the original. The records hold only the final fronts,
+    and the space has no reference front. Without ``fronts.csv`` there are no records and no
+    figures of fronts.
 
     Parameters
     ----------
-    folder : of one problem, with ``table.csv`` in it.
-    named : problems ``module:Class`` of which modules may be imported: no file has that done.
+    folder : folder of one problem, with ``table.csv`` in it.
+    problem : the problem that was compared, where `mgeo.compare` was called in Python; None for the
+        problem that a study file named.
+    named : problems ``module:Class`` whose modules may be imported; files import no other.
 
     Raises
     ------
     FileNotFoundError
-        If there is none; of several problems there is one in each folder, see `read_comparisons`.
+        If the folder holds no finished comparison; see `read_comparisons` for several problems.
     ValueError, TypeError
-        If its problem is not installed, or a file is not as it was written.
+        If the problem is not installed, or a file is damaged.
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from mgeo.studies import read_comparison, read_study, run_study
-    >>> text = '''
-    ... title = "Two algorithms"
-    ... evaluations = 200
-    ... grid = 2
-    ... seeds = [1, 2]
-    ... problems = [{name = "pymoo:zdt1"}]
-    ... algorithms = [{name = "mgeo-directed"}, {name = "nsga2"}]
-    ... '''
-    >>> _ = Path("study.toml").write_text(text)
-    >>> _ = run_study(read_study("study.toml"), "results", n_jobs=1, progress=False)
-    >>> read_comparison("results").algorithms
-    ('mgeo-directed', 'nsga2')
+    >>> from pymoo.algorithms.moo.nsga2 import NSGA2
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import MGEODirected, compare
+    >>> from mgeo.studies import read_comparison
+    >>> algorithms = {"directed": MGEODirected(), "nsga2": NSGA2(20)}
+    >>> problem = ZDT1(n_var=4)
+    >>> _ = compare(problem, algorithms, n_eval=500, seeds=3, folder="zdt1", progress=False)
+    >>> read_comparison("zdt1", problem=problem).algorithms
+    ('directed', 'nsga2')
     """
     folder = Path(folder)
     path = folder / PROVENANCE
     if not path.is_file():
-        several = " of one problem: see read_comparisons" if (folder / STUDY_FILE).is_file() else ""
+        several = " of one problem: see read_comparisons" if (folder / PLAN).is_file() else ""
         raise FileNotFoundError(f"{folder} holds no comparison{several}: there is no {PROVENANCE}")
-    data = read_json(path)
-    with errors_of(path):
-        told = checked(_Provenance, data)
-        problem = load_problem(told.problem.name, told.problem.options, named=named)
-        space = _space(problem, told.space)
-    algorithms, n_eval = tuple(told.algorithms), told.evaluations
+    about = read_json(path)
+    try:
+        if problem is None:
+            problem = _load_problem(about["problem"], named)
+        space = _space(problem, about["space"])
+        algorithms, n_eval = tuple(about["algorithms"]), int(about["evaluations"])
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"{path}: not the provenance of a comparison: {error!r}") from error
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
     indicators = [indicator.name for indicator in applicable(problem.n_obj)]
-    counts = ["wall_time", "failed_evaluations"]
-    table = _read(folder / TABLE, algorithms, ["evaluations", "points", *indicators])
-    runs = _read(folder / RUNS, algorithms, counts, ["status", "error"])
+    table = _read_table(folder / TABLE, algorithms, ["evaluations", "points", *indicators])
+    runs = _read_table(
+        folder / RUNS, algorithms, ["status", "wall_time", "failed_evaluations", "error"]
+    )
     records = {}
     if (folder / FRONTS).exists():
-        fronts = _read(folder / FRONTS, algorithms, column_names(problem)[1])
+        fronts = _read_table(folder / FRONTS, algorithms, protocol.column_names(problem)[1])
         records = {
             (str(row["algorithm"]), int(row["seed"])): _record(row, fronts, n_eval)
             for row in runs.to_dict("records")
             if row["status"] == "finished"
         }
-    check_unchanged(path, data)
     return Comparison(problem, algorithms, n_eval, table, runs, records, space)
 
 
 def read_comparisons(folder: Path | str, *, named: Collection[str] = ()) -> dict[str, Comparison]:
-    """Each comparison of a study's folder, by the label of its problem, in the study's order.
-
-    Problems that are not done yet are left out.
+    """Read the finished comparisons of a study's folder by problem, in the study's order.
 
     Parameters
     ----------
     folder : into which `run_study` wrote.
-    named : as of `read_comparison`.
+    named : as for `read_comparison`.
 
     Raises
     ------
     FileNotFoundError
-        If there is none.
+        If the folder holds none.
     ValueError, TypeError
         As `read_comparison`.
 
@@ -140,101 +152,75 @@ def read_comparisons(folder: Path | str, *, named: Collection[str] = ()) -> dict
     >>> comparisons["zdt1"].order()  # doctest: +SKIP
     """
     folder = Path(folder)
-    path = folder / STUDY_FILE
+    path = folder / PLAN
     if not path.is_file():
-        raise FileNotFoundError(f"{folder} holds no study: there is no {STUDY_FILE}")
-    data = read_json(path)
-    with errors_of(path):
-        labels = list(entry(data, "problems", dict))
-    places = {label: folder / folder_name(label) for label in labels}
-    if len(labels) == 1:
-        places = {labels[0]: folder}
+        raise FileNotFoundError(f"{folder} holds no study: there is no {PLAN}")
+    plan = read_json(path)
+    labels = list(plan.get("problems", ())) if isinstance(plan, dict) else []
+    places = {label: problem_folder(folder, label, len(labels)) for label in labels}
     done = {label: place for label, place in places.items() if (place / PROVENANCE).is_file()}
     if not done:
-        raise FileNotFoundError(f"{folder} holds no comparison: none of its problems is done")
+        raise FileNotFoundError(f"{folder} holds no finished comparison of a study file")
     return {label: read_comparison(place, named=named) for label, place in done.items()}
 
 
-class _Part(Table):
-    """What is needed of a table that says more."""
-
-    model_config = ConfigDict(extra="ignore")
-
-
-class _Problem(_Part):
-    name: str
-    options: dict[str, Any]
+def problem_folder(folder: Path, label: str, n_problems: int) -> Path:
+    """Return the folder of a problem: that of the study, or one below if it has several."""
+    return folder if n_problems == 1 else folder / folder_name(label)
 
 
-class _Space(_Part):
-    origin: Origin
-    ideal: list[float] = Field(default_factory=list)
-    nadir: list[float] = Field(default_factory=list)
-    reference_point: list[float] = Field(default_factory=list)
-    parts: list[float] = Field(default_factory=list)  # none by mgeo 0.1
-    cuts: list[float] = Field(default_factory=list)
+def _load_problem(about: Mapping[str, Any], named: Collection[str]) -> Problem:
+    if "name" not in about:
+        raise ValueError("the problem was compared in Python: expected problem=, the same object")
+    return load_problem(about["name"], about["options"], named=named)
 
 
-class _Provenance(_Part):
-    problem: _Problem
-    algorithms: dict[str, Any]
-    evaluations: int = Field(ge=1)
-    space: _Space
-
-
-def _space(problem: Problem, stated: _Space) -> IndicatorSpace:
-    origin, n_obj = stated.origin, problem.n_obj
+def _space(problem: Problem, about: Mapping[str, Any]) -> IndicatorSpace:
+    origin, n_obj = about["origin"], problem.n_obj
     if (origin == "objective") != (n_obj == 1):
         raise ValueError(f"space.origin = {origin!r} with {n_obj} objective(s)")
-    if origin == "objective":
+    if n_obj == 1:
         return OBJECTIVE_SPACE
-    points = {key: np.array(getattr(stated, key), float) for key in POINTS}
+    points = {key: np.array(about[key], float) for key in POINTS}
     for key, point in points.items():
-        if len(point) != n_obj:
+        if point.shape != (n_obj,):
             raise ValueError(f"space.{key} = {point.tolist()!r:.80}: expected {n_obj} numbers")
-    if len(stated.parts) != len(stated.cuts):
-        raise ValueError(f"space.cuts = {stated.cuts!r:.80}: expected one for each of parts")
-    transform = protocol.indicator_space(problem) if origin == "problem" else None
-    empty = np.empty((0, n_obj))
     return IndicatorSpace(
         **points,
-        reference_front=empty,
+        reference_front=np.empty((0, n_obj)),
         origin=origin,
-        transform=transform,
-        parts=tuple(stated.parts),
-        cuts=tuple(stated.cuts),
+        transform=protocol.indicator_space(problem) if origin == "problem" else None,
+        parts=tuple(map(float, about.get("parts", ()))),
+        cuts=tuple(map(float, about.get("cuts", ()))),
     )
 
 
-def _read(
-    path: Path, algorithms: Sequence[str], numbers: Sequence[str], texts: Sequence[str] = ()
-) -> pd.DataFrame:
-    """A table of runs, with columns of numbers, others of texts, and perhaps more."""
-    text = read_texts(path)
-    with errors_of(path):
-        for name in ("algorithm", "seed", *numbers, *texts):
-            if name not in text.columns:
-                raise ValueError(f"there is no column {name!r}")
-        as_text = {"algorithm", *texts}
-        table = pd.DataFrame(
-            {name: text[name] if name in as_text else _typed(text[name]) for name in text.columns}
+_TEXTS = ("algorithm", "status", "error", "versions")  # columns that are not numbers
+_TYPES: dict[str, Any] = dict.fromkeys(_TEXTS, str)
+
+
+def _read_table(path: Path, algorithms: Collection[str], columns: Collection[str]) -> pd.DataFrame:
+    """Read a table of runs; floats exactly."""
+    try:
+        table = pd.read_csv(
+            path,
+            float_precision="round_trip",
+            dtype=_TYPES,
+            keep_default_na=False,
+            na_values=["nan"],
+            index_col=False,
         )
-        for name in ("seed", *numbers):
-            if table[name].dtype.kind not in ("i" if name in _INTEGERS else "if"):
-                raise ValueError(f"column {name}: expected numbers")
-        for name in set(table["algorithm"]) - set(algorithms):
-            raise ValueError(f"algorithm {name!r:.80}: expected one of {', '.join(algorithms)}")
+    except ValueError as error:
+        raise ValueError(f"{path}: not a table: {error}") from error
+    for name in ("algorithm", "seed", *columns):
+        if name not in table:
+            raise ValueError(f"{path}: there is no column {name!r}")
+    for name in set(table.columns) - set(_TEXTS):
+        if not pd.api.types.is_numeric_dtype(table[name]):
+            raise ValueError(f"{path}: column {name}: expected numbers")
+    for name in set(table["algorithm"]) - set(algorithms):
+        raise ValueError(f"{path}: algorithm {name!r}: expected one of {', '.join(algorithms)}")
     return table
-
-
-def _typed(column: pd.Series[str]) -> pd.Series[Any]:
-    """Integers if all are, or else floats, or else the text."""
-    for kind in ("int64", "float64"):
-        try:
-            return column.astype(object).astype(kind)
-        except (ValueError, OverflowError):
-            continue
-    return column
 
 
 def _record(run: Mapping[Any, Any], fronts: pd.DataFrame, n_eval: int) -> StudyRun:
@@ -250,65 +236,3 @@ def _record(run: Mapping[Any, Any], fronts: pd.DataFrame, n_eval: int) -> StudyR
         failed=int(run["failed_evaluations"]),
         wall_time=float(run["wall_time"]),
     )
-
-
-def claim(folder: Path, study: Study) -> None:
-    """Make a folder this study's, before it writes tables there; runs belong to anybody.
-
-    It may be so already, also with other seeds or evaluations, and with fewer algorithms or (of
-    several) fewer problems: a study may grow.
-
-    Raises
-    ------
-    ValueError
-        If it belongs to another study, with the first difference; nothing is changed then.
-    """
-    content = _content(study)
-    folder.mkdir(parents=True, exist_ok=True)
-    with lock(folder, PATIENCE):  # another study's, for the time of a claim
-        check(folder, study)
-        replace_files(folder, {TEXT: study.text.encode(), STUDY_FILE: content})
-
-
-def check(folder: Path, study: Study) -> None:
-    """Refuse a folder that belongs to another study, as `claim` does.
-
-    Raises
-    ------
-    ValueError
-        See `claim`.
-    """
-    wanted = json.loads(_content(study))
-    path = folder / STUDY_FILE
-    try:
-        found = read_json(path)
-    except FileNotFoundError:
-        return
-    with errors_of(path):
-        owner = {key: entry(found, key, dict) for key in wanted}
-    if text := _difference(owner, wanted):
-        raise ValueError(
-            f"{folder} belongs to another study: {text}; expected the problems and algorithms "
-            f"in its {STUDY_FILE}, perhaps with more of them, or another folder"
-        )
-
-
-def _content(study: Study) -> bytes:
-    try:
-        return to_json(study.configuration())
-    except (TypeError, ValueError) as error:  # an infinity
-        raise ValueError(
-            f"options or parameters that JSON cannot hold, and so no provenance: {error}"
-        ) from error
-
-
-def _difference(owner: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
-    for key, known in owner.items():
-        for label, expected in known.items():
-            if label not in wanted[key]:
-                return f"{label!r} is not among the {key}"
-            if text := difference(expected, wanted[key][label], f"{key}.{label}"):
-                return text
-    if len(owner["problems"]) == 1 < len(wanted["problems"]):
-        return "it has one problem, whose tables are not in a folder below"
-    return ""

@@ -1,42 +1,35 @@
-"""Runs a study and writes what it found, or tells how large it is and how long it will take."""
+"""Run of a study file: one comparison per problem, with tables and pages."""
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from datetime import UTC, datetime
-from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import joblib
 import pandas as pd
 from plotly.offline import get_plotlyjs
 
 from mgeo.figures.page import LIBRARY
-from mgeo.plugins.problems import is_own_class
-from mgeo.runs.estimate import estimate
-from mgeo.store.atomic import check_writable, lock, replace_files, to_json
+from mgeo.store.atomic import write_file
 from mgeo.store.run_folder import REPORT_FILE
-from mgeo.studies.comparison import Comparison, markdown, problems_table
+from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import published_table
-from mgeo.studies.execute import compare, run_files
-from mgeo.studies.file import ProblemConfiguration, Study
-from mgeo.studies.fingerprint.modules import distinct
+from mgeo.studies.execute import RECORDS, grid_steps, make_comparison
+from mgeo.studies.file import Study
 from mgeo.studies.indicators import NothingToCompareError, check_space
-from mgeo.studies.labels import folder_name
+from mgeo.studies.plan import claim, installed_versions
 from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
+from mgeo.studies.progress import Progress, choose
 from mgeo.studies.report import problem_page, study_page
-from mgeo.studies.results import failures, targets_reached
-from mgeo.studies.run import Task, told
-from mgeo.studies.stored import PATIENCE, PROVENANCE, check, claim, stored_tables
+from mgeo.studies.stored import problem_folder, provenance, write_comparison
+from mgeo.studies.tables import markdown, problems_table
+from mgeo.studies.targets import targets_reached
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
 
-RECORDS = "runs"  # folder of the finished runs
+TEXT = "study.toml"
 VALUES = "values.csv"
 RANKS = "ranks.csv"
 TARGETS = "targets.csv"
@@ -46,25 +39,25 @@ def run_study(
     study: Study,
     folder: Path | str,
     *,
+    resume: bool = False,
     n_jobs: int | None = None,
-    progress: bool | None = None,
-    coco_data: Path | str | None = None,
+    progress: bool | Progress | None = None,
 ) -> dict[str, Comparison]:
-    """Make the runs that are missing, and write tables and figures.
+    """Make the runs of a study, and write tables and pages.
 
-    Everything goes into `folder`, or with several problems into a folder each below it, once a
-    problem is done: ``table.csv`` (indicators over evaluations), ``final.csv`` (after all of
-    them), ``fronts.csv``, ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``,
-    ``report.html`` and last ``provenance.json``. With several problems there are beside these
-    folders ``report.html``, ``summary.md``, ``summary.tex``, ``summary.csv``, ``values.csv`` and
-    ``ranks.csv`` (see `mgeo.studies.pooled`), ``targets.csv`` (`mgeo.studies.results`) and the
-    plotting library, which all pages share. A study that was interrupted goes on with the runs that
-    are missing. With its first tables the folder belongs to this study, which may grow: see
-    `mgeo.studies.stored.claim`.
+    The tables of a problem are written when its runs are done: ``table.csv`` (indicators over
+    evaluations), ``final.csv`` (after all evaluations), ``fronts.csv``, ``runs.csv``,
+    ``tests.csv``, ``summary.md``, ``summary.tex``, ``report.html`` and ``provenance.json``. They
+    are in `folder`, or with several problems in a folder each below it. Then `folder` also has
+    ``report.html``, ``summary.md``, ``summary.tex``, ``summary.csv``, ``values.csv``, ``ranks.csv``
+    (see `mgeo.studies.pooled`), ``targets.csv`` (see `mgeo.studies.targets`) and the plotting
+    library that the pages share. ``runs/`` has each run as it finishes.
 
     Parameters
     ----------
-    n_jobs, progress, coco_data : as of `mgeo.compare`.
+    resume : whether to continue the study that the folder holds. Its problems, algorithms,
+        options, parameters, seeds, evaluations and versions must be the recorded ones.
+    n_jobs, progress : as for `mgeo.compare`.
 
     Returns
     -------
@@ -72,11 +65,12 @@ def run_study(
 
     Raises
     ------
+    FileExistsError
+        If the folder holds a study and `resume` is false.
     ValueError, TypeError
-        If a problem or an algorithm cannot be built, the folder belongs to another study, or there
-        are to be data for COCO of a problem that is not COCO's.
+        If a problem or an algorithm cannot be built, or the folder holds another study.
     OSError
-        If a folder cannot be written; that is tried before any run is made.
+        If the folder cannot be written.
     NothingToCompareError
         If all runs of a problem failed, or none found a feasible solution; the others are done.
 
@@ -99,61 +93,57 @@ def run_study(
     """
     folder = Path(folder)
     built = build(study)
-    check(folder, study)
-    check_writable(folder)
-    if coco_data is not None:
-        from mgeo.benchmarks.coco import run_folder
-
-        for problem, _ in built:
-            run_folder(Path(coco_data), problem, 0)
-        check_writable(Path(coco_data))
-    comparisons: dict[str, Comparison] = {}
-    without: list[str] = []
-    failed: list[str] = []
-    for configuration, (problem, algorithms) in zip(study.problems, built, strict=True):
-        label = configuration.label
-        evaluations, grid = study.budget(problem)
-        try:
-            comparison = compare(
-                problem,
-                algorithms,
-                evaluations,
-                study.seeds,
-                folder=folder / RECORDS,
-                grid=grid,
-                n_jobs=n_jobs,
-                progress=progress,
-                title=label,
-                coco_data=coco_data,
-                parts=configuration.parts,
-            )
-        except NothingToCompareError as error:
-            without.append(f"{label}: {error}")
-            continue
-        contents = _contents(study, configuration, comparison)
-        if not comparisons:
-            claim(folder, study)
-        place = folder if len(study.problems) == 1 else folder / folder_name(label)
-        place.mkdir(parents=True, exist_ok=True)
-        with lock(folder, PATIENCE):  # or tables of two processes would be mixed
-            if len(study.problems) > 1 and not comparisons:
-                replace_files(folder, {LIBRARY: get_plotlyjs().encode()})
-            replace_files(place, contents)
-        comparisons[label] = comparison
-        failed += failures(comparison.failures(), label)
-    if len(study.problems) > 1 and comparisons:
-        texts = _over_problems(study, comparisons, failed + without)
-        with lock(folder, PATIENCE):
-            replace_files(folder, {name: text.encode() for name, text in texts.items()})
+    parts = [part for problem, algorithms in built for part in (problem, *algorithms.values())]
+    plan = study.plan() | {"versions": installed_versions(*parts)}
+    with claim(folder, plan, resume=resume):
+        write_file(folder / TEXT, study.text.encode())
+        comparisons: dict[str, Comparison] = {}
+        without: list[str] = []
+        for configuration, (problem, algorithms) in zip(study.problems, built, strict=True):
+            label = configuration.label
+            place = problem_folder(folder, label, len(study.problems))
+            n_eval, grid = study.budget(problem)
+            try:
+                comparison = make_comparison(
+                    problem,
+                    algorithms,
+                    n_eval,
+                    study.seeds,
+                    runs=place / RECORDS,
+                    resume=resume,
+                    steps=grid_steps(grid, n_eval),
+                    space={"parts": configuration.parts},
+                    n_jobs=n_jobs,
+                    progress=choose(progress),
+                    title=label,
+                )
+            except NothingToCompareError as error:
+                without.append(f"{label}: {error}")
+                continue
+            about = {
+                "title": study.title,
+                "problem": {"label": label, **plan["problems"][label]},
+                "algorithms": plan["algorithms"],
+                "evaluations": n_eval,
+                "seeds": plan["seeds"],
+                "versions": plan["versions"],
+            }
+            texts = _texts(study, label, comparison)
+            write_comparison(place, comparison, provenance(comparison, about), texts)
+            comparisons[label] = comparison
+        if len(study.problems) > 1 and comparisons:
+            write_file(folder / LIBRARY, get_plotlyjs().encode())
+            for name, text in _over_problems(study, comparisons, without).items():
+                write_file(folder / name, text.encode())
     if without:
         raise NothingToCompareError("; ".join(without))
     return comparisons
 
 
 def build(study: Study) -> list[tuple[Problem, dict[str, Algorithm]]]:
-    """Each problem, and the algorithms for it by their labels.
+    """Build each problem, and the algorithms for it by their labels.
 
-    All of them, before any is used: what cannot be built should not be found after hours.
+    All are built before any is used: an error should not come after hours.
 
     Raises
     ------
@@ -170,14 +160,16 @@ def build(study: Study) -> list[tuple[Problem, dict[str, Algorithm]]]:
 
 
 def _over_problems(
-    study: Study, comparisons: Mapping[str, Comparison], failed: list[str]
+    study: Study, comparisons: Mapping[str, Comparison], without: list[str]
 ) -> dict[str, str]:
-    """Files about all problems together."""
+    """Return the files about all problems together."""
     values = problem_values(comparisons, study.per_variable)
     standings = ranks_over_problems(values, study.control)
     reached = targets_reached(comparisons)
     ranked = friedman_over_problems(values)
     marked = problems_table(comparisons)
+    failed = [text for label, each in comparisons.items() for text in each.failures(label)]
+    failed += without
     return {
         "summary.md": marked.markdown() + "".join(f"\n{text}\n" for text in failed),
         "summary.tex": marked.latex(),
@@ -189,115 +181,19 @@ def _over_problems(
     }
 
 
-def _contents(
-    study: Study, problem: ProblemConfiguration, comparison: Comparison
-) -> dict[str, bytes]:
+def _texts(study: Study, label: str, comparison: Comparison) -> dict[str, str]:
+    """Return the files about one problem, besides the tables that are read back."""
     indicators = [each.name for each in [*comparison.indicators, *comparison.parts]]
     tests = pd.concat(
         [comparison.tests(name).pairs for name in indicators], keys=indicators, names=["indicator"]
     )
-    texts = {
-        "tests.csv": tests.reset_index(0).to_csv(index=False, lineterminator="\n"),
-        "summary.md": _summary(study, comparison),
-        "summary.tex": comparison.to_latex(),
-        REPORT_FILE: problem_page(study, problem.label, comparison),
-    }
-    last = {PROVENANCE: to_json(_provenance(study, problem, comparison))}
-    encoded = {name: text.encode() for name, text in texts.items()}
-    return stored_tables(comparison) | encoded | last
-
-
-def _summary(study: Study, comparison: Comparison) -> str:
-    text = comparison.to_markdown()
+    summary = comparison.to_markdown()
     published = published_table(study, comparison)
-    if published is None or study.published is None:
-        return text
-    return f"{text}\nBeside {study.published.source}:\n\n{markdown(published)}"
-
-
-def _provenance(
-    study: Study, problem: ProblemConfiguration, comparison: Comparison
-) -> dict[str, Any]:
-    statuses, compared = comparison.runs["status"], study.configuration()
+    if published is not None and study.published is not None:
+        summary += f"\nBeside {study.published.source}:\n\n{markdown(published)}"
     return {
-        "title": study.title,
-        "problem": {"label": problem.label, **compared["problems"][problem.label]},
-        "algorithms": compared["algorithms"],
-        "evaluations": comparison.n_eval,
-        "seeds": list(study.seeds),
-        "space": comparison.space.describe(),
-        "runs_finished": int((statuses == "finished").sum()),
-        "runs_failed": int((statuses == "failed").sum()),
-        "hours_of_runs": round(float(comparison.runs["wall_time"].sum()) / 3600.0, 3),
-        "written": datetime.now(UTC).isoformat(timespec="seconds"),
-        "versions": distinct(record.versions for record in comparison.records.values()),
+        "tests.csv": tests.reset_index(0).to_csv(index=False, lineterminator="\n"),
+        "summary.md": summary,
+        "summary.tex": comparison.to_latex(),
+        REPORT_FILE: problem_page(study, label, comparison),
     }
-
-
-@dataclass(frozen=True)
-class StudyEstimate:
-    """What would be run.
-
-    ``found`` of the ``runs`` are in the folder already; for the others it would take about
-    ``seconds``, ``processes`` at once, judged by ``timed`` evaluations made for that purpose.
-    ``untold`` says whose runs these seconds are without, and why.
-    """
-
-    problems: Mapping[str, Problem]
-    runs: int
-    found: int
-    processes: int
-    seconds: float
-    timed: int
-    untold: tuple[str, ...] = ()
-
-
-def estimate_study(study: Study, folder: Path | str, *, n_jobs: int | None = None) -> StudyEstimate:
-    """Look at a study that is to be run by `run_study`; nothing is written.
-
-    Each algorithm is tried on each problem, by `mgeo.runs.estimate`. A run is expected to keep one
-    process busy for as long as all processors together work for it here. What fails when it is
-    tried, as its runs would, is told and left out. So is what the study names ``module:Class``: a
-    look at a file has no module imported that it names.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If a problem or an algorithm cannot be built, or the folder belongs to another study.
-    """
-    own = [a.label for a in study.algorithms if ":" in a.name]
-    own += [p.label for p in study.problems if is_own_class(p.name)]
-    untold = [f"{label}: a dry run has no module imported that a file names" for label in own]
-    named = replace(
-        study,
-        algorithms=tuple(a for a in study.algorithms if a.label not in own),
-        problems=tuple(p for p in study.problems if p.label not in own),
-    )
-    built = build(named)
-    check(Path(folder), study)
-    found, timed, work = 0, 0, 0.0
-    for configuration, (problem, algorithms) in zip(named.problems, built, strict=True):
-        n_eval, _ = study.budget(problem)
-        tasks = {
-            (label, seed): Task(problem, algorithm, n_eval, seed)
-            for (label, algorithm), seed in product(algorithms.items(), study.seeds)
-        }
-        files = run_files(Path(folder) / RECORDS, tasks)
-        there = Counter(label for (label, _), path in files.items() if path.is_file())
-        found += there.total()
-        for label, algorithm in algorithms.items():
-            if there[label] < len(study.seeds):
-                try:
-                    expected = estimate(problem, algorithm, n_eval, study.seeds[0])
-                except Exception as error:  # foreign code: it may raise anything
-                    untold.append(f"{label} on {configuration.label} fails: {told(error)}")
-                    continue
-                work += (len(study.seeds) - there[label]) * max(
-                    expected.elapsed, expected.processor
-                )
-                timed += expected.timed
-    runs = len(study.problems) * len(study.algorithms) * len(study.seeds)
-    processes = max(1, min(joblib.effective_n_jobs(n_jobs), runs - found))
-    problems = {p.label: made for p, (made, _) in zip(named.problems, built, strict=True)}
-    seconds = work / processes
-    return StudyEstimate(problems, runs, found, processes, seconds, timed, tuple(untold))

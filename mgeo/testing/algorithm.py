@@ -17,7 +17,7 @@ from mgeo._typing import FloatArray
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.state import capture, restore
 from mgeo.evaluation.dominance import nondominated
-from mgeo.testing.problem import no_error, require, require_equal
+from mgeo.testing.check import no_error, require, require_equal
 
 Constraint = Literal["none", "half", "impossible"]
 

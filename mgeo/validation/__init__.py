@@ -1,4 +1,5 @@
-"""Checks of what a user passes in: each error names the value, what was expected, and where.
+"""Checks of user input: each error names the value, what was expected, and where.
 
-`arguments` are those of functions and constructors, `tables` what files hold, checked by pydantic.
+`arguments` checks arguments of functions, `entries` entries of files, `tables` whole files by
+pydantic models.
 """

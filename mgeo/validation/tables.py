@@ -1,17 +1,17 @@
-"""Tables that files hold, checked by pydantic: errors name the file, the place and the value."""
+"""Tables that files hold as pydantic models, with one error that names the first mistake."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from functools import cache
+from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from mgeo.validation.arguments import did_you_mean
+from mgeo.validation.entries import FileError as FileError
+from mgeo.validation.entries import entry as entry
+from mgeo.validation.entries import errors_of as errors_of
 
 _EXPECTED = {  # by pydantic's type of an error
     "string_type": "a string",
@@ -74,57 +74,11 @@ def checked(model: type[T], data: Any) -> T:
         raise ValueError(_in_words(error)) from None
 
 
-def entry(table: Any, key: str, kind: Any, where: str = "") -> Any:
-    """An entry of a table that was read, which is of the kind expected.
-
-    Parameters
-    ----------
-    kind
-        A type for pydantic: str, int, float (finite; also an int), ``list[str]``, and so on.
-    where
-        What the table is called in messages, such as ``"hypervolume."``.
-
-    Raises
-    ------
-    ValueError
-        If it is missing.
-    TypeError
-        If it is of another kind.
-    """
-    if not isinstance(table, Mapping):
-        raise TypeError(f"{where.rstrip('.') or 'the content'} = {table!r:.80}: expected a table")
-    if key not in table:
-        raise ValueError(f"{where}{key} is missing")
-    try:
-        _adapter(kind).validate_python(table[key])
-    except ValidationError as error:
-        raise TypeError(_in_words(error, f"{where}{key}")) from None
-    return table[key]
-
-
-class FileError(ValueError):
-    """A file that does not hold what it should; the message says which, what and where."""
-
-
-@contextmanager
-def errors_of(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Make a `FileError` of any ValueError or TypeError: with the file's name before it."""
-    try:
-        yield
-    except (ValueError, TypeError) as error:
-        raise FileError(f"{os.fspath(path)}: {error}") from error
-
-
-@cache
-def _adapter(kind: Any) -> TypeAdapter[Any]:
-    return TypeAdapter(kind, config=_STRICT)
-
-
-def _in_words(caught: ValidationError, where: str = "") -> str:
-    """The first thing that is wrong with what is called `where`, or is a whole file."""
+def _in_words(caught: ValidationError) -> str:
+    """Return the first error in words."""
     error = caught.errors()[0]
     places = (f"[{key}]" if isinstance(key, int) else f".{key}" for key in error["loc"])
-    where = f"{where}{''.join(places)}".lstrip(".")
+    where = "".join(places).lstrip(".")
     if error["type"] == "key":
         return f"{where}.{error['msg']}".lstrip(".")
     if error["type"] == "value_error":  # of functions whose messages name key and value

@@ -25,7 +25,7 @@ def test_a_glance_is_of_one_run_of_the_filter(problem, monkeypatch):
     """And what it says is what is told of plans at length."""
     X = np.random.default_rng(1).uniform(problem.xl, problem.xu, (3, problem.n_var))
     described = problem.view(X).describe()
-    monkeypatch.setattr(Plans, "_kept", lambda *given: 1 / 0)  # flights
+    monkeypatch.setattr(Plans, "_over_others", lambda *given: 1 / 0)  # flights
     found = problem.view(X).glance()
     assert [name for name in described if name not in found] == [
         *("kept t_end [s]", "kept trace [-]"),
@@ -61,7 +61,7 @@ def test_a_run_is_explored_and_a_plan_of_it_saved(problem, tmp_path):
     np.testing.assert_allclose(explorer.glance(x)["numbers"], front["rows"][place], rtol=1e-9)
     assert {"rates", "motion", "trace"} <= explorer.figures(x)["figures"].keys()
     titles = [section["title"] for section in explorer.review(x)["sections"]]
-    assert "Why it is no smaller" in titles
+    assert "Error budget, 1-sigma of the worst body axis" in titles
     changed = x.copy()
     changed[3] = 0.5 * (x[3] + problem.xu[3])
     explorer.save(changed, "plan.json", overwrite=False)

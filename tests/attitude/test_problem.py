@@ -1,8 +1,6 @@
 """The satellite problem as pymoo and the plugin protocol see it."""
 
 import dataclasses
-import pickle
-from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 import pandas as pd
@@ -23,24 +21,8 @@ def random_designs(problem, n, seed=0):
     return np.random.default_rng(seed).uniform(problem.xl, problem.xu, (n, problem.n_var))
 
 
-def evaluate_elsewhere(problem, X):
-    return problem.evaluate(X)
-
-
 def test_keeps_the_plugin_protocol():
     check_problem(AttitudeManeuverProblem(dataclasses.replace(Scenario.paper(), step=4.0)))
-
-
-def test_variables_and_bounds_are_the_papers(problem):
-    assert (problem.n_var, problem.n_obj, problem.n_constr) == (12, 2, 0)
-    np.testing.assert_array_equal(problem.xl, [-1.0, -1.0, -1.0, 0.0] * 3)
-    np.testing.assert_array_equal(problem.xu, [1.0, 1.0, 1.0, 2000.0] * 3)
-    assert problem.var_names[4:8] == [
-        "omega_x_2 [deg/s]",
-        "omega_y_2 [deg/s]",
-        "omega_z_2 [deg/s]",
-        "duration_2 [s]",
-    ]
 
 
 @pytest.mark.slow
@@ -67,22 +49,6 @@ def test_threads_do_not_change_the_result(problem):
     one, three = (AttitudeManeuverProblem(threads=n).evaluate(X) for n in (1, 3))
     np.testing.assert_array_equal(one, problem.evaluate(X))
     np.testing.assert_array_equal(three, one)
-
-
-def test_a_single_design_is_one_of_a_batch(problem):
-    X = random_designs(problem, 3)
-    F = problem.evaluate(X)
-    np.testing.assert_array_equal(problem.evaluate(X[1]), F[1])
-    np.testing.assert_array_equal(problem.evaluate(X[2:].tolist()), F[2:])
-    with pytest.raises(ValueError, match=r"X of shape \(12,\): expected \(n, 12\)"):
-        problem.evaluate(X[2].tolist())  # to pymoo a list is one of designs
-
-
-def test_works_in_another_process(problem):
-    X = random_designs(problem, 4)
-    with ProcessPoolExecutor(1) as pool:
-        there = pool.submit(evaluate_elsewhere, pickle.loads(pickle.dumps(problem)), X).result()
-    np.testing.assert_array_equal(there, problem.evaluate(X))
 
 
 def test_pymoo_runs_it_without_mgeo(problem):

@@ -39,10 +39,8 @@ ESTIMATORS = {
     "plain": PLAIN,
     "Jacobians": dataclasses.replace(PLAIN, jacobians="estimate"),
     "Jacobians, reset": Estimator(second_order=False),
-    "Jacobians, reset, iterated": Estimator(second_order=False, iterations=3),
     "Jacobians, second order": Estimator(reset=False),
     "Jacobians, reset, second order": Estimator(),
-    "all four": Estimator(iterations=3),
 }
 LARGE = "paper, attitude 20 deg, misalignments 4 deg"
 DEFAULT = "Jacobians, reset, second order"

@@ -43,9 +43,9 @@ from tests.calibration.calibration.faults import (
     walk,
     warmed,
 )
+from tests.calibration.calibration.faulty_flights import DURATION, PLAN, SCENARIO
 from tests.calibration.calibration.flights import short
 from tests.calibration.calibration.independent import Craft, fly, steady
-from tests.campaign.faulty_flights import DURATION, PLAN, SCENARIO
 
 SIGMAS, SEEDS = (3.0, 5.0), (1, 2, 3)
 #: How many tests `calibrate` makes of these flights, and from which power on one should succeed.

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import gc
 import math
-import os
 import time
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TypeVar
 
 Key = TypeVar("Key", bound=Hashable)
@@ -25,9 +23,9 @@ class Timing:
     Attributes
     ----------
     processor : float
-        Of all threads together; other programs do not add to it except through shared caches.
+        CPU time of all threads together, which other programs affect through caches only.
     wall : float
-        Elapsed; means something only while no other program runs, see `used_by_others`.
+        Elapsed time, meaningful on an idle machine only.
     """
 
     processor: float
@@ -54,20 +52,6 @@ def interleaved(tasks: Mapping[Key, Callable[[], object]], rounds: int) -> dict[
     finally:
         gc.enable()
     return best
-
-
-def used_by_others(counters: Path = Path("/proc/stat")) -> float:
-    """Processor time that other programs have used so far [s]; NaN where it is not told."""
-    if not counters.exists():
-        return math.nan
-    user, nice, system, _, _, irq, softirq, steal, *_ = map(int, _first_line(counters)[1:])
-    ticks = user + nice + system + irq + softirq + steal
-    return ticks / os.sysconf("SC_CLK_TCK") - time.process_time()
-
-
-def _first_line(path: Path) -> list[str]:
-    with path.open(encoding="utf-8") as file:
-        return file.readline().split()
 
 
 def _warm(task: Callable[[], object]) -> float:

@@ -8,7 +8,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_calibration import Verification, simulate, verification, verify
-from mgeo_calibration.verification import conclusion, findings, predictions, remedies
+from mgeo_calibration.verification import conclusion, findings, predictions
 from scipy.stats import chi2
 
 from ..three import three
@@ -60,18 +60,6 @@ def test_flights_of_coils_know_what_is_predicted_of_the_motion_of_each():
     assert np.abs(np.log(claimed / plan.history.sigma[-1])).max() > 0.5  # flown exactly, it is not
 
 
-def test_remedies_begin_with_what_is_known_at_the_start(short_plan):
-    assert not list(remedies(short_plan, judged()))
-    first, *_ = remedies(short_plan, judged(nees_p=0.0))
-    assert first.startswith("know more at the start, such as the attitude (initial.attitude_deg, 5")
-    unsure = dataclasses.replace(
-        short_plan.scenario,
-        initial=dataclasses.replace(short_plan.scenario.initial, attitude_deg=30),
-    )
-    first, *_ = remedies(ManeuverPlan(unsure, short_plan.design), judged(nees_p=0.0))
-    assert "initial.attitude_deg = 30: the linear covariance was found true up to 20" in first
-
-
 @pytest.fixture(scope="module")
 def short_plan():
     scenario = dataclasses.replace(Scenario.paper(), duration=600.0)
@@ -94,21 +82,6 @@ def test_a_real_plan(short_plan):
     ratio = found.table.loc["gyro bias x", "rms / claimed [-]"]
     assert ratio == pytest.approx(np.sqrt(claimed[:, 3].mean()))
     assert found.achieved  # a fifth of the flights of the default, with errors as small
-
-
-@pytest.mark.slow
-def test_ending_at_t_end_changes_nothing(short_plan):
-    design, soon = (
-        short_plan.design,
-        dataclasses.replace(short_plan.scenario.convergence, window=50.0, relative_decrease=0.9),
-    )
-    scenario = dataclasses.replace(short_plan.scenario, convergence=soon)
-    whole, part = (simulate(scenario, design, 3, 2, until=until) for until in (None, 0.0))
-    assert part.times[-1] == part.t_end < whole.times[-1]
-    k = len(part.times)
-    for name in ("errors", "sigma", "nees"):
-        np.testing.assert_array_equal(getattr(part, name), getattr(whole, name)[:, :k])
-    np.testing.assert_array_equal(part.broken, whole.broken)
 
 
 @pytest.mark.slow

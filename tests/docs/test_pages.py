@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, Scenario
-from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.environment.orbit import ORBITS
 from mgeo_attitude.plan import ManeuverPlan, write_plan
@@ -21,8 +20,6 @@ from mgeo_calibration.telemetry.mapping import UNITS
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
-from mgeo.cli.new import problem_files
-from mgeo.plugins.shown import SHOWN
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -41,28 +38,6 @@ def run(command, *more, codes=(0,)):
     done = CliRunner().invoke(app, [*arguments, *more])
     assert done.exit_code in codes, command + done.output + done.stderr
     return done.output
-
-
-def test_the_example_plugin_is_what_is_written():
-    files = problem_files("cantilever")
-    assert blocks("plugins.md", "python") == [files["cantilever/problem.py"]]
-    (entry,) = tomllib.loads(blocks("plugins.md", "toml")[0])["project"]["entry-points"].items()
-    assert entry in tomllib.loads(files["pyproject.toml"])["project"]["entry-points"].items()
-    assert blocks("plugins.md", "sh")[0].startswith("mgeo new problem cantilever\npip install -e ")
-
-
-def test_every_optional_part_of_a_problem_is_on_the_page():
-    asked = re.findall(
-        r'"(\w+\(\w*\)|\w+_names|fingerprint)"',
-        "".join(
-            (DOCS.parent / f"mgeo/plugins/{name}.py").read_text() for name in ("protocol", "view")
-        ),
-    )
-    parts = {*asked, "at_stage(k)", "constraint_names", "from_options(options)"}
-    assert "view(X)" in parts
-    parts |= {"front_summary(F)" if name == "front_summary" else name for name in SHOWN}
-    page_names = set(re.findall(r"`([^`]*)`", page("plugins.md").partition("## Optional")[2]))
-    assert parts <= page_names
 
 
 def test_the_file_of_limits_is_read_and_keeps_what_the_page_says():
@@ -98,12 +73,6 @@ def test_the_scenario_of_errors_is_read_and_every_error_is_on_its_page():
     for owner in Scenario.cubesat_6u_full().suite.owners.values():
         for state in owner.states():
             assert state in ("bias", "misalignment") or f".{state}`" in page("errors.md")
-
-
-def test_every_objective_is_on_the_page():
-    rows = re.findall(r"^\| (.*?) \|", page("limits.md").partition("## Objectives")[2], re.M)
-    named = {name for row in rows for name in re.findall(r"`(.*?)`", row)}
-    assert named == {*OBJECTIVES, "trace:BLOCK,BLOCK..."}
 
 
 @pytest.mark.slow

@@ -74,11 +74,6 @@ def test_without_fronts_there_are_tables_and_tests(results, store, tmp_path):
     pd.testing.assert_frame_equal(kept.tests().pairs, found["zdt1"].tests().pairs)
 
 
-def test_a_folder_without_results_is_refused(store, tmp_path):
-    with pytest.raises(FileNotFoundError, match="holds no comparison"):
-        store(tmp_path / "studies", tmp_path)
-
-
 @pytest.mark.parametrize(
     "path",
     sorted(
@@ -102,19 +97,6 @@ def test_results_are_kept_of_every_study_with_a_page(path):
         table = pd.read_csv(folder / "table.csv")
         assert table["evaluations"].max() == data["evaluations"]
         assert sum(file.stat().st_size for file in folder.iterdir()) < 2_000_000
-
-
-def test_of_cocos_data_an_archive_is_kept_without_restarts_and_recommendations(tmp_path):
-    run = tmp_path / "walkers" / "f1-d5"
-    run.mkdir(parents=True)
-    for end in ("info", "dat", "tdat", "rdat", "mdat"):
-        (run / f"f1.{end}").write_text(end)
-    keep = runpy.run_path(str(STUDIES / "store.py"))["store_coco"]
-    with tarfile.open(keep(run.parent, tmp_path)) as kept:
-        assert kept.getnames() == [f"walkers/f1-d5/f1.{end}" for end in ("info", "dat", "tdat")]
-        assert kept.extractfile("walkers/f1-d5/f1.dat").read() == b"dat"
-    with pytest.raises(FileNotFoundError, match="holds no data of COCO's observer"):
-        keep(tmp_path / "nothing", tmp_path)
 
 
 def test_data_for_coco_are_kept_of_every_run():

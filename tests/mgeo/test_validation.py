@@ -5,7 +5,8 @@ import re
 import pytest
 
 from mgeo.validation.arguments import did_you_mean
-from mgeo.validation.tables import Table, checked, entry
+from mgeo.validation.entries import entry
+from mgeo.validation.tables import Table, checked
 
 
 @pytest.mark.parametrize(

@@ -3,11 +3,11 @@
 import json
 from html.parser import HTMLParser
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from mgeo.report import report_html
-from mgeo.store import record_file
 
 from ..mgeo.conftest import stand_in  # noqa: F401 (fixtures)
 from ..mgeo.report.conftest import browser, solved  # noqa: F401
@@ -66,10 +66,10 @@ def hostile(solved, monkeypatch):  # noqa: F811
     table = pd.read_csv(folder / "front.csv")
     table.columns = [*names["variables"], *names["objectives"]]
     table.to_csv(folder / "front.csv", index=False)
-    old, generations = record_file.read(folder / "evaluations")
-    renamed = old | dict(zip("XF", names.values(), strict=True))
-    record_file.create(folder / "evaluations", renamed)
-    record_file.append(folder / "evaluations", enumerate(generations, 1))
+    for path in (folder / "evaluations").iterdir():
+        with np.load(path) as record:
+            columns = ["generation", *table.columns, *record["columns"][5:]]
+            np.savez(path, columns=columns, rows=record["rows"])
     tie = {
         "problem": data["configuration"]["problem"],
         "options": data["configuration"]["options"],

@@ -9,13 +9,12 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, evaluate
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.settings.errors import InvalidValue
-from mgeo_suite import Catalog, SensorSuiteProblem
+from mgeo_suite import SensorSuiteProblem
 from mgeo_suite.catalog import SunHead
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected
 from mgeo.algorithms import designs_of
-from mgeo.studies.fingerprint.parts import fingerprint
 from mgeo.testing import check_problem
 
 from ..three import three
@@ -87,15 +86,6 @@ def test_values_do_not_depend_on_what_else_is_in_the_batch(problem, points):
     assert np.array_equal(
         SensorSuiteProblem.from_options(problem.options()).evaluate(points), together
     )
-
-
-def test_use_does_not_change_it(scenario, table, points):
-    """Or a study would not find the runs that it has made."""
-    catalog = Catalog.from_dict(table)
-    alike = [SensorSuiteProblem(scenario, catalog, threads=threads) for threads in (1, 2)]
-    before = fingerprint(alike[0])
-    alike[0].evaluate(points)
-    assert fingerprint(alike[0]) == before == fingerprint(alike[1])
 
 
 @pytest.mark.slow

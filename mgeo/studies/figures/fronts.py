@@ -19,13 +19,13 @@ from mgeo.studies.figures.style import Look, finished, looks, require_objectives
 
 if TYPE_CHECKING:
     from mgeo._typing import FloatArray
-    from mgeo.studies.results import Results
+    from mgeo.studies.comparison import Comparison
 
 _COLUMNS = 3
 _ROW_HEIGHT = 300
 
 
-def fronts_figure(results: Results) -> go.Figure:
+def fronts_figure(comparison: Comparison) -> go.Figure:
     """Of each algorithm the run with the median indicator, for two or three objectives.
 
     Raises
@@ -33,31 +33,31 @@ def fronts_figure(results: Results) -> go.Figure:
     ValueError
         For one objective, or more.
     """
-    require_objectives(results.problem, 2, 3)
-    figure, drawn = go.Figure(), [np.empty((0, results.problem.n_obj))]
-    for name, look in looks(results.algorithms).items():
-        seed = results.median_seed(name)
+    require_objectives(comparison.problem, 2, 3)
+    figure, drawn = go.Figure(), [np.empty((0, comparison.problem.n_obj))]
+    for name, look in looks(comparison.algorithms).items():
+        seed = comparison.median_seed(name)
         if seed is None:
             continue
-        F = results.records[name, seed].front_F
+        F = comparison.records[name, seed].front_F
         F = F[np.lexsort(F.T[::-1])]
         drawn.append(F)
-        figure.add_trace(_front(F, literal(f"{name}, seed {seed}"), look, results.objectives))
+        figure.add_trace(_front(F, literal(f"{name}, seed {seed}"), look, comparison.objectives))
     everything = np.concatenate(drawn)
-    if results.problem.n_obj == 2:
-        set_axes(figure, results.objectives, everything)
+    if comparison.problem.n_obj == 2:
+        set_axes(figure, comparison.objectives, everything)
     else:
-        axes = zip(("xaxis", "yaxis", "zaxis"), results.objectives, everything.T, strict=True)
+        axes = zip(("xaxis", "yaxis", "zaxis"), comparison.objectives, everything.T, strict=True)
         figure.update_scenes({key: axis(name, values, in_space=True) for key, name, values in axes})
     return finished(
         figure,
         "Fronts of typical runs",
-        f"of each algorithm the run with the median {results.indicator().title}: the nondominated "
-        f"among all its {results.n_eval:,} evaluations",
+        f"of each algorithm the run with the median {comparison.indicator().title}: the "
+        f"nondominated among all its {comparison.n_eval:,} evaluations",
     )
 
 
-def each_figure(results: Results) -> go.Figure:
+def each_figure(comparison: Comparison) -> go.Figure:
     """One picture per algorithm on equal axes: all runs in gray, the median one in color.
 
     Raises
@@ -65,8 +65,8 @@ def each_figure(results: Results) -> go.Figure:
     ValueError
         Unless there are two objectives.
     """
-    require_objectives(results.problem, 2)
-    names = [name for name in results.algorithms if any(map(len, results.fronts(name)))]
+    require_objectives(comparison.problem, 2)
+    names = [name for name in comparison.algorithms if any(map(len, comparison.fronts(name)))]
     rows = ceil(len(names) / _COLUMNS)
     figure = make_subplots(
         rows=rows,
@@ -76,25 +76,25 @@ def each_figure(results: Results) -> go.Figure:
         subplot_titles=list(map(literal, names)),
         vertical_spacing=0.25 / rows,
         horizontal_spacing=0.07,
-        x_title=literal(results.objectives[0]),
-        y_title=literal(results.objectives[1]),
+        x_title=literal(comparison.objectives[0]),
+        y_title=literal(comparison.objectives[1]),
     )
-    style = looks(results.algorithms)
-    drawn = [np.concatenate(results.fronts(name)) for name in names]
+    style = looks(comparison.algorithms)
+    drawn = [np.concatenate(comparison.fronts(name)) for name in names]
     for i, (name, fronts) in enumerate(zip(names, drawn, strict=True)):
         place = {"row": i // _COLUMNS + 1, "col": i % _COLUMNS + 1}
-        one_of = f"one of {len(results.fronts(name))} runs"
+        one_of = f"one of {len(comparison.fronts(name))} runs"
         gray = {"size": 3, "color": "#b5b5b5"}
         figure.add_trace(_points(fronts, gray, name, one_of), **place)
-        seed = results.median_seed(name)
+        seed = comparison.median_seed(name)
         if seed is not None:
-            F = results.records[name, seed].front_F
+            F = comparison.records[name, seed].front_F
             marker = {"size": 5, "color": style[name].color}
             figure.add_trace(_points(F, marker, name, f"seed {seed}"), **place)
     set_axes(figure, ("", ""), np.concatenate(drawn))
     figure.update_xaxes(showticklabels=True)
     figure.update_yaxes(showticklabels=True)
-    title = results.indicator().title
+    title = comparison.indicator().title
     finished(
         figure,
         "Fronts one by one",
@@ -130,7 +130,7 @@ _LEVELS = (*range(_STEPS, 0, -1), *range(-1, -_STEPS - 1, -1))
 _FIRST, _SECOND = (0, 92, 148), (190, 75, 0)  # at their strongest
 
 
-def attainment_figure(results: Results) -> go.Figure:
+def attainment_figure(comparison: Comparison) -> go.Figure:
     """Of each algorithm the surfaces that one run, half of them and all of them attain.
 
     Raises
@@ -138,10 +138,10 @@ def attainment_figure(results: Results) -> go.Figure:
     ValueError
         Unless there are two objectives.
     """
-    require_objectives(results.problem, 2)
+    require_objectives(comparison.problem, 2)
     figure, drawn = go.Figure(), [np.empty((0, 2))]
-    for name, look in looks(results.algorithms).items():
-        points, sets = _stacked(results.fronts(name))
+    for name, look in looks(comparison.algorithms).items():
+        points, sets = _stacked(comparison.fronts(name))
         if not np.isfinite(points).any():
             continue
         surfaces = moocore.eaf(points, sets, percentiles=[level for level, _, _ in _SURFACES])
@@ -166,7 +166,7 @@ def attainment_figure(results: Results) -> go.Figure:
                 hovertemplate=f"<b>{literal(name)}</b><br>{meaning} attained<br>"
                 "%{x:.6g}, %{y:.6g}<extra></extra>",
             )
-    set_axes(figure, results.objectives, np.concatenate(drawn))
+    set_axes(figure, comparison.objectives, np.concatenate(drawn))
     return finished(
         figure,
         "Empirical attainment surfaces",
@@ -175,7 +175,7 @@ def attainment_figure(results: Results) -> go.Figure:
     )
 
 
-def difference_figure(results: Results, first: str, seconds: list[str]) -> go.Figure:
+def difference_figure(comparison: Comparison, first: str, seconds: list[str]) -> go.Figure:
     """Differences of the attainment of one algorithm and of each of some others, on a menu.
 
     Raises
@@ -184,10 +184,10 @@ def difference_figure(results: Results, first: str, seconds: list[str]) -> go.Fi
         Unless there are two objectives, and every algorithm has a finished run, one of each pair
         with a front.
     """
-    require_objectives(results.problem, 2)
+    require_objectives(comparison.problem, 2)
     pairs = []
     for second in seconds:
-        ours, theirs = results.fronts(first), results.fronts(second)
+        ours, theirs = comparison.fronts(first), comparison.fronts(second)
         runs = min(len(ours), len(theirs))  # moocore expects equal numbers
         pairs.append((ours[:runs], theirs[:runs]))
         if not any(map(len, ours[:runs] + theirs[:runs])):
@@ -213,7 +213,7 @@ def difference_figure(results: Results, first: str, seconds: list[str]) -> go.Fi
         place = {"x": 1.0, "xanchor": "right", "y": 1.02, "yanchor": "bottom"}
         menu = {"buttons": buttons, "direction": "down", "showactive": True, **place}
         figure.update_layout(updatemenus=[menu])
-    set_axes(figure, results.objectives, everything)
+    set_axes(figure, comparison.objectives, everything)
     finished(
         figure,
         f"Where {literal(first)} attains more often, and where less",

@@ -14,18 +14,18 @@ from plotly.subplots import make_subplots
 from mgeo.figures.front import axis
 from mgeo.figures.style import CLICK, literal
 from mgeo.studies.figures.style import Look, finished, looks, row_height
-from mgeo.studies.results import SHORTFALLS
 from mgeo.studies.statistics import bootstrap_band
+from mgeo.studies.targets import SHORTFALLS
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from mgeo._typing import FloatArray
-    from mgeo.studies.results import Results
+    from mgeo.studies.comparison import Comparison
     from mgeo.studies.statistics import Friedman
 
 
-def anytime_figure(results: Results, indicator: str | None = None) -> go.Figure:
+def anytime_figure(comparison: Comparison, indicator: str | None = None) -> go.Figure:
     """Mean over runs with a 95 % bootstrap band, against evaluations.
 
     A curve begins where all its runs have a finite value (an empty front has none but of the
@@ -36,10 +36,10 @@ def anytime_figure(results: Results, indicator: str | None = None) -> go.Figure:
     ValueError
         If the indicator is unknown.
     """
-    chosen = results.indicator(indicator)
+    chosen = comparison.indicator(indicator)
     figure = go.Figure()
-    for name, look in looks(results.algorithms).items():
-        rows = results.table[results.table["algorithm"] == name]
+    for name, look in looks(comparison.algorithms).items():
+        rows = comparison.table[comparison.table["algorithm"] == name]
         wide = rows.pivot(index="seed", columns="evaluations", values=chosen.name)
         wide = wide.loc[:, np.isfinite(wide.to_numpy(float)).all(axis=0)]
         if wide.size:
@@ -59,13 +59,13 @@ def anytime_figure(results: Results, indicator: str | None = None) -> go.Figure:
     )
 
 
-def boxes_figure(results: Results) -> go.Figure:
+def boxes_figure(comparison: Comparison) -> go.Figure:
     """A box of each algorithm for each indicator, with the runs as points."""
-    figure = make_subplots(rows=1, cols=len(results.indicators), shared_yaxes=True)
-    final = results.final()
-    for name, look in looks(results.algorithms).items():
+    figure = make_subplots(rows=1, cols=len(comparison.indicators), shared_yaxes=True)
+    final = comparison.final()
+    for name, look in looks(comparison.algorithms).items():
         rows = final[final["algorithm"] == name]
-        for column, indicator in enumerate(results.indicators, 1):
+        for column, indicator in enumerate(comparison.indicators, 1):
             values = rows[indicator.name].to_numpy(float)
             shown = np.isfinite(values)
             box = go.Box(
@@ -87,7 +87,7 @@ def boxes_figure(results: Results) -> go.Figure:
                 showlegend=False,
             )
             figure.add_trace(box, row=1, col=column)
-    for column, indicator in enumerate(results.indicators, 1):
+    for column, indicator in enumerate(comparison.indicators, 1):
         values = final[indicator.name].to_numpy(float)
         figure.update_xaxes(axis("", values[np.isfinite(values)]), col=column)
         figure.update_xaxes(title=f"{indicator.title}<br>{indicator.direction}", col=column)
@@ -96,10 +96,10 @@ def boxes_figure(results: Results) -> go.Figure:
     empty = int((final["points"] == 0).sum())
     return finished(
         figure,
-        f"All runs after {results.n_eval:,} evaluations",
+        f"All runs after {comparison.n_eval:,} evaluations",
         "box: quartiles and median; every point is a run, hover for its seed"
         + (f"; without {empty} that found nothing feasible" if empty else ""),
-    ).update_layout(height=row_height(len(results.algorithms)))
+    ).update_layout(height=row_height(len(comparison.algorithms)))
 
 
 def _curve(name: str, look: Look, x: FloatArray, values: FloatArray) -> list[go.Scatter]:
@@ -201,7 +201,7 @@ def targets_figure(reached: pd.DataFrame, n_problems: int) -> go.Figure:
 
     Parameters
     ----------
-    reached : as of `mgeo.studies.results.targets_reached`.
+    reached : as of `mgeo.studies.comparison.targets_reached`.
     n_problems : how many problems it is of.
     """
     figure = go.Figure()

@@ -9,8 +9,7 @@ import plotly.graph_objects as go
 
 from mgeo.figures import style
 from mgeo.figures.front import axis
-from mgeo.figures.page import HEIGHT
-from mgeo.figures.style import COLORS, symbol
+from mgeo.figures.style import COLORS, PAGE_HEIGHT, symbol
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -66,6 +65,6 @@ def finished(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
     """`figure` with its title, room for its legend, and what all figures have in common."""
     shown = [t for t in figure.data if t.visible is not False and t.showlegend is not False]
     return style.finished(figure, title, subtitle).update_layout(
-        height=max(HEIGHT, row_height(len(shown))),
+        height=max(PAGE_HEIGHT, row_height(len(shown))),
         legend_tracegroupgap=0,  # a curve and its band are a group: no room between groups
     )

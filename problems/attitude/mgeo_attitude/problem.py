@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 
+from mgeo.plugins.protocol import ProblemMixin
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.constraints import check_start, constraints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
@@ -44,7 +45,7 @@ _GROW = 0, 16, 64  # of them in the stages of a search before the last
 PLAN_FORMAT = "mgeo-attitude-plan"
 
 
-class AttitudeManeuverProblem(Problem):
+class AttitudeManeuverProblem(ProblemMixin, Problem):
     """Minimize time to converge and final trace over constant-rate maneuvers, equation (5).
 
     Variables are ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in turn; objectives are
@@ -67,9 +68,8 @@ class AttitudeManeuverProblem(Problem):
         Share of the flights that must keep the value of an objective, if not its
         ``flight.quantile``.
     objectives : sequence of str, optional
-        What to minimize, if not the scenario's ``objectives``; docs/limits.md explains each:
-        "t_end", "trace", "normalized_trace", "log_det", "max_eigenvalue", "t_required", "angle",
-        "rate_change", and "trace:attitude,gyro.bias" for some blocks of the state.
+        What to minimize, if not the scenario's ``objectives``: keys of `criteria.objectives`, or
+        "trace:attitude,gyro.bias" for some blocks of the state.
 
     Raises
     ------

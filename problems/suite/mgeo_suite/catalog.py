@@ -18,7 +18,7 @@ from mgeo_attitude.settings.tables import to_table
 from mgeo_attitude.settings.types import Unit
 from pydantic import Field
 
-from mgeo.validation.tables import errors_of
+from mgeo.validation.entries import errors_of
 
 #: Outward normals of the faces of a satellite, body axes.
 FACES: dict[str, tuple[float, float, float]] = {

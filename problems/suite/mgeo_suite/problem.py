@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 from pymoo.core.variable import Choice, Real
 
+from mgeo.plugins.protocol import ProblemMixin
 from mgeo_suite.catalog import Catalog
 from mgeo_suite.objectives import OBJECTIVES, SuiteObjective, check_objectives
 from mgeo_suite.suites import Place, SuiteModels
@@ -42,7 +43,7 @@ def scenario_table() -> dict[str, Any]:
     return tomllib.loads(text)
 
 
-class SensorSuiteProblem(Problem):
+class SensorSuiteProblem(ProblemMixin, Problem):
     """Minimize what a suite of attitude sensors costs and how well it knows the attitude.
 
     Variables are pymoo's `Choice` of a grade of gyro, magnetometer, star tracker (or none) and of a
@@ -79,6 +80,7 @@ class SensorSuiteProblem(Problem):
     (3, ['gyro', 'magnetometer', 'star tracker', 'Sun sensor +x'])
     """
 
+    var_names: tuple[str, ...]
     without_effect = ("threads",)
 
     def __init__(

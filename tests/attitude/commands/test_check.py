@@ -28,9 +28,3 @@ def test_filters_that_differ_end_with_code_3(run, tmp_path, monkeypatch):
     done = run("check", scenario_file(tmp_path), "--plans", 1, code=3)
     assert "1 random plans" in done.stdout
     assert "differ by 2e-09 of their size at most, 1e-09 allowed" in done.stdout
-
-
-def test_the_same_seed_checks_the_same_plans(run, tmp_path):
-    plans = scenario_file(tmp_path), "--plans", 1, "--json", "--seed"
-    first, second, other = (run("check", *plans, seed).stdout for seed in (7, 7, 8))
-    assert first == second != other

@@ -2,14 +2,12 @@
 
 import dataclasses
 import pickle
-from concurrent.futures import ThreadPoolExecutor
 from copy import deepcopy
 
 import numpy as np
-import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
-from mgeo_attitude.scenario import Convergence, Wheels
+from mgeo_attitude.scenario import Wheels
 
 
 def test_only_what_the_batch_before_had_not_is_run():
@@ -42,56 +40,6 @@ def test_a_copy_knows_nothing():
         np.testing.assert_array_equal(copy.complete(designs, np.zeros_like), 0.0 * designs)
 
 
-def test_a_failed_run_leaves_nothing_behind():
-    cache, designs = EvaluationCache(), np.ones((2, 1))
-
-    def fail(designs):
-        raise ValueError("no result")
-
-    with pytest.raises(ValueError, match="no result"):
-        cache.complete(designs, fail)
-    np.testing.assert_array_equal(cache.complete(designs, np.copy), designs)
-
-
-def test_a_batch_of_another_thread_in_between_takes_nothing_away():
-    cache, known = EvaluationCache(), np.array([[1.0], [2.0]])
-    cache.complete(known, np.copy)
-    ran = []
-
-    def run(designs):
-        ran.extend(designs[:, 0].tolist())
-        with ThreadPoolExecutor(1) as other:
-            other.submit(cache.complete, np.array([[9.0]]), np.copy).result()
-        return designs.copy()
-
-    for _ in range(2):
-        np.testing.assert_array_equal(cache.complete(known, run), known)
-    assert ran == []
-    designs = np.array([[2.0], [3.0]])
-    np.testing.assert_array_equal(cache.complete(designs, run), designs)
-    assert ran == [3.0]
-
-
-def test_threads_that_walk_through_one_problem_find_what_each_would_alone():
-    """Each thread's batches repeat half of its own before them, and all of another thread's."""
-    one = AttitudeManeuverProblem(
-        dataclasses.replace(Scenario.paper(), duration=60.0, convergence=Convergence(window=30.0))
-    )
-    designs = np.random.default_rng(0).uniform(one.xl, one.xu, (40, 12))
-    designs[:, 3::4] /= 100.0
-    expected = AttitudeManeuverProblem(one.scenario).evaluate(designs, return_values_of=["F"])
-
-    def walk(thread):
-        places = [np.arange(4 * k, 4 * k + 8) % 40 for k in range(thread, thread + 30)]
-        return [
-            np.array_equal(one.evaluate(designs[at], return_values_of=["F"]), expected[at])
-            for at in places
-        ]
-
-    with ThreadPoolExecutor(8) as pool:
-        assert all(all(same) for same in pool.map(walk, range(8)))
-
-
 def test_values_of_a_problem_with_limits_do_not_depend_on_what_was_run_before(monkeypatch):
     counts = []
 
@@ -111,12 +59,3 @@ def test_values_of_a_problem_with_limits_do_not_depend_on_what_was_run_before(mo
     np.testing.assert_array_equal(values["F"], alone["F"])
     np.testing.assert_array_equal(values["G"], alone["G"])
     assert values["G"].shape == (6, 1)
-
-
-def test_a_bad_design_is_named_by_its_place_among_all():
-    one = AttitudeManeuverProblem()
-    X = np.tile(0.5 * one.xu, (3, 1))
-    one.evaluate(X[:1])
-    X[2, 3] = -1.0
-    with pytest.raises(ValueError, match="design 2 = "):
-        one.evaluate(X)

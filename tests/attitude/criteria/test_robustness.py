@@ -1,29 +1,19 @@
 """Plans judged over flights."""
 
-import copy
 import dataclasses
-import pickle
-import re
 
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario, reference_run
 from mgeo_attitude.criteria.robustness import (
-    FlightSamples,
     draw_flights,
     judged,
     kept_by,
     over_flights,
 )
-from mgeo_attitude.environment.sun_moon import moon_position
-from mgeo_attitude.environment.times import instants
 from mgeo_attitude.maneuvers.schedule import schedule
 from mgeo_attitude.scenario import FlightErrors, InitialConditions, PathLimit, Prior, Wheels
-from mgeo_attitude.view.plans import Plans
-from pymoo.optimize import minimize
 from scipy.spatial.transform import Rotation
-
-from mgeo import Checkpoint, MGEOStaged, resume
 
 from ..between import worst_excess
 
@@ -67,15 +57,6 @@ def test_values_are_those_of_the_reference_filter_in_each_flight():
     np.testing.assert_allclose(F, np.sort(by_hand, axis=0)[1], rtol=1e-9)
 
 
-def test_values_do_not_depend_on_threads():
-    X = designs(7)
-    alone, side_by_side = (
-        AttitudeManeuverProblem(scenario(count=5), threads=threads).evaluate(X)
-        for threads in (1, 4)
-    )
-    np.testing.assert_array_equal(alone, side_by_side)
-
-
 def test_flights_without_errors_are_the_plan():
     exact = scenario(count=4, attitude_deg=0.0, rate_error_deg_s=0.0)
     X = designs(3)
@@ -104,14 +85,6 @@ def test_rates_are_off_by_the_gyros_bias():
     assert np.std(added[:, 0]) == pytest.approx(0.01, rel=0.06)
 
 
-def test_the_first_flights_are_the_same_however_many_there_are():
-    few, many = flights(count=3), flights(count=8)
-    for a, b in zip(few, many, strict=False):
-        np.testing.assert_array_equal(a.model.references, b.model.references)
-        np.testing.assert_array_equal(a.rates, b.rates)
-    assert not np.array_equal(few[0].rates, flights(count=3, seed=1)[0].rates)
-
-
 def test_noise_is_other_than_believed_by_a_factor_that_the_filter_knows():
     X, names = designs(2), ("angle_random_walk_deg_per_sqrt_h", "noise_deg", "noise_nt")
     of = scenario(count=300, noise_spread=0.3)
@@ -138,15 +111,6 @@ def test_noise_is_other_than_believed_by_a_factor_that_the_filter_knows():
     assert not np.allclose(values[..., 0], problem.evaluate(X)[:, 1], rtol=0.05)
 
 
-def test_a_sensor_without_named_noise_is_refused():
-    class Silent(type(Scenario.paper().sensors[0])):
-        noise_parameters = ()
-
-    of = dataclasses.replace(scenario(noise_spread=0.1), sensors=(Silent(),))
-    with pytest.raises(ValueError, match=r"noise_spread: Silent does not name its noise_param"):
-        draw_flights(of, FilterModel.from_scenario(of), of.flight)
-
-
 def test_a_delayed_flight_sees_what_is_there_later():
     of = scenario(count=1, attitude_deg=0.0, start_delay=300.0)
     (flight,) = draw_flights(of, FilterModel.from_scenario(of), of.flight)
@@ -157,21 +121,6 @@ def test_a_delayed_flight_sees_what_is_there_later():
         before, after = longer.references[int(whole) + sample : int(whole) + sample + 2]
         seen = flight.model.references[sample]
         np.testing.assert_allclose(seen, before + part * (after - before), atol=2e-6)
-
-
-def test_a_delayed_flight_has_the_moon_of_its_day():
-    """It moves by 13 deg a day; the satellite's own place shifts it by a degree."""
-    moon = PathLimit(reference="moon", boresight=(0.0, 0.0, 1.0), half_angle_deg=1.0)
-    of = scenario(count=1, attitude_deg=0.0, start_delay=20 * 86400.0)
-    of = dataclasses.replace(of, path_limits=(moon,))
-    model = FilterModel.from_scenario(of)
-    (flight,) = draw_flights(of, model, of.flight)
-    later = moon_position(instants(of.epoch, [flight.delay]))[0]
-    later /= np.linalg.norm(later)
-    found, _ = flight.model.direction("moon")
-    assert flight.delay > 86400.0
-    assert np.degrees(np.arccos(found[0] @ later)) < 1.2
-    assert np.degrees(np.arccos(model.direction("moon")[0][0] @ later)) > 10.0
 
 
 def test_a_delayed_flight_has_the_gradient_of_the_field_where_it_is():
@@ -277,19 +226,6 @@ def test_objectives_may_be_means_and_limits_be_kept_by_some():
     np.testing.assert_array_equal(judged(values, 2, errors), [[4.5, 5.5, 5.0]])
 
 
-def test_flights_are_a_table_of_the_scenario():
-    of = scenario(count=7, quantile=0.8)
-    assert Scenario.from_toml(of.to_toml()) == of
-    problem = AttitudeManeuverProblem(Scenario.paper(), flights=7, quantile=0.8)
-    assert problem.scenario.flight == of.flight
-    assert pickle.loads(pickle.dumps(problem)).options() == problem.options()
-    assert (
-        "flight" not in Scenario.paper().to_dict() or Scenario.paper().to_dict()["flight"] is None
-    )
-    with pytest.raises(ValueError, match=r"flight.quantile = 1.5"):
-        Scenario.from_dict({"preset": "paper", "flight": {"quantile": 1.5}})
-
-
 def test_promises_are_those_of_the_plan_and_of_other_flights():
     of = scenario(count=4)
     problem, X = AttitudeManeuverProblem(of), designs(3)
@@ -316,88 +252,6 @@ def test_a_stage_of_a_search_has_as_many_flights_as_it_says(stage, flights):
     np.testing.assert_array_equal(F, expected.evaluate(X, return_values_of=["F"]))
     assert (judge is problem) == (stage >= 2)
     assert judge.options() == problem.options()
-
-
-@pytest.mark.slow
-def test_a_robust_search_goes_on_as_it_would_have(tmp_path):
-    """Killed in any stage; and what it finds are values over all flights."""
-    problem = AttitudeManeuverProblem(scenario(count=8, grow=(0, 1, 2))).robust()
-    algorithm = MGEOStaged(stages=(0.4, 0.8, 1.0), n_walkers=4, max_candidates=12)
-    path = tmp_path / "checkpoint"
-    whole = minimize(problem, algorithm, ("n_eval", 720), seed=2)
-    F = AttitudeManeuverProblem(scenario(count=8)).evaluate(whole.X, return_values_of=["F"])
-    np.testing.assert_array_equal(whole.F, F)
-    for generations, stage in ((3, 0), (9, 1), (14, 2)):
-        running = copy.deepcopy(algorithm)
-        running.setup(problem, termination=("n_eval", 720), seed=2)
-        for _ in range(generations):
-            running.next()
-        assert running.stage == stage
-        Checkpoint(path).write(running)
-        again = resume(path, AttitudeManeuverProblem.from_options(problem.options()))
-        result = again.run()
-        np.testing.assert_array_equal(result.X, whole.X)
-        np.testing.assert_array_equal(result.F, whole.F)
-
-
-def test_few_flights_stay_in_memory_and_all_are_the_same_again(monkeypatch):
-    monkeypatch.setattr("mgeo_attitude.criteria.robustness.KEPT", 3)
-    of, X = scenario(count=20, rate_error_deg_s=0.2), designs(2)
-    model = FilterModel.from_scenario(of)
-    flights = FlightSamples(of, model, of.flight)
-    every = draw_flights(of, model, of.flight)
-    assert len(flights) == 20
-
-    def t_end(model, ran):
-        return ran.t_end[:, None]
-
-    found = [over_flights(each, X, t_end, 2, False) for each in (every, flights, flights.first(7))]
-    np.testing.assert_array_equal(found[1], found[0])
-    np.testing.assert_array_equal(found[2], found[0][:7])
-    same = [one is again for one, again in zip(flights, flights, strict=True)]
-    assert same == [number < 3 for number in range(20)]
-
-
-def test_robust_problems_have_the_flights_of_their_scenario_or_512():
-    problem = AttitudeManeuverProblem(scenario(grow=(4,)), threads=1).robust()
-    assert (problem.scenario.flight, problem.threads) == (FlightErrors(grow=(4,)), 1)
-    few = AttitudeManeuverProblem(scenario(count=64)).robust()
-    assert few.scenario.flight == FlightErrors(count=64, grow=(0, 16))
-    paper = AttitudeManeuverProblem().robust().scenario.flight
-    assert paper == FlightErrors(count=512, quantile=0.95, grow=(0, 16, 64))
-    with pytest.raises(ValueError, match=r"grow = \(0, 17\): expected ascending, up to 16"):
-        FlightErrors(grow=(0, 17))
-
-
-@pytest.mark.slow
-def test_remarks_count_the_plans_that_keep_their_promise():
-    problem, X = AttitudeManeuverProblem(scenario(rate_error_deg_s=0.2)), designs(60)
-    assert problem.view(X[:0]).remarks() == list(problem.scenario.assumed)
-    table = problem.view(X[:5]).promises()
-    ratios = table.filter(regex="^kept /").to_numpy()
-    line, *_ = problem.view(X[:5]).remarks()
-    worst = table["kept / promised t_end [s]"]
-    longest = problem.model.n_steps * problem.model.step
-    converge = table["kept t_end [s]"] < longest
-    count = ((ratios <= 1.1).all(axis=1) & converge).sum()
-    assert line == (
-        f"{count} of 5 plans keep their objectives in 9 of 10 Monte Carlo samples, to 10%; "
-        f"t_end [s] of these samples is {worst.median():.3g} times the plan's in the median, "
-        f"{worst.max():.3g} at most"
-    )
-    assert re.match(r"\d+ of 50 plans looked at keep", problem.view(X).remarks()[0])
-
-
-@pytest.mark.slow
-def test_a_covariance_that_flights_lose_keeps_no_promise(monkeypatch):
-    problem, X = AttitudeManeuverProblem(scenario()), designs(3)
-    promised = np.array([[300.0, 1e-6]] * 3)
-    kept = promised * np.array([[1.0, 1.0], [1.0, np.nan], [1.0, 1.05]])
-    for factor, count in ((1.0, 2), (1.2, 0)):
-        monkeypatch.setattr(Plans, "promised", promised)
-        monkeypatch.setattr(Plans, "kept", factor * kept)
-        told = problem.view(X).remarks()[0]
-        assert told.startswith(f"{count} of 3 plans keep their objectives")
 
 
 @pytest.mark.slow

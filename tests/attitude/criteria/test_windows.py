@@ -29,11 +29,6 @@ def test_the_window_at_the_epoch_is_a_constraint_on_the_end():
     assert G.min() < 0.0 < G.max()
 
 
-def test_a_plan_that_begins_late_has_to_be_over_too():
-    late = scenario(flight={"start_delay": 200.0, "count": 2})
-    assert late.deadline == 550.0
-
-
 @pytest.mark.slow
 def test_a_slew_back_has_to_be_over_too():
     """It is looked at in the plan's table, where the search sees its calibration alone."""
@@ -44,14 +39,6 @@ def test_a_slew_back_has_to_be_over_too():
     whole = rows.loc["end of the plan, with what follows"]
     assert whole["value"] == plan.duration > plan.t_end
     assert whole["kept"] == (plan.duration <= 480.0)
-
-
-def test_windows_are_kept_in_files_and_none_is_any_time():
-    given = scenario()
-    assert Scenario.from_toml(given.to_toml()) == given
-    assert Scenario.from_dict(given.to_dict()) == given
-    assert Scenario.paper().deadline == np.inf
-    assert "windows" not in Scenario.paper().to_dict()
 
 
 @pytest.mark.parametrize(

@@ -8,12 +8,10 @@ from mgeo_attitude import Scenario, evaluate
 from mgeo_attitude.criteria.robustness import draw_flights
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan.aem import aem_text
-from mgeo_attitude.plan.figures import plan_figures
-from mgeo_attitude.plan.files import from_json, to_json
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.uplink import commands
 from mgeo_attitude.scenario import FlightErrors
-from mgeo_attitude.view.describe import exactly, two_digits
+from mgeo_attitude.view.describe import two_digits
 from scipy.spatial.transform import Rotation
 
 DESIGN = (0.1, -0.2, 1.5, 300.0, 0.0, 0.0, 0.0, 200.0, 1.0, 0.0, 0.2, 250.0)
@@ -63,14 +61,6 @@ def test_path_limits_are_of_the_motion(plan):
     assert row["value"] <= angles.min() + 1e-9
 
 
-def test_figures_say_that_they_are_of_the_plan_flown_exactly(plan):
-    for scenario, said in ((plan.scenario, True), (Scenario.cubesat_6u(), False)):
-        assert (exactly(scenario) == ", flown exactly") is said
-    assert "flown exactly" in plan_figures(plan)["contributions"].layout.title.text
-    (drawn,) = plan.problem.view(np.array([plan.design])).drawings()
-    assert drawn["attitude"]["layout"]["title"]["text"] == "attitude, 1-sigma, flown exactly"
-
-
 def test_what_it_promises_is_what_flights_of_it_know(plan):
     """Against one flight after another, each by itself: no flight is turned as the plan is."""
     errors = dataclasses.replace(FlightErrors(), count=20, seed=FlightErrors().seed + 1)
@@ -88,18 +78,3 @@ def test_what_it_promises_is_what_flights_of_it_know(plan):
     (row,) = problem.view(X).describe()["attitude 1-sigma [deg]"]
     assert row == pytest.approx(worst)
     assert plan.accuracy().loc[[f"attitude {axis}" for axis in "xyz"], "after"].max() == row
-
-
-def test_it_is_read_back_and_nothing_is_assumed_of_it(plan):
-    assert from_json(to_json(plan)) == plan
-    assert plan.scenario.assumed == ()
-
-
-def test_what_is_taken_for_granted_of_a_satellite_is_told():
-    (line,) = Scenario.paper().assumed
-    assert line.startswith("body rates are assumed to be free: ")
-    wheels = {"inertia": [1.0, 1.0, 1.0], "max_momentum": 1.0, "residual_dipole": [0.1, 0.0, 0.0]}
-    both = {"wheels": wheels, "coils": {"max_dipole": [1.0, 1.0, 1.0]}}
-    (line,) = Scenario.from_dict({"preset": "paper"} | both).assumed
-    assert "none is dumped by the coils" in line
-    assert Scenario.from_dict({"preset": "paper", "wheels": wheels}).assumed == ()

@@ -4,12 +4,10 @@ import dataclasses
 import pickle
 
 import numpy as np
-import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.scenario import InitialConditions, ManeuverLimits
-from mgeo_attitude.view.observability.alternatives import baselines
+from mgeo_attitude.scenario import ManeuverLimits
 from scipy.spatial.transform import Rotation
 
 from .conftest import DESIGN
@@ -36,27 +34,6 @@ def test_one_maneuver_of_90_degrees_about_z():
     np.testing.assert_allclose(
         first[[f"end q{c}" for c in "123c"]].astype(float), [0, 0, HALF, HALF], atol=1e-14
     )
-
-
-@pytest.mark.slow
-def test_plans_of_equal_scenarios_share_their_problem():
-    plan = ManeuverPlan(dataclasses.replace(Scenario.paper(), name="one"), DESIGN)
-    other = ManeuverPlan(dataclasses.replace(Scenario.paper(), name="one"), 12 * (0.5,))
-    slower = dataclasses.replace(Scenario.paper(), name="one", duration=600.0)
-    assert other.problem is plan.problem
-    assert ManeuverPlan(slower, DESIGN).problem.model.n_steps == 600
-
-
-def test_a_plan_starts_at_the_quaternion_it_is_given():
-    """Where another plan ended, say; turned by 90 degrees about z from there."""
-    initial = InitialConditions(quaternion=(0.5, 0.5, 0.5, 0.5))
-    scenario = dataclasses.replace(Scenario.paper(), duration=600.0, initial=initial)
-    problem = AttitudeManeuverProblem(scenario, n_maneuvers=1)
-    first = ManeuverPlan.from_design(problem, [0.0, 0.0, 0.5, 180.0]).timeline().iloc[0]
-    start, end = (first[[f"{at} q{c}" for c in "123c"]].to_numpy(float) for at in ("start", "end"))
-    np.testing.assert_allclose(start, [0.5, 0.5, 0.5, 0.5], atol=1e-15)
-    expected = Rotation.from_quat(start) * Rotation.from_rotvec([0.0, 0.0, 90.0], degrees=True)
-    assert (expected.inv() * Rotation.from_quat(end)).magnitude() < 1e-14
 
 
 def test_the_attitude_after_a_ramp_shorter_than_a_step_is_exact():
@@ -98,19 +75,6 @@ def test_accuracy_is_that_of_the_filter(plan, problem):
     np.testing.assert_allclose(table["after / before [-]"], ratio, rtol=1e-9)
 
 
-def test_what_was_hardly_learned_is_named(plan, problem):
-    table = plan.accuracy()["after / before [-]"]
-    left = {name: table[[f"{name} {axis}" for axis in "xyz"]].max() for name in BLOCKS}
-    expected = [
-        f"{name} ({100 * share:.0f} % of the initial 1-sigma is left)"
-        for name, share in left.items()
-        if share > 0.5
-    ]
-    assert plan.uncalibrated() == expected
-    still = ManeuverPlan.from_design(problem, np.zeros(12)).uncalibrated()
-    assert {text.partition(" (")[0] for text in still} >= {"sun misalignment", "mag misalignment"}
-
-
 def test_a_plan_is_its_scenario_and_its_design(plan, problem):
     same = ManeuverPlan(problem.scenario, DESIGN)
     assert same == plan
@@ -119,18 +83,6 @@ def test_a_plan_is_its_scenario_and_its_design(plan, problem):
     copy = pickle.loads(pickle.dumps(same))
     assert copy == plan
     assert copy.t_end == plan.t_end
-
-
-def test_analyses_are_those_of_the_observability_package(plan):
-    assert list(plan.contributions().index) == ["start", "maneuver 1", "maneuver 3", "rate held"]
-    assert plan.correlations().shape == (18, 18)
-    assert len(plan.least_observable(4)) == 4
-    default = plan.compare()
-    named = plan.compare(baselines(plan.scenario, 181.0))  # both maneuvers, on whole steps
-    pd.testing.assert_frame_equal(default, named)
-    assert default.loc["plan", "trace [-]"] == pytest.approx(plan.trace, rel=1e-9)
-    still = ManeuverPlan.from_design(plan.problem, np.zeros(12))
-    assert still.compare().loc["no maneuver", "times the first [-]"] == 1.0
 
 
 @pytest.mark.parametrize(
@@ -147,10 +99,3 @@ def test_analyses_are_those_of_the_observability_package(plan):
 def test_bad_designs_are_named(problem, design, message):
     with pytest.raises((ValueError, TypeError), match=message):
         ManeuverPlan(problem.scenario, design)
-
-
-def test_bad_arguments_are_named(problem):
-    with pytest.raises(ValueError, match="scenario = 'paper'"):
-        ManeuverPlan("paper", DESIGN)
-    with pytest.raises(ValueError, match=r"shape \(1, 12\): expected \(12,\)"):
-        ManeuverPlan.from_design(problem, [DESIGN])

@@ -1,7 +1,6 @@
 """A plan that ends with a slew back: in its tables, files and figures, and in simulated flights."""
 
 import dataclasses
-import itertools
 
 import brahe
 import brahe.ccsds
@@ -14,23 +13,15 @@ from mgeo_attitude import (
     Scenario,
     reference_run,
 )
-from mgeo_attitude.commands.files import Picked
-from mgeo_attitude.commands.show import plan_document, print_plan
 from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan.aem import aem_text
-from mgeo_attitude.plan.figures import plan_figures
 from mgeo_attitude.plan.files import from_json, to_json
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario import PathLimit, Wheels
 from mgeo_attitude.settings.errors import InvalidValue
-from mgeo_attitude.trajectory.trajectory import slew_back
-from mgeo_attitude.view.describe import span
-from mgeo_attitude.view.figures.against_time import timeline
 from mgeo_attitude.view.margins import END_ATTITUDE
 from mgeo_calibration import simulate
-
-from mgeo.cli.output import Output
 
 from ...calibration.flight.runs import flown, none
 from .conftest import DESIGN
@@ -67,17 +58,6 @@ def test_the_filter_does_not_see_it(plan, without):
     assert plan.compare().equals(without.compare())
 
 
-def test_the_timeline_goes_on_to_the_law(plan, without):
-    table, shorter = plan.timeline(), without.timeline()
-    assert table.iloc[: len(shorter)].equals(shorter)
-    assert table["phase"].iloc[len(shorter) :].tolist() == [
-        *("ramp to slew back", "slew back", "ramp to starting attitude")
-    ]
-    assert table["end [s]"].iloc[-1] == plan.duration
-    assert (table["start [s]"].iloc[1:].to_numpy() == table["end [s]"].iloc[:-1].to_numpy()).all()
-    np.testing.assert_array_equal(plan.attitude[: len(without.attitude)], without.attitude)
-
-
 def test_its_end_is_read_back_as_looking_down(plan):
     aem = brahe.ccsds.AEM.from_str(aem_text(plan, version="2.0"))
     last = len(aem.segments) - 1
@@ -88,87 +68,6 @@ def test_its_end_is_read_back_as_looking_down(plan):
     radial, along, _ = brahe.rotation_eci_to_rtn(np.append(position, velocity))
     np.testing.assert_allclose(body @ radial, [0.0, 0.0, -1.0], atol=1e-9)
     np.testing.assert_allclose(body @ along, [1.0, 0.0, 0.0], atol=1e-9)
-
-
-@pytest.mark.slow
-def test_files_and_documents_tell_of_it(plan, without):
-    text = to_json(plan)
-    assert from_json(text) == plan
-    assert f'"slew back until [s]": {plan.duration}' in text
-    assert "slew back" not in to_json(without).replace('"slew_back": false', "")
-    with pytest.raises(ValueError, match=r"predicted\.slew back until \[s\] = 1"):
-        from_json(text.replace(f'until [s]": {plan.duration}', 'until [s]": 1.0'))
-    assert plan_document(Picked(plan, "plan"))["duration_s"] == plan.duration
-
-
-@pytest.mark.slow
-def test_one_that_ends_after_the_duration_says_so_everywhere(plan, capsys):
-    """The duration limits the time to converge; who takes it for a window is told."""
-    after = plan.duration - 900.0
-    assert after > 0.0  # this plan does not converge
-    end = f"slew back until {span(plan.duration)}, {span(after)} after duration"
-    assert plan.answer.endswith(f"; {end}")
-    problem, X = plan.problem, np.array([plan.design])
-    assert problem.view(X).answers() == [plan.answer]
-    assert problem.view(X).describe()["slew back until [s]"].tolist() == [plan.duration]
-    line = (
-        "duration = 900 s limits the time to converge, it is no window: 1 of 1 plans slew back "
-        f"later, until {plan.duration:.6g} s at most"
-    )
-    assert line in problem.view(X).remarks()
-    print_plan(Picked(plan, "plan"), Output())
-    shown = " ".join(capsys.readouterr().out.split())
-    assert f"slew back until {plan.duration:g} s, {after:g} s after duration = 900 s" in shown
-
-
-@pytest.mark.slow
-def test_one_that_ends_within_it_and_none_at_all_say_nothing(without, capsys):
-    early = {"convergence": {"window": 60.0, "relative_decrease": 0.3}}
-    within = ManeuverPlan(Scenario.from_dict(TABLE | early), DESIGN)
-    assert within.t_end < within.duration < 900.0
-    for plan in (within, without):
-        assert "after duration" not in plan.answer
-        print_plan(Picked(plan, "plan"), Output())
-        assert "after duration" not in capsys.readouterr().out
-        assert not [
-            line for line in plan.problem.view([plan.design]).remarks() if "no window" in line
-        ]
-    X = np.array([DESIGN])
-    assert within.problem.view(X).describe()["slew back until [s]"].tolist() == [within.duration]
-    assert "slew back until [s]" not in without.problem.view(X).describe()
-
-
-def test_it_is_found_once_for_all_that_is_told(plan, monkeypatch):
-    calls, end = [], plan.duration  # which is the plan's own search
-
-    def counted(*given):
-        calls.append(given)
-        return slew_back(*given)
-
-    monkeypatch.setattr("mgeo_attitude.trajectory.trajectory.slew_back", counted)
-    view = plan.problem.view(np.array([DESIGN, DESIGN]))
-    view.limits()
-    view.answers()
-    (drawn,) = view.take([1]).drawings()
-    assert view.take([0]).ends == end
-    assert drawn["motion"]["layout"]["meta"]["motion"]["end"] == end
-    assert len(calls) == 1
-
-
-@pytest.mark.slow
-def test_figures_show_it(plan):
-    times, rates, over = timeline(plan.problem, np.array(DESIGN), plan.t_end)
-    assert over < plan.t_end < times[-1] == plan.duration
-    assert np.abs(rates).max() <= plan.scenario.maneuvers.max_rate_deg_s
-    assert max(trace.x[-1] for trace in plan_figures(plan)["rates"].data) == plan.duration
-    (figures,) = plan.problem.view(np.array([DESIGN])).solution_figures()
-    motion = figures["motion"].layout.meta["motion"]
-    assert motion["end"] == plan.duration == motion["turns"]["body"]["times"][-1]
-    named = [phase for phase in motion["phases"] if "shaded" not in phase]
-    assert [phase["name"] for phase in named] == [phase.label for phase in plan.phases]
-    assert all(one["to"] == next_["from"] for one, next_ in itertools.pairwise(named))
-    assert figures["rates"].layout.xaxis.range == (0.0, plan.duration)
-    assert figures["trace"].layout.xaxis.range == (0.0, plan.t_end)
 
 
 @pytest.mark.slow
@@ -267,27 +166,6 @@ def test_the_attitude_at_the_end_is_within_a_tolerance(plan):
     assert found == [True, False]
     with pytest.raises(InvalidValue, match=r"end_tolerance_deg = 0.5: .*without slew_back"):
         Scenario.from_dict({"preset": "paper", "maneuvers": {"end_tolerance_deg": 0.5}})
-
-
-def test_a_front_is_told_how_many_keep_their_limits_until_the_end(plan):
-    """The search sees none of it, so its answers have to say."""
-    limit = PathLimit(boresight=(0.0, 0.0, -1.0), half_angle_deg=1.0, attitude_sigmas=0.0)
-    tight = dataclasses.replace(plan.scenario, path_limits=(limit,))
-    problem = ManeuverPlan(tight, DESIGN).problem
-    (before, after) = problem.view([DESIGN]).limits()[0]["value"]
-    between = dataclasses.replace(limit, half_angle_deg=float(after + before) / 2.0)
-    assert after < before
-    scenario = dataclasses.replace(plan.scenario, path_limits=(between,))
-    watched = ManeuverPlan(scenario, DESIGN)
-    table = watched.constraints()
-    assert table["kept"].tolist() == [True, False]
-    assert (watched.problem.evaluate(np.array([DESIGN]), return_values_of=["G"]) <= 0.0).all()
-    exceeded = table.index[1]
-    keep = "plans keep all limits after they have converged"
-    told = watched.problem.view([DESIGN, DESIGN]).remarks()[1]
-    assert told == f"0 of 2 {keep}; the others exceed {exceeded}"
-    assert problem.view([DESIGN]).remarks()[1] == f"1 of 1 {keep}"
-    assert not [line for line in plan.problem.view([DESIGN]).remarks() if "limits after" in line]
 
 
 def test_a_plan_that_cannot_slew_back_in_time_exceeds_a_limit():

@@ -41,7 +41,7 @@ def test_a_run_that_is_killed_amid_its_polish_ends_as_one_that_was_not(tmp_path)
     np.testing.assert_array_equal(outcome.F, expected.F)
     search = prepare("attitude", SHORT, starts=2, **SIZE).solve()
     assert expected.refined > 0
-    assert expected.hypervolume.value > search.hypervolume.value
+    assert expected.hypervolume > search.hypervolume
 
 
 @pytest.mark.slow

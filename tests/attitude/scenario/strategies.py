@@ -7,11 +7,12 @@ from typing import Any
 
 from hypothesis import strategies as st
 from mgeo_attitude import Suite
+from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.scenario import Orbit
 from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.scenario.settings import NAMES, Convergence, ManeuverLimits
+from mgeo_attitude.scenario.settings import Convergence, ManeuverLimits
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.kinds import SENSORS
 from mgeo_attitude.settings.base import schema_of
@@ -72,7 +73,9 @@ def scenarios(draw: st.DrawFn) -> Scenario:
     )
     # attitude stays positive: all weights zero is refused
     blocks = st.sampled_from(Suite(gyro, sensors).blocks[1:])
-    objectives = st.sampled_from(NAMES).filter("t_required".__ne__) | blocks.map("trace:{}".format)
+    objectives = st.sampled_from(tuple(OBJECTIVES)).filter("t_required".__ne__) | blocks.map(
+        "trace:{}".format
+    )
     printable = st.characters(exclude_categories=("C", "Z"))
     return Scenario(
         name=draw(st.text(printable, min_size=1)),

@@ -5,11 +5,7 @@ import re
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
-from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.view.describe import answer, span, two_digits
-from mgeo_attitude.view.plans import Times
-
-from ..filter.suites import SUITES
+from mgeo_attitude.view.describe import two_digits
 
 DEG = 180.0 / np.pi
 
@@ -50,11 +46,6 @@ def test_numbers_are_those_of_the_reference_filter(problem, X):
         np.testing.assert_allclose(shown, expected, rtol=0.05)  # of two digits
 
 
-def test_a_plan_says_the_same(problem, X):
-    for x, line in zip(X, problem.view(X).answers(), strict=True):
-        assert ManeuverPlan.from_design(problem, x).answer == line
-
-
 @pytest.mark.parametrize("objectives", [["t_end", "trace"], ["t_end", "trace", "rate_change"]])
 def test_where_the_end_is_the_plans_own_what_is_kept_is_how_well_the_attitude_is_known(objectives):
     table = {"preset": "cubesat_6u", "duration": 600.0, "maneuvers": {"count": 1}}
@@ -66,20 +57,6 @@ def test_where_the_end_is_the_plans_own_what_is_kept_is_how_well_the_attitude_is
         assert "converge" not in line
     ratio = view.promises()["kept / promised trace [-]"]
     assert f"trace [-] of these samples is {ratio.median():.3g} times" in view.remarks()[0]
-
-
-def test_what_did_not_converge_or_broke_down_says_so():
-    suite = SUITES["star tracker"]
-    sigma = np.full(suite.n_states, 1e-3)
-    line = answer(suite, 600.0, sigma, converged=False)
-    assert line.startswith("not converged; after 10 min attitude 0.057 deg, gyro bias ")
-    assert line.endswith("(1-sigma, worst body axis)")  # nobody asked for flights
-    few = answer(suite, 600.0, sigma, True, Times(kept=np.inf))
-    assert few.endswith("; fewer than 9 of 10 Monte Carlo samples converge")
-    lost = answer(suite, np.nan, np.full_like(sigma, np.nan), converged=False)
-    assert lost == "the filter's covariance lost positivity"
-    some = answer(suite, 600.0, np.full_like(sigma, np.nan), converged=True, of_flights=True)
-    assert some == "10 min; then the filter's covariance lost positivity in Monte Carlo samples"
 
 
 def test_what_is_promised_over_flights_comes_first(problem, X):
@@ -102,36 +79,3 @@ def test_what_is_promised_over_flights_comes_first(problem, X):
         )
         assert found, line
         assert [in_seconds(text) for text in found.groups()] == expected
-
-
-def test_a_time_that_is_not_promised_or_not_kept_says_so():
-    suite = SUITES["star tracker"]
-    sigma = np.full(suite.n_states, 1e-3)
-    line = answer(suite, 600.0, sigma, False, Times(np.inf, np.inf))
-    expected = (
-        "no robust time; fewer than 9 of 10 Monte Carlo samples converge; "
-        "flown exactly not converged, after 10 min attitude 0.057 deg, "
-    )
-    assert line.startswith(expected)
-
-
-@pytest.mark.parametrize(
-    ("seconds", "text"),
-    [
-        (0.0, "0 s"),
-        (59.4, "59 s"),
-        (730.0, "12 min 10 s"),
-        (3600.0, "1 h"),
-        (7265.0, "2 h 1 min 5 s"),
-    ],
-)
-def test_times_are_as_people_say_them(seconds, text):
-    assert span(seconds) == text
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(0.1149, "0.11"), (0.0996, "0.10"), (9.96, "10"), (123.4, "123"), (1e-4, "0.00010")],
-)
-def test_two_digits_without_powers_of_ten(value, text):
-    assert two_digits(value) == text

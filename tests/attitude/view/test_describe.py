@@ -6,12 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
-from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.view.describe import BESIDE, front_summary, maneuver_texts
+from mgeo_attitude.view.describe import BESIDE, front_summary
 
 from mgeo.plugins.view import view_of
-
-from ..filter.suites import SUITES
 
 DEG = 180.0 / np.pi
 #: Filter's units to the table's, by column, in the order of the state.
@@ -53,17 +50,6 @@ def test_numbers_are_those_of_the_reference_filter(problem, table):
         np.testing.assert_allclose(shown, worst * list(PAPER_SIGMAS.values()), rtol=1e-9)
 
 
-def test_maneuvers_are_readable(table):
-    assert table.loc[0, "maneuver 1: x / y / z [deg/s] for d [s]"] == (
-        "+0.500 / -1.000 / +0.250 for 400.0"
-    )
-    assert table.loc[0, "maneuver 3: x / y / z [deg/s] for d [s]"] == (
-        "+0.062 / -0.500 / +0.875 for 123.4"
-    )
-    np.testing.assert_allclose(table["maneuver time [s]"], [873.9, 1600.0, 0.0])
-    assert maneuver_texts(np.array([0.1, 0.2, -0.3, 10.0])) == ["+0.100 / +0.200 / -0.300 for 10.0"]
-
-
 def test_the_trace_stands_beside_what_no_maneuver_can_beat(problem, table):
     limit = problem.limit_curves
     least = np.interp(table["t_end [s]"], limit.times, limit.trace)
@@ -74,25 +60,6 @@ def test_the_trace_stands_beside_what_no_maneuver_can_beat(problem, table):
 def test_a_row_does_not_depend_on_the_others(problem, table):
     alone = pd.concat([problem.view(x[None]).describe() for x in X], ignore_index=True)
     pd.testing.assert_frame_equal(alone, table)
-
-
-def test_no_solutions_give_the_columns_alone(problem, table):
-    empty = problem.view(np.empty((0, 12))).describe()
-    assert len(empty) == 0
-    assert list(empty.columns) == list(table.columns)
-
-
-def test_other_numbers_of_maneuvers():
-    scenario = dataclasses.replace(Scenario.paper(), duration=900.0)
-    one = AttitudeManeuverProblem(scenario, n_maneuvers=1)
-    columns = one.view(np.array([[0.5, -1.0, 0.25, 100.0]])).describe().columns
-    assert sum("maneuver " in column and "for d [s]" in column for column in columns) == 1
-
-
-@pytest.mark.parametrize("shape", [(1, 11), (1, 16), (11,), (1, 1, 12)])
-def test_wrong_shape_is_refused(problem, shape):
-    with pytest.raises(ValueError, match=r"X of shape .*: expected \(n, 12\)"):
-        problem.view(np.zeros(shape))
 
 
 def test_lost_positivity_shows_as_nan():
@@ -107,25 +74,6 @@ def test_lost_positivity_shows_as_nan():
     assert 0 < lost.sum() < len(lost)
     for column in ("t_end [s]", "t_end [orbits]", *PAPER_SIGMAS):
         np.testing.assert_array_equal(table[column].isna(), lost)
-
-
-def test_units_of_other_suites():
-    shown = {unit.label: (unit.unit, unit.factor) for unit in block_units(SUITES["full gyro"])}
-    assert shown["gyro scale factor"] == ("ppm", 1e6)
-    assert shown["gyro misalignment"] == ("deg", pytest.approx(DEG))
-    units = block_units(SUITES["two Sun sensors"])
-    assert [unit.label for unit in units] == [
-        "attitude",
-        "gyro bias",
-        "sun_x misalignment",
-        "sun_x bias",
-        "sun_z misalignment",
-        "sun_z bias",
-        "mag misalignment",
-        "mag bias",
-    ]
-    tracker = [(unit.label, unit.unit) for unit in block_units(SUITES["star tracker"])]
-    assert ("tracker misalignment", "deg") in tracker
 
 
 def test_counts_of_a_front_made_by_hand():
@@ -152,9 +100,3 @@ def test_counts_of_a_front_made_by_hand():
         **none,
         "points, second orbit": 1,
     }
-
-
-@pytest.mark.parametrize("shape", [(2,), (2, 3), (0,)])
-def test_counts_of_another_shape_are_refused(shape):
-    with pytest.raises(ValueError, match=r"F of shape .*: expected \(n, 2\)"):
-        front_summary(Scenario.paper(), np.ones(shape))

@@ -10,16 +10,12 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario
 from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.geometry.rotation import matrix, rotation_vector
-from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.scenario import Wheels
-from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import calibrate, fly, simulate
 from mgeo_calibration.calibration.document import from_json, to_json
 from mgeo_calibration.estimation.belief import Belief
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from ...attitude.filter.suites import SUITES
 from .flights import PLAN, check_claimed, normalized, short
 
 SECOND = (-0.4, 0.2, 0.5, 300.0, 0.6, 0.5, -0.3, 300.0, 0.1, -0.6, -0.4, 300.0)
@@ -72,20 +68,6 @@ def test_elements_of_a_later_epoch_are_the_same_orbit(propagator, eccentricity):
             np.testing.assert_allclose(one, other, rtol=0, atol=least)
 
 
-def test_a_leap_second_is_counted():
-    scenario = Scenario.from_dict(
-        {
-            "preset": "paper",
-            "epoch": "2016-12-31T23:50:00Z",
-            "duration": 900.0,
-            "convergence": {"window": 300.0},
-        }
-    )
-    found = calibrate(scenario, fly(scenario, PLAN, 1))
-    after = found.scenario_after()
-    assert after.epoch.isoformat() == "2017-01-01T00:04:59+00:00"
-
-
 def test_the_file_is_enough(first):
     found, _ = first
     text = to_json(found)
@@ -95,26 +77,6 @@ def test_the_file_is_enough(first):
     assert from_json(text).scenario_after({"duration": 600.0}) == after
     assert AttitudeManeuverProblem.from_options(table).options() == after.to_dict()
     assert AttitudeManeuverProblem(after).n_var == 12
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "message"),
-    [
-        ("time_s", "900", r"after\.time_s = '900': expected what a calibration's document has"),
-        ("time_s", -1.0, r"after\.time_s = -1\.0: expected a number in \[0, 1e\+09\] s"),
-        ("time_s", None, r"after\.time_s: missing"),
-        ("quaternion", [0.0, 0.0, 0.0, 2.0], r"after\.quaternion = .*of unit length, not 2"),
-        ("covariance", [[0.0] * 18] * 18, r"after\.covariance = .*positive definite"),
-        ("states", {}, r"after\.states = \[\]: expected gyro\.bias, sun\.misalignment"),
-        ("scenario", {"preset": "papers"}, r"after\.preset = 'papers'"),
-    ],
-)
-def test_a_document_that_is_no_calibration_s(first, key, value, message):
-    document = json.loads(to_json(first[0])) | {key: value}
-    if value is None:
-        del document[key]
-    with pytest.raises(InvalidValue, match=message):
-        Scenario.from_dict({"after": document})
 
 
 def test_a_later_epoch_carries_what_is_known_until_then(first):
@@ -154,32 +116,6 @@ def test_a_later_epoch_carries_what_is_known_until_then(first):
     assert found.scenario_after(from_toml) == after
 
 
-@pytest.mark.parametrize("epoch", ["2018-06-04T00:00:00Z", "soon", "2018-06-06T00:00:00", 3])
-def test_an_epoch_before_the_calibration_or_none_is_refused(first, epoch):
-    with pytest.raises(InvalidValue, match=r"^epoch = .*: expected .* after that of the calibrat"):
-        first[0].scenario_after({"epoch": epoch})
-
-
-@pytest.mark.parametrize("key", ["preset", "prior"])
-def test_what_follows_from_the_calibration_is_not_said_twice(first, key):
-    with pytest.raises(InvalidValue, match=f"{key} = 'x': expected no {key} beside a calibration"):
-        first[0].scenario_after({key: "x"})
-
-
-def test_a_rate_at_its_limit_is_not_above_it(first):
-    found, _ = first
-    noisy = dataclasses.replace(found, rate_deg_s=np.array([1.002, 0.5, 0.0]))
-    assert max(noisy.scenario_after().prior.rate_deg_s) == pytest.approx(1.0, rel=1e-12)
-    AttitudeManeuverProblem(noisy.scenario_after())
-    fast = dataclasses.replace(found, rate_deg_s=np.array([1.2, 0.5, 0.0]))
-    with pytest.raises(InvalidValue, match=r"prior\.rate_deg_s = \(1\.2, .*not 1\.2 about x"):
-        AttitudeManeuverProblem(fast.scenario_after())
-    wheels = Wheels(inertia=(0.2, 0.1, 0.1), max_momentum=0.2 * np.radians(0.5))
-    heavy = dataclasses.replace(found, scenario=dataclasses.replace(found.scenario, wheels=wheels),
-                                rate_deg_s=np.array([0.501, 0.0, 0.0]))  # fmt: skip
-    AttitudeManeuverProblem(heavy.scenario_after())
-
-
 def test_what_was_sent_before_is_read_once(first):
     """Telemetry of both flights in one table gives what that of the second one alone gives."""
     found, telemetry = first
@@ -216,21 +152,6 @@ def test_two_calibrations_are_one_of_both_flights(first):
     assert np.abs(turn.as_rotvec() / spread[:3]).max() < 0.1
 
 
-@pytest.mark.parametrize("silence", [5.0, 400.0])
-def test_between_flights_the_satellite_may_be_silent(first, silence):
-    """Who turns meanwhile is anywhere then; constants go on, and the bias as it drifts."""
-    found, telemetry = first
-    after = found.scenario_after({"duration": 900.0})
-    second = fly(after, SECOND, 3, after=telemetry.truth)
-    rows = second.times > silence
-    gyro = np.where(rows[:, None], second.gyro_deg_s, np.nan)
-    sensors = {k: np.where(rows[:, None], v, np.nan) for k, v in second.sensors.items()}
-    later = calibrate(after, dataclasses.replace(second, gyro_deg_s=gyro, sensors=sensors))
-    check_claimed([normalized(later, second)], 0.998)
-    prior = np.sqrt(np.diag(found.covariance))
-    assert (np.sqrt(np.diag(later.covariance))[6:] <= prior[6:] * (1.0 + 1e-9)).all()
-
-
 def test_a_belief_is_what_remains_of_the_truth(first):
     """r and -J, by differences of scipy's rotations."""
     belief = Belief.of(first[0].scenario_after())
@@ -261,26 +182,6 @@ def test_a_belief_is_what_remains_of_the_truth(first):
             changed[block] += d
         slope = (belief.residual(turned, changed)[0] - r) / step[j]
         np.testing.assert_allclose(slope, -J[:, j], rtol=1e-5, atol=1e-5 * np.abs(J[:, j]).max())
-
-
-def test_of_another_sample_nothing_is_believed_of_what_varies():
-    suite = SUITES["varying errors"]
-    rng, n = np.random.default_rng(2), suite.n_states
-    root = np.eye(n) + 0.1 * rng.standard_normal((n, n))
-    P = root @ root.T
-    correlation = P / np.sqrt(np.outer(np.diag(P), np.diag(P)))
-    states, sigma = rng.standard_normal(n), 0.1 * suite.initial_sigma(1.0)
-    found = Belief(suite, np.eye(3), states, sigma, correlation).without_attitude()
-    kept = np.setdiff1d(np.arange(n), [*range(3), *range(suite.n_kinematic, suite.n_dynamic)])
-    assert found.attitude is None
-    np.testing.assert_array_equal(found.states[kept], states[kept])
-    np.testing.assert_array_equal(found.sigma[kept], sigma[kept])
-    block = np.ix_(kept, kept)
-    np.testing.assert_array_equal(found.correlation[block], correlation[block])
-    others = np.setdiff1d(np.arange(n), kept)
-    np.testing.assert_array_equal(found.correlation[others], np.eye(n)[others])
-    np.testing.assert_array_equal(found.sigma[others], suite.initial_sigma(1.0)[others])
-    assert not found.states[others].any()
 
 
 @pytest.mark.slow
@@ -342,27 +243,3 @@ def test_a_second_flight_goes_on_consistently_and_better(preset, flights):
             rtol=1e-12,
         )
         assert not one.states[suite.considered].any()
-
-
-@pytest.mark.slow
-def test_the_figure_shows_what_is_new(first):
-    """Estimates less those of the calibration before, over its 1-sigmas."""
-    found, telemetry = first
-    after = found.scenario_after({"duration": 600.0})
-    again = calibrate(after, fly(after, SECOND, 2, after=telemetry.truth))
-    one, other = found.table(), again.table()
-    drawn = [point for trace in again.figures()["constants"].data for point in trace.y]
-    expected = (other["estimate"] - one["estimate"]) / one["sigma"]
-    np.testing.assert_allclose(drawn, expected, rtol=1e-9)
-    np.testing.assert_allclose(other["prior_sigma"], one["sigma"], rtol=1e-12)
-
-
-@pytest.mark.slow
-def test_a_plan_that_teaches_little_more_is_no_bad_plan(first):
-    """Of what was known before the first calibration little is left."""
-    after = first[0].scenario_after({"duration": 600.0})
-    plan = ManeuverPlan(after, SECOND)
-    assert plan.accuracy()["after / before [-]"].max() > 0.5
-    assert plan.uncalibrated() == []
-    still = ManeuverPlan(dataclasses.replace(after, prior=None), (0.0,) * 12)
-    assert any("of the initial 1-sigma is left" in line for line in still.uncalibrated())

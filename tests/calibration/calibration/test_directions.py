@@ -7,7 +7,6 @@ import pytest
 from mgeo_attitude import HorizonSensor, Scenario, TwoAxisSunSensor
 from mgeo_attitude.settings.base import declared
 from mgeo_calibration import calibrate, consistency, read_telemetry, simulate
-from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.telemetry.mapping import SensorChannels, TelemetryMapping
 
 from .flights import PLAN, check_claimed, normalized, short
@@ -46,29 +45,6 @@ def checked(name, seeds, worst=4.0):
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_normalized_vectors_are_calibrated_as_claimed(name):
     assert checked(name, [1]) == 1
-
-
-@pytest.mark.campaign
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["cubesat_6u", pytest.param("paper", marks=pytest.mark.campaign)])
-def test_fifty_flights_of_normalized_vectors(name):
-    assert checked(name, range(100, 150), worst=np.inf) >= 48
-
-
-def test_their_length_says_nothing_and_its_steps_are_those_of_an_angle():
-    """Counts of a thousand as one."""
-    scenario, telemetry = two_axis(SCENARIOS["cubesat_6u"]), flown("cubesat_6u", 1).until(300.0)
-    sun = telemetry.sensors["sun"]
-    counts = np.rint(1000.0 * sun)
-    one, other = (
-        batch(scenario, dataclasses.replace(telemetry, sensors={**telemetry.sensors, "sun": rows}))
-        for rows in (counts / 1000.0, counts)
-    )
-    np.testing.assert_allclose(other.sensors[0], one.sensors[0], rtol=1e-14)
-    r = scenario.sensors[0].noise()[0]
-    for each in (one, other):
-        expected = np.sqrt(r**2 + 1e-6 / 12.0)
-        np.testing.assert_allclose(each.noise[0], [expected, expected, 1.0], rtol=1e-3)
 
 
 def test_three_numbers_whose_noise_is_normalized_away_are_refused_at_once():

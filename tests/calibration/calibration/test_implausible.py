@@ -1,15 +1,11 @@
 """Readings and rates that cannot be."""
 
-import dataclasses
 from itertools import product
 
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
-from mgeo_calibration.estimation.batch import batch
-from mgeo_calibration.estimation.mistakes import implausible
-from mgeo_calibration.telemetry.gyro_samples import spikes
 
 from .flights import PLAN, normalized, short
 from .independent import Craft, coning, fly, steady
@@ -39,13 +35,6 @@ def test_absurd_readings_are_outliers_and_spoil_nothing(name, value):
     assert set(telemetry.times[list(samples)]) <= set(listed)
 
 
-def test_lengths_that_vary_are_no_faults():
-    """Neither of a bias as large as the field, nor of noise."""
-    craft = Craft(mag_bias_nt=[-51e3, 17e3, -37e3])
-    for telemetry in (fly(SCENARIO, MOTIONS["turning"], 1, each, 1500.0) for each in (craft, None)):
-        assert not implausible(batch(SCENARIO, telemetry)).any()
-
-
 @pytest.mark.cases(2)
 @pytest.mark.parametrize(
     ("motion", "value"),
@@ -69,27 +58,3 @@ def test_a_turn_within_one_sample_is_kept():
 
     found = right(fly(SCENARIO, kicked, 1, duration=1500.0))
     assert found.notes[0].startswith("gyro: 1 of 1500 samples stand apart")
-
-
-def test_jumps_and_swings_are_no_spikes():
-    rng = np.random.default_rng(1)
-    t = np.arange(500.0)
-    swing = 3.0 * np.stack([np.cos(0.5 * t), np.sin(0.5 * t), np.cos(1.5 * t)], axis=1)
-    jumps = np.where((t > 100.0) & (t < 200.0), 2.0, -1.0)[:, None] * np.ones(3)
-    jumps[100] = 0.3  # the change falls within this sample
-    noise = rng.normal(0.0, 0.0025, (500, 3))
-    for rates in (swing, jumps, swing + noise, jumps + noise, noise):
-        assert not spikes(rates, np.full(3, 0.0025)).any()
-    wild = noise.copy()
-    wild[[250, 300, 301], 1] += 0.5, 0.5, 0.7
-    found = spikes(wild, np.full(3, 0.0025))
-    assert np.flatnonzero(found.any(axis=1)).tolist() == [250, 300, 301]
-    np.testing.assert_allclose(found[[250, 300, 301], 1], [0.5, 0.5, 0.7], atol=0.01)
-
-
-def test_the_step_of_a_channel_is_seen_beside_an_absurd_number():
-    telemetry = fly(SCENARIO, MOTIONS["plan"], 1, Craft(mag_step_nt=300.0), duration=1500.0)
-    rows = telemetry.sensors["mag"].copy()
-    rows[100] = 1e9
-    wrong = dataclasses.replace(telemetry, sensors={**telemetry.sensors, "mag": rows})
-    np.testing.assert_allclose(wrong.step_of("mag"), 300.0, rtol=1e-6)

@@ -3,16 +3,13 @@
 import dataclasses
 
 import numpy as np
-import pandas as pd
 import pytest
-from mgeo_attitude import FilterModel, Influence, Scenario
+from mgeo_attitude import Influence, Scenario
 from mgeo_attitude.scenario import Channel
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import (
     calibrate,
     fly,
-    read_telemetry,
-    simulate_calibrations,
 )
 from mgeo_calibration.calibration.added import calibrate_with
 from mgeo_calibration.estimation.kinematics import discretized
@@ -88,34 +85,6 @@ def test_what_a_bias_follows_is_named_with_its_key_and_can_be_added(telemetry):
         calibrate_with(first, telemetry, ["sun.heat"])
 
 
-def test_a_table_has_its_channels_whatever_their_case_and_unit(telemetry, tmp_path):
-    telemetry.to_csv(tmp_path / "t.csv")
-    frame = pd.read_csv(tmp_path / "t.csv")
-    named = frame.rename(columns={"temp": "Temp [degC]"})
-    found = read_telemetry(named, FOLLOWING)
-    np.testing.assert_allclose(found.others["Temp [degC]"], telemetry.others["temp"], atol=1e-12)
-    calm = frame.assign(current=0.1)  # which never changes, and is no reason to refuse it
-    assert (read_telemetry(calm, FOLLOWING).others["current"] == 0.1).all()
-    frame.drop(columns="temp").to_csv(tmp_path / "u.csv", index=False)
-    message = (
-        r"u\.csv: gyro\.influences\[0\]\.channel = 'temp': expected a column of the telemetry.*"
-        r"known: 'current'.*give it a column of this name, or take the influence out"
-    )
-    with pytest.raises(ValueError, match=message):
-        read_telemetry(tmp_path / "u.csv", FOLLOWING)
-    with pytest.raises(ValueError, match="it has no other columns"):
-        calibrate(FOLLOWING, dataclasses.replace(telemetry, others={}))
-
-
-@pytest.mark.slow
-def test_many_in_one_call_are_those_of_telemetry():
-    result = simulate_calibrations(FOLLOWING, PLAN, n_runs=2, seed=1)
-    assert result.nees.shape == (2, 1)
-    assert (result.nees < 2.0 * FOLLOWING.suite.n_states).all()
-    per = 3 * result.blocks.index("mag.bias_per_current")
-    assert (result.sigma[:, -1, per : per + 3] < 0.1 * 1000.0 / 50_000.0).all()
-
-
 def test_steps_of_the_smoother_are_those_of_the_dynamics():
     """Against SciPy's exponential, at other rates, channels and durations."""
     suite, rng = FOLLOWING.suite, np.random.default_rng(2)
@@ -127,11 +96,3 @@ def test_steps_of_the_smoother_are_those_of_the_dynamics():
     for step, rate, duration, value in zip(F, rates, durations, values, strict=True):
         expected = expm(suite.dynamics_matrix(rate, value.tolist())[:k, :k] * duration)
         np.testing.assert_allclose(step[:k, :k], expected, rtol=0, atol=1e-13)
-
-
-def test_going_on_from_a_calibration_the_table_goes_on_too(telemetry):
-    calibration = calibrate(FOLLOWING, telemetry.until(900.0))
-    later = calibration.scenario_after({"duration": 600.0, "accept_unsupported": True})
-    values = FilterModel.from_scenario(later).channels["current"]
-    before = FilterModel.from_scenario(FOLLOWING).channels["current"]
-    np.testing.assert_allclose(values[:500], before[900:1400], atol=1e-9)

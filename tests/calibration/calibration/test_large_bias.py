@@ -55,5 +55,5 @@ def test_another_unit_is_named_whatever_the_bias(deg_s, factor):
     telemetry = fly(scenario, MOTIONS["plan"], 3, duration=1500.0)
     wrong = dataclasses.replace(telemetry, gyro_deg_s=factor * telemetry.gyro_deg_s)
     units = {3600.0: "deg/h", 1e3: "mdeg/s", np.pi / 180.0: "rad/s"}
-    with pytest.raises(ValueError, match=f"gyro: .* in {units[factor]}, not deg/s"):
+    with pytest.raises(ValueError, match=f"gyro: .* in {units[factor]}"):
         calibrate(scenario, wrong)

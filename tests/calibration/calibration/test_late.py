@@ -3,10 +3,8 @@
 import dataclasses
 
 import numpy as np
-import pydantic.dataclasses
 import pytest
-from mgeo_attitude import NoLimit, Scenario, StarTracker, limit
-from mgeo_attitude.settings.errors import InvalidValue
+from mgeo_attitude import Scenario, StarTracker
 from mgeo_calibration import calibrate, consistency, simulate
 
 from ...attitude.filter.suites import SUITES
@@ -52,17 +50,6 @@ def test_delays_of_two_sensors_are_found_beside_all_else():
         assert np.abs(each).max() < (3.0 if "delay" in block else 4.0)
 
 
-@pytest.mark.cases(0, 1)
-@pytest.mark.parametrize("delay", [0.25, 0.0, 0.5, 1.0])
-@pytest.mark.parametrize("name", SCENARIOS)
-def test_delays_are_found_within_three_sigma(name, delay):
-    """In three flights each; both sensors, the Sun's half as late."""
-    for seed in range(3):
-        errors = found(name, {"sun": 0.5 * delay, "mag": delay}, seed)
-        assert np.abs(errors["sun.delay"]).max() < 3.0
-        assert np.abs(errors["mag.delay"]).max() < 3.0
-
-
 TURNS = [0.5, 0.3, -0.2, 90.0, -0.3, 0.6, 0.2, 120.0, 0.2, -0.4, 0.7, 110.0, -0.5, 0.2, -0.3, 80.0]
 
 
@@ -92,15 +79,6 @@ def test_the_delay_of_a_tracker_that_is_better_than_the_gyro_is_right(late):
     assert np.abs(beside_a_noisy_gyro(late, 1.0, 1)).max() < 3.0
 
 
-@pytest.mark.cases(0, 1)
-@pytest.mark.parametrize("late", [0.1, 0.9, 0.0, 0.5])
-def test_delays_of_trackers_are_as_uncertain_as_said(late):
-    """In 20 flights; the three numbers of a delay hardly differ."""
-    z = np.array([beside_a_noisy_gyro(late, 3.0, seed).mean() for seed in range(20)])
-    assert np.abs(z.mean()) < 3.0 / np.sqrt(len(z))
-    assert np.abs(z).max() < 3.5
-
-
 @pytest.mark.campaign
 @pytest.mark.slow
 def test_the_filter_knows_delays_as_it_claims():
@@ -110,17 +88,3 @@ def test_the_filter_knows_delays_as_it_claims():
     report = consistency(simulate(short(of, 240.0), PLAN, 30, seed=3), since=100.0)
     for name in ("nees", "nis sun", "nis tracker", "nis mag"):
         assert report[name].passed, report.table()
-
-
-def test_what_a_delay_asks_for():
-    with pytest.raises(NoLimit, match=r"sun\.delay depends on the attitude"):
-        limit(with_delays(SCENARIOS["paper"]))
-
-    @pydantic.dataclasses.dataclass(frozen=True)
-    class Own(type(SCENARIOS["paper"].sensors[0])):
-        def states(self):
-            return {"misalignment": 0.1, "bias": 0.1}
-
-    with pytest.raises(InvalidValue, match=r"initial_delay_s = 0\.5: expected 0: sun-sensor has"):
-        Own(initial_delay_s=0.5)
-    assert "delay" not in Own().delay()

@@ -9,10 +9,9 @@ from mgeo_calibration import calibrate
 from mgeo_calibration import fly as fly_own
 from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.departures import along, bias_decay, bias_drift, step, waves
+from mgeo_calibration.estimation.departures import bias_decay, bias_drift
 from mgeo_calibration.estimation.fit import fit
-from mgeo_calibration.estimation.score import Departure, log_tail, scores
-from scipy.stats import chi2
+from mgeo_calibration.estimation.score import scores
 
 from .flights import PLAN, normalized, short
 from .independent import Craft, coning, fly, steady
@@ -103,19 +102,6 @@ def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
         assert (np.abs(error) < 3.0 * np.sqrt(np.diag(again.covariance)[first : first + 3])).all()
 
 
-@pytest.mark.slow
-def test_what_cannot_be_told_and_matters_is_a_note():
-    """A decay of 1e-5 1/s at 0.02 deg/s is seen to two sigma, and moves the bias by as much."""
-    scenario = short(Scenario.paper(), 3000.0)
-    telemetry = fly(
-        scenario, MOTIONS["plan"], 1, Craft(gyro_bias_deg_s=[0.01, -0.01, 0.02], **CONSTANT)
-    )
-    (note,) = calibrate(scenario, telemetry).notes
-    assert note.startswith("gyro.bias may be constant: telemetry says that it decays by ")
-    assert note.endswith("see gyro.bias_decay = 1e-05")
-    assert not calibrate(believed(scenario, bias_decay=0.0), telemetry).notes
-
-
 @pytest.mark.parametrize("walk", [3e-8, 0.0])
 def test_a_score_is_the_step_of_an_estimate(walk):
     """A decay that is a little wrong is found as it is, with its change of the last bias."""
@@ -131,33 +117,3 @@ def test_a_score_is_the_step_of_an_estimate(walk):
     ends = [each.estimate.states[-1, 3:6] for each in fits]
     change = found[0].change[3:6, 0] * 1e-6 * 1499.0
     np.testing.assert_allclose(ends[1] - ends[0], change, rtol=0.05)
-
-
-@pytest.mark.parametrize("freedom", [1, 2, 3, 9])
-def test_the_tail_of_chance_has_no_end(freedom):
-    """Steps of thousands were all as likely: none at all."""
-    x = np.array([1.0, 30.0, 499.0, 501.0, 1400.0])
-    tails = [log_tail(each, freedom) for each in x]
-    np.testing.assert_allclose(tails, chi2.logsf(x, freedom), rtol=1e-9)
-    assert log_tail(4001.0, freedom) < log_tail(4000.0, freedom) < -1900.0
-
-
-def test_what_steps_are_combined_of_is_what_it_would_be_alone():
-    """A bias that has gone by a step, asked as a combination and as a departure of its own."""
-    solution = fit(batch(PAPER, flown(PAPER, 1)), Belief.of(PAPER), 1e-9).solution
-    steps, number = bias_drift(solution), 2
-    columns = slice(3 * number, 3 * number + 3)
-    alone = Departure(
-        width=3,
-        moves=lambda own: steps.moves(own)[:, :, columns],
-        bias=steps.bias[:, columns],
-    )
-    asked = {"alone": alone} | dict(enumerate(along(steps, [step(number), waves])))
-    found = scores(solution, asked)
-    one, two = found.of("alone"), found.of(0)
-    np.testing.assert_allclose(two.estimate, one.estimate, rtol=1e-9)
-    np.testing.assert_allclose(two.sigma, one.sigma, rtol=1e-9)
-    assert two.chi_square == pytest.approx(one.chi_square, rel=1e-9)
-    assert found.of(1).freedom <= 9
-    # given the one, the other says nothing more
-    assert found.of(0, ["alone"]).freedom == 0

@@ -9,14 +9,12 @@ from mgeo_calibration import Telemetry, calibrate
 from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.estimation.start import accumulated
 from mgeo_calibration.telemetry.gyro_samples import means
-from mgeo_calibration.telemetry.mapping import GyroChannels, TelemetryMapping
 from scipy.spatial.transform import Rotation
 
 from .flights import PLAN, check_claimed, normalized, short
 from .independent import Craft, coning, fly, steady, tumble, turned
 
 SCENARIO = short(Scenario.cubesat_6u(), 3000.0)
-AT_SAMPLES = TelemetryMapping(gyro=GyroChannels(rate="instantaneous"))
 MOTIONS = {
     "plan": steady(PLAN),
     "1 deg/s at 0.5 rad/s": coning(1.0, 0.5),
@@ -25,11 +23,6 @@ MOTIONS = {
     "3 deg/s at 0.5 rad/s": coning(3.0, 0.5),
     "tumble": tumble([0.10, 0.13, 0.05], [2.5, 3.0, 2.6], 3000.0),
 }
-#: The hardest two are always flown many times.
-HARDEST = ("3 deg/s at 0.5 rad/s", "tumble")
-OF_MANY = [
-    name if name in HARDEST else pytest.param(name, marks=pytest.mark.campaign) for name in MOTIONS
-]
 
 
 def without_noise(rate, times, given=None):
@@ -60,15 +53,6 @@ def test_mean_rates_carry_the_attitude(name):
     noise = SCENARIO.gyro.angle_random_walk_deg_per_sqrt_h * np.sqrt(600.0 / 3600.0)
     assert drift(telemetry, attitude)[-1] < 0.5 * noise
     assert drift(telemetry, attitude, straight=True)[-1] > 2.0 * noise
-
-
-def test_between_samples_of_the_gyro_the_rate_changes():
-    """Another sensor in the middle of its steps: the attitude there was off by a tenth of a deg."""
-    times = np.arange(0.0, 300.0, 0.5)
-    telemetry, attitude = without_noise(
-        MOTIONS["3 deg/s at 0.2 rad/s"], times, np.arange(0, len(times), 2)
-    )
-    assert drift(telemetry, attitude)[3:-3].max() < 0.001
 
 
 def test_gaps_and_jumps_of_the_gyro():
@@ -120,20 +104,3 @@ def checked(name, craft, seeds, mapping=None, worst=4.0):
 def test_a_body_in_motion_is_calibrated_as_claimed(name):
     """The gyro's bias was off by up to 20 sigma, supported by the innovations."""
     assert checked(name, Craft(), [1]) == 1
-
-
-@pytest.mark.cases(1)
-@pytest.mark.parametrize("name", ["1 deg/s at 0.5 rad/s", "3 deg/s at 0.2 rad/s"])
-def test_rates_at_the_samples_are_as_good(name):
-    assert checked(name, Craft(instantaneous=True), [1], AT_SAMPLES) == 1
-
-
-@pytest.mark.cases(0, 1)
-@pytest.mark.parametrize("instantaneous", [False, True])
-@pytest.mark.parametrize("name", OF_MANY)
-def test_many_bodies_in_motion(name, instantaneous):
-    """NEES within its 99 % bounds; rates at the samples have no jumps of a plan between them."""
-    if instantaneous and name == "plan":
-        pytest.skip("the rate of a plan jumps")
-    craft, mapping = Craft(instantaneous=instantaneous), AT_SAMPLES if instantaneous else None
-    assert checked(name, craft, range(10, 22), mapping, worst=np.inf) >= 11

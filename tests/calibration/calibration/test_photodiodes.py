@@ -3,14 +3,12 @@
 import dataclasses
 
 import numpy as np
-import pandas as pd
 import pytest
-from mgeo_attitude import FilterModel, Gyro, Magnetometer, Photodiode, Scenario, World
-from mgeo_calibration import calibrate, fly, read_telemetry
+from mgeo_attitude import FilterModel, Magnetometer, Photodiode, Scenario, World
+from mgeo_calibration import calibrate, fly
 from mgeo_calibration.estimation.batch import batch, without_dark
 from mgeo_calibration.estimation.start import sun_directions
 from mgeo_calibration.telemetry.checks import channel_causes
-from mgeo_calibration.telemetry.mapping import SensorChannels, TelemetryMapping
 
 from .flights import PLAN, check_claimed, normalized, short
 
@@ -41,15 +39,6 @@ def test_gains_and_normals_are_calibrated_as_claimed(telemetry):
     sent = calibration.uplink()["px"]
     along = np.array([1.0, 0.0, 0.0]) + sent["sensitivity"] @ DIODES[0].axes
     np.testing.assert_allclose(sent["gain"] * np.array(sent["normal"]), along, rtol=1e-12)
-
-
-def test_a_column_each_is_read_back(telemetry, tmp_path):
-    telemetry.to_csv(tmp_path / "t.csv")
-    frame = pd.read_csv(tmp_path / "t.csv")
-    assert set(NORMALS) < set(frame.columns)
-    found = read_telemetry(tmp_path / "t.csv", SCENARIO)
-    for name in NORMALS:
-        np.testing.assert_array_equal(found.sensors[name], telemetry.sensors[name])
 
 
 def test_what_the_dark_side_reads_is_left_out(telemetry):
@@ -105,35 +94,3 @@ def test_three_lit_faces_say_where_the_sun_is(telemetry):
     found = sun_directions(data.suite, data.sensors, true)
     sun = np.einsum("kij,kj->ki", clean.truth.attitude[-len(found) :], data.vectors[:, 0])
     assert np.nanstd(found - sun) < 0.03
-
-
-def test_a_face_that_no_sun_saw_reads_zero_and_is_no_fault(telemetry):
-    sensors = {**telemetry.sensors, "mz": np.zeros_like(telemetry.sensors["mz"])}
-    frame = dataclasses.replace(telemetry, sensors=sensors).frame()
-    assert not read_telemetry(frame, SCENARIO).sensors["mz"].any()
-    stuck = frame.assign(mz=0.7)
-    with pytest.raises(ValueError, match=r"mz is 0.7 in all .* expected a channel that changes"):
-        read_telemetry(stuck, SCENARIO)
-
-
-@pytest.mark.parametrize(
-    ("keys", "message"),
-    [
-        ({"columns": ("a", "b", "c")}, r"columns of px = \['a', 'b', 'c'\]: expected 1 names"),
-        ({"unit": "nT"}, "px.unit = 'nT': unknown unit"),
-        (
-            {"quaternion": (0.0, 0.0, 0.0, 1.0)},
-            "px.quaternion = .* how px is mounted says sensors.normal",
-        ),
-    ],
-)
-def test_what_its_column_cannot_be(telemetry, keys, message):
-    mapping = TelemetryMapping(sensors=(SensorChannels(name="px", **keys),))
-    with pytest.raises(ValueError, match=message):
-        read_telemetry(telemetry.frame(), SCENARIO, mapping)
-
-
-def test_few_faces_and_nothing_else_say_no_attitude():
-    two = short(SCENARIO, 600.0, sensors=DIODES[::4], gyro=Gyro())
-    with pytest.raises(ValueError, match=r"no attitude follows"):
-        calibrate(two, fly(two, PLAN, 1))

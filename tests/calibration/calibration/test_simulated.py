@@ -37,12 +37,6 @@ def test_the_estimates_are_those_of_calibrate(name):
             assert found.nis[run, 0, index] / (3 * count) == pytest.approx(test.nis, rel=1e-3)
 
 
-def test_threads_change_nothing(scenario):
-    one, two = (simulate_calibrations(scenario, PLAN, 4, seed=2, threads=n) for n in (1, 2))
-    for field in dataclasses.fields(one):
-        np.testing.assert_array_equal(getattr(one, field.name), getattr(two, field.name))
-
-
 @pytest.mark.slow
 def test_another_truth_is_found_out(scenario):
     """A Sun sensor of twice the noise: innovations too large, and estimates."""
@@ -53,21 +47,6 @@ def test_another_truth_is_found_out(scenario):
     assert report["nis sun"].value > 3.0  # 4, but for those beyond the gate
     assert report["nis mag"].passed
     assert not report["nees"].passed
-
-
-def test_a_scenario_that_goes_on_begins_at_the_epoch(calibration):
-    after = calibration.scenario_after({"duration": 600.0})
-    found = simulate_calibrations(after, PLAN, 2, seed=4)
-    for run, generator in enumerate(np.random.default_rng(4).spawn(2)):
-        telemetry = fly(after, PLAN, generator)
-        one = calibrate(after, telemetry)
-        off = found.errors[run, 0] - error(one, telemetry)
-        np.testing.assert_allclose(off / np.sqrt(np.diag(one.covariance)), 0.0, atol=0.02)
-
-
-def test_no_flight_is_refused(scenario):
-    with pytest.raises(ValueError, match=r"n_runs = 0: expected at least 1"):
-        simulate_calibrations(scenario, PLAN, 0)
 
 
 @pytest.mark.cases(0, 1)

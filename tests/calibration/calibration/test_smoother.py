@@ -6,14 +6,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
-from mgeo_attitude import FilterModel, Scenario, Suite, SunSensor, TwoAxisSunSensor, reference_run
-from mgeo_attitude.filter.discretization import discretize
+from mgeo_attitude import FilterModel, Scenario, SunSensor, TwoAxisSunSensor, reference_run
 from mgeo_attitude.filter.reference import van_loan
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.maneuvers.motion import Motion, attitudes
 from mgeo_calibration.estimation.batch import Batch, batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.kinematics import discretized, steps
+from mgeo_calibration.estimation.kinematics import steps
 from mgeo_calibration.estimation.linearization import sighting
 from mgeo_calibration.estimation.residuals import filtered, residuals
 from mgeo_calibration.estimation.smoother import (
@@ -424,28 +423,3 @@ def test_the_optimum_is_that_of_scipys_optimizer(sun):
     np.testing.assert_allclose(moved[: 3 * N], 0.0, atol=1e-6)
     # what is left in units of what was believed; the 1-sigmas are 0.1 to 1 of these
     np.testing.assert_allclose(moved[3 * N :], 0.0, atol=1e-4)
-
-
-@pytest.mark.cases(0)
-@pytest.mark.parametrize(
-    "name",
-    [
-        "paper",
-        "noise by axis",
-        "random-walk bias",
-        "full gyro",
-        "varying errors",
-        "cubesat_6u_full",
-    ],
-)
-def test_discretization_of_many_steps_is_that_of_each(name):
-    suite: Suite = SUITES[name]
-    rng = np.random.default_rng(0)
-    rates, durations = 0.3 * rng.standard_normal((7, 3)), rng.uniform(0.1, 40.0, 7)
-    rates[0] = 0.0
-    F, Q = discretized(suite, rates, durations)
-    for k in range(7):
-        one = discretize(suite.dynamics_matrix(rates[k]), suite.diffusion(), durations[k])
-        np.testing.assert_allclose(F[k], one[0], rtol=1e-11, atol=1e-12)
-        scale = np.sqrt(np.outer(np.diag(one[1]), np.diag(one[1]))) + 1e-300
-        np.testing.assert_allclose(Q[k] / scale, one[1] / scale, rtol=1e-10, atol=1e-11)

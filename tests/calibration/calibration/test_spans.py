@@ -1,22 +1,17 @@
 """Telemetry in spans, which are formed again, against all of it at once; what a row takes."""
 
 import dataclasses
-import gc
-import tracemalloc
-from pkgutil import resolve_name
 
 import numpy as np
 import pytest
-from mgeo_attitude import Scenario
-from mgeo_calibration import calibrate
 from mgeo_calibration.calibration.questions import questions
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.residuals import filtered, residuals
 from mgeo_calibration.estimation.score import scores
 from mgeo_calibration.estimation.smoother import last_covariance, linear_solution
-from mgeo_calibration.estimation.trajectory import Partition, memory_needed
+from mgeo_calibration.estimation.trajectory import Partition
 
-from .flights import flown, options, short, with_holes, with_outliers
+from .flights import options
 from .test_smoother import MEMS, covariances, near, scenario, spread
 
 
@@ -92,62 +87,3 @@ def test_spans_say_what_all_at_once_say(name, gyro, spans):
         parts = said(of, data, at)
         for what, values in whole.items():
             np.testing.assert_allclose(parts[what], values, rtol=1e-9, atol=1e-9, err_msg=what)
-
-
-@pytest.mark.slow
-def test_a_calibration_in_spans_is_that_of_all_at_once(spans):
-    """With holes and outliers, rounds of which leave out the same readings."""
-    of = short(Scenario.cubesat_6u(), 600.0)
-    rng = np.random.default_rng(3)
-    telemetry, _ = with_outliers(with_holes(flown(of, 4), 0.1, rng), 0.02, rng)
-    whole = calibrate(of, telemetry)
-    spans(150)
-    parts = calibrate(of, telemetry)
-    assert len(whole.rejected) > 10
-    assert [each[:2] for each in parts.rejected] == [each[:2] for each in whole.rejected]
-    assert parts.conclusion == whole.conclusion
-    sigma = np.sqrt(np.diag(whole.covariance))
-    np.testing.assert_allclose(parts.states / sigma, whole.states / sigma, rtol=0.0, atol=1e-7)
-    np.testing.assert_allclose(
-        parts.covariance / np.outer(sigma, sigma),
-        whole.covariance / np.outer(sigma, sigma),
-        rtol=0.0,
-        atol=1e-8,
-    )
-    np.testing.assert_allclose(parts.attitude, whole.attitude, rtol=0.0, atol=1e-8)
-    pairs = zip(parts.model_tests, whole.model_tests, strict=True)
-    assert all(abs(one.chi_square - other.chi_square) < 1e-6 for one, other in pairs)
-
-
-def test_what_is_told_of_a_million_samples_is_enough(monkeypatch):
-    """3.1 GB were measured with stretches of 2.5 GB; what was told fell where not all are kept."""
-    monkeypatch.setattr("mgeo_calibration.estimation.trajectory.KEPT", 2.53e9)
-    suite = Scenario.cubesat_6u().suite
-    told = [memory_needed(suite, rows) for rows in (10**4, 10**5, 5 * 10**5, 6 * 10**5, 10**6)]
-    assert told == sorted(told)
-    assert 3.1e9 < told[-1] < 1.5 * 3.1e9
-
-
-@pytest.mark.cases(0, 1)
-@pytest.mark.parametrize("preset", ["cubesat_6u", "cubesat_6u_full"])
-def test_a_sample_takes_less_than_four_kilobytes(preset, spans, monkeypatch):
-    """Of all that NumPy allocates at once; it was 10 and 37."""
-    spans(500)
-    monkeypatch.setattr("mgeo_attitude.environment.field._AT_ONCE", 500)
-    of = short(getattr(Scenario, preset)(), 6000.0)
-    telemetry = flown(of, 1)
-    calibrate(of, telemetry.until(300.0))  # what is compiled, or found once
-    peaks = []
-    for end in (2000.0, 6000.0):
-        some = telemetry.until(end)
-        resolve_name("mgeo_attitude.environment.environment._sun_and_field").cache_clear()
-        gc.collect()
-        tracemalloc.start()
-        calibrate(of, some)
-        peaks.append(tracemalloc.get_traced_memory()[1])
-        tracemalloc.stop()
-    row = (peaks[1] - peaks[0]) / 4000.0
-    print(f"{preset}: {row:.0f} bytes a sample")
-    told = memory_needed(of.suite, 1001) - memory_needed(of.suite, 1)
-    assert 0.4 * told < 1000.0 * row < told
-    assert row < 4000.0

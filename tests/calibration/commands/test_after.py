@@ -90,32 +90,6 @@ def test_what_does_not_go_on_from_it_is_one_line(flown, tmp_path, monkeypatch, w
     assert not Path("runs").exists()
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("{", "c.json: "),
-        ("[]", "after = []: expected a calibration's document"),
-        ("{}", "after.scenario: missing; expected a calibration's document"),
-    ],
-)
-def test_a_file_that_is_no_calibration_is_one_line(tmp_path, monkeypatch, text, message):
-    monkeypatch.chdir(tmp_path)
-    Path("c.json").write_text(text)
-    error = solve("--after", "c.json", code=2).stderr
-    assert error.startswith("Error: ")
-    assert error.count("\n") == 1
-    assert message in error
-
-
-def test_a_problem_that_cannot_go_on_says_so(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("c.json").write_text("{}")
-    words = ["solve", "coco:bbob-biobj/f1/d2/i1", "--after", "c.json"]
-    done = CliRunner().invoke(app, words, prog_name="mgeo")
-    assert done.exit_code == 2
-    assert done.stderr.count("\n") == 1
-
-
 @pytest.mark.cases(1)
 @pytest.mark.parametrize(
     ("change", "message"),
@@ -147,14 +121,3 @@ def test_no_sample_is_one_line(run, flown, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     error = run("fly", flown / "plan.json", "--until", "-1", code=2).stderr
     assert error == "Error: no sample until -1.0 s: the first is at 0.000000 s\n"
-
-
-@pytest.mark.slow
-def test_a_scenario_with_stages_of_flights_is_told_who_searches_by_them(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    few = 'preset = "paper"\nduration = 1000.0\nflight = { count = 3, grow = [0] }\n'
-    Path("few.toml").write_text(few)
-    words = ["--scenario", "few.toml", "--evaluations", 24, "-q", "--out"]
-    note = "Note: the problem can be judged by stages, which mgeo-staged does and mgeo-directed"
-    assert note in solve(*words, "a").stderr
-    assert "stages" not in solve("--algorithm", "mgeo-staged", *words, "b").stderr

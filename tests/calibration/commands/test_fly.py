@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario
-from mgeo_attitude.plan import ManeuverPlan, read_json, write_plan
+from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.scenario import Convergence
 from mgeo_calibration.calibration.from_telemetry import calibrate
 from mgeo_calibration.flight.as_flown import END, as_flown
@@ -55,21 +55,6 @@ def test_telemetry_is_what_python_gets_and_truth_has_the_calibration_s_names(run
     errors = np.array([row["value"] for row in rows]) - table["estimate"]
     assert (np.abs(errors) < 4.5 * table["sigma"]).all()
     assert abs(np.dot(document["quaternion"], calibration.quaternion)) > 0.999
-
-
-@pytest.mark.slow
-def test_the_plan_that_is_flown_is_told(run, folder, front, violating, tmp_path):
-    """Which solution, what it hardly calibrates, and what it breaks."""
-    out = ("--out", tmp_path / "telemetry.csv", "--overwrite")
-    row = front.row("fastest")
-    lines = run("fly", folder, "--pick", "fastest", *out).stdout.splitlines()
-    told = f"solution {row} of {len(front.X)}, fastest: {front.plan('fastest').answer}"
-    assert lines[0] == told
-    assert lines[1].startswith("Note: this plan hardly calibrates ")
-    numbered = run("fly", folder, "--solution", row, *out).stdout.splitlines()
-    assert numbered[1:] == lines[1:]
-    (broken,) = read_json(violating).violations()
-    assert f"Note: it breaks a limit: {broken}" in run("fly", violating, *out).stdout.splitlines()
 
 
 @BASILISK

@@ -198,14 +198,6 @@ def test_at_zero_the_derivative_is_the_declared_H(name):
             np.testing.assert_allclose(H, declared, atol=1e-15)
 
 
-def test_the_estimator_predicts_what_it_believes():
-    """Whatever is reported: here all at twice the distance from the x axis."""
-    suite = SUITES["paper"]
-    reported = np.array([[[0.3, -1.0, 1.8]]])
-    r = expanded(suite, 0, reported, np.eye(3), np.zeros(suite.n_states))[0]
-    np.testing.assert_allclose(r, [0.0, -0.5, 0.9], atol=1e-15)
-
-
 def test_star_tracker_reports_a_rotation():
     """Its innovation is the rotation from the predicted to the measured axes, of any size."""
     A = Rotation.random(random_state=1)

@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.sensors import StarTracker
@@ -11,7 +10,6 @@ from mgeo_calibration.calibration.from_telemetry import calibrate
 from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.mistakes import ORDERS, check_orders
-from scipy.spatial.transform import Rotation
 
 DESIGN = (0.3, -0.2, 0.1, 200.0, -0.2, 0.3, 0.2, 200.0, 0.1, 0.2, -0.3, 200.0)
 #: What somebody sends who means these.
@@ -60,18 +58,6 @@ def test_beside_a_gyro_alone_the_turns_tell(scenario, order):
         )  # two maneuvers: one axis tells not all
 
 
-@pytest.mark.slow
-def test_the_right_order_is_taken(scenario):
-    for seed in range(1, 6):
-        data = batch(scenario, sent(scenario, seed))
-        for first in range(0, 800, 100):
-            check_orders(data, slice(first, first + 30), Belief.of(scenario))
-    still = np.zeros(12)
-    still[3::4] = 200.0
-    rest = fly(scenario, still, 1)
-    check_orders(batch(scenario, rest), slice(0, 30), Belief.of(scenario))
-
-
 def test_a_large_bias_of_the_gyro_is_no_other_order(scenario):
     large = dataclasses.replace(
         scenario, gyro=dataclasses.replace(scenario.gyro, initial_bias_deg_s=1.0)
@@ -80,18 +66,3 @@ def test_a_large_bias_of_the_gyro_is_no_other_order(scenario):
     assert calibrate(large, telemetry).supported
     with pytest.raises(ValueError, match="read as scalar first: "):
         calibrate(large, reordered(telemetry, "scalar first"))
-
-
-@pytest.mark.campaign
-@pytest.mark.slow
-def test_where_no_order_fits_quaternions_are_asked_about(scenario):
-    """Of a tracker that is turned against the body; the Sun sensor is right."""
-    telemetry = sent(scenario)
-    mounted = Rotation.from_euler("xyz", [40.0, -70.0, 20.0], degrees=True)
-    q = telemetry.sensors["tracker"].copy()
-    there = np.isfinite(q[:, 0])
-    q[there] = (mounted * Rotation.from_quat(q[there])).as_quat()
-    turned = dataclasses.replace(telemetry, sensors={**telemetry.sensors, "tracker": q})
-    asked = r"mounting frame.*\? Are quaternions of tracker scalar last, from GCRF to"
-    with pytest.raises(ValueError, match=asked):
-        calibrate(scenario, reordered(turned, "from the body to GCRF"))

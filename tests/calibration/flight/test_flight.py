@@ -2,14 +2,12 @@
 
 import dataclasses
 from itertools import pairwise
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from mgeo_attitude import (
     Environment,
     FilterModel,
-    Gyro,
     Magnetometer,
     Scenario,
     SunSensor,
@@ -25,8 +23,6 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from ...attitude.filter.suites import SUITES
-from ...attitude.filter.test_suite import symmetric
 from ...attitude.geometry.test_rotation import as_scipy
 from .runs import estimated, flown, none
 
@@ -89,34 +85,6 @@ def test_attitudes_of_truth_and_dead_reckoning_are_integrated_kinematics(model):
     assert not record.updates.any()
 
 
-def test_a_bias_decays_as_it_does_in_truth_whatever_the_estimator_believes(model):
-    """Blind sensors again: each step turns the estimate by the mean of the true bias over it."""
-    steady, decaying = (
-        dataclasses.replace(
-            model,
-            suite=dataclasses.replace(
-                model.suite, gyro=dataclasses.replace(model.suite.gyro, bias_decay=decay)
-            ),
-            available=np.zeros_like(model.available),
-        )
-        for decay in (0.0, 0.1)
-    )
-    bias, draws = np.array([2e-3, -1e-3, 3e-3]), none(steady, DURATION)
-    draws.errors[3:6] = bias
-    record = estimated(steady, PLAN, np.array([0, DURATION]), draws, truth=decaying)
-
-    np.testing.assert_allclose(record.errors[0, 1, 3:6], np.exp(-0.1 * DURATION) * bias, rtol=1e-11)
-    times = np.arange(DURATION + 1)
-    mean = -np.diff(np.exp(-0.1 * times)) / 0.1
-    truth = estimate = Rotation.identity()
-    for t, share in zip(times[:-1], mean, strict=True):
-        truth = Rotation.from_rotvec(-body_rates(t)) * truth
-        estimate = Rotation.from_rotvec(-(body_rates(t) + share * bias)) * estimate
-    quaternion = (estimate * truth.inv()).as_quat()
-    expected = 2.0 * quaternion[:3] / quaternion[3]
-    np.testing.assert_allclose(record.errors[0, 1, :3], expected, rtol=0, atol=1e-12)
-
-
 def test_gyro_noise_is_the_markov_process_of_equation_2():
     """Bias and its integral over a step: an independent quadrature of their joint covariance."""
     gyro = dataclasses.replace(
@@ -167,29 +135,6 @@ def test_errors_of_sensors_are_ornstein_uhlenbeck_processes():
     assert np.abs(error).max() < 5.0 * np.sqrt(2.0 / samples.shape[1])
 
 
-def test_what_light_from_the_earth_does_turns_with_the_sky_not_with_the_body(model):
-    """And what the field is beside its model: at two attitudes the same vector in GCRS."""
-    world = World(albedo=0.05, field_error_nt=100.0, orbit_error_m=(1000.0, 100.0, 100.0))
-    seen = FilterModel.from_scenario(short(Scenario.paper(), world=world))
-    usual, other = none(seen, DURATION), none(seen, DURATION)
-    albedo, field, orbit = np.random.default_rng(8).standard_normal((3, 3))
-    other.errors[6:15] = np.concatenate([albedo, field, orbit])
-    clean, dirty = flown(seen, PLAN, usual), flown(seen, PLAN, other)
-    C, k = clean.motion.attitude, np.arange(1, DURATION + 1)
-    for index, added in (
-        (0, np.exp(-k / 600.0)[:, None] * albedo),
-        (
-            1,
-            np.exp(-k / 300.0)[:, None] * field
-            + np.exp(-k / 20_000.0)[:, None]
-            * np.einsum("kji,j->ki", seen.references[1:, 2:5], orbit),
-        ),
-    ):
-        difference = dirty.readings.sensors[index] - clean.readings.sensors[index]
-        expected = np.einsum("kij,kj->ki", C[1:], added)
-        np.testing.assert_allclose(difference[1:, 0], expected, rtol=0, atol=1e-12)
-
-
 def test_an_orbit_error_moves_the_eclipse_of_a_flight_and_calibration_does_not_mind():
     """Though the Sun sensor reports in the dark, too, as it knows no better."""
     world = World(orbit_error_m=(40_000.0, 1000.0, 1000.0))
@@ -217,16 +162,6 @@ def test_an_orbit_error_moves_the_eclipse_of_a_flight_and_calibration_does_not_m
     made = calibrate(scenario, sent)
     assert made.supported
     assert not made.rejected
-
-
-def test_a_bias_that_does_not_drift_stays(model):
-    suite = dataclasses.replace(
-        model.suite, gyro=dataclasses.replace(model.suite.gyro, rate_random_walk=0.0)
-    )
-    steady = dataclasses.replace(model, suite=suite)
-    noise = draw(steady, 50, np.random.default_rng(0)).gyro_noise
-    assert not noise[:, 3:].any()
-    assert noise[:, :3].std() == pytest.approx(np.sqrt(at_rest(steady)[1][0, 0]), rel=0.3)
 
 
 def test_sensors_measure_where_they_see():
@@ -273,43 +208,3 @@ def test_readings_are_those_of_rotated_vectors(pointing):
                 found = flight.readings.sensors[index][k, 0]
                 np.testing.assert_allclose(found, seen, rtol=0, atol=1e-9)
         assert np.isnan(flight.readings.sensors[0][0]).all()  # the start is what is believed
-
-
-def test_a_field_is_distorted_by_a_symmetric_matrix_and_turned():
-    magnetometer, rng = SUITES["soft iron"].sensors[1], np.random.default_rng(4)
-    bias, k, psi, eta = 0.2 * rng.standard_normal((4, 3))
-    field = rng.standard_normal(3)
-    x = SimpleNamespace(bias=bias, scale_factor=k, misalignment=psi, nonorthogonality=eta)
-    distorted = (np.eye(3) + np.diag(k) + symmetric(eta)) @ field
-    expected = as_scipy(psi).apply(distorted) + bias
-    np.testing.assert_allclose(magnetometer.measured(x, field), expected, rtol=0, atol=1e-15)
-
-
-def test_the_error_of_a_start_elsewhere_is_in_body_axes():
-    """What the estimator is off by at first are the errors that were drawn, body axis by axis."""
-    initial = InitialConditions(pointing="sun", axis=(0.0, 0.6, 0.8))
-    model = FilterModel.from_scenario(short(Scenario.paper(), initial=initial))
-    draws = none(model, DURATION)
-    draws.errors[:] = x = np.random.default_rng(1).normal(0.0, 0.05, model.suite.n_states)
-    record = estimated(model, PLAN, np.array([0, DURATION]), draws)
-    np.testing.assert_allclose(record.errors[0, 0], x, rtol=0, atol=1e-14)
-
-
-def test_gyro_is_corrected_by_what_it_measures():
-    rng = np.random.default_rng(2)
-    bias, k, mu, eta = 0.1 * rng.standard_normal((4, 5, 3))
-    omega = rng.standard_normal((5, 3))
-    x = SimpleNamespace(bias=bias, scale_factor=k, misalignment=mu, nonorthogonality=eta)
-    for name, of in (
-        ("full gyro", [1, 1, 0]),
-        ("soft iron", [0, 0, 1]),
-        ("every constant", [1] * 3),
-    ):
-        gyro = SUITES[name].gyro
-        reported = gyro.measured(x, omega)
-        for i in range(5):
-            stretched = (np.eye(3) + of[0] * np.diag(k[i]) + of[2] * symmetric(eta[i])) @ omega[i]
-            turned = as_scipy(mu[i]).apply(stretched) if of[1] else stretched
-            np.testing.assert_allclose(reported[i], turned + bias[i], rtol=1e-13)
-        np.testing.assert_allclose(gyro.corrected(x, reported), omega, rtol=1e-12)
-    assert Gyro.rotations == ("misalignment",)

@@ -50,29 +50,26 @@ def estimates(model, readings, rates, estimator):
 
 
 def update(C, x, P, y, R, reference, first, estimator):
-    e = np.zeros(len(x))
-    for iteration in range(estimator.iterations):
-        now_C, now_x = correct(C, x, e) if iteration else (C, x)
-        v, mounting = now_C.apply(reference), rotation(now_x[first : first + 3]).as_matrix()
-        r = y - mounting @ v - now_x[first + 3 : first + 6]
-        M = np.eye(3) if estimator.jacobians == "aligned" else mounting
-        H, B = np.zeros((3, len(x))), np.zeros((3, len(x), len(x)))
-        H[:, :3], H[:, first : first + 3], H[:, first + 3 : first + 6] = (
-            M @ skew(v),
-            -M @ skew(v),
-            np.eye(3),
-        )
-        for i, a in enumerate(np.eye(3)):
-            for j, b in enumerate(np.eye(3)):
-                both = 0.5 * (np.cross(a, np.cross(b, v)) + np.cross(b, np.cross(a, v)))
-                B[:, i, j] = B[:, first + i, first + j] = -M @ both
-                mixed = M @ np.cross(a, np.cross(b, v))  # of misalignment a and attitude b
-                B[:, first + i, j] = B[:, j, first + i] = mixed
-        z, S = r + H @ e, H @ P @ H.T + R
-        if estimator.second_order:
-            z = z + [0.5 * np.trace(b @ P) for b in B]
-            S = S + [[0.5 * np.trace(b @ P @ c @ P) for c in B] for b in B]
-        e = P @ H.T @ np.linalg.solve(S, z)
+    v, mounting = C.apply(reference), rotation(x[first : first + 3]).as_matrix()
+    r = y - mounting @ v - x[first + 3 : first + 6]
+    M = np.eye(3) if estimator.jacobians == "aligned" else mounting
+    H, B = np.zeros((3, len(x))), np.zeros((3, len(x), len(x)))
+    H[:, :3], H[:, first : first + 3], H[:, first + 3 : first + 6] = (
+        M @ skew(v),
+        -M @ skew(v),
+        np.eye(3),
+    )
+    for i, a in enumerate(np.eye(3)):
+        for j, b in enumerate(np.eye(3)):
+            both = 0.5 * (np.cross(a, np.cross(b, v)) + np.cross(b, np.cross(a, v)))
+            B[:, i, j] = B[:, first + i, first + j] = -M @ both
+            mixed = M @ np.cross(a, np.cross(b, v))  # of misalignment a and attitude b
+            B[:, first + i, j] = B[:, j, first + i] = mixed
+    z, S = r, H @ P @ H.T + R
+    if estimator.second_order:
+        z = z + [0.5 * np.trace(b @ P) for b in B]
+        S = S + [[0.5 * np.trace(b @ P @ c @ P) for c in B] for b in B]
+    e = P @ H.T @ np.linalg.solve(S, z)
     P = P - P @ H.T @ np.linalg.solve(S, H @ P)
     if estimator.reset:
         T = np.eye(len(x))

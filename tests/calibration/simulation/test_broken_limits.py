@@ -75,16 +75,6 @@ def test_counts_are_those_of_the_errors():
 
 
 @pytest.mark.slow
-def test_nothing_is_broken_in_the_dark():
-    cones = toward_sun(0.0, 80.0), toward_sun(180.0, 80.0, sense="keep-in")
-    day = FilterModel.from_scenario(scenario(*cones))
-    dark = dataclasses.replace(day, directions=np.zeros_like(day.directions))
-    for model, share in ((day, 1), (dark, 0)):
-        record = estimated(model, PLAN, np.arange(STEPS + 1), none(model, STEPS), n_watched=20)
-        assert (record.broken == share).all()
-
-
-@pytest.mark.slow
 def test_what_passes_a_cone_by_a_degree_is_inside_it_unless_it_keeps_the_margin():
     """10 deg of initial attitude: flights start inside when an error of a degree says so."""
     bare = toward_sun(21.0, 20.0, attitude_sigmas=0.0)

@@ -81,18 +81,6 @@ def test_a_true_claim_is_refused_as_rarely_as_said():
     assert 2 <= refused <= 20
 
 
-def test_tables(result):
-    table = result.table(5.0)
-    assert list(table.index[:2]) == ["attitude.x", "attitude.y"]
-    np.testing.assert_allclose(table["rms"], np.sqrt((result.errors[:, 5] ** 2).mean(axis=0)))
-    np.testing.assert_allclose(table["ratio"], table["rms"])
-    assert (table["within 3 sigma"] > 0.98).all()
-    history = result.history()
-    assert history["nees"].iloc[0] == pytest.approx(result.nees[:, 0].mean() / 6)
-    assert history["nis sun"].mean() == pytest.approx(1.0, abs=0.01)
-    assert history["nis blind"].isna().all()
-
-
 def test_bad_arguments_are_named(result):
     with pytest.raises(ValueError, match=r"since = 50\.0: expected at most 39\.0 s"):
         consistency(result, since=50.0)

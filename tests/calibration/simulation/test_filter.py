@@ -49,7 +49,7 @@ def flown(request):
     [
         Estimator(),
         Estimator.plain(),
-        Estimator(iterations=3, second_order=False),
+        Estimator(second_order=False),
         Estimator(reset=False),
     ],
 )

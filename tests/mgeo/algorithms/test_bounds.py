@@ -8,13 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymoo.optimize import minimize
 from pymoo.problems.multi import ZDT1
-from scipy.stats import kstest, truncnorm, uniform
+from scipy.stats import cauchy, kstest, truncnorm, uniform
 
 from mgeo import MGEODirected, MGEOReal, MGEOReal2
-from mgeo.algorithms import BOUNDS, reflect, resample
+from mgeo.algorithms import BOUNDS, StepLaw, reflect, resample
 
 NUMBER = st.floats(-1e6, 1e6)
 SIZE = st.floats(0, 1e12)
+START = np.full((50, 2), 0.3)
 
 
 def moved(name, x, step, spread, low, high, draw=0.5):
@@ -73,6 +74,35 @@ def test_steps_wider_than_numbers_reach_are_folded_all_the_same():
     x, step = np.array([0.2, 0.2, 0.0]), np.array([np.inf, -np.inf, np.inf])
     found = reflect(x, step, step, np.zeros(3), np.array([1.0, 1.0, 0.0]), x.copy)
     assert ((found >= 0) & (found <= 1)).all()
+
+
+class CauchyLaw(StepLaw):
+    def draw(self, stream, shape):
+        return stream.standard_cauchy(shape)
+
+    def truncated_quantile(self, probability, low, high):
+        below, above = np.arctan(low), np.arctan(high)
+        return np.tan(below + probability * (above - below))
+
+
+class CauchyMGEO(MGEOReal):
+    law = CauchyLaw()
+
+
+def test_resampled_steps_follow_another_law_of_steps():
+    """Candidates of walkers that never move follow the law truncated to the bounds."""
+    algorithm = CauchyMGEO(sigma=0.2, n_walkers=50, tau=0.0, bounds="resample", sampling=START)
+    candidates = []
+    minimize(
+        ZDT1(n_var=2), algorithm, ("n_gen", 1), seed=1,
+        callback=lambda running: candidates.append(running.pop.get("X")),
+    )  # fmt: skip
+    X = candidates[0]
+    moved = X[START[0] != X]
+    low, high = cauchy.cdf([0.0, 1.0], 0.3, 0.2)
+    assert len(moved) == 100
+    result = kstest(moved, lambda x: (cauchy.cdf(x, 0.3, 0.2) - low) / (high - low))
+    assert result.pvalue > 1e-3
 
 
 @pytest.mark.parametrize(

@@ -646,22 +646,12 @@ def test_one_objective_is_minimized():
         ({"difference": (-0.1, 0.5)}, r"difference\[0\] = -0.1: expected"),
         ({"momentum": (0.7, 1.4)}, r"momentum\[1\] = 1.4: expected a number in \[0, 1\]"),
         ({"difference": (0.1,)}, r"difference = \(0.1,\): expected two numbers"),
-        (
-            {"restart": (1, 2)},
-            r"restart = \(1, 2\): expected \(4, 50\), a constant of MGEODirected",
-        ),
         ({"max_candidates": 0}, "max_candidates = 0: expected an integer of at least 1"),
     ],
 )
 def test_bad_parameters_are_named(options, message):
     with pytest.raises(ValueError, match=message):
         MGEODirected(**options)
-
-
-def test_what_was_a_parameter_is_taken_as_it_is_and_kept_nowhere():
-    algorithm = MGEODirected(restart=[4, 50], coupling=(0.05, 0.5))
-    assert repr(algorithm) == "MGEODirected()"
-    assert "restart" not in algorithm.get_params()
 
 
 def test_an_adaptive_tau_is_not_for_it():

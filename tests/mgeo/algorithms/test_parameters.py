@@ -159,18 +159,3 @@ def test_given_sigma_and_sampling_are_not_shared():
     algorithm = MGEOReal(sigma)
     sigma[:] = 9.0
     assert algorithm.sigma.tolist() == [0.1, 0.2, 0.3]
-
-
-@pytest.mark.parametrize("cls", [MGEOReal, MGEOReal2, MGEOCanonical, MGEOVar])
-def test_n_runs_is_another_name_of_n_walkers(cls):
-    by_name, by_papers = cls(n_walkers=3), cls(n_runs=3)
-    assert repr(by_name) == repr(by_papers)
-    assert (by_papers.n_walkers, by_papers.n_runs) == (3, 3)
-    F = [minimize(PROBLEM, each, ("n_gen", 5), seed=1).F for each in (by_name, by_papers)]
-    assert np.array_equal(*F)
-    with pytest.raises(TypeError, match="n_walkers = 30 and n_runs = 30: expected one of them"):
-        cls(n_walkers=30, n_runs=30)
-    with pytest.raises(TypeError, match="n_runs is a parameter of MGEO"):
-        minimize(PROBLEM, cls(), n_runs=3)
-    with pytest.raises(ValueError, match="n_walkers = 0"):
-        cls(n_runs=0)

@@ -90,7 +90,7 @@ def test_so_is_one_that_was_stopped():
             state.stop()
 
     found = solve(problem, MGEOStaged(n_walkers=4), 4000, 1, stop)
-    assert found.status == "interrupted"
+    assert found.stop_reason == "signal"
     np.testing.assert_array_equal(found.F, problem.evaluate(found.X, return_values_of=["F"]))
     assert len(found.F) <= len(stopped[0])
     assert not np.isin(found.F, stopped[0]).any()
@@ -109,7 +109,7 @@ def test_so_is_one_that_was_stopped_amid_a_generation(batch):
 
     problem = Stopped()
     found = solve(problem, MGEOStaged((0.5, 0.6), n_walkers=4), 160, 1)
-    assert found.status == "interrupted"
+    assert found.stop_reason == "signal"
     np.testing.assert_array_equal(found.F, problem.evaluate(found.X, return_values_of=["F"]))
 
 
@@ -176,42 +176,6 @@ def test_a_study_knows_values_of_the_last_stage_alone(stages):
     own = solve(Rough(), algorithm, 400, 1)
     if judged:
         np.testing.assert_array_equal(own.F, record.front_F[np.argsort(record.front_F[:, 0])])
-
-
-@pytest.mark.parametrize("stages", STAGES)
-def test_the_range_seen_is_that_of_the_last_stage(stages):
-    shown = []
-
-    def watch(state):
-        shown.append((state.rough, state.hypervolume(state.front()[1])))
-
-    found = solve(Rough(), MGEOStaged(stages, n_walkers=4), 400, 1, watch)
-    assert (np.array(found.hypervolume.ideal) > 0.0).all()
-    assert 0.0 < found.hypervolume.value < 1.0
-    assert abs(found.rough - stages[-1] * 400) < 100
-    for rough, volume in shown:
-        assert volume is None or (np.array(volume.ideal) > 0.0).all()
-        assert rough <= found.rough
-
-
-class Handed(Problem):
-    """Which learns its stage from the algorithm, as problems did before `at_stage`."""
-
-    def __init__(self):
-        super().__init__(n_var=4, n_obj=2, xl=0.0, xu=1.0, requires_kwargs=True)
-
-    def _evaluate(self, X, out, *args, algorithm=None, **kwargs):
-        of_stage = Estimated().at_stage(getattr(algorithm, "stage", 2))
-        of_stage._evaluate(X, out)
-
-
-def test_one_that_asks_the_algorithm_for_its_stage_still_runs_and_is_warned_of():
-    options = {"termination": ("n_eval", 400), "seed": 1}
-    with pytest.warns(DeprecationWarning, match=r"Handed .*method at_stage\(k\)"):
-        found = minimize(Handed(), MGEOStaged(n_walkers=4), **options)
-    expected = minimize(Estimated(), MGEOStaged(n_walkers=4), **options)
-    np.testing.assert_array_equal(found.X, expected.X)
-    np.testing.assert_array_equal(found.F, expected.F)
 
 
 class Finer(Estimated):

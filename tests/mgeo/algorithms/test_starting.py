@@ -57,8 +57,6 @@ def test_without_them_a_run_is_as_it_was():
     ("n", "starts", "message"),
     [
         (17, None, "starts = 17: expected at most 16, with which it begins"),
-        (2, lambda n, rng: np.zeros((3, 6)), r"expected finite numbers of shape \(2, 6\)"),
-        (2, lambda n, rng: np.full((2, 6), np.nan), "expected finite numbers"),
         (2, lambda n, rng: 1 / 0, "starts of problem Suggesting raised ZeroDivisionError"),
         (2, lambda n, rng: np.full((2, 6), 3.0), r"sampling\[0, 0\] = 3.0: expected a number in"),
     ],

@@ -88,11 +88,3 @@ def test_the_new_bounds_are_no_optimum_either(name):
 def test_only_bounded_real_variables_are_moved(inner):
     with pytest.raises(ValueError, match="cannot be shifted: expected bounded real variables"):
         Shifted(inner)
-
-
-def test_constraints_stay():
-    plain, shifted = get_problem("bnh"), load_problem("shifted:bnh")
-    X = np.random.default_rng(3).random((20, 2)) * plain.xu
-    assert np.array_equal(
-        shifted.evaluate(X, return_values_of=["G"]), plain.evaluate(X, return_values_of=["G"])
-    )

@@ -48,10 +48,6 @@ def test_names_files_and_runs_are_offered(mgeo, line, expected):
     assert offered(line) == expected
 
 
-def test_zsh_gets_the_same_with_help(mgeo):
-    assert '"solve":"Search' in "".join(offered("mgeo so", "zsh"))
-
-
 @pytest.mark.parametrize("shell", ["bash", "zsh"])
 def test_the_script_is_shown_and_the_shell_takes_it(mgeo, monkeypatch, tmp_path, shell):
     detected = (shell, f"/bin/{shell}")

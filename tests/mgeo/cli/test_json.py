@@ -7,6 +7,8 @@ import pytest
 
 from mgeo.store.run_folder import read_run
 
+from ..stand_in.stand_in import Cantilever
+
 SHORT = ["--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]
 STUDY = """
 title = "One"
@@ -30,14 +32,14 @@ def test_solve_and_resume(mgeo):
     found = document(done)
     assert found == json.loads(Path("a/run.json").read_text()) | {
         "folder": "a",
-        "files": ["front.csv", "run.json", "front.html", "run.checkpoint"],
+        "files": ["front.csv", "front.npz", "run.json", "front.html", "run.checkpoint"],
         "checkpoint_error": None,
         "answer": found["answer"],
         "dead_end": None,
         "remarks": [f"{found['solutions']} beams, of steel"],
     }
     assert found["answer"].keys() == {"solution", "count", "label", "text", "exceeded", "instead"}
-    assert found["hypervolume"]["value"] == read_run("a").outcome.hypervolume.value
+    assert found["hypervolume"] == read_run("a").outcome.hypervolume
     assert "100%  80 of 80 evaluations" in done.stderr
     longer = mgeo("resume", "a", "--evaluations", 160, "--json", "--quiet")
     assert (document(longer)["evaluations"], longer.stderr) == (160, "")
@@ -89,3 +91,19 @@ def test_what_json_cannot_say_is_null(mgeo):
     Path("one.toml").write_text(STUDY)
     found = document(mgeo("study", "one.toml", "--jobs", 1, "--seeds", 1, "--json", "-q"))
     assert found["problems"]["cantilever"]["algorithms"]["nsga2"]["hypervolume"]["sd"] is None
+
+
+class Printing(Cantilever):
+    """Prints whenever it is evaluated."""
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        print("evaluated")
+        super()._evaluate(X, out, *args, **kwargs)
+
+
+def test_what_a_problem_prints_is_not_part_of_the_document(mgeo):
+    done = mgeo(
+        "solve", f"{__name__}:Printing", *SHORT, "--evaluations", 80, "--out", "a", "--json"
+    )
+    assert document(done)["solutions"] > 0
+    assert "evaluated\n" in done.stderr

@@ -2,7 +2,6 @@
 
 import json
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -13,8 +12,7 @@ import numpy as np
 import pytest
 
 from mgeo import read_record
-from mgeo.runs.resume import resume_run
-from mgeo.store.atomic import LOCK_FILE, lock, write_file
+from mgeo.store.atomic import lock
 from mgeo.store.checkpoint import read_notes
 from mgeo.store.run_folder import CHECKPOINT_FILE, read_run
 
@@ -34,7 +32,7 @@ def same(a, b):
         and np.array_equal(one.X, two.X)
         and np.array_equal(one.F, two.F)
         and one.hypervolume == two.hypervolume
-        and (one.status, one.evaluations) == (two.status, two.evaluations)
+        and (one.stop_reason, one.evaluations) == (two.stop_reason, two.evaluations)
         and one.failures == two.failures
     )
 
@@ -56,23 +54,6 @@ def test_a_finished_run_is_made_longer(mgeo, budget):
     assert Path("a/front.html").exists()
 
 
-@pytest.mark.slow
-def test_a_problem_without_an_indicator_space_keeps_the_range_seen(mgeo):
-    for folder, evaluations in (("a", 300), ("b", 600)):
-        mgeo("solve", "zdt1", "--runs", 2, "--evaluations", evaluations, "--out", folder)
-    assert mgeo("resume", "a", "--evaluations", 600).exit_code == 0
-    assert same(read_run("a"), read_run("b"))
-    assert read_run("a").outcome.hypervolume.space == "seen"
-
-
-def test_a_change_of_versions_is_one_line(mgeo, monkeypatch):
-    solve(mgeo, "a", 160)
-    monkeypatch.setattr("mgeo.store.provenance.version", lambda name: "9.9")
-    done = mgeo("resume", "a", "-q")
-    assert (done.exit_code, done.stdout) == (0, "")
-    assert re.fullmatch(r"Note: a/run.checkpoint was written with another version.*\n", done.stderr)
-
-
 def test_a_plugin_that_computes_something_else_is_refused(mgeo, monkeypatch):
     solve(mgeo, "a", 160)
     before = Path("a/front.csv").read_bytes()
@@ -83,15 +64,6 @@ def test_a_plugin_that_computes_something_else_is_refused(mgeo, monkeypatch):
     assert re.match(told, done.stderr)
     assert Path("a/front.csv").read_bytes() == before
     assert mgeo("resume", "a", "--evaluations", 320, "--no-check").exit_code == 0
-
-
-def test_a_finished_run_is_written_again(mgeo):
-    expected = solve(mgeo, "a", 160)
-    for name in ("run.json", "front.csv", "front.html"):
-        Path("a", name).unlink()
-    done = mgeo("resume", "a")
-    assert done.exit_code == 0, done.output
-    assert same(read_run("a"), expected)
 
 
 def test_every_evaluation_is_recorded_on_demand(mgeo):
@@ -118,18 +90,16 @@ def test_every_evaluation_is_recorded_on_demand(mgeo):
     ("arguments", "message"),
     [
         (["none"], "none cannot be resumed: there is no run.checkpoint in it"),
-        (["nsga2"], "nsga2 keeps no checkpoints; only algorithms of the MGEO family do"),
-        (["moved"], "there is no run.checkpoint in it; mgeo-real keeps one where it is run by "),
+        (["nsga2"], "there is no run.checkpoint in it; only algorithms of the MGEO family write"),
         (["a", "--evaluations", "8"], "the new budget is 8 evaluations: expected at least the 160"),
         (["a", "--generations", "3"], "the new budget is 24 evaluations: expected at least the 1"),
         (["a", "--generations", "3", "--evaluations", "800"], "both given: expected one"),
-        (["cut"], "run.checkpoint is damaged"),
+        (["cut"], "run.checkpoint: no checkpoint, or a damaged one"),
     ],
 )
 def test_bad_input_is_one_line_and_changes_nothing(mgeo, arguments, message):
     solve(mgeo, "a", 160)
     mgeo("solve", "cantilever", "--algorithm", "nsga2", "--evaluations", 200, "--out", "nsga2")
-    shutil.copytree("a", "moved", ignore=shutil.ignore_patterns(CHECKPOINT_FILE))
     Path("cut").mkdir()
     Path("cut", CHECKPOINT_FILE).write_bytes(Path("a", CHECKPOINT_FILE).read_bytes()[:-1])
     before = {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()}
@@ -151,99 +121,6 @@ def test_a_folder_that_somebody_works_in_is_left_alone(mgeo):
     assert {path: path.read_bytes() for path in Path("a").iterdir()} == before
 
 
-def test_what_another_process_has_made_since_it_was_read_is_not_replaced(mgeo, monkeypatch):
-    solve(mgeo, "a", 160)
-
-    def late(folder, **options):
-        run = resume_run(folder, **options)
-        during.undo()
-        assert mgeo("resume", "a", "--evaluations", 320).exit_code == 0
-        return run
-
-    with monkeypatch.context() as during:
-        during.setattr("mgeo.cli.solve.resume_run", late)
-        refused = mgeo("resume", "a", "--evaluations", 240)
-    assert refused.exit_code == 2
-    assert "another process has gone on with the run, or begun one, since" in refused.stderr
-    assert read_run("a").outcome.evaluations == 320
-
-
-def test_a_run_under_way_is_not_beside_what_another_has_found(mgeo, monkeypatch):
-    """If it was killed, a report would show its record as that of the other."""
-    import stand_in
-
-    sound, seen = stand_in.Cantilever._evaluate, []
-
-    def look(self, X, out, *args, **kwargs):
-        seen.append({path.name for path in Path("a").iterdir()})
-        sound(self, X, out, *args, **kwargs)
-
-    solve(mgeo, "a", 160, "--record")
-    assert mgeo("report", "a").exit_code == 0
-    monkeypatch.setattr(stand_in.Cantilever, "_evaluate", look)
-    solve(mgeo, "a", 160, "--record", "--overwrite", "--seed", 2)
-    assert seen[-1] == {LOCK_FILE, CHECKPOINT_FILE, "evaluations"}
-    assert read_run("a").configuration.seed == 2
-
-
-@pytest.mark.parametrize(
-    ("evaluations", "algorithm"),
-    [(400, ["nsga2"]), (400, ["nsga2", "--record"]), (40, SHORT[1:]), (400, SHORT[1:])],
-)
-def test_a_run_without_a_result_does_not_cost_the_one_before(
-    mgeo, monkeypatch, algorithm, evaluations
-):
-    def fail(self, X, out, *args, **kwargs):
-        raise ValueError("no license")
-
-    solve(mgeo, "a", 160, "--record")
-    before = {path: path.read_bytes() for path in Path("a").rglob("*") if path.is_file()}
-    monkeypatch.setattr("stand_in.Cantilever._evaluate", fail)
-    done = mgeo("solve", "cantilever", "--evaluations", evaluations, "--out", "a", "--overwrite",
-                "--algorithm", *algorithm)  # fmt: skip
-    assert done.exit_code == 2
-    assert done.stderr.splitlines()[-2] == "What was in a before is still there"
-    assert {path: path.read_bytes() for path in Path("a").rglob("*") if path.is_file()} == before
-
-
-def test_nor_does_one_that_is_stopped_before_it_has_any(mgeo, monkeypatch):
-    def stop(self, X, out, *args, **kwargs):
-        raise KeyboardInterrupt
-
-    solve(mgeo, "a", 160)
-    before = {path: path.read_bytes() for path in Path("a").iterdir()}
-    monkeypatch.setattr("stand_in.Cantilever._evaluate", stop)
-    done = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--overwrite")
-    assert done.exit_code == 130
-    assert done.stderr.splitlines()[-1] == "What was in a before is still there"
-    assert {path: path.read_bytes() for path in Path("a").iterdir()} == before
-
-
-def test_the_record_has_the_failures_before_the_first_success(mgeo, monkeypatch):
-    import stand_in
-
-    sound, batches = stand_in.Cantilever._evaluate, []
-
-    def fail(self, X, out, *args, **kwargs):
-        batches.append(len(X))
-        sound(self, X, out)
-        if len(batches) <= 3:
-            out["F"] = np.full_like(out["F"], np.nan)
-
-    solve(mgeo, "a", 160, "--record")
-    monkeypatch.setattr("stand_in.Cantilever._evaluate", fail)
-    solve(mgeo, "a", 80, "--record", "--overwrite", "--seed", 2)
-    record = read_record("a/evaluations")
-    assert record["failed"].to_list() == [True] * 24 + [False] * 56
-
-
-def test_another_algorithm_leaves_no_checkpoint_of_the_run_before(mgeo):
-    solve(mgeo, "a", 160)
-    mgeo("solve", "cantilever", "--algorithm", "nsga2", "--evaluations", 200, "--out", "a",
-         "--overwrite")  # fmt: skip
-    assert not Path("a", CHECKPOINT_FILE).exists()
-
-
 def test_errors_in_every_candidate_leave_what_was_made(mgeo, monkeypatch):
     import stand_in
 
@@ -263,28 +140,6 @@ def test_errors_in_every_candidate_leave_what_was_made(mgeo, monkeypatch):
     monkeypatch.setattr("stand_in.Cantilever._evaluate", sound)
     assert mgeo("resume", "a").exit_code == 0
     assert read_run("a").outcome.evaluations == 400
-
-
-def test_a_disk_without_room_is_told_and_costs_no_more_than_the_checkpoints(mgeo, monkeypatch):
-    def full(path, content):
-        raise OSError(28, "No space left on device")
-
-    def nearly_full(path, content):
-        (write_file if not path.exists() else full)(path, content)
-
-    monkeypatch.setattr("mgeo.store.checkpoint.write_file", nearly_full)
-    done = mgeo("solve", "cantilever", *SHORT, "--evaluations", 80, "--out", "a")
-    assert done.exit_code == 0, done.output
-    assert done.stdout.splitlines()[-1] == "no checkpoint: [Errno 28] No space left on device"
-    assert "no checkpoint: [Errno 28]" in done.stderr
-    found = {path.name for path in Path("a").iterdir()}
-    assert found == {"front.csv", "front.html", "run.json", "run.checkpoint"}
-    monkeypatch.setattr("mgeo.store.checkpoint.write_file", write_file)
-    monkeypatch.setattr("mgeo.store.record_file.append", lambda *arguments: full(None, None))
-    done = mgeo("solve", "cantilever", *SHORT, "--evaluations", 80, "--out", "b", "--record")
-    assert (done.exit_code, done.stderr.splitlines()[-1]) == (
-        2, "Error: [Errno 28] No space left on device",
-    )  # fmt: skip
 
 
 def start(folder, environment, *arguments):

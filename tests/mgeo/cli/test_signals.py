@@ -1,10 +1,9 @@
 import os
 import signal
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from mgeo.cli.errors import StopRequest, Terminated, stop_requests, terminable
+from mgeo.cli.errors import StopRequest, Terminated, raise_on_sigterm, stop_requests
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
@@ -36,29 +35,11 @@ def test_once_settled_nothing_is_interrupted():
     assert request.exit_code == 130
 
 
-def test_sigterm_interrupts_a_command_whose_handler_is_put_back():
+def test_sigterm_ends_a_command_as_an_interrupt():
     before = signal.getsignal(signal.SIGTERM)
-    with terminable(), pytest.raises(Terminated):
-        os.kill(os.getpid(), signal.SIGTERM)
-    assert signal.getsignal(signal.SIGTERM) is before
-
-
-def test_a_handler_of_somebody_else_stays():
-    heard = []
-    before = signal.signal(signal.SIGTERM, lambda number, frame: heard.append(number))
     try:
-        with terminable():
+        raise_on_sigterm()
+        with pytest.raises(Terminated):
             os.kill(os.getpid(), signal.SIGTERM)
     finally:
         signal.signal(signal.SIGTERM, before)
-    assert heard == [signal.SIGTERM]
-
-
-def test_outside_the_main_thread_nothing_is_changed():
-    def handler():
-        with terminable():
-            return signal.getsignal(signal.SIGTERM)
-
-    before = signal.getsignal(signal.SIGTERM)
-    with ThreadPoolExecutor(1) as pool:
-        assert pool.submit(handler).result() is before

@@ -1,7 +1,12 @@
+"""Optional parts of a problem: what is called, and the defaults."""
+
+import numpy as np
 import pytest
 from pymoo.core.problem import Problem
 
+from mgeo import ProblemMixin
 from mgeo.plugins import protocol
+from mgeo.plugins.discovery import PluginError
 from mgeo.plugins.protocol import column_names
 
 
@@ -12,8 +17,26 @@ def problem(**attributes):
     return made
 
 
-def test_names_come_from_the_problem_or_are_numbered():
-    assert column_names(problem()) == (("x1", "x2"), ("f1", "f2"))
+class Plain(ProblemMixin, Problem):
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
+
+
+@pytest.mark.parametrize("made", [problem(), Plain()])
+def test_a_problem_without_optional_parts_has_the_defaults(made):
+    assert column_names(made) == (("x1", "x2"), ("f1", "f2"))
+    assert protocol.options(made) is None
+    assert protocol.indicator_space(made) is None
+    assert protocol.recommended(made) == (0, False, None)
+    assert protocol.instance_of(made) == ""
+    with pytest.raises(ValueError, match=r"has no robust\(\): expected a run without it"):
+        protocol.robust(made)
+    with pytest.raises(PluginError, match=r"has no refine\(\): expected a run without --polish"):
+        next(protocol.refinement(made, np.zeros((1, 2))))
+    assert not protocol.is_own(made, ProblemMixin.starts)
+
+
+def test_names_come_from_the_problem():
     named = problem(var_names=["a [m]", "b"], obj_names=["c", "d"])
     assert column_names(named) == (("a [m]", "b"), ("c", "d"))
 
@@ -29,21 +52,18 @@ def test_a_name_for_a_variable_and_an_objective_is_refused():
         column_names(problem(var_names=["a", "b"], obj_names=["c", "a"]))
 
 
-def test_a_problem_may_be_an_instance_of_a_function():
-    assert protocol.instance_of(problem()) == ""
-    assert protocol.instance_of(problem(instance_of="f12")) == "f12"
-    with pytest.raises(ValueError, match="instance_of of problem Problem = 12: expected a text"):
-        protocol.instance_of(problem(instance_of=12))
+def test_a_part_that_raises_is_named():
+    def steps(X):
+        yield X
+        raise KeyError("spring")
 
+    def summary(F):
+        raise ZeroDivisionError
 
-def test_a_robust_problem_can_be_built_again():
-    other = problem(options=dict)
-    assert protocol.robust(problem(robust=lambda: other)) is other
-    with pytest.raises(ValueError, match=r"^Problem has no robust\(\): expected"):
-        protocol.robust(problem())
-    with pytest.raises(
-        ValueError, match=r"robust\(\) of problem Problem gives 3: expected a pymoo"
-    ):
-        protocol.robust(problem(robust=lambda: 3))
-    with pytest.raises(ValueError, match=r"robust\(\) of problem Problem has no options\(\)"):
-        protocol.robust(problem(robust=problem))
+    broken = problem(refine=steps, indicator_space=summary)
+    tables = protocol.refinement(broken, np.zeros((1, 2)))
+    assert next(tables).shape == (1, 2)
+    with pytest.raises(PluginError, match=r"^refine of problem Problem raised KeyError: 'spring'"):
+        next(tables)
+    with pytest.raises(PluginError, match=r"^indicator_space of problem Problem raised ZeroDiv"):
+        protocol.indicator_space(broken)(np.zeros((1, 2)))

@@ -113,18 +113,6 @@ def test_the_default_budget_is_the_papers_and_the_same_for_all():
     assert default_evaluations(alone, problem) == 60000
 
 
-def test_an_algorithm_missing_from_pymoo_says_so(monkeypatch):
-    monkeypatch.setattr("mgeo.runs.algorithms.import_module", lambda name: object())
-    with pytest.raises(ValueError, match="'gde3' is not in the installed pymoo"):
-        build_algorithm("gde3", {}, ZDT1())
-
-
-def test_n_runs_of_the_papers_and_of_older_files_is_n_walkers():
-    assert complete_parameters("mgeo-real", {"n_runs": 5})["n_walkers"] == 5
-    with pytest.raises(TypeError, match="n_walkers = 4 and n_runs = 5: expected one of them"):
-        complete_parameters("mgeo-real", {"n_runs": 5, "n_walkers": 4})
-
-
 class Rod(Strict):
     """Without its checks of types: pymoo's operators give NumPy's numbers."""
 
@@ -176,7 +164,7 @@ def test_a_front_in_numbers_is_that_of_the_designs(name):
     assert told == (-G[:, 0]).tolist()
 
 
-@pytest.mark.parametrize("name", ["gde3", "moead", "cmopso", "ctaea", "mo-cma-es", "como-cma-es"])
+@pytest.mark.parametrize("name", ["gde3", "moead", "cmopso", "ctaea"])
 def test_what_takes_arrays_alone_is_refused(name):
     with pytest.raises(ValueError, match=f"algorithm '{name}' .*one by one: expected .* NSGA2"):
         build_algorithm(name, {"population": 20}, Free())
@@ -203,8 +191,6 @@ REAL_ONLY = (
     "nsde",
     "mopso-cd",
     "cmopso",
-    "mo-cma-es",
-    "como-cma-es",
 )
 
 
@@ -260,9 +246,7 @@ class Entropy:
 
 
 @pytest.mark.cases(2)
-@pytest.mark.parametrize(
-    "name", [n for n in EACH if n not in ("moead", "mo-cma-es", "como-cma-es")]
-)
+@pytest.mark.parametrize("name", [n for n in EACH if n not in ("moead",)])
 def test_ties_are_drawn_by_the_seed(name, monkeypatch):
     fresh = np.random.default_rng
 

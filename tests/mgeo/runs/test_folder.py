@@ -1,18 +1,15 @@
 import csv
 import json
-import os
 import platform
 from importlib.metadata import version
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from mgeo.runs.prepare import PreparedRun, prepare
+from mgeo.runs.prepare import prepare
 from mgeo.store.provenance import installed_versions
 from mgeo.store.run import Run
-from mgeo.store.run_folder import FIGURE_FILE, check_folder, front_table, read_run, write_run
-from tests.disk import room
+from mgeo.store.run_folder import FIGURE_FILE, check_folder, read_run, write_arrays, write_run
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 
@@ -44,9 +41,23 @@ def test_what_is_written_is_read_back_exactly(run, tmp_path):
     assert read.versions == run.versions
     assert np.array_equal(read.outcome.X, run.outcome.X)
     assert np.array_equal(read.outcome.F, run.outcome.F)
-    for name in ("variables", "objectives", "status", "evaluations", "hypervolume", "started"):
+    for name in ("variables", "objectives", "stop_reason", "evaluations", "hypervolume", "started"):
         assert getattr(read.outcome, name) == getattr(run.outcome, name)
     assert read.outcome.wall_time_s == run.outcome.wall_time_s
+
+
+def test_constraints_and_further_arrays_of_each_solution_are_stored(run, tmp_path):
+    n = len(run.outcome.F)
+    values = np.random.default_rng(1).normal(size=(n, 3))
+    outcome = replaced(run.outcome, G=values, arrays={"accuracy": values[:, :1]})
+    write_run(tmp_path, Run(run.configuration, outcome, run.versions))
+    read = read_run(tmp_path).outcome
+    assert np.array_equal(read.G, values)
+    assert read.H.shape == (n, 0)
+    assert np.array_equal(read.arrays["accuracy"], values[:, :1])
+    write_arrays(tmp_path, outcome, {"accuracy": values[1:]})
+    with pytest.raises(ValueError, match=rf"front\.npz: accuracy of shape .*: expected {n} rows"):
+        read_run(tmp_path)
 
 
 def test_the_front_is_a_table_any_program_reads_exactly(run, tmp_path):
@@ -57,14 +68,6 @@ def test_the_front_is_a_table_any_program_reads_exactly(run, tmp_path):
     values = np.array([[float(cell) for cell in row] for row in rows])
     assert np.array_equal(values, np.hstack([run.outcome.X, run.outcome.F]))
     assert np.all(np.diff(values[:, 2]) >= 0)  # ordered by the first objective
-
-
-def test_a_run_read_back_can_be_made_again(run, tmp_path):
-    write_run(tmp_path, run)
-    again = PreparedRun.of(read_run(tmp_path).configuration).solve()
-    assert np.array_equal(again.X, run.outcome.X)
-    assert np.array_equal(again.F, run.outcome.F)
-    assert again.hypervolume == run.outcome.hypervolume
 
 
 def test_the_versions_are_those_installed(run):
@@ -80,12 +83,14 @@ def test_the_versions_are_those_installed(run):
 def test_special_numbers_and_an_empty_front_survive(run, tmp_path):
     X = np.array([[0.1 + 0.2, -0.0], [5e-324, 1.7976931348623157e308]])
     F = np.array([[-1e-300, 1.0], [1 / 3, 1e22]])
-    odd = Run(run.configuration, replaced(run.outcome, X=X, F=F), run.versions)
+    values = {"X": X, "F": F, "G": X[:, :0], "H": X[:, :0]}
+    odd = Run(run.configuration, replaced(run.outcome, **values), run.versions)
     write_run(tmp_path / "odd", odd)
     read = read_run(tmp_path / "odd").outcome
     assert read.X.tobytes() == X.tobytes()
     assert read.F.tobytes() == F.tobytes()
-    none = replaced(run.outcome, X=X[:0], F=F[:0], hypervolume=None)
+    values = {name: array[:0] for name, array in values.items()}
+    none = replaced(run.outcome, **values, hypervolume=None)
     write_run(tmp_path / "none", Run(run.configuration, none, run.versions))
     read = read_run(tmp_path / "none").outcome
     assert (read.X.shape, read.F.shape, read.hypervolume) == ((0, 2), (0, 2), None)
@@ -115,64 +120,19 @@ def test_overwriting_replaces_the_run_and_its_figure_and_nothing_else(run, tmp_p
     write_run(tmp_path, run)
     (tmp_path / FIGURE_FILE).write_text("<p>old</p>")
     (tmp_path / "notes.txt").write_text("mine")
-    for name in ("front.csv", "run.json", "front.html"):  # of a process that was killed meanwhile
-        (tmp_path / f".{name}.0123456789abcdef.tmp").write_text("half")
-    shorter = replaced(run.outcome, X=run.outcome.X[:3], F=run.outcome.F[:3])
+    shorter = replaced(run.outcome, **{k: getattr(run.outcome, k)[:3] for k in "XFGH"})
     write_run(tmp_path, Run(run.configuration, shorter, run.versions), overwrite=True)
-    assert sorted(contents(tmp_path)) == ["front.csv", "notes.txt", "run.json"]
+    assert sorted(contents(tmp_path)) == ["front.csv", "front.npz", "notes.txt", "run.json"]
     assert len(read_run(tmp_path).outcome.F) == 3
-
-
-def test_a_front_is_never_read_with_the_configuration_of_another_run(run, tmp_path, monkeypatch):
-    other = Run(run.configuration.model_copy(update={"seed": 3}), run.outcome, run.versions)
-    write_run(tmp_path, run)
-    with monkeypatch.context() as during:  # who reads is overtaken by who writes
-
-        def late(path):
-            write_run(tmp_path, other, overwrite=True)
-            return pd.read_csv(path)
-
-        during.setattr("mgeo.store.run_folder.read_numbers", late)
-        with pytest.raises(ValueError, match=r"run\.json was written anew while"):
-            read_run(tmp_path)
-    assert read_run(tmp_path).configuration.seed == 3
-    with monkeypatch.context() as during:  # who writes is killed after the first file
-
-        def killed(source, target, replace=os.replace):
-            replace(source, target)
-            raise KeyboardInterrupt
-
-        during.setattr(os, "replace", killed)
-        with pytest.raises(KeyboardInterrupt):
-            write_run(tmp_path, run, overwrite=True)
-    with pytest.raises(FileNotFoundError, match="holds no run"):
-        read_run(tmp_path)
-
-
-def test_a_file_in_place_of_the_folder_is_refused(run, tmp_path):
-    (tmp_path / "a").write_text("")
-    with pytest.raises(FileExistsError, match="is a file"):
-        check_folder(tmp_path / "a", overwrite=True)
-
-
-@pytest.mark.slow
-def test_a_disk_error_leaves_the_run_that_was_there(run, tmp_path):
-    write_run(tmp_path, run)
-    before = contents(tmp_path)
-    large = np.tile(run.outcome.X, (20_000, 1)), np.tile(run.outcome.F, (20_000, 1))
-    larger = Run(run.configuration, replaced(run.outcome, X=large[0], F=large[1]), run.versions)
-    with room(1 << 20), pytest.raises(OSError, match="too large"):
-        write_run(tmp_path, larger, overwrite=True)
-    assert contents(tmp_path) == before
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"format": 1}, "run.json: format = 1: this version of mgeo reads format 2"),
-        ({"status": "lost"}, "status = 'lost'"),
-        ({"solutions": 1}, r"front\.csv has .* rows .*expected 1 rows"),
-        ({"variables": ["diameter [m]", "width [m]"]}, r"front\.csv has .*width"),
+        ({"format": 1}, "run.json: format = 1: this version of mgeo reads format 3"),
+        ({"stop_reason": "lost"}, "stop_reason = 'lost'"),
+        ({"solutions": 1}, r"front\.csv: .* rows .*expected 1 rows"),
+        ({"variables": ["diameter [m]", "width [m]"]}, r"front\.csv: .*width"),
         ({"configuration": {}}, "problem is missing"),
     ],
 )
@@ -196,9 +156,3 @@ def test_a_missing_key_or_file_is_named(run, tmp_path):
     (tmp_path / "run.json").write_text("{")
     with pytest.raises(ValueError, match=r"run\.json: Expecting"):
         read_run(tmp_path)
-
-
-def test_the_table_has_names_and_rows(run):
-    table = front_table(run.outcome)
-    assert list(table.columns) == [*run.outcome.variables, *run.outcome.objectives]
-    assert np.array_equal(table["mass [kg]"], run.outcome.F[:, 0])

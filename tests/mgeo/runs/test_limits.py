@@ -7,7 +7,6 @@ from pymoo.core.problem import Problem
 from pymoo.problems.multi import OSY
 
 from mgeo import View, view_of
-from mgeo.plugins.discovery import PluginError
 from mgeo.plugins.view import TOLERANCE
 from mgeo.runs.answer import Margin
 from mgeo.runs.answer import limits as limits_of
@@ -78,17 +77,3 @@ def test_the_problems_own_units_come_first():
 def test_a_problem_without_limits_has_none():
     free = Problem(n_var=1, n_obj=1, xl=0, xu=1)
     assert limits(free, np.zeros((2, 1))) == [[], []]
-
-
-def test_other_tables_are_refused():
-    class Short(Heights):
-        def limits(self):
-            return [table.drop(columns="margin") for table in super().limits()]
-
-    class Other(Told):
-        shown = Short
-
-    with pytest.raises(
-        PluginError, match=r"(?s)limits\(\) of problem Other gives .*: expected 1 Data"
-    ):
-        limits(Other(), np.zeros((1, 2)))

@@ -46,12 +46,6 @@ def test_the_same_configuration_gives_the_same_front_after_a_trip_through_json()
     assert np.array_equal(once.F, rebuilt.F)
 
 
-def test_a_problem_without_options_is_rebuilt_from_those_given():
-    configuration = prepare("zdt1", {"n_var": 4}, algorithm="nsga2").configuration
-    assert configuration.options == {"n_var": 4}
-    assert PreparedRun.of(configuration).problem.n_var == 4
-
-
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [
@@ -88,12 +82,3 @@ def test_a_damaged_configuration_is_refused(change, message):
     data = prepare("cantilever").configuration.model_dump()
     with pytest.raises((ValueError, TypeError), match=message):
         checked(RunConfiguration, data | change)
-
-
-def test_a_configuration_with_a_missing_key_is_refused():
-    data = prepare("cantilever").configuration.model_dump()
-    del data["algorithm"]
-    with pytest.raises(
-        ValueError, match="algorithm is missing: expected the keys problem, options, algorithm"
-    ):
-        checked(RunConfiguration, data)

@@ -1,7 +1,5 @@
 """A run that begins with what its problem suggests, and ends with what it refines."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,6 @@ from mgeo import read_record
 from mgeo.plugins.problems import load_problem
 from mgeo.runs.prepare import PreparedRun, prepare
 from mgeo.runs.resume import resume_run
-from mgeo.store.run import RunConfiguration
 from mgeo.store.run_persistence import RunPersistence
 
 pytestmark = pytest.mark.usefixtures("stand_in")
@@ -34,7 +31,7 @@ def test_what_is_refined_takes_the_place_of_what_was_found():
     np.testing.assert_array_equal(F, outcome.F)
     for before in search.F:
         assert (before >= outcome.F).all(axis=1).any()
-    assert outcome.hypervolume.value > search.hypervolume.value
+    assert outcome.hypervolume > search.hypervolume
 
 
 @pytest.mark.parametrize("algorithm", ["mgeo-directed", "mgeo-real", "mgeo-canonical"])
@@ -47,11 +44,6 @@ def test_suggested_designs_are_the_first_of_a_run(algorithm, tmp_path):
     assert record["generation"][2] == 1
     again = PreparedRun.of(run.configuration).solve()
     np.testing.assert_array_equal(again.F, outcome.F)
-
-
-def test_pymoos_algorithms_begin_with_them_too():
-    run = begun(starts=3, algorithm="nsga2", parameters={"population": 8}, evaluations=8)
-    assert (run.solve().X[:, 1] == 0.2).sum() == 3
 
 
 class Killed(BaseException):
@@ -75,26 +67,7 @@ def test_a_run_that_was_killed_while_it_refines_ends_as_it_would_have(step, tmp_
     assert resumed.configuration == run.configuration
     outcome = resumed.solve()
     np.testing.assert_array_equal(outcome.X, expected.X)
-    assert (outcome.refined, outcome.status) == (expected.refined, "finished")
-
-
-@pytest.mark.parametrize("amid", [False, True])
-def test_a_run_that_was_killed_before_its_first_generation_begins_with_the_same(amid, tmp_path):
-    run = begun(starts=3)
-
-    class Impatient(RunPersistence):
-        def begin(self, algorithm, notes):
-            super().begin(algorithm, notes)
-            if amid:
-                algorithm.evaluator.callback = None
-                algorithm.ask()
-            raise Killed
-
-    with pytest.raises(Killed):
-        run.solve(persistence=Impatient(tmp_path, run.configuration, run.algorithm))
-    outcome, expected = resume_run(tmp_path).solve(), begun(starts=3).solve()
-    np.testing.assert_array_equal(outcome.X, expected.X)
-    assert outcome.evaluations == expected.evaluations
+    assert (outcome.refined, outcome.stop_reason) == (expected.refined, "budget")
 
 
 @pytest.mark.parametrize("kind", ["stop", "interrupt"])
@@ -102,7 +75,7 @@ def test_who_stops_it_keeps_what_is_refined(kind, tmp_path):
     run, seen = begun(polish=True), []
 
     def stop(state):
-        if state.refinement is not None and not state.stopped:
+        if state.refinement is not None and state.stopped is None:
             assert not state.ended
             seen.append(state.front()[1])
             if len(seen) == 4:
@@ -111,16 +84,10 @@ def test_who_stops_it_keeps_what_is_refined(kind, tmp_path):
                 state.stop()
 
     outcome = run.solve(stop, keep(run, tmp_path))
-    assert outcome.status == "interrupted"
+    assert outcome.stop_reason == "signal"
     assert outcome.refined == 2
     assert sorted(outcome.F[:, 0]) == sorted(seen[-1][:, 0])
     assert resume_run(tmp_path).solve().refined > 2
-
-
-def test_a_search_that_is_stopped_is_not_refined():
-    run = begun(polish=True)
-    outcome = run.solve(lambda state: state.stop())
-    assert (outcome.status, outcome.refined) == ("interrupted", 0)
 
 
 def refines(monkeypatch, method):
@@ -157,7 +124,7 @@ def shorter_table(self, X):
     [
         (longer, slice(None), ""),
         (breaks, slice(1, None), "refine of problem Cantilever raised RuntimeError: no more"),
-        (shorter_table, slice(None), "expected finite numbers of shape"),
+        (shorter_table, slice(None), "gives shape"),
     ],
 )
 def test_what_fails_or_is_no_better_keeps_what_was_given(method, kept, message, monkeypatch):
@@ -167,7 +134,7 @@ def test_what_fails_or_is_no_better_keeps_what_was_given(method, kept, message, 
     assert message in outcome.unrefined
     assert bool(outcome.unrefined) == bool(message)
     assert outcome.refined == (method is breaks)
-    assert outcome.status == "finished"
+    assert outcome.stop_reason == "budget"
     of_search = {tuple(row) for row in search.X}
     assert len([row for row in outcome.X if tuple(row) in of_search]) >= len(outcome.X) - 1
 
@@ -190,17 +157,7 @@ def test_what_is_given_beyond_the_front_is_added(monkeypatch):
         assert [diameter, 0.2] in outcome.X.tolist()
     F = load_problem("cantilever").evaluate(outcome.X)
     np.testing.assert_array_equal(F, outcome.F)
-    assert outcome.hypervolume.value >= search.hypervolume.value
-
-
-def test_rows_once_given_do_not_go(monkeypatch):
-    def fewer(self, X):
-        if len(X):
-            yield np.vstack([X, X[:1]])
-            yield X
-
-    refines(monkeypatch, fewer)
-    assert "or more rows" in begun(polish=True).solve().unrefined
+    assert outcome.hypervolume >= search.hypervolume
 
 
 def test_what_cannot_be_asked_of_a_problem_is_told_before_the_search(monkeypatch):
@@ -211,7 +168,7 @@ def test_what_cannot_be_asked_of_a_problem_is_told_before_the_search(monkeypatch
     with pytest.raises(ValueError, match="refine of problem Cantilever raised ValueError: two"):
         begun(polish=True)
     monkeypatch.delattr(type(load_problem("cantilever")), "refine")
-    with pytest.raises(ValueError, match="refine of problem Cantilever is missing"):
+    with pytest.raises(ValueError, match=r"problem Cantilever has no refine\(\)"):
         begun(polish=True)
     with pytest.raises(ValueError, match=r"starts = 5: expected at most 4, with which MGEODirect"):
         begun(starts=5)
@@ -240,14 +197,3 @@ def test_a_problem_recommends_both_for_runs_that_are_told_nothing_else(monkeypat
     advice |= {"evaluations": 320}
     assert prepare("cantilever", starts=None, polish=None).configuration.evaluations == 320
     assert prepare("cantilever", starts=None, polish=False).configuration.evaluations > 320
-    advice["polish"] = "yes"
-    with pytest.raises(
-        ValueError, match=r"recommended\(\) of problem Cantilever .*a dict of starts"
-    ):
-        configuration()
-
-
-def test_a_configuration_of_an_older_run_has_neither():
-    old = json.loads(json.dumps(begun().configuration.model_dump()))
-    del old["starts"], old["polish"]
-    assert RunConfiguration(**old) == begun().configuration

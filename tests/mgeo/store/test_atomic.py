@@ -1,6 +1,4 @@
 import errno
-import os
-import stat
 import threading
 
 import pytest
@@ -24,15 +22,6 @@ def test_files_are_written_and_replaced(tmp_path):
         "a": b"new",
         "b": b"\xc3\xa9\n",
     }
-
-
-def test_permissions_follow_the_umask(tmp_path):
-    before = os.umask(0o027)
-    try:
-        write_file(tmp_path / "a", b"")
-    finally:
-        os.umask(before)
-    assert stat.S_IMODE((tmp_path / "a").stat().st_mode) == 0o640
 
 
 def test_a_disk_error_leaves_the_folder_as_it_was(tmp_path, small_disk):
@@ -64,11 +53,6 @@ def test_an_interrupt_leaves_no_temporary_file(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         write_file(tmp_path / "a", b"content")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_missing_folder_is_an_error(tmp_path):
-    with pytest.raises(FileNotFoundError):
-        write_file(tmp_path / "nowhere" / "a", b"")
 
 
 def test_a_reader_never_sees_a_part(tmp_path):

@@ -1,18 +1,15 @@
 """Problems and algorithms that misbehave in ways a comparison must survive."""
 
-import os
-import signal
-import time
-
 import numpy as np
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.population import Population
-from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.problem import Problem
+from pymoo.problems.multi import ZDT1
 
 
 class Half(Problem):
-    """Infeasible left of the middle, with a hole that is not a number."""
+    """Infeasible left of the middle, with a hole where the objectives are not a number."""
 
     def __init__(self):
         super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
@@ -23,17 +20,17 @@ class Half(Problem):
         out["F"], out["G"] = F, 0.5 - X[:, :1]
 
 
-class Element(ElementwiseProblem):
-    """A healthy one, evaluated point by point, with other threads in between; counts its calls."""
+class Wearing(ZDT1):
+    """Objectives grow with every evaluation of this object."""
 
     def __init__(self):
-        self.calls = 0
-        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0)
+        super().__init__(n_var=4)
+        self.calls = []
 
-    def _evaluate(self, x, out, *args, **kwargs):
-        self.calls += 1
-        time.sleep(1e-5)
-        out["F"] = [x[0], 1.0 - x[0] + x[1]]
+    def _evaluate(self, X, out, *args, **kwargs):
+        super()._evaluate(X, out, *args, **kwargs)
+        self.calls.append(len(X))
+        out["F"] = out["F"] + 0.01 * len(self.calls)
 
 
 class FailingNSGA2(NSGA2):
@@ -43,15 +40,6 @@ class FailingNSGA2(NSGA2):
         super()._setup(problem, **kwargs)
         if self.seed % 2 == 0:
             raise ArithmeticError(f"seed {self.seed} is\neven")
-
-
-class DyingNSGA2(NSGA2):
-    """Takes its process with it for seed 2."""
-
-    def _setup(self, problem, **kwargs):
-        super()._setup(problem, **kwargs)
-        if self.seed == 2:
-            os.kill(os.getpid(), signal.SIGKILL)
 
 
 class GlobalRandomSearch(Algorithm):
@@ -72,7 +60,7 @@ class GlobalRandomSearch(Algorithm):
 
 
 class StuckSearch(GlobalRandomSearch):
-    """Has no new idea after its first."""
+    """Proposes no candidate after its first generation."""
 
     def _infill(self):
         return Population.new("X", np.zeros((0 if self.is_initialized else 7, self.problem.n_var)))

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 from pymoo.problems.multi import ZDT1
 
-from mgeo.store.study_run import StudyRun
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.indicators import indicator_space
+from mgeo.studies.record import StudyRun
 
 VALUES = {"A_1": [0.5, 0.6, 0.7], "B": [0.1, 0.2, 0.3], "C": [0.5, 0.65, 0.2]}
 FRONTS = {

@@ -24,18 +24,6 @@ def test_the_summary_is_of_the_end_of_the_runs(comparison):
         assert (found["min"], found["max"]) == (min(values), max(values))
 
 
-def test_its_text_is_a_summary(comparison):
-    text = repr(comparison)
-    assert str(comparison) == text
-    head, columns, *_ = text.splitlines()
-    assert f"{comparison.n_eval:,} evaluations" in head
-    assert "runs" in columns
-    for name, row in comparison.overview().iterrows():
-        (line,) = [line for line in text.splitlines() if line.startswith(name)]
-        assert all(cell in line for cell in row)
-    assert len(text) < 1000
-
-
 def test_a_smaller_distance_wins_as_a_larger_hypervolume_does(comparison):
     volume, distance = comparison.tests(), comparison.tests("igd_plus")
     assert volume.indicator == "hypervolume"
@@ -74,11 +62,6 @@ def test_an_algorithm_without_a_finished_run_stays_in_the_summary(comparison):
     alone = Comparison(**{**vars(comparison), "table": table.query("algorithm != 'B'")})
     assert alone.tests().kruskal_wallis is None
     assert "C & 0 & - & - & - & -" in fewer.to_latex()
-
-
-def test_an_unknown_indicator_is_refused(comparison):
-    with pytest.raises(ValueError, match="'volume': expected one of hypervolume, igd_plus, eps"):
-        comparison.tests("volume")
 
 
 def test_the_order_and_the_typical_runs(comparison):

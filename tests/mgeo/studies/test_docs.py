@@ -8,16 +8,6 @@ from mgeo.studies import read_study
 PAGE = Path(__file__).parents[3] / "docs" / "studies" / "README.md"
 
 
-def test_links_lead_somewhere_and_every_study_is_listed():
-    text = PAGE.read_text(encoding="utf-8")
-    targets = re.findall(r"\]\((?!https?://)([^)#]+)\)", text)
-    studies = {path.name for path in PAGE.parent.glob("*.toml")}
-    pages = {path.name for path in PAGE.parent.glob("*.md") if path != PAGE}
-    assert studies | pages == {target for target in targets if not target.startswith("../")}
-    assert all((PAGE.parent / target).exists() for target in targets)
-    assert {f"{Path(name).stem}.toml" for name in pages - {"results.md", "directed.md"}} <= studies
-
-
 def test_the_study_file_of_the_page_is_read(tmp_path):
     (text,) = re.findall(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     (tmp_path / "mine.toml").write_text(text, encoding="utf-8")

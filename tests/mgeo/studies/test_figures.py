@@ -19,7 +19,6 @@ from mgeo.studies.figures.indicators import (
     ranks_figure,
     targets_figure,
 )
-from mgeo.studies.figures.style import looks
 from mgeo.studies.statistics import friedman
 
 from .samples import FRONTS, VALUES, comparison, record
@@ -46,14 +45,6 @@ def test_a_curve_begins_where_all_runs_have_a_value():
     made.table.loc[0, "igd_plus"] = np.inf
     found = lines(anytime_figure(made, "igd_plus"))
     assert [trace.x.tolist() for trace in found.values()] == [[100], [50, 100], [50, 100]]
-
-
-def test_every_run_is_a_point_of_a_box():
-    figure = boxes_figure(comparison())
-    assert len(figure.data) == 9
-    for trace in figure.data[::3]:
-        assert sorted(trace.x) == sorted(VALUES[trace.name])
-    assert figure.data[0].hovertext[0] == "<b>A_1</b>, seed 1<br>hypervolume: 0.5"
 
 
 def test_fronts_are_those_of_the_median_runs():
@@ -115,11 +106,6 @@ def test_every_algorithm_has_its_own_picture():
         assert len(gray.x) == sum(map(len, fronts))
         assert f"<b>{name}</b>, seed" in colored.hovertemplate
         assert gray.xaxis == colored.xaxis
-
-
-def test_an_algorithm_without_a_finished_run_has_no_difference():
-    with pytest.raises(ValueError, match="'A_1' and 'D': expected a finished run of each"):
-        difference_figure(comparison(), "A_1", ["D"])
 
 
 def test_runs_without_a_front_count_in_what_is_attained():
@@ -199,25 +185,6 @@ def test_three_objectives_are_drawn_in_space_and_more_are_refused():
             draw(spatial)
     with pytest.raises(ValueError, match="4 objectives: expected 2 or 3"):
         fronts_figure(Comparison(**{**vars(made), "problem": DTLZ2(n_obj=4)}))
-
-
-def test_21_algorithms_look_different():
-    assert len(set(looks(tuple(map(str, range(21)))).values())) == 21
-
-
-def test_a_figure_has_room_for_its_legend():
-    """22 px a row at its size of text, between margins of 175 px."""
-    made = comparison()
-    names = tuple(f"algorithm {i}" for i in range(30))
-    few = made.table[made.table["algorithm"] == "A_1"]
-    table = pd.concat([few.assign(algorithm=name) for name in names])
-    many = Comparison(**{**vars(made), "table": table, "algorithms": names})
-    assert anytime_figure(many).layout.height >= 175 + 22 * len(names)
-    assert (
-        anytime_figure(made).layout.height
-        == difference_figure(made, "A_1", ["C"]).layout.height
-        == 560
-    )
 
 
 def test_labels_are_neither_markup_nor_templates():

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from mgeo.studies.file import ProblemConfiguration, parse_study, read_study
+from mgeo.studies.file import parse_study, read_study
 
 STUDIES = Path(__file__).parents[3] / "docs" / "studies"
 SMALL = """
@@ -17,12 +17,12 @@ population = 20
 """
 
 
-def parsed(text=SMALL, folder=Path()):
+def parse(text=SMALL, folder=Path()):
     return parse_study(text, folder)
 
 
 def test_a_small_study():
-    study = parsed()
+    study = parse()
     assert (study.title, study.about, study.evaluations) == ("small", "", 100)
     assert (study.seeds, study.grid, study.published) == ((1, 2), 50, None)
     (problem,), (algorithm,) = study.problems, study.algorithms
@@ -31,14 +31,8 @@ def test_a_small_study():
     assert algorithm.build(problem.build()).pop_size == 20
 
 
-def test_some_editors_begin_a_file_with_a_byte_order_mark(tmp_path):
-    path = tmp_path / "study.toml"
-    path.write_text(SMALL, encoding="utf-8-sig")
-    assert read_study(path) == parse_study(SMALL, tmp_path)
-
-
 def test_lists_make_sweeps():
-    study = parsed(
+    study = parse(
         SMALL.replace('name = "nsga2"', 'name = ["nsga2", "gde3"]').replace("= 20", "= [20, 30]")
     )
     assert [(c.label, c.parameters["population"]) for c in study.algorithms] == [
@@ -49,23 +43,10 @@ def test_lists_make_sweeps():
     ]
 
 
-def test_a_list_in_a_list_is_one_value():
-    text = SMALL.replace('name = "nsga2"', 'name = "mgeo-real"').replace(
-        "population = 20", 'sigma = [[0.1, 0.2], 3]\ntau = [1, 2]\nlabel = "{sigma}/{tau}"'
-    )
-    found = [(c.label, c.parameters) for c in parsed(text).algorithms]
-    assert found[0] == ("[0.1, 0.2]/1", {"sigma": [0.1, 0.2], "tau": 1})
-    assert [label for label, _ in found] == ["[0.1, 0.2]/1", "[0.1, 0.2]/2", "3/1", "3/2"]
-
-
-def test_seeds_may_be_listed():
-    assert parsed(SMALL.replace("seeds = 2", "seeds = [7, 3]")).seeds == (7, 3)
-
-
 def test_problems_are_installed_ones_with_scenarios(stand_in, tmp_path):
     (tmp_path / "mine.toml").write_text("load = 3.5")
     table = 'name = "cantilever"\nscenario = ["heavy", "mine.toml"]'
-    study = parsed(SMALL.replace('name = "pymoo:zdt1"', table), tmp_path)
+    study = parse(SMALL.replace('name = "pymoo:zdt1"', table), tmp_path)
     assert [p.label for p in study.problems] == ["cantilever heavy", "cantilever mine"]
     assert [p.build().load for p in study.problems] == [2000.0, 3.5]
 
@@ -75,16 +56,16 @@ def test_a_problem_is_there_with_several_options():
 name = "pymoo:dtlz2"
 options = { n_obj = 3 }
 """
-    study = parsed(SMALL.replace('name = "pymoo:zdt1"', 'name = "pymoo:dtlz2"\n' + three))
+    study = parse(SMALL.replace('name = "pymoo:zdt1"', 'name = "pymoo:dtlz2"\n' + three))
     assert [p.label for p in study.problems] == ["dtlz2", "dtlz2, n_obj = 3"]
     assert [p.build().n_obj for p in study.problems] == [3, 3]
     labeled = three.replace("options", 'label = "{name} {n_obj}D"\noptions')
-    study = parsed(SMALL.replace('name = "pymoo:zdt1"', 'name = "pymoo:dtlz2"\n' + labeled))
+    study = parse(SMALL.replace('name = "pymoo:zdt1"', 'name = "pymoo:dtlz2"\n' + labeled))
     assert [p.label for p in study.problems] == ["dtlz2", "dtlz2 3D"]
     with pytest.raises(ValueError, match="problems: 'pymoo:dtlz2, n_obj = 3' is there twice"):
-        parsed(SMALL.replace('name = "pymoo:zdt1"', 'name = "pymoo:dtlz1"\n' + three + three))
+        parse(SMALL.replace('name = "pymoo:zdt1"', 'name = "pymoo:dtlz1"\n' + three + three))
     with pytest.raises(ValueError, match=r"problems\[1\].label = .*braces hold only n_obj, name"):
-        parsed(SMALL.replace('name = "pymoo:zdt1"', 'name = "a"\n' + labeled.replace("{n_o", "{o")))
+        parse(SMALL.replace('name = "pymoo:zdt1"', 'name = "a"\n' + labeled.replace("{n_o", "{o")))
 
 
 def test_scenarios_of_one_name_have_different_labels(stand_in, tmp_path):
@@ -92,10 +73,10 @@ def test_scenarios_of_one_name_have_different_labels(stand_in, tmp_path):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "mine.toml").write_text(f"load = {load}")
     table = 'name = "cantilever"\nscenario = ["one/mine.toml", "two/mine.toml", "heavy"]'
-    study = parsed(SMALL.replace('name = "pymoo:zdt1"', table), tmp_path)
+    study = parse(SMALL.replace('name = "pymoo:zdt1"', table), tmp_path)
     labels = ["cantilever one/mine.toml", "cantilever two/mine.toml", "cantilever heavy"]
     assert [p.label for p in study.problems] == labels
-    labeled = parsed(
+    labeled = parse(
         SMALL.replace('name = "pymoo:zdt1"', 'label = "{scenario} of {name}"\n' + table).replace(
             '"two/mine.toml", ', ""
         ),
@@ -108,7 +89,7 @@ def test_scenarios_of_one_name_have_different_labels(stand_in, tmp_path):
 
 
 def test_it_can_be_reduced_and_extended():
-    study = parsed(SMALL.replace("seeds = 2", "seeds = [4, 9]"))
+    study = parse(SMALL.replace("seeds = 2", "seeds = [4, 9]"))
     assert study.reduced(50, 1).seeds == (4,)
     assert study.reduced(50, 1).evaluations == 50
     assert study.reduced(seeds=4).seeds == (4, 9, 10, 11)
@@ -121,33 +102,16 @@ def test_it_can_be_reduced_and_extended():
     ("old", "new", "message"),
     [
         ('title = "small"', "", "title is missing"),
-        ('title = "small"', "title = 3", "title = 3: expected a string"),
         ("evaluations = 100", "evaluations = 0", "evaluations = 0"),
-        ("seeds = 2", "seeds = 2\ngrid = []", r"grid = \[\]: expected one number or more"),
         ("seeds = 2", "seeds = 2\ngrid = [0]", r"grid\[0\] = 0: expected an integer"),
-        ("seeds = 2", "seeds = 2\nper_variable = 1", "per_variable = 1: expected true or false"),
-        ("pymoo:zdt1", "coco:bbob/f1", r"problems\[0\].name: coco:bbob/f1: expected SUITE/f"),
         ("seeds = 2", "seeds = [1, 1]", r"seeds = \[1, 1\]: expected one or more different"),
         ("seeds = 2", "seeds = 2\nbudget = 3", "budget is unknown: expected title, about"),
-        ("seeds = 2", 'seeds = 2\nproblems = "a"', "Cannot overwrite|problems"),
-        ('name = "pymoo:zdt1"', "", r"problems\[0\].name is missing"),
-        ('name = "pymoo:zdt1"', "name = 3", r"problems\[0\].name = 3: expected a string"),
-        (
-            'name = "pymoo:zdt1"',
-            'name = ["pymoo:zdt1", "pymoo:zdt1"]',
-            "'pymoo:zdt1' is there twice",
-        ),
-        ('name = "pymoo:zdt1"', 'name = "a"\nsize = 3', r"problems\[0\].size is unknown"),
+        ("pymoo:zdt1", "coco:bbob/f1", r"problems\[0\].name: coco:bbob/f1: expected SUITE/f"),
         ('name = "pymoo:zdt1"', 'name = "a"\nscenario = "b"\noptions = {}', "expected one of them"),
         ('name = "nsga2"', 'name = "nsag2"', r"algorithms\[0\].name: .*did you mean 'nsga2'"),
-        ('name = "nsga2"', "", r"algorithms\[0\].name is missing"),
-        *(
-            ("population = 20", f'label = "{label}"', f"algorithms: the label '{label}' is that of")
-            for label in ("problem", "variables", "evaluations")
-        ),
+        ("population = 20", 'label = "problem"', "algorithms: the label 'problem' is that of"),
         ("population = 20", "pop = 20", r"algorithms\[0\].name: .*no parameter 'pop'"),
         ("population = 20", 'label = "{size}"', r"label = '\{size\}': .* only name"),
-        ("population = 20", "[published]\nsource = 'a'", "expected the keys source and table"),
         (
             "population = 20",
             "[published]\nsource = 'a'\ntable = { b = { points = 3 } }",
@@ -165,53 +129,22 @@ def test_what_is_wrong_is_named_with_its_file(old, new, message, tmp_path):
     assert str(caught.value).startswith(str(path))
 
 
-def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(FileNotFoundError, match="there is no study file"):
-        read_study(tmp_path / "none.toml")
-
-
-def test_a_problem_that_pymoo_does_not_have_is_named():
-    (problem,) = parsed(SMALL.replace("zdt1", "zdt99")).problems
-    with pytest.raises(ValueError, match="pymoo has no problem 'zdt99'"):
-        problem.build()
-
-
-def test_a_problem_of_pymoo_that_cannot_be_searched_is_named():
-    with pytest.raises(ValueError, match=r"n_obj of problem 'pymoo:dtlz2' = 2\.5: expected"):
-        ProblemConfiguration("", "pymoo:dtlz2", {"n_obj": 2.5}).build()
-
-
 def test_budgets_may_grow_with_the_number_of_variables():
     text = SMALL.replace("seeds = 2", "seeds = 2\nper_variable = true\ngrid = [10, 50, 100]")
-    study = parsed(text.replace('"pymoo:zdt1"', '["pymoo:zdt1", "pymoo:zdt4"]'))
+    study = parse(text.replace('"pymoo:zdt1"', '["pymoo:zdt1", "pymoo:zdt4"]'))
     budgets = [study.budget(problem.build()) for problem in study.problems]
     assert budgets == [(3000, [300, 1500, 3000]), (1000, [100, 500, 1000])]
     assert study.reduced(60).budget(study.problems[1].build()) == (600, [100, 500])
-    plain = parsed(SMALL.replace("seeds = 2", "seeds = 2\ngrid = 4"))
+    plain = parse(SMALL.replace("seeds = 2", "seeds = 2\ngrid = 4"))
     assert plain.budget(plain.problems[0].build()) == (100, 4)
 
 
-def test_a_name_may_stand_for_many_of_cocos_functions():
-    study = parsed(SMALL.replace("pymoo:zdt1", "coco:bbob-biobj/f1-3/d5,10/i2"))
-    assert len(study.problems) == 6
-    assert study.problems[0].label == "bbob_biobj f1 d5 i2"
-    assert study.problems[-1].name == "coco:bbob-biobj/f3/d10/i2"
-    assert study.problems[-1].build().n_var == 10
-
-
 @pytest.mark.parametrize("name", [path.stem for path in sorted(STUDIES.glob("*.toml"))])
-def test_the_published_studies_can_be_built(name):
+def test_the_published_studies_can_be_built(name, monkeypatch):
+    monkeypatch.chdir(STUDIES)  # where modules of their own algorithms are
     if name in ("table3", "tuning", "comparison", "budgets", "robust", "held-out", "propellant"):
         pytest.importorskip("mgeo_attitude")
     study = read_study(STUDIES / f"{name}.toml")
-    counts = {"table3": (1, 6), "tuning": (1, 36), "comparison": (2, 13), "benchmarks": (21, 13)}
-    counts |= {"bbob-biobj": (825, 11), "bbob-biobj-rivals": (825, 6), "shifted": (42, 7)}
-    counts |= {"budgets": (2, 6), "robust": (2, 4), "local-fronts": (5, 3)}
-    counts |= {"coco": (2475, 1), "held-out": (2, 2), "long-runs": (30, 4), "ablation": (84, 24)}
-    counts |= {"constraints": (3, 5), "learning": (20, 2), "objectives": (3, 6)}
-    counts |= {"longest-runs": (4, 2), "propellant": (1, 6)}
-    counts |= {"forty-variables": (14, 6), "hundred-variables": (12, 6), "wfg": (18, 6)}
-    assert (len(study.problems), len(study.algorithms)) == counts[name]
     for configuration in study.problems[:: max(1, len(study.problems) // 3)]:
         problem = configuration.build()
         for algorithm in study.algorithms:
@@ -220,10 +153,10 @@ def test_the_published_studies_can_be_built(name):
 
 def test_a_list_is_one_algorithm_for_each_value_and_a_pair_a_list_in_a_list():
     walkers = SMALL + '[[algorithms]]\nname = "mgeo-directed"\nmomentum = '
-    study = parsed(walkers + "[[0.6, 0.4]]")
+    study = parse(walkers + "[[0.6, 0.4]]")
     (problem,) = (each.build() for each in study.problems)
     assert study.algorithms[-1].build(problem).momentum == [0.6, 0.4]
-    first, second = parsed(walkers + "[0.6, 0.4]").algorithms[1:]
+    first, second = parse(walkers + "[0.6, 0.4]").algorithms[1:]
     for each, value in ((first, 0.6), (second, 0.4)):
         message = f"mgeo-directed, momentum = {value}: momentum = {value}: expected two numbers"
         with pytest.raises(ValueError, match=message):

@@ -8,7 +8,7 @@ from pymoo.core.population import Population
 from pymoo.problems.multi import ZDT1
 
 from mgeo.runs.solve import set_up
-from mgeo.store.study_run import StudyRun
+from mgeo.studies.record import StudyRun
 from mgeo.studies.run import EvaluationLog, WatchedEvaluator
 
 from ..naive import nondominated_rows
@@ -73,13 +73,6 @@ def test_every_evaluation_of_an_algorithm_is_seen_once():
     assert np.array_equal(problem.evaluate(record.X), record.front_F)
 
 
-def test_solutions_that_are_no_numbers_leave_no_columns():
-    log = EvaluationLog(2, 10)
-    X = np.array([{"kind": "a"}, {"kind": "b"}], dtype=object)
-    log(Population.new("X", X, "F", np.array([[0.0, 1.0], [1.0, 0.0]])))
-    assert log.record(0.0).X.shape == (2, 0)
-
-
 def test_a_record_survives_its_file(tmp_path):
     record = watched([np.array([[1.0, 2.0], [np.pi, 0.1]])], [np.array([True, True])], 2)
     one, other = tmp_path / "one.npz", tmp_path / "other.npz"
@@ -90,33 +83,3 @@ def test_a_record_survives_its_file(tmp_path):
         assert type(getattr(again, name)) is type(value)
     again.write(other)
     assert other.read_bytes() == one.read_bytes()
-
-
-def test_a_record_without_a_point_survives_too(tmp_path):
-    record = watched([np.array([[1.0, 2.0]])], [np.array([False])], 1)
-    record.write(tmp_path / "run.npz")
-    assert StudyRun.read(tmp_path / "run.npz").front_F.shape == (0, 2)
-
-
-def pickled():
-    import io
-
-    buffer = io.BytesIO()
-    values = dict.fromkeys(StudyRun.__dataclass_fields__, np.array([{}], dtype=object))
-    np.savez(buffer, **values)
-    return buffer.getvalue()
-
-
-@pytest.mark.parametrize("content", [b"", b"junk", b"PK\x03\x04junk", pickled()])
-def test_other_bytes_are_refused_and_nothing_is_unpickled(content, tmp_path):
-    (tmp_path / "run.npz").write_bytes(content)
-    with pytest.raises(ValueError, match="not the record of a run"):
-        StudyRun.read(tmp_path / "run.npz")
-
-
-def test_damaged_bytes_are_refused(tmp_path):
-    path = tmp_path / "run.npz"
-    watched([np.array([[1.0, 2.0]])], [np.array([True])], 1).write(path)
-    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    with pytest.raises(ValueError, match="not the record of a run"):
-        StudyRun.read(path)

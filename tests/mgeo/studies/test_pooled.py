@@ -10,7 +10,6 @@ from scipy import stats
 
 from mgeo.studies.indicators import INDICATORS
 from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
-from mgeo.studies.report import average_ranks
 
 NAMES = ("one", "two", "three")
 
@@ -81,11 +80,6 @@ def test_the_test_is_exact_for_few_problems():
     assert found.loc["three", "p_holm"] == pytest.approx(2 * q)
     assert found.loc["two", "behind"] == pytest.approx(5 / 6)
     assert np.isnan(found.loc["one", "p_holm"])
-
-
-def test_a_control_that_is_left_out_leaves_the_best():
-    given = many(np.random.default_rng(4), 8)
-    pd.testing.assert_frame_equal(pooled(given, control="absent"), pooled(given))
 
 
 @pytest.mark.parametrize("control", NAMES)
@@ -174,28 +168,12 @@ def test_fronts_without_a_hypervolume_are_ranked_by_epsilon():
     assert pooled({"p": results(some, epsilon=epsilon)})["algorithm"].iloc[0] == "three"
 
 
-def test_equal_algorithms_do_not_differ():
-    same = {(name, 1): [0.0] for name in NAMES}
-    found = pooled({"p": results(same), "q": results(same)})
-    assert found["average_rank"].tolist() == [2.0] * 3
-    assert found["p_holm"].iloc[1:].tolist() == [1.0, 1.0]
-    assert found["behind"].iloc[1:].tolist() == [0.5, 0.5]
-
-
 def test_problems_are_grouped_by_their_variables_and_counted_per_variable():
     rng = np.random.default_rng(2)
     given = many(rng, 3) | {f"large {k}": v for k, v in many(rng, 2, n_var=8).items()}
     found = pooled(given, per_variable=True)
     counted = found.groupby(["variables", "evaluations"])["problems"].first().to_dict()
     assert counted == {(0, 10): 5, (0, 20): 5, (4, 10): 3, (4, 20): 3, (8, 10): 2, (8, 20): 2}
-
-
-def test_ranks_are_told_after_each_number_of_evaluations_however_near():
-    given = many(np.random.default_rng(4), 3)
-    values = problem_values(given)
-    values["evaluations"] = values["evaluations"].map({40.0: 10_001.0, 80.0: 10_002.0})
-    told = average_ranks(ranks_over_problems(values), per_variable=False)
-    assert [row.partition(" (")[0] for row in told.index] == ["all, 10,001", "all, 10,002"]
 
 
 def test_an_algorithm_whose_runs_all_failed_is_last_there():
@@ -208,14 +186,6 @@ def test_an_algorithm_whose_runs_all_failed_is_last_there():
     pd.testing.assert_frame_equal(ranks_over_problems(values), ranks_over_problems(expected))
     found = friedman_over_problems(values)
     assert (len(found.ranks), found.blocks) == (3, 5)
-
-
-def test_an_algorithm_of_another_study_is_left_out():
-    rng = np.random.default_rng(3)
-    both = pd.concat(
-        [problem_values(many(rng, 2)), problem_values(many(rng, 2)).drop(columns="two")]
-    )
-    assert set(ranks_over_problems(both)["algorithm"]) == {"one", "three"}
 
 
 def test_there_is_one_ranking():

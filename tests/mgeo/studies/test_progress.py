@@ -1,10 +1,13 @@
+"""Progress of runs, on a terminal and in a pipe."""
+
 import io
 import re
 import sys
 
 import pytest
 
-from mgeo.studies.dispatch import progress
+from mgeo.cli.study import _bar as bar
+from mgeo.studies.progress import choose, lines
 
 
 class Terminal(io.StringIO):
@@ -12,33 +15,40 @@ class Terminal(io.StringIO):
         return True
 
 
-def shown(monkeypatch, stream, wanted):
+def show(monkeypatch, stream, progress):
     monkeypatch.setattr(sys, "stderr", stream)
     monkeypatch.setenv("TERM", "xterm")
-    with progress("study", total=5, found=1, shown=wanted) as done:
+    with choose(progress)("study", 5, 1) as done:
         done("[A]", 1, "")
         done("[A]", 2, "ValueError: [no]")
-        done("[A]", 3, "ValueError: [no]")
     return re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", stream.getvalue())
 
 
-@pytest.mark.parametrize("wanted", [None, True])
-def test_a_terminal_has_a_bar(monkeypatch, wanted):
-    text = shown(monkeypatch, Terminal(), wanted)
-    assert "4/5" in text
-    assert "2 failed" in text
-    assert "[A], seed 2: ValueError: [no]" in text
+def test_a_terminal_has_a_bar(monkeypatch):
+    text = show(monkeypatch, Terminal(), bar)
+    for part in ("study: reused 1 of 5 runs", "3/5", "1 failed", "[A], seed 2: ValueError: [no]"):
+        assert part in text
 
 
-def test_a_pipe_has_lines_if_they_are_wanted(monkeypatch):
-    assert shown(monkeypatch, io.StringIO(), None) == ""
-    assert shown(monkeypatch, io.StringIO(), True).splitlines() == [
-        "study: 5 runs, 1 of them found on disk",
+@pytest.mark.parametrize(
+    ("stream", "progress", "n_lines"),
+    [
+        (io.StringIO, True, 3),
+        (Terminal, None, 3),
+        (io.StringIO, None, 1),  # the reuse is never silent
+        (Terminal, False, 0),
+    ],
+)
+def test_lines_are_printed_where_wanted(monkeypatch, stream, progress, n_lines):
+    expected = [
+        "study: reused 1 of 5 runs",
         "2/5  [A], seed 1: finished",
         "3/5  [A], seed 2: failed: ValueError: [no]",
-        "4/5  [A], seed 3: failed: ValueError: [no]",
     ]
+    assert show(monkeypatch, stream(), progress).splitlines() == expected[:n_lines]
 
 
-def test_nothing_is_shown_if_nothing_is_wanted(monkeypatch):
-    assert shown(monkeypatch, Terminal(), False) == ""
+def test_a_new_study_reuses_nothing(capsys):
+    with lines("study", 5, None):
+        pass
+    assert capsys.readouterr().err == "study: 5 runs\n"

@@ -9,10 +9,11 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from mgeo.studies.comparison import Comparison, latex, markdown, problem_table, problems_table
+from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import published_table
 from mgeo.studies.report import study_figures
 from mgeo.studies.schema import PublishedTable
+from mgeo.studies.tables import latex, markdown, problem_table, problems_table
 
 from .samples import comparison as made_by_hand
 
@@ -89,12 +90,6 @@ def test_all_problems_in_one_table(three):
     assert set(table.alike) == {("one (hypervolume)", "near")}
     assert table.table.loc["two (hypervolume)", "far"] == other.overview().loc["far", "hypervolume"]
     assert table.latex().count(r"\textbf") == 2
-
-
-def test_one_algorithm_has_nothing_to_be_compared_with():
-    table = problem_table(comparison(alone=0.0))
-    assert (list(table.best), list(table.alike), table.note) == ([], [], "")
-    assert "textbf" not in table.latex()
 
 
 def test_special_characters_of_tables_are_escaped():

@@ -8,9 +8,7 @@ import pandas as pd
 import pytest
 
 from mgeo.studies.figures.indicators import targets_figure
-from mgeo.studies.file import parse_study
-from mgeo.studies.results import SHORTFALLS, runtimes, targets_reached
-from mgeo.studies.study import run_study
+from mgeo.studies.targets import SHORTFALLS, runtimes, targets_reached
 
 
 def results(values, n_var=4, name="hypervolume", runs=None):
@@ -90,34 +88,3 @@ def test_the_figure_climbs_to_the_share_that_was_reached():
     assert a.y[0] == pytest.approx(np.mean(SHORTFALLS >= 0.5))
     assert a.y[-1] == 1.0
     assert b.y[-1] == pytest.approx(np.mean(SHORTFALLS >= 0.8))
-
-
-def test_who_reaches_nothing_has_a_row_of_zeros():
-    values = {("a", 1): [0.5, 1.0], ("b", 1): [0.0, 0.0]}
-    reached = targets_reached({"p": results(values)})
-    assert reached[reached["algorithm"] == "b"].to_numpy().tolist() == [["b", 0.0, 0.0]]
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("undrawn")  # of the problems: its own has one all the same
-def test_the_page_of_a_study_shows_it(tmp_path):
-    study = parse_study(
-        """
-        title = "small"
-        evaluations = 8
-        per_variable = true
-        grid = [2, 4, 8]
-        seeds = 2
-        [[problems]]
-        name = "coco:bbob-biobj/f1,2/d2,3/i1"
-        [[algorithms]]
-        name = ["mgeo-directed", "random"]
-        """,
-        tmp_path,
-    )
-    found = run_study(study, tmp_path / "out", progress=False)
-    three = found["bbob_biobj f1 d3 i1"]
-    assert sorted(three.table["evaluations"].unique()) == [6, 12, 24]
-    assert "Targets reached, 4 problems" in (tmp_path / "out/report.html").read_text("utf-8")
-    folder = tmp_path / "out/bbob_biobj-f1-d3-i1"
-    assert "coco-experiment" in (folder / "provenance.json").read_text("utf-8")

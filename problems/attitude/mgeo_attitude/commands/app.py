@@ -162,7 +162,8 @@ def export(
     with bad_input(USERS):
         check_targets(files, overwrite, tuple(each.suffix for each in FORMATS))
         picked = load_plan(source, pick, time, solution)
-        check_constraints(picked, force)
+        if not force:
+            check_constraints(picked.plan)
         options: dict[str, Any] = {
             "object_name": object_name,
             "object_id": object_id,

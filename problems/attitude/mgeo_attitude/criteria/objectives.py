@@ -1,4 +1,4 @@
-"""What can be minimized, by name, and how well the attitude is known as one number."""
+"""Objectives, one record each, and the accuracy of the attitude as one number."""
 
 from __future__ import annotations
 
@@ -9,14 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.scenario.settings import blocks_of
-from mgeo_attitude.sensors.suite import Suite
-from mgeo_attitude.settings.types import DEG
 
 if TYPE_CHECKING:
     from mgeo_attitude.filter.evaluator import Evaluation
+    from mgeo_attitude.filter.model import FilterModel
     from mgeo_attitude.scenario.scenario import Scenario
+    from mgeo_attitude.sensors.suite import Suite
+
+#: Objectives of the paper, equation (5).
+PAPER = ("t_end", "trace")
+
+#: Prefix of the trace over some blocks of the state: ``trace:attitude,gyro.bias``.
+TRACE_OF = "trace:"
 
 
 def attitude_sigma_deg(covariance: Floats) -> Floats:
@@ -31,7 +35,7 @@ def attitude_sigma_deg(covariance: Floats) -> Floats:
         Of the error state, the attitude error [rad] first; NaN gives NaN.
     """
     variances = np.diagonal(covariance, axis1=-2, axis2=-1)[..., :3]
-    sigma: Floats = DEG.factor * np.sqrt(variances.max(axis=-1))
+    sigma: Floats = np.degrees(np.sqrt(variances.max(axis=-1)))
     return sigma
 
 
@@ -51,69 +55,88 @@ def attitude_accuracy_deg(covariance: Floats) -> Floats:
     attitude = covariance[..., :3, :3]
     sound = np.asarray(np.isfinite(attitude).all(axis=(-1, -2)))
     largest = np.linalg.eigvalsh(np.where(sound[..., None, None], attitude, 0.0))[..., -1]
-    return np.where(sound, DEG.factor * np.sqrt(np.maximum(largest, 0.0)), np.nan)
+    return np.where(sound, np.degrees(np.sqrt(np.maximum(largest, 0.0))), np.nan)
 
 
 @dataclass(frozen=True)
 class Objective:
-    """Something to minimize.
+    """A quantity to minimize.
 
     Attributes
     ----------
-    label : str
-        With its unit.
+    name : str
+        Of the quantity, as columns of tables show it.
+    unit : str
+        ``-`` for none.
+    description : str
+        One line for the documentation.
     value : function of model and evaluation
         Values, shape (n,).
     indicator : function of values and scenario
         Values as indicators should see them: of order one, logarithms of what spans decades.
     needs_covariance : bool
         Whether the evaluation must contain the covariances at the end.
+    is_smooth : bool
+        Whether it measures what is known at the end and changes smoothly with the rates, so that a
+        local refinement can follow its derivatives.
     """
 
-    label: str
+    name: str
+    unit: str
+    description: str
     value: Callable[[FilterModel, Evaluation], Floats]
     indicator: Callable[[Floats, Scenario], Floats]
     needs_covariance: bool = False
+    is_smooth: bool = False
+
+    @property
+    def label(self) -> str:
+        """Name and unit, such as ``t_end [s]``."""
+        return f"{self.name} [{self.unit}]"
 
 
-def objective(name: str, suite: Suite) -> Objective:
-    """The objective that a scenario of this suite names."""
-    blocks = blocks_of(name)
-    return _trace_of(blocks, suite) if blocks else OBJECTIVES[name]
+def blocks_of(key: str) -> list[str]:
+    """Return the blocks in ``trace:BLOCK,BLOCK...``, or none for another key."""
+    return key.removeprefix(TRACE_OF).split(",") if key.startswith(TRACE_OF) else []
 
 
-#: Objectives that tell how much is known at the end, and change smoothly with the rates.
-SMOOTH = ("trace", "normalized_trace", "log_det", "max_eigenvalue")
+def objective(key: str, suite: Suite) -> Objective:
+    """Return the objective that a scenario with this suite calls by its key."""
+    blocks = blocks_of(key)
+    return _trace_of(blocks, suite) if blocks else OBJECTIVES[key]
 
 
-def can_be_polished(names: Sequence[str]) -> bool:
-    """Whether objectives are the time and one that changes smoothly with the rates."""
-    others = [name for name in names if name != "t_end"]
-    smooth = bool(others) and (others[0] in SMOOTH or bool(blocks_of(others[0])))
-    return len(names) == 2 and len(others) == 1 and smooth
+def can_be_polished(keys: Sequence[str]) -> bool:
+    """Return whether the objectives are the time and one smooth measure of what is known."""
+    others = [key for key in keys if key != "t_end"]
+    if len(keys) != 2 or len(others) != 1:
+        return False
+    return bool(blocks_of(others[0])) or OBJECTIVES[others[0]].is_smooth
 
 
-def smooth_objective(names: Sequence[str]) -> str:
-    """Which of two objectives to improve, the other being the time.
+def smooth_objective(keys: Sequence[str]) -> str:
+    """Return which of two objectives a local refinement improves, the other being the time.
 
     Raises
     ------
     ValueError
-        For any other objectives.
+        For other objectives.
     """
-    if not can_be_polished(names):
+    if not can_be_polished(keys):
+        smooth = ", ".join(key for key, each in OBJECTIVES.items() if each.is_smooth)
         raise ValueError(
-            f"objectives = {list(names)}: plans are polished where they are 't_end' and one of "
-            f"{', '.join(SMOOTH)}, trace:BLOCK,BLOCK..."
+            f"objectives = {list(keys)}: plans are polished where they are 't_end' and one of "
+            f"{smooth}, {TRACE_OF}BLOCK,BLOCK..."
         )
-    return next(name for name in names if name != "t_end")
+    return next(key for key in keys if key != "t_end")
 
 
-def indicators(names: Sequence[str], F: Floats, scenario: Scenario) -> Floats:
-    """Values of the named objectives, shape (n, n_obj), as indicators should see them."""
-    suite = scenario.suite
-    pairs = zip(names, F.T, strict=True)
-    return np.column_stack([objective(name, suite).indicator(f, scenario) for name, f in pairs])
+def indicators(keys: Sequence[str], F: Floats, scenario: Scenario) -> Floats:
+    """Return values of the objectives, shape (n, n_obj), as indicators should see them."""
+    pairs = zip(keys, F.T, strict=True)
+    return np.column_stack(
+        [objective(key, scenario.suite).indicator(f, scenario) for key, f in pairs]
+    )
 
 
 def _scaled(model: FilterModel, result: Evaluation) -> Floats:
@@ -185,62 +208,94 @@ def _sum(values: Floats, result: Evaluation) -> Floats:
     return np.where(np.isnan(result.t_end), np.nan, np.cumsum(values, axis=1)[:, -1])
 
 
-def _trace_of(names: list[str], suite: Suite) -> Objective:
-    chosen = np.repeat([block in names for block in suite.blocks], 3)
+def _trace_of(blocks: list[str], suite: Suite) -> Objective:
+    chosen = np.repeat([block in blocks for block in suite.blocks], 3)
 
     def value(model: FilterModel, result: Evaluation) -> Floats:
         variances = np.diagonal(result.covariance, axis1=1, axis2=2)
         total: Floats = variances[:, chosen].sum(axis=1)
         return total
 
-    return Objective(f"trace of {', '.join(names)} [-]", value, _decades, needs_covariance=True)
+    name = f"trace of {', '.join(blocks)}"
+    return Objective(name, "-", TRACE_DESCRIPTION, value, _decades, needs_covariance=True)
 
 
 def _decades(values: Floats, scenario: Scenario) -> Floats:
-    """Five decades above 1e-6 to the interval from 0 to 1."""
+    """Map five decades above 1e-6 to the interval from 0 to 1."""
     return (np.log10(values) + 6.0) / 5.0
 
 
 def _share(whole: Callable[[Scenario], float]) -> Callable[[Floats, Scenario], Floats]:
-    """Values as a fraction of what they could be in a scenario."""
+    """Return values as a fraction of their greatest possible value in a scenario."""
     return lambda values, scenario: values / whole(scenario)
 
 
+#: Description of the trace over some blocks.
+TRACE_DESCRIPTION = "trace over some blocks of the state, such as `trace:attitude,gyro.bias`"
+
+#: The objectives by the keys that scenarios give them.
 OBJECTIVES = {
     "t_end": Objective(
-        "t_end [s]", lambda model, result: result.t_end, _share(lambda scenario: scenario.duration)
+        "t_end",
+        "s",
+        "time until the filter has converged, the first of the paper's, equation (5)",
+        lambda model, result: result.t_end,
+        _share(lambda scenario: scenario.duration),
     ),
-    "trace": Objective("trace [-]", lambda model, result: result.trace, _decades),
+    "trace": Objective(
+        "trace",
+        "-",
+        "weighted trace of the covariance then, the second of the paper's",
+        lambda model, result: result.trace,
+        _decades,
+        is_smooth=True,
+    ),
     "normalized_trace": Objective(
-        "mean variance relative to the initial [-]",
+        "mean variance relative to the initial",
+        "-",
+        "mean of the variances, each relative to its initial one",
         _normalized_trace,
         _decades,
         needs_covariance=True,
+        is_smooth=True,
     ),
     "log_det": Objective(
-        "log10 of the determinant relative to the initial, per state [-]",
+        "log10 of the determinant relative to the initial, per state",
+        "-",
+        "log10 of the covariance's determinant in units of the initial 1-sigmas, per state "
+        "(D-optimal)",
         _log_determinant,
         lambda values, scenario: (values + 6.0) / 5.0,
         needs_covariance=True,
+        is_smooth=True,
     ),
     "max_eigenvalue": Objective(
-        "largest eigenvalue relative to the initial variances [-]",
+        "largest eigenvalue relative to the initial variances",
+        "-",
+        "largest eigenvalue of the covariance in units of the initial 1-sigmas (E-optimal)",
         _largest_eigenvalue,
         _decades,
         needs_covariance=True,
+        is_smooth=True,
     ),
     "t_required": Objective(
-        "time to required 1-sigma [s]",
+        "time to required 1-sigma",
+        "s",
+        "time from which on all of `[required_sigma]` are met until t_end",
         _time_to_accuracy,
         _share(lambda scenario: scenario.duration),
     ),
     "angle": Objective(
-        "angle turned [deg]",
+        "angle turned",
+        "deg",
+        "angle turned through until t_end",
         _angle,
         _share(lambda s: np.sqrt(3.0) * s.maneuvers.max_rate_deg_s * s.duration),
     ),
     "rate_change": Objective(
-        "sum of rate changes [deg/s]",
+        "sum of rate changes",
+        "deg/s",
+        "sum of all changes of the rate until t_end: the impulse of thrusters",
         _rate_change,
         _share(lambda s: 2.0 * np.sqrt(3.0) * s.maneuvers.max_rate_deg_s * s.maneuvers.count),
     ),

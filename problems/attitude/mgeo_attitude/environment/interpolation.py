@@ -1,8 +1,9 @@
 """Polynomials through the samples around each instant: Hermite's with slopes, Lagrange's without.
 
-The polynomials are scipy's (`KroghInterpolator`: Newton's form, a sample with a slope is a double
-node). Which samples each goes through is as CCSDS 502.0-B and most tools have it: as many before as
-after the instant, but near either end.
+Newton's divided differences, where a sample with a slope is a double node (Burden & Faires,
+Numerical Analysis, section 3.4), of all instants at once: a polynomial of scipy's for each window
+takes seconds for samples of a few hours at 1 s. Which samples a polynomial goes through is as CCSDS
+502.0-B and most tools have it: as many before as after the instant, but near either end.
 """
 
 from __future__ import annotations
@@ -36,20 +37,22 @@ def interpolate(
         Number of samples by which to move the windows, toward the other side where they would
         leave the samples.
     """
-    from scipy.interpolate import KroghInterpolator  # which takes long to import
-
-    first = _first_samples(times, at, count)
-    last = len(times) - count
+    first, last = _first_samples(times, at, count), len(times) - count
     first = np.where(first + shift <= last, first + shift, np.maximum(first - shift, 0))
+    rows = first[:, None] + np.arange(count)
     repeats = 1 if slopes is None else 2
-    nodes = np.repeat(times, repeats)
-    data = values if slopes is None else np.stack([values, slopes], axis=1).reshape(-1, 3)
-    value, slope = np.empty((len(at), 3)), np.empty((len(at), 3))
-    for start in np.unique(first).tolist():
-        own = first == start
-        window = slice(repeats * start, repeats * (start + count))
-        polynomial = KroghInterpolator(nodes[window] - times[start], data[window])
-        value[own], slope[own] = polynomial.derivatives(at[own] - times[start], 2)
+    nodes = np.repeat(times[rows] - at[:, None], repeats, axis=1)  # the wanted instant is at zero
+    terms = np.repeat(values[rows], repeats, axis=1)
+    for order in range(1, nodes.shape[1]):
+        span = (nodes[:, order:] - nodes[:, :-order])[:, :, None]
+        rise = terms[:, order:] - terms[:, order - 1 : -1]
+        if slopes is not None and order == 1:
+            span[:, ::2], rise[:, ::2] = 1.0, slopes[rows]
+        terms[:, order:] = rise / span
+    value, slope = terms[:, -1], np.zeros_like(terms[:, -1])
+    for k in range(nodes.shape[1] - 2, -1, -1):
+        slope = value - nodes[:, k, None] * slope
+        value = terms[:, k] - nodes[:, k, None] * value
     return value, slope
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
+import dataclasses
+
 import plotly.graph_objects as go
 
 from mgeo.figures.style import COLORS, finished, log_axis, symbol
@@ -15,15 +16,9 @@ from mgeo_attitude.view.figures.style import Solutions, line
 
 def plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
     """Figures ``rates``, ``contributions`` (of phases), ``budget`` and ``correlation``."""
-    flown = Solutions(
-        numbers=np.zeros(1, dtype=np.int64),
-        X=np.array([plan.design]),
-        F=np.array([[plan.t_end, plan.trace]]),
-        sigma_deg=np.array([plan.attitude_sigma_deg]),
-        labels=("plan",),
-    )
+    own = dataclasses.replace(Solutions.of(plan.view), labels=("plan",))
     return {
-        "rates": maneuvers_figure(plan.problem, flown),
+        "rates": maneuvers_figure(plan.problem, own),
         "contributions": _contributions(plan),
         "budget": _budget(plan),
         "correlation": _correlation(plan),
@@ -81,18 +76,26 @@ def _budget(plan: ManeuverPlan) -> go.Figure:
 
 def _correlation(plan: ManeuverPlan) -> go.Figure:
     """Heat map from -1 (blue) over 0 (white) to 1 (orange)."""
-    import plotly.express as px  # which takes long to import
-
     table = plan.correlations()
-    colors = [COLORS[0], "#ffffff", COLORS[1]]
-    figure = px.imshow(table, zmin=-1.0, zmax=1.0, color_continuous_scale=colors)
-    figure.update_traces(xgap=1, ygap=1, hovertemplate="%{y} and %{x}: %{z:.3f}<extra></extra>")
+    figure = go.Figure(
+        go.Heatmap(
+            x=table.columns,
+            y=table.index,
+            z=table,
+            zmin=-1.0,
+            zmax=1.0,
+            colorscale=[COLORS[0], "#ffffff", COLORS[1]],
+            colorbar={"title": {"text": "correlation"}, "outlinewidth": 0},
+            xgap=1,
+            ygap=1,
+            hovertemplate="%{y} and %{x}: %{z:.3f}<extra></extra>",
+        )
+    )
     finished(
         figure,
         "Correlation of the errors at t_end",
         "far from zero: the two are known better together than each by itself",
     )
     figure.update_layout(height=260 + 30 * len(table), margin={"l": 150, "b": 150})
-    figure.update_coloraxes(colorbar={"title": {"text": "correlation"}, "outlinewidth": 0})
-    figure.update_xaxes(tickangle=-60, showgrid=False, title_text="")
-    return figure.update_yaxes(showgrid=False, title_text="")
+    figure.update_xaxes(tickangle=-60, showgrid=False)
+    return figure.update_yaxes(autorange="reversed", showgrid=False)

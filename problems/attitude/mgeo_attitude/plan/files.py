@@ -13,7 +13,7 @@ from typing import Any
 
 from mgeo.store.atomic import write_file
 from mgeo.validation.arguments import refuse_unknown
-from mgeo.validation.tables import entry
+from mgeo.validation.entries import entry
 from mgeo_attitude.export_formats import FORMATS, format_of
 from mgeo_attitude.plan.documents import Form, read_document, written
 from mgeo_attitude.plan.plan import ManeuverPlan

@@ -9,11 +9,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from pydantic.dataclasses import dataclass
-from typing_extensions import deprecated
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.samples import NoLimit
-from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.filter.history import FilterHistory, filter_history
 from mgeo_attitude.geometry.quaternion import quaternions
@@ -30,8 +28,6 @@ from mgeo_attitude.view import at_best
 from mgeo_attitude.view.describe import span
 from mgeo_attitude.view.maneuver_view import ManeuverView
 from mgeo_attitude.view.observability import alternatives, budget, covariance
-from mgeo_attitude.view.plans import Times
-from mgeo_attitude.view.review import promised
 
 #: Share of an initial 1-sigma from which on an error counts as not calibrated.
 UNLEARNED = 0.5
@@ -99,8 +95,16 @@ class ManeuverPlan(Settings):
                 )
 
     @classmethod
-    def from_design(cls, problem: AttitudeManeuverProblem, x: ArrayLike) -> ManeuverPlan:
-        """The plan of a design vector, shape (n_var,), sharing the problem's tables.
+    def from_design(
+        cls, problem: AttitudeManeuverProblem, x: ArrayLike, F: Floats | None = None
+    ) -> ManeuverPlan:
+        """Return the plan of a design vector, shape (n_var,), sharing the problem's tables.
+
+        Parameters
+        ----------
+        F : array, shape (n_obj,), optional
+            Its objectives, if they are known, as those over many Monte Carlo runs that a run has
+            stored: they are not evaluated again.
 
         Raises
         ------
@@ -112,6 +116,8 @@ class ManeuverPlan(Settings):
             raise ValueError(f"x of shape {design.shape}: expected ({problem.n_var},)")
         plan = cls(problem.scenario, tuple(design.tolist()))
         plan.__dict__["problem"] = problem
+        if F is not None:
+            plan.view.F = np.array([F], dtype=float)
         return plan
 
     @cached_property
@@ -151,32 +157,19 @@ class ManeuverPlan(Settings):
         return float(DEG.factor * self.sigma[:3].max())
 
     @property
-    @deprecated(
-        "attitude_accuracy_deg is about the worst of all axes, not of the body's as "
-        "required_sigma is: use attitude_sigma_deg; gone in 0.4"
-    )
-    def attitude_accuracy_deg(self) -> float:
-        """Use `attitude_sigma_deg`; this is about the worst of all axes, whatever the body's."""
-        return float(attitude_accuracy_deg(self.history.covariance))
-
-    @property
     def answer(self) -> str:
         """What the plan is worth, in one line; see `describe.answer`."""
         (answer,) = self.view.answers()
         return answer
 
-    @property
-    def over_flights(self) -> Times:
-        """When the plan converges over flights, as promised and kept."""
-        (found,) = self.view.times
-        return found
-
     def promises(self) -> pd.DataFrame:
-        """What the plan promises and what 9 of 10 flights of it keep, one row per objective.
+        """Compare the objectives with those in 9 of 10 Monte Carlo runs, one row per objective.
 
         Columns: ``promised``, ``kept``, ``kept / promised [-]``; see `Plans.promises`.
         """
-        return promised(self.view).rename_axis("objective")
+        values = self.view.promises().to_numpy(float).reshape(-1, 3)
+        names = pd.Index(self.problem.obj_names, name="objective")
+        return pd.DataFrame(values, names, ["promised", "kept", "kept / promised [-]"])
 
     @cached_property
     def held_until(self) -> float:
@@ -331,24 +324,22 @@ class ManeuverPlan(Settings):
     def _budget(self) -> pd.DataFrame:
         return budget.budget(self.problem.model, self.design, self.history)
 
-    def budget(self) -> pd.DataFrame:
-        """What of each 1-sigma at `t_end` is from which source; see `budget.budget`."""
-        return self._budget.copy()
-
     @cached_property
     def _remedies(self) -> pd.DataFrame:
         rate = self.scenario.maneuvers.max_rate_deg_s
         return alternatives.remedies(self.problem.model, self.design, self.t_end, rate)
 
+    def budget(self) -> pd.DataFrame:
+        """Part of each 1-sigma at `t_end` that each source causes; see `budget.budget`."""
+        return self._budget.copy()
+
     def remedies(self) -> pd.DataFrame:
-        """What would make the 1-sigmas at `t_end` smaller; see `alternatives.remedies`."""
+        """1-sigmas at `t_end` if one thing were better; see `alternatives.remedies`."""
         return self._remedies.copy()
 
     def reasons(self) -> list[str]:
-        """Why required 1-sigmas, or that of the attitude, are no smaller, a line for each."""
-        limit = at_best.known_limit(self.problem)
-        known = self._budget, self._remedies, self.history, limit
-        return budget.reasons(self.problem.model, *known)
+        """Name the drivers of required 1-sigmas, or of the attitude's, a line for each."""
+        return budget.reasons(self.problem.model, self._budget, self._remedies, self.history)
 
     def sensor_use(self) -> pd.DataFrame:
         """For how long each sensor measured in each phase until `t_end` [s]."""

@@ -1,7 +1,4 @@
-"""Fronts from the run folders of ``mgeo solve``, and the plan to fly from one.
-
-Nothing in a folder is trusted: what is read is checked, and the plan picked is computed anew.
-"""
+"""Fronts from the run folders of ``mgeo solve``, and the plan to fly from one."""
 
 from __future__ import annotations
 
@@ -16,19 +13,17 @@ import numpy as np
 from mgeo.evaluation.dominance import front_rows
 from mgeo.runs.answer import default_solution
 from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
-from mgeo.validation.tables import errors_of
+from mgeo.validation.entries import errors_of
 from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.criteria.objectives import PAPER
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.settings.errors import InvalidValue
 
 Choice = Literal["knee", "fastest", "best"]
 
 CHOICES: tuple[Choice, ...] = get_args(Choice)
-#: A plan ends at a time that is asked for if it is off by no more than this fraction.
-_NEAR = 0.01
 #: Objectives computed again, perhaps by other libraries, may differ by this fraction.
 TOLERANCE = 1e-6
 #: Name of this problem among those of mgeo.
@@ -47,8 +42,8 @@ class Front:
     X, F : arrays, shapes (n, n_var) and (n, n_obj)
         n >= 1 designs, and the problem's objectives as the file has them.
     feasible : bool
-        Whether they keep the scenario's limits; if not they are those of ``nearest.csv``, the
-        nearest first.
+        Whether they satisfy the scenario's constraints; if not they are those of ``nearest.csv``,
+        the nearest first.
 
     Examples
     --------
@@ -81,72 +76,44 @@ class Front:
         return self.solution(self.row(choice))
 
     def solution(self, number: int) -> ManeuverPlan:
-        """The plan of a solution by its number, from 0 in the order of ``front.csv``.
+        """Return the plan of a solution by its number, from 0 in the order of ``front.csv``.
+
+        Objectives over Monte Carlo runs are those that the run has stored; of a nominal plan they
+        are computed anew and compared.
 
         Raises
         ------
         ValueError
-            For a number that none has, or a solution whose objectives are not those in the file:
-            somebody has edited it, or it is of a version of this package that computed otherwise.
+            For a number that none has, or a nominal solution whose objectives are not those in the
+            file: somebody has edited it, or another version of this package has computed it.
         """
         if not 0 <= number < len(self.X):
             raise ValueError(f"solution {number}: expected 0 to {len(self.X) - 1}")
         with errors_of(self.path):
+            if self.problem.flights is not None:
+                return ManeuverPlan.from_design(self.problem, self.X[number], self.F[number])
             plan = ManeuverPlan.from_design(self.problem, self.X[number])
-            values = self.problem.evaluate(self.X[number], return_values_of=["F"]).tolist()
-            for name, value, found in zip(
-                self.problem.obj_names, self.F[number], values, strict=True
-            ):
+            pairs = zip(self.problem.obj_names, self.F[number], plan.view.F[0], strict=True)
+            for name, value, found in pairs:
                 if not math.isclose(value, found, rel_tol=TOLERANCE):
                     raise InvalidValue(
                         f"row {number + 1}, {name}",
                         float(value),
-                        f"expected {found!r}, which the filter gives for this design",
+                        f"expected {float(found)!r}, which the filter gives for this design",
                     )
         return plan
 
     def row(self, choice: Choice | float) -> int:
-        """Number of the solution that `plan` picks."""
-        if isinstance(choice, str) and choice not in CHOICES:
-            raise ValueError(f"choice = {choice!r}: expected one of {', '.join(CHOICES)}")
-        if not (isinstance(choice, str) or math.isfinite(choice)):
-            raise ValueError(f"choice = {choice!r}: expected a finite number of seconds")
+        """Return the number of the solution that `plan` picks."""
         if choice == "knee":
-            if not self.feasible:
-                return 0
-            return default_solution(self.problem, self.F).row
+            return default_solution(self.problem, self.F).row if self.feasible else 0
         rows, t_end = self._by_time
-        if isinstance(choice, str):
-            return int(rows[{"fastest": 0, "best": -1}[choice]])
+        if choice in ("fastest", "best"):
+            return int(rows[0 if choice == "fastest" else -1])
+        if isinstance(choice, str) or not math.isfinite(choice):
+            known = f"one of {', '.join(CHOICES)}, or a finite number of seconds"
+            raise ValueError(f"choice = {choice!r}: expected {known}")
         return int(rows[np.argmin(np.abs(t_end - choice))])
-
-    def about(self, seconds: float) -> str | None:
-        """How the plan whose t_end is nearest to a time [s] is not what one might expect of it.
-
-        None if it ends then, to a hundredth.
-        """
-        rows, t_end = self._by_time
-        nearest = int(np.argmin(np.abs(t_end - seconds)))
-        asked, found = f"{seconds:.6g} s", f"{t_end[nearest]:.6g} s"
-        if abs(t_end[nearest] - seconds) <= _NEAR * abs(seconds):
-            return None
-        if t_end[nearest] > seconds:
-            if nearest == 0:
-                return f"no plan of this front converges by {asked}: the first takes {found}"
-            row, before = rows[nearest - 1], t_end[nearest - 1]
-            return (
-                f"this plan converges after {found}, not by {asked}; the last that does so is "
-                f"--solution {row}, after {before:.6g} s"
-            )
-        if nearest == len(rows) - 1:
-            return (
-                f"nothing is gained by waiting until {asked}: this plan leaves the least trace of "
-                f"this front, after {found}"
-            )
-        return (
-            f"this plan, after {found}, is the last that converges by {asked}; the next one does "
-            f"after {t_end[nearest + 1]:.6g} s"
-        )
 
     @cached_property
     def _by_time(self) -> tuple[Ints, Floats]:
@@ -185,7 +152,7 @@ def read_front(folder: Path | str) -> Front:
     """
     folder = Path(folder)
     run = read_run(folder)
-    outcome, configuration, path = run.outcome, run.configuration, folder / FRONT_FILE
+    outcome, configuration = run.outcome, run.configuration
     with errors_of(folder / RUN_FILE):
         if configuration.problem != PROBLEM:
             name = configuration.problem
@@ -194,14 +161,14 @@ def read_front(folder: Path | str) -> Front:
             problem = AttitudeManeuverProblem(Scenario.from_dict(configuration.options))
         except InvalidValue as error:
             raise error.under("configuration.options") from None
+    is_feasible = len(outcome.X) > 0
+    path = folder / (FRONT_FILE if is_feasible else NEAREST_FILE)
     with errors_of(path):
         found = [*outcome.variables, *outcome.objectives]
         expected = [*problem.var_names, *problem.obj_names]
         if found != expected:
             raise ValueError(f"columns {found}: expected {expected}")
-        if not len(outcome.X) and not outcome.nearest:
+        solutions = outcome if is_feasible else outcome.nearest
+        if not solutions:
             raise ValueError("expected at least one row below the header")
-    if not len(outcome.X):
-        nearest = outcome.nearest
-        return Front(folder / NEAREST_FILE, problem, nearest.X, nearest.F, feasible=False)
-    return Front(path, problem, outcome.X, outcome.F)
+    return Front(path, problem, solutions.X, solutions.F, is_feasible)

@@ -15,6 +15,7 @@ from pydantic.dataclasses import dataclass
 
 from mgeo.store.atomic import write_file
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER, TRACE_OF
 from mgeo_attitude.environment.orbit import ORBITS, AnyOrbit
 from mgeo_attitude.environment.times import instant_after
 from mgeo_attitude.maneuvers.schedule import Turning
@@ -24,9 +25,6 @@ from mgeo_attitude.scenario.channels import Channel
 from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.settings import (
-    NAMES,
-    PAPER,
-    TRACE_OF,
     Convergence,
     ManeuverLimits,
     PathLimit,
@@ -91,7 +89,7 @@ class Scenario(Settings):
     """whether the Earth's shadow blinds the Sun sensors"""
     objectives: tuple[str, ...] = Field(
         default=PAPER,
-        description=f"what to minimize, of {', '.join(NAMES)}, {TRACE_OF}BLOCK,BLOCK...",
+        description=f"what to minimize, of {', '.join(OBJECTIVES)}, {TRACE_OF}BLOCK,BLOCK...",
     )
     orbit: Annotated[AnyOrbit, ORBITS]
     """elements at the epoch, an element set, or an ephemeris"""

@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, GetCoreSchemaHandle
 from pydantic.dataclasses import dataclass
 from pydantic_core import CoreSchema
 
+from mgeo_attitude.criteria.objectives import OBJECTIVES, TRACE_OF, blocks_of
 from mgeo_attitude.environment.directions import DIRECTIONS, Cone
 from mgeo_attitude.geometry.vector import unit
 from mgeo_attitude.settings.base import Settings
@@ -244,29 +245,6 @@ def check_name(name: str) -> None:
     expect(sound, "name", name, "printable characters on one line")
 
 
-#: The paper's two, equation (5).
-PAPER = ("t_end", "trace")
-
-#: Begins the name of the trace over some of the state's blocks: ``trace:attitude,gyro.bias``.
-TRACE_OF = "trace:"
-
-#: All others.
-NAMES = (
-    *PAPER,
-    "normalized_trace",
-    "log_det",
-    "max_eigenvalue",
-    "t_required",
-    "angle",
-    "rate_change",
-)
-
-
-def blocks_of(name: str) -> list[str]:
-    """The blocks in ``trace:BLOCK,BLOCK...``; none in another name."""
-    return name.removeprefix(TRACE_OF).split(",") if name.startswith(TRACE_OF) else []
-
-
 def check_objectives(names: Sequence[str], blocks: Collection[str], required: bool) -> None:
     """Refuse, with an InvalidValue, names that do not say what to minimize.
 
@@ -282,8 +260,8 @@ def check_objectives(names: Sequence[str], blocks: Collection[str], required: bo
         if unknown:
             known = known_names(unknown[0], blocks)
             raise InvalidValue(key, name, f"unknown state block {unknown[0]!r}{known}")
-        if name not in NAMES and not blocks_of(name):
-            known = known_names(name, [*NAMES, f"{TRACE_OF}BLOCK"])
+        if name not in OBJECTIVES and not blocks_of(name):
+            known = known_names(name, [*OBJECTIVES, f"{TRACE_OF}BLOCK"])
             raise InvalidValue(key, name, f"unknown objective{known}")
         if name == "t_required" and not required:
             raise InvalidValue(key, name, "the scenario has no required_sigma")

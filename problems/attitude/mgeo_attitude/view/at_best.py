@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.curves import LimitCurves
 from mgeo_attitude.bound.samples import NoLimit
 from mgeo_attitude.scenario.scenario import Scenario
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from mgeo_attitude.filter.history import FilterHistory
     from mgeo_attitude.filter.model import FilterModel
-    from mgeo_attitude.view.plans import ManeuverProblem
+    from mgeo_attitude.problem import AttitudeManeuverProblem
 
 #: Rounding of a filter, which a limit does not have.
 _ROUNDING = 1e-9
@@ -30,7 +30,7 @@ _ROUNDING = 1e-9
 _SHOWN = 400
 
 
-def known_limit(problem: ManeuverProblem) -> LimitCurves | None:
+def known_limit(problem: AttitudeManeuverProblem) -> LimitCurves | None:
     """The limit of a problem's plans flown exactly; None where none is proved."""
     try:
         return problem.limit_curves
@@ -51,8 +51,8 @@ def holds_over_flights(scenario: Scenario) -> bool:
     return same and list(scenario.gyro.states()) == ["bias"]
 
 
-def impossible(problem: ManeuverProblem) -> list[str]:
-    """Why no plan at all meets the required 1-sigmas, a line for each; empty where some may."""
+def impossible(problem: AttitudeManeuverProblem) -> list[str]:
+    """Return why no plan at all meets the required 1-sigmas, a line for each that none meets."""
     scenario, model = problem.scenario, problem.model
     if not scenario.required_sigma or not holds_over_flights(scenario):
         return []
@@ -60,28 +60,19 @@ def impossible(problem: ManeuverProblem) -> list[str]:
     if found is None:
         return []
     required = RequiredSigma(scenario.required_sigma).of(model.suite.units)
-    met: dict[str, Bools] = {}
+    first = model.window_steps if model.rule == "trace" else 0  # at which a plan may end
     lines = []
     for unit, name, greatest in zip(
         block_units(model.suite), model.suite.blocks, required, strict=True
     ):
-        if greatest == math.inf:
-            continue
-        sigma = (1.0 - _ROUNDING) * found.sigma(name)[_ends(model)]
-        met[unit.label] = sigma <= greatest
-        if not met[unit.label].any():
-            best = int(sigma.argmin())
-            needed = _outward(sigma[best] * unit.factor)
+        least = (1.0 - _ROUNDING) * float(found.sigma(name)[first:].min())
+        if least > greatest:
             lines.append(
                 f"required 1-sigma of {unit.label}: {greatest * unit.factor:.4g} {unit.unit} cannot"
                 f" be reached within {span(model.longest)} by any maneuver: relax it to more than "
-                f"{needed} {unit.unit}, take better sensors, or a longer duration"
+                f"{_outward(least * unit.factor)} {unit.unit}, take better sensors, or a longer "
+                "duration"
             )
-    if not lines and not np.logical_and.reduce(list(met.values())).any():
-        lines.append(
-            f"required 1-sigmas of {' and '.join(met)}: each can be reached by itself, but not all "
-            "at the same time by any maneuver: relax one of them"
-        )
     return lines
 
 
@@ -98,10 +89,10 @@ def remarks(plans: Plans, some: Plans, these: str) -> list[str]:
     except NoLimit as reason:
         return [f"how good a plan can be at best is not known: {reason}"]
     ratios = some.exactly.trace / found.at(some.exactly.t_end)
-    rows = np.flatnonzero(np.isfinite(plans.promised).all(axis=1))
+    rows = np.flatnonzero(np.isfinite(plans.F).all(axis=1))
     if not len(rows) or np.isnan(ratios).all():
         return []
-    row = int(rows[default_solution(problem, plans.promised[rows]).row])
+    row = int(rows[default_solution(problem, plans.F[rows]).row])
     shown = plans.take([row]).exactly
     (least,) = found.at(shown.t_end)
     return [
@@ -111,7 +102,7 @@ def remarks(plans: Plans, some: Plans, these: str) -> list[str]:
     ]
 
 
-def under(problem: ManeuverProblem, t_end: Floats) -> Floats:
+def under(problem: AttitudeManeuverProblem, t_end: Floats) -> Floats:
     """The limit from a little before the first `t_end` to the last, shape (k, 3).
 
     Times [s], trace, and 1-sigma of the attitude about the worst body axis [deg]; no rows where it
@@ -162,11 +153,6 @@ def told(found: LimitCurves, t_end: float, trace: float) -> Iterator[str]:
     )
     if found.given_away:
         yield f"the limit gives away: {'; '.join(found.given_away)}"
-
-
-def _ends(model: FilterModel) -> slice:
-    """Samples at which a plan may end."""
-    return slice(model.window_steps if model.rule == "trace" else 0, None)
 
 
 def _outward(value: float) -> str:

@@ -12,88 +12,57 @@ from numpy.typing import ArrayLike
 from mgeo.evaluation.dominance import nondominated
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.samples import NoLimit
-from mgeo_attitude.criteria.objectives import OBJECTIVES
+from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.sensors.suite import Suite, block_units
-from mgeo_attitude.view.plans import MOST_SAMPLES, UNKNOWN, Plans, Times
+from mgeo_attitude.view.plans import MOST_SAMPLES, Plans
 
 if TYPE_CHECKING:
     import pandas as pd
 
+#: Answer for a plan that has no result.
+LOST = "the filter's covariance lost positivity"
+#: Column of the trace relative to its lower bound.
+BESIDE = "trace / limit [-]"
+
 
 def answers(plans: Plans) -> list[str]:
-    """The `answer` of each plan."""
-    model, duration = plans.problem.model, plans.problem.scenario.duration
-    t_ends, coils = plans.exactly.t_end, plans.problem.scenario.turned_by_coils
-    kept = plans.kept_sigma_deg.tolist() if model.ends_by_design else [None] * len(t_ends)
-    found = zip(t_ends.tolist(), plans.sigma, plans.times, plans.ends.tolist(), kept, strict=True)
-    return [
-        answer(
-            model.suite,
-            t_end,
-            sigma,
-            t_end < model.too_late,
-            over_flights,
-            overrun(end, duration),
-            coils,
-            sigma_deg,
-        )
-        for t_end, sigma, over_flights, end, sigma_deg in found
-    ]
+    """Return what each plan is worth, in one line.
 
-
-def answer(
-    suite: Suite,
-    t_end: float,
-    sigma: Floats,
-    converged: bool,
-    over_flights: Times = UNKNOWN,
-    beyond: str | None = None,
-    of_flights: bool = False,
-    kept_sigma_deg: float | None = None,
-) -> str:
-    """Time to converge, and the 1-sigma of the worst body axis of the attitude and of each bias.
-
-    A time that is promised over flights comes first: it is what to rely on.
-
-    Parameters
-    ----------
-    t_end : float
-        When the filter has converged or the run ended [s]; NaN if its covariance was lost.
-    sigma : array, shape (n_states,)
-        1-sigma of the error state then.
-    over_flights : Times, optional
-        Times to converge that are promised and kept over flights.
-    beyond : str, optional
-        That the plan ends after the scenario's duration, see `overrun`.
-    of_flights : bool
-        Whether the 1-sigmas are those of flights, see `Plans.sigma`.
-    kept_sigma_deg : float, optional
-        1-sigma of the attitude that most flights keep [deg], told where a plan's end is its own and
-        not the filter's.
+    Time to converge, and the 1-sigma of the worst body axis of the attitude and of each bias. A
+    robust time comes first: it is what to rely on. Where a plan's end is its own and not the
+    filter's, the line has the 1-sigma of the attitude that most Monte Carlo runs keep.
     """
+    model = plans.problem.model
+    kept_sigma = plans.kept_sigma_deg if model.ends_by_design else np.full(len(plans.X), np.nan)
+    times = plans.exactly.t_end, plans.robust_t_end, plans.kept_t_end, kept_sigma
+    return [_answer(plans, *row) for row in zip(plans.sigma, *times, strict=True)]
+
+
+def _answer(
+    plans: Plans, sigma: Floats, t_end: float, robust: float, kept: float, kept_sigma: float
+) -> str:
     if not math.isfinite(t_end):
-        return "the filter's covariance lost positivity"
-    known = _known(suite, sigma, of_flights)
-    kept, promised = over_flights
-    late = None if kept is None else within(kept)
-    if kept_sigma_deg is not None and math.isfinite(kept_sigma_deg):
-        late = f"{MOST_SAMPLES} keep attitude {two_digits(kept_sigma_deg)} deg"
-    if promised is not None:
-        own = f"robust time {span(promised)}" if promised < math.inf else "no robust time"
-        after = f"{span(t_end)}, then" if converged else f"not converged, after {span(t_end)}"
-        flown = after if of_flights else f"flown exactly {after}"
-        return "; ".join(filter(None, [own, late, f"{flown} {known}", beyond]))
-    after = f"{span(t_end)}; then" if converged else f"not converged; after {span(t_end)}"
-    return "; ".join(filter(None, [f"{after} {known}", late, beyond]))
+        return LOST
+    by_coils = plans.problem.scenario.turned_by_coils
+    known = _known(plans.problem.model.suite, sigma, by_coils)
+    late = None if math.isnan(kept) else within(kept)
+    if math.isfinite(kept_sigma):
+        late = f"{MOST_SAMPLES} keep attitude {two_digits(kept_sigma)} deg"
+    converged, after = t_end < plans.problem.model.too_late, span(t_end)
+    if math.isnan(robust):
+        nominal = f"{after}; then {known}" if converged else f"not converged; after {after} {known}"
+        return "; ".join(filter(None, [nominal, late]))
+    own = f"robust time {span(robust)}" if robust < math.inf else "no robust time"
+    nominal = f"{after}, then {known}" if converged else f"not converged, after {after} {known}"
+    return "; ".join(filter(None, [own, late, nominal if by_coils else f"flown exactly {nominal}"]))
 
 
 def _known(suite: Suite, sigma: Floats, of_flights: bool) -> str:
-    """The 1-sigmas of the attitude and of each bias, in words."""
+    """Return the 1-sigmas of the attitude and of each bias, in words."""
     if not np.isfinite(sigma).all():  # nothing follows from the mean over flights
-        return "the filter's covariance lost positivity in Monte Carlo samples"
+        return f"{LOST} in Monte Carlo samples"
     parts, worsts = [], sigma.reshape(-1, 3).max(axis=1)
     for block, name, worst in zip(block_units(suite), suite.blocks, worsts, strict=True):
         if name == "attitude" or name.endswith(".bias"):
@@ -105,13 +74,6 @@ def _known(suite: Suite, sigma: Floats, of_flights: bool) -> str:
 def exactly(scenario: Scenario) -> str:
     """What the title of a figure or table of the plan's own run ends with, if flights tell more."""
     return ", flown exactly" if scenario.flight or scenario.turned_by_coils else ""
-
-
-def overrun(end: float, duration: float) -> str | None:
-    """That a plan's slew back ends at `end`, after the scenario's duration [s]; None if not."""
-    if not duration < end < math.inf:
-        return None
-    return f"slew back until {span(end)}, {span(end - duration)} after duration"
 
 
 def within(kept: float) -> str:
@@ -133,10 +95,6 @@ def two_digits(value: float) -> str:
     """A number above 0 with two significant digits, all of them if it has more before the point."""
     digits = 1 - math.floor(math.log10(float(f"{value:.1e}")))
     return f"{value:.{max(digits, 0)}f}"
-
-
-#: How near a plan's trace comes to what no maneuver can beat.
-BESIDE = "trace / limit [-]"
 
 
 def describe(plans: Plans) -> pd.DataFrame:
@@ -212,8 +170,6 @@ def front_summary(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
     orbits; in a longer run the second count holds every later orbit too.
     """
     table = np.asarray(F, dtype=float)
-    if table.ndim != 2 or table.shape[1] != 2:
-        raise ValueError(f"F of shape {table.shape}: expected (n, 2), t_end [s] and trace")
     t_end = table[nondominated(table), 0]
     first = int((t_end <= scenario.orbit.period).sum())
     return {"points, first orbit": first, "points, second orbit": len(t_end) - first}

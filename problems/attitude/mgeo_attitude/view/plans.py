@@ -1,4 +1,4 @@
-"""Plans of one scenario, evaluated once for all that is told of them; what a problem gives them."""
+"""Plans of one scenario, and what their evaluation gives, each computed when first asked for."""
 
 from __future__ import annotations
 
@@ -6,20 +6,16 @@ import dataclasses
 import math
 from contextlib import suppress
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo.plugins.view import View
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.bound.curves import LimitCurves
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import OBJECTIVES, attitude_sigma_deg
-from mgeo_attitude.criteria.robustness import FlightSamples, kept_by, over_flights
-from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.criteria.robustness import kept_by, over_flights
 from mgeo_attitude.scenario.windows import FlightErrors
 from mgeo_attitude.settings.errors import InvalidValue
 
@@ -27,44 +23,18 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from mgeo_attitude.filter.evaluator import Evaluation
+    from mgeo_attitude.filter.model import FilterModel
+    from mgeo_attitude.problem import AttitudeManeuverProblem
     from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 
-
-class ManeuverProblem(Protocol):
-    """A problem whose designs are maneuvers of one scenario."""
-
-    scenario: Scenario
-    threads: int | None
-    objectives: tuple[str, ...]
-    n_var: int
-    n_obj: int
-    n_ieq_constr: int
-
-    obj_names: tuple[str, ...]
-
-    def run(self, X: Floats, vary: Any = None, **asked: Any) -> Evaluation: ...
-    def flights_of(self, errors: FlightErrors) -> FlightSamples: ...
-    def valued(self, model: FilterModel, result: Evaluation) -> Floats: ...
-    def judged(self, X: Floats) -> Floats: ...
-    def view(self, X: Any) -> Any: ...
-    @property
-    def environment(self) -> Environment: ...
-    @property
-    def model(self) -> FilterModel: ...
-    @property
-    def limit_curves(self) -> LimitCurves: ...
-    @property
-    def flights(self) -> FlightSamples | None: ...
-
-
-#: What `Plans.promises` asks for, in words.
-MOST_SAMPLES = "9 of 10 Monte Carlo samples"
-#: Plans of a front that are looked at: with 200 flights of each a second or two.
-MOST = 50
+#: Share of Monte Carlo runs that a plan's ``kept`` values hold in, and the same in words.
+MOST, MOST_SAMPLES = 0.9, "9 of 10 Monte Carlo samples"
+#: Plans of a front that remarks and figures look at: over 200 runs each a second or two.
+_LOOKED_AT = 50
 
 
 class Exactly(NamedTuple):
-    """What n plans come to that are flown exactly.
+    """Results of the nominal runs of n plans.
 
     Attributes
     ----------
@@ -79,36 +49,14 @@ class Exactly(NamedTuple):
     covariance: Floats
 
 
-class Times(NamedTuple):
-    """t_end [s] of a plan over flights, infinite if too few converge; None if nobody knows.
-
-    Attributes
-    ----------
-    kept
-        By most of 200 flights; None where it is no objective, or the covariance was lost.
-    promised
-        By the plan's problem over its own flights; None, too, if these are none.
-    """
-
-    kept: float | None = None
-    promised: float | None = None
-
-
-#: Of a plan that nobody has flown.
-UNKNOWN = Times()
-
-
 class Plans(View):
-    """Maneuver plans, shape (n, n_var), and what their evaluation gives, each when first asked for.
+    """Maneuver plans, shape (n, n_var); those taken of others share what is known of them."""
 
-    Those that are taken of others share what is known of them.
-    """
-
-    problem: ManeuverProblem
-    #: Other flights in which is looked at what plans keep.
+    problem: AttitudeManeuverProblem
+    #: Monte Carlo runs, other than those of the problem, of which `kept` is.
     flights: ClassVar[int] = 200
 
-    def __init__(self, problem: ManeuverProblem, X: ArrayLike) -> None:
+    def __init__(self, problem: AttitudeManeuverProblem, X: ArrayLike) -> None:
         super().__init__(problem, X)
         self._known: dict[object, EvaluationCache] = {}
         self._backs: dict[bytes, SlewBack | None] = {}
@@ -121,75 +69,77 @@ class Plans(View):
 
     @cached_property
     def exactly(self) -> Exactly:
-        """What they come to when they are flown exactly."""
+        """Results of the nominal runs."""
         n = self.problem.model.suite.n_states
-        found = np.split(self._exact_run, [1, 2, 2 + n * n], axis=1)
-        return Exactly(found[0][:, 0], found[1][:, 0], found[2].reshape(len(self.X), n, n))
+        t_end, trace, covariance, _ = np.split(self._nominal, [1, 2, 2 + n * n], axis=1)
+        return Exactly(t_end[:, 0], trace[:, 0], covariance.reshape(len(self.X), n, n))
+
+    @cached_property
+    def F(self) -> Floats:
+        """Objectives, shape (n, n_obj), as a run has stored them, or else evaluated.
+
+        Those of the nominal run or, if the problem has Monte Carlo runs, over these.
+        """
+        return self.values[:, : self.problem.n_obj]
+
+    @property
+    def excesses(self) -> Floats:
+        """How far each limit of the constraints is exceeded, shape (n, n_limits)."""
+        if not self.problem.n_ieq_constr:
+            return np.empty((len(self.X), 0))
+        return self.values[:, self.problem.n_obj + self.problem.n_ieq_constr :]
 
     @cached_property
     def values(self) -> Floats:
-        """Objectives, constraints, and excesses over their limits, side by side.
-
-        Flown exactly, or over the flights of the problem.
-        """
+        """Objectives, constraints and `excesses`, side by side."""
         problem = self.problem
         if problem.flights is None:
-            return self._exact_run[:, 2 + problem.model.suite.n_states**2 :]
+            return self._nominal[:, 2 + problem.model.suite.n_states**2 :]
         return self._cache("values").complete(self.X, problem.judged)
 
     @cached_property
-    def _exact_run(self) -> Floats:
-        """`exactly` and, if the problem has no flights, the `values`, side by side."""
+    def _nominal(self) -> Floats:
+        """`exactly` and, if the problem has no Monte Carlo runs, the `values`, side by side."""
         problem = self.problem
 
         def run(X: Floats) -> Floats:
             ran = problem.run(X, covariance=True)
-            known = [
-                ran.t_end,
-                ran.trace,
-                ran.covariance.reshape(len(X), problem.model.suite.n_states**2),
-            ]
-            if problem.flights is None:
-                known.append(problem.valued(problem.model, ran))
-            return np.column_stack(known)
+            own = [] if problem.flights else [problem.valued(problem.model, ran)]
+            size = problem.model.suite.n_states**2
+            return np.column_stack(
+                [ran.t_end, ran.trace, ran.covariance.reshape(len(X), size), *own]
+            )
 
-        return self._cache("exactly").complete(self.X, run)
+        return self._cache("nominal").complete(self.X, run)
 
     def _cache(self, of: object) -> EvaluationCache:
         return self._known.setdefault(of, EvaluationCache(forget=False))
 
     @property
-    def promised(self) -> Floats:
-        """Objectives, flown exactly or over the flights of the problem, shape (n, n_obj)."""
-        return self.values[:, : self.problem.n_obj]
-
-    @cached_property
     def kept(self) -> Floats:
-        """Objectives that most of 200 other flights keep, shape (n, n_obj)."""
-        return self._kept()[:, : self.problem.n_obj]
+        """Objectives in `MOST` of 200 other Monte Carlo runs, shape (n, n_obj)."""
+        return self._over_others()[:, : self.problem.n_obj]
 
     @property
     def kept_sigma_deg(self) -> Floats:
-        """1-sigma of the attitude about the worst body axis that they keep [deg], shape (n,)."""
-        return self._kept()[:, self.problem.n_obj]
+        """1-sigma of the attitude about the worst body axis in them [deg], shape (n,)."""
+        return self._over_others()[:, self.problem.n_obj]
 
     @cached_property
     def sigma(self) -> Floats:
-        """1-sigma of each state at `t_end`, as it is told, shape (n, n_states).
+        """1-sigma of each state at `t_end`, as answers and tables show it, shape (n, n_states).
 
-        Flown exactly. Coils turn a satellite otherwise from every attitude, so that no flight is
-        the exact one: there it is the root mean square over the flights of `kept`.
+        Of the nominal run. Magnetorquers turn a satellite otherwise from every attitude, so that no
+        run is nominal: there it is the root mean square over the runs of `kept`.
         """
         if self.problem.scenario.turned_by_coils:
-            return self._kept()[:, self.problem.n_obj + 1 :]
+            return self._over_others()[:, self.problem.n_obj + 1 :]
         return np.sqrt(np.diagonal(self.exactly.covariance, axis1=1, axis2=2))
 
-    def _kept(
-        self, flights: int | None = None, share: float = 0.9, seed: int | None = None
-    ) -> Floats:
-        """Objectives and the 1-sigma of the attitude [deg] that a share of flights keeps.
+    def _over_others(self, flights: int | None = None, seed: int | None = None) -> Floats:
+        """Objectives and the 1-sigma of the attitude [deg] in `MOST` of other Monte Carlo runs.
 
-        Beside them the root mean square over the flights of the 1-sigma of each state.
+        Beside them the root mean square over the runs of the 1-sigma of each state.
         """
         problem = self.problem
         errors = problem.scenario.flight or FlightErrors()
@@ -197,36 +147,30 @@ class Plans(View):
             errors,
             count=flights or self.flights,
             seed=errors.seed + 1 if seed is None else seed,
-            quantile=share,
-            mean=False,
         )
 
-        def known(model: FilterModel, ran: Evaluation) -> Floats:
+        def found(model: FilterModel, ran: Evaluation) -> Floats:
             objectives = problem.valued(model, ran)[:, : problem.n_obj]
             variances = np.diagonal(ran.covariance, axis1=1, axis2=2)
             return np.column_stack([objectives, attitude_sigma_deg(ran.covariance), variances])
 
         def run(X: Floats) -> Floats:
             samples = problem.flights_of(errors)
-            found = over_flights(samples, X, known, problem.threads, True)
-            told, variances = np.split(found, [problem.n_obj + 1], axis=2)
-            return np.hstack([kept_by(told, share), np.sqrt(variances.mean(axis=0))])
+            values = over_flights(samples, X, found, problem.threads, True)
+            own, variances = np.split(values, [problem.n_obj + 1], axis=2)
+            return np.hstack([kept_by(own, MOST), np.sqrt(variances.mean(axis=0))])
 
         return self._cache(errors).complete(self.X, run)
 
-    def promises(
-        self, flights: int | None = None, share: float = 0.9, seed: int | None = None
-    ) -> pd.DataFrame:
-        """What plans promise, and what a share of other flights keeps.
+    def promises(self, flights: int | None = None, seed: int | None = None) -> pd.DataFrame:
+        """Compare the objectives of plans with those in 9 of 10 other Monte Carlo runs.
 
-        A promise is the value of an objective of the problem: flown exactly, or over its own
-        flights. The others are drawn anew from the scenario's ``flight`` errors, or from their
-        defaults.
+        The others are drawn anew from the scenario's ``flight`` errors, or from their defaults.
 
         Parameters
         ----------
         flights : int, optional
-            How many others; default: 200.
+            Number of other runs; default: 200.
         seed : int, optional
             Of the others; default: the next after that of the problem's own.
 
@@ -239,50 +183,52 @@ class Plans(View):
         import pandas as pd
 
         columns: dict[str, Floats] = {}
-        both = zip(
-            self.problem.obj_names,
-            self.promised.T,
-            self._kept(flights, share, seed).T[: self.problem.n_obj],
-            strict=True,
-        )
-        for label, told, found in both:
-            columns |= {f"promised {label}": told, f"kept {label}": found}
-            columns[f"kept / promised {label}"] = found / told
+        found = self._over_others(flights, seed)
+        for i, label in enumerate(self.problem.obj_names):
+            own, kept = self.F[:, i], found[:, i]
+            columns |= {f"promised {label}": own, f"kept {label}": kept}
+            columns[f"kept / promised {label}"] = kept / own
         return pd.DataFrame(columns)
 
-    @cached_property
-    def times(self) -> list[Times]:
-        """The `Times` of each plan."""
-        problem = self.problem
-        if "t_end" not in problem.objectives:
-            return [UNKNOWN] * len(self.X)
-        place = problem.obj_names.index(OBJECTIVES["t_end"].label)
-        too_late = problem.model.too_late
+    @property
+    def kept_t_end(self) -> Floats:
+        """t_end in `MOST` of 200 other Monte Carlo runs [s], shape (n,).
 
-        def told(found: Floats) -> list[float | None]:
-            times = found[:, place].tolist()
-            return [None if t != t else math.inf if t >= too_late else t for t in times]
+        Infinite if too few converge; NaN where t_end is no objective, or the covariance was lost.
+        """
+        return self._t_end(self.kept)
 
-        own = told(self.promised) if problem.scenario.flight else [None] * len(self.X)
-        return [Times(*both) for both in zip(told(self.kept), own, strict=True)]
+    @property
+    def robust_t_end(self) -> Floats:
+        """t_end over the Monte Carlo runs of the problem [s], shape (n,); NaN if it has none."""
+        known = self.problem.scenario.flight is not None
+        return self._t_end(self.F) if known else np.full(len(self.X), np.nan)
+
+    def _t_end(self, F: Floats) -> Floats:
+        label = OBJECTIVES["t_end"].label
+        if label not in self.problem.obj_names:
+            return np.full(len(F), np.nan)
+        times = F[:, self.problem.obj_names.index(label)]
+        return np.where(times >= self.problem.model.too_late, np.inf, times)
 
     @cached_property
     def held_until(self) -> Floats:
-        """Until when plans are flown before they end or slew back [s], shape (n,).
+        """Until when plans hold their last rate before they end or slew back [s], shape (n,).
 
-        One that promises a time over flights is flown until the later of what it promises and what
-        most flights keep; until the end of the scenario, if too few converge. Any other is flown
-        exactly, until t_end. NaN where the covariance was lost.
+        For a plan with a robust time until then, in `MOST` runs or more; until the end of the
+        scenario, if too few converge. For any other until t_end of the nominal run. NaN where the
+        covariance was lost.
         """
         problem, t_end = self.problem, self.exactly.t_end
-        if not problem.scenario.flight:
+        errors = problem.scenario.flight
+        if not errors:
             return t_end
-        longest = problem.model.longest
-        late = np.array(
-            [[min(time or 0.0, longest) for time in found] for found in self.times], dtype=float
-        ).reshape(-1, 2)
-        steps = np.ceil(late.max(axis=1) / problem.model.step - 1e-9)  # a mean may be on none
-        held: Floats = np.maximum(t_end, steps * problem.model.step)
+        late = self.robust_t_end
+        if errors.mean or errors.quantile < MOST:
+            late = np.fmax(late, self.kept_t_end)
+        step = problem.model.step
+        late = np.fmin(np.nan_to_num(late, posinf=np.inf), problem.model.longest)
+        held: Floats = np.maximum(t_end, np.ceil(late / step - 1e-9) * step)  # a mean is on no step
         return held
 
     @cached_property
@@ -292,11 +238,10 @@ class Plans(View):
         That is `held_until` or, with a slew back, when that ends, some 25 ms a plan: infinite where
         there is no way back within the scenario's duration. NaN where the covariance was lost.
         """
-        problem, t_end = self.problem, self.exactly.t_end
-        if not problem.scenario.maneuvers.slew_back:
+        if not self.problem.scenario.maneuvers.slew_back:
             return self.held_until
         found = np.full(len(self.X), np.nan)
-        for i in np.flatnonzero(np.isfinite(t_end)).tolist():
+        for i in np.flatnonzero(np.isfinite(self.exactly.t_end)).tolist():
             try:
                 found[i] = self.trajectory(i).end
             except InvalidValue:
@@ -304,7 +249,7 @@ class Plans(View):
         return found
 
     def trajectory(self, row: int) -> Trajectory:
-        """All that is flown of a plan whose covariance was not lost.
+        """Return the trajectory of a plan whose covariance was not lost.
 
         Its slew back, which takes longest to find, is found once for all views that share a front.
         """
@@ -322,10 +267,10 @@ class Plans(View):
 
 
 def spread(n: int) -> Ints:
-    """Rows of n that are looked at, up to `MOST` at even distances."""
-    return np.unique(np.linspace(0, n - 1, min(n, MOST)).round().astype(np.int64))
+    """Return up to 50 rows of n at even distances."""
+    return np.unique(np.linspace(0, n - 1, min(n, _LOOKED_AT)).round().astype(np.int64))
 
 
 def looked_at(rows: Ints, n: int) -> str:
-    """How many of a front of n these are, in words."""
+    """Return in words how many of a front of n these are."""
     return f"{len(rows)} plans" if len(rows) == n else f"{len(rows)} plans looked at"

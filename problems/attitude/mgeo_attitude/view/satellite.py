@@ -1,9 +1,10 @@
-"""What is worth knowing of a satellite before a search: orbit, light, margins at rest."""
+"""Facts about a satellite before a search: orbit, light, instruments, margins at rest."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,17 +13,23 @@ from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario.validity import examined, validity
+from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.settings.base import annotation_of
+from mgeo_attitude.settings.types import Unit
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from mgeo_attitude.environment.environment import Environment
+    from mgeo_attitude.problem import AttitudeManeuverProblem
     from mgeo_attitude.scenario.scenario import Scenario
-    from mgeo_attitude.view.plans import ManeuverProblem
 
-#: Times without Sun that are told.
+#: Times in the Earth's shadow that are listed.
 _MOST = 4
+_WITH_UNIT = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
 
 
-def facts(problem: ManeuverProblem) -> dict[str, str]:
+def facts(problem: AttitudeManeuverProblem) -> dict[str, str]:
     """The satellite of a problem in words, by what they are about; some 0.1 s."""
     scenario, around = problem.scenario, problem.environment
     edges = utc_texts(scenario.epoch, np.array([0.0, _until(scenario)]))
@@ -108,7 +115,7 @@ def _turns(scenario: Scenario) -> str:
     return text + (f", by {by}" if by else "") + (", and a slew back" if limits.slew_back else "")
 
 
-def margins_at_rest(problem: ManeuverProblem) -> Iterator[str]:
+def margins_at_rest(problem: AttitudeManeuverProblem) -> Iterator[str]:
     """What cones and wheels with a budget leave if the attitude of the start is held, in lines.
 
     The attitude is then as badly known as at the start.
@@ -135,12 +142,47 @@ def margins_at_rest(problem: ManeuverProblem) -> Iterator[str]:
 
 
 def _believed(scenario: Scenario) -> str:
-    """Where the linear covariance was found true, and where these errors are."""
+    """Whether the initial errors are in the range in which the linear covariance was found true."""
     if scenario.prior is not None:
         return "the errors that a calibration leaves are small: it is believed"
     beyond = validity(scenario)
     if beyond:
         return f"{'; '.join(beyond)}: verify a plan"
-    known = [(key, value, limit) for key, value, limit in examined(scenario) if value]
-    told = ", ".join(f"{key} = {value:g} (to {limit:g})" for key, value, limit in known)
-    return f"was found true with initial errors as large as these: {told}"
+    known = [f"{key} = {value:g} (to {at:g})" for key, value, at in examined(scenario) if value]
+    return f"was found true with initial errors as large as these: {', '.join(known)}"
+
+
+def instruments(scenario: Scenario) -> pd.DataFrame:
+    """Return noise, sample interval and initial errors of gyro and sensors, a row each."""
+    import pandas as pd
+
+    suite = scenario.suite
+    sigma = suite.initial_sigma(np.radians(scenario.initial.attitude_deg)).reshape(-1, 3)
+    errors: dict[str, list[str]] = {}
+    for name, unit, values in zip(suite.blocks, block_units(suite), sigma, strict=True):
+        owner, _, error = name.rpartition(".")
+        text = f"{error.replace('_', ' ')} {values.max() * unit.factor:.3g} {unit.unit}"
+        errors.setdefault(owner, []).append(text.removesuffix(" -"))
+    rows = {}
+    parts: list[tuple[str, Any]] = [("gyro", suite.gyro)]
+    parts += [(sensor.name, sensor) for sensor in suite.sensors]
+    for name, part in parts:
+        units = {key: annotation_of(type(part), key, Unit) for key in part.noise_parameters}
+        noise = [
+            f"{_WITH_UNIT.sub('', key).replace('_', ' ')} {_numbers(getattr(part, key))} "
+            f"{unit.text if unit else ''}".strip()
+            for key, unit in units.items()
+        ]
+        every = getattr(part, "sample_interval", None) or scenario.step
+        rows[name] = {
+            "kind": getattr(part, "kind", "gyro"),
+            "noise": ", ".join(noise),
+            "every [s]": f"{every:g}",
+            "errors at the start, 1-sigma": ", ".join(errors.get(name, [])),
+        }
+    return pd.DataFrame.from_dict(rows, orient="index").rename_axis("")
+
+
+def _numbers(value: float | tuple[float, ...]) -> str:
+    """One number for all axes, or one for each."""
+    return " / ".join(f"{v:g}" for v in (value if isinstance(value, tuple) else (value,)))

@@ -1,26 +1,23 @@
 """Calibrations as files: JSON that reads back.
 
 ``scenario``, ``time_s``, ``quaternion``, ``rate_deg_s``, ``states``, ``covariance``, ``tests``,
-``prior_tests``, ``model_tests``, ``causes``, ``notes`` and ``rejected`` are the calibration; a file
-without ``prior_tests``, ``model_tests``, ``causes`` or ``notes`` is of an earlier version. ``utc``,
-``table``, ``uplink`` and ``conclusion`` follow from them; on reading they are ignored and computed
-again.
+``prior_tests``, ``model_tests``, ``causes``, ``notes`` and ``rejected`` are the calibration.
+``utc``, ``table``, ``uplink`` and ``conclusion`` follow from them; on reading they are ignored and
+computed again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_type_hints
 
 import numpy as np
 from mgeo_attitude.plan.documents import Form, read_document, written
 from mgeo_attitude.scenario.prior import prior_of
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.settings.errors import InvalidValue
 
-from mgeo.validation.tables import entry
+from mgeo.validation.entries import entry
 from mgeo_calibration.calibration.agreement import PriorTest, SensorTest
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.model_tests import ModelTest
@@ -29,13 +26,7 @@ T = TypeVar("T", SensorTest, PriorTest, ModelTest)
 
 _TABLES: Any = list[dict]  # type: ignore[type-arg]
 _ROWS: Any = list[list]  # type: ignore[type-arg]
-_ESTIMATES: dict[str, Any] = {
-    "quaternion": list,
-    "rate_deg_s": list,
-    "states": dict,
-    "covariance": _ROWS,
-}
-_KINDS = {"str": str, "int": int, "float": float, "bool": bool}
+_ESTIMATES = {"quaternion": list, "rate_deg_s": list, "states": dict, "covariance": _ROWS}
 
 
 def to_json(calibration: Calibration) -> str:
@@ -91,19 +82,6 @@ def _calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
     for key, kind in _ESTIMATES.items():
         entry(table, key, kind)
     prior = prior_of(table, scenario.suite)
-    names = [sensor.name for sensor in scenario.sensors]
-    tests = _tests(SensorTest, table, "tests")
-    given = {"prior_tests": [], "model_tests": [], "causes": [], "notes": [], **table}
-    prior_tests = _tests(PriorTest, given, "prior_tests")
-    model_tests = _tests(ModelTest, given, "model_tests")
-    notes = tuple(entry(given, "notes", list[str]))
-    rejected = tuple(
-        _rejected(row, f"rejected[{i}]", names)
-        for i, row in enumerate(entry(table, "rejected", _ROWS))
-    )
-    for i, test in enumerate(tests):
-        if test.sensor not in names:
-            raise InvalidValue(f"tests[{i}].sensor", test.sensor, f"expected one of {names}")
     return Calibration(
         scenario=scenario,
         time=float(entry(table, "time_s", float)),
@@ -111,39 +89,24 @@ def _calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
         rate_deg_s=np.array(prior.rate_deg_s),
         states=prior.estimates,
         covariance=np.array(prior.covariance),
-        tests=tests,
-        rejected=rejected,
-        prior_tests=prior_tests,
-        model_tests=model_tests,
-        causes=tuple(entry(given, "causes", list[str])),
-        notes=notes,
+        tests=_tests(SensorTest, table, "tests"),
+        rejected=tuple(
+            (float(time), str(sensor), float(square))
+            for time, sensor, square in entry(table, "rejected", _ROWS)
+        ),
+        prior_tests=_tests(PriorTest, table, "prior_tests"),
+        model_tests=_tests(ModelTest, table, "model_tests"),
+        causes=tuple(entry(table, "causes", list[str])),
+        notes=tuple(entry(table, "notes", list[str])),
     )
 
 
 def _tests(kind: type[T], table: Mapping[str, Any], key: str) -> tuple[T, ...]:
-    rows = enumerate(entry(table, key, _TABLES))
-    return tuple(_test(kind, row, f"{key}[{i}].") for i, row in rows)
-
-
-def _test(kind: type[T], row: dict[str, Any], where: str) -> T:
-    names = {field.name: _KINDS[str(field.type)] for field in fields(kind)}
-    if kind is ModelTest:
-        row = {"rival": "", **row}
-    for key in row:
-        if key not in names:
-            raise InvalidValue(f"{where}{key}", row[key], f"expected {', '.join(names)}")
-    return kind(**{name: to(entry(row, name, to, where)) for name, to in names.items()})
-
-
-def _rejected(row: list[Any], where: str, names: list[str]) -> tuple[float, str, float]:
-    table = dict(zip(("time", "sensor", "chi_square"), row, strict=False))
-    time, sensor, square = (
-        entry(table, key, kind, f"{where}.")
-        for key, kind in (("time", float), ("sensor", str), ("chi_square", float))
+    types = get_type_hints(kind)
+    return tuple(
+        kind(**{name: to(entry(row, name, to, f"{key}[{i}].")) for name, to in types.items()})
+        for i, row in enumerate(entry(table, key, _TABLES))
     )
-    if len(row) > 3 or sensor not in names:
-        raise InvalidValue(where, row, f"expected a time, one of {names}, and a chi-square")
-    return float(time), sensor, float(square)
 
 
 _FORM = Form(

@@ -15,7 +15,6 @@ from mgeo_attitude.settings.errors import InvalidValue
 
 from mgeo_calibration.calibration import model_tests as models
 from mgeo_calibration.calibration.agreement import (
-    MOST_REJECTED,
     SIGNIFICANCE,
     number_of_tests,
     prior_tests,
@@ -23,15 +22,15 @@ from mgeo_calibration.calibration.agreement import (
 )
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.questions import channels_of, questions
-from mgeo_calibration.calibration.refused import CannotCalibrate, causes, checks, of_a_wide_fit
+from mgeo_calibration.calibration.refused import CannotCalibrate, causes, check
 from mgeo_calibration.estimation.batch import Batch, batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import Fit, fit
 from mgeo_calibration.estimation.kinematics import discretized, turns
 from mgeo_calibration.estimation.residuals import Filtered, History, filtered
 from mgeo_calibration.estimation.smoother import Solution, last_covariance
-from mgeo_calibration.estimation.step_noise import for_delays, with_step_noise, without_step_noise
-from mgeo_calibration.estimation.trajectory import memory_told, spans
+from mgeo_calibration.estimation.step_noise import for_delays, without_step_noise
+from mgeo_calibration.estimation.trajectory import spans
 from mgeo_calibration.telemetry.gyro_samples import (
     gyro_noise,
     gyro_spikes,
@@ -97,28 +96,16 @@ def calibrate(
         raise InvalidValue("gyro.holds", "unknown", "expected none, or that of calibrate_alone")
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
-    memory_told(with_step_noise(scenario.suite, scenario.step), len(telemetry.times))
     belief, data = Belief.of(scenario), None
     try:
         data, belief = for_delays(batch(scenario, telemetry), belief)
         found = fit(data, belief, gate)
     except ValueError as error:
-        seen = checks(scenario, telemetry, data)
-        raise CannotCalibrate.of(str(error), seen, data, belief, gate, telemetry) from error
+        raise CannotCalibrate(str(error), check(scenario, telemetry, data)) from error
     made = _concluded(scenario, telemetry, belief, found)
     if made.supported:
         return made
-    if _left_out(made) and not any(test.named for test in made.model_tests):
-        # what is left does not show it
-        wide = of_a_wide_fit(data, belief, gate, telemetry)[1]
-        if any(test.named for test in wide):
-            made = dataclasses.replace(made, model_tests=wide)
-    return dataclasses.replace(made, causes=causes(scenario, telemetry, data))
-
-
-def _left_out(made: Calibration) -> bool:
-    """Whether a sensor has more outliers than chance and a few faults leave."""
-    return any(test.rejected > MOST_REJECTED * test.readings for test in made.tests)
+    return dataclasses.replace(made, causes=causes(check(scenario, telemetry, data)))
 
 
 def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: Fit) -> Calibration:

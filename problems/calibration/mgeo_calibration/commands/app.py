@@ -68,34 +68,23 @@ def verify(
 
     from mgeo.store.atomic import write_file
     from mgeo_calibration import verification
-    from mgeo_calibration.commands.verify import (
-        print_verification,
-        result_file,
-        verification_document,
-    )
+    from mgeo_calibration.commands import verify as command
 
     output = Output(quiet, json)
     with bad_input(USERS):
         check_targets([out], overwrite)
         picked = load_plan(source, pick, time, solution)
-        with warnings.catch_warnings(record=True) as told:
+        with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", OutsideValidity)
             found = verification.verify(picked.plan, runs, seed)
-        for warning in told:
+        for warning in caught:
             output.note(f"Note: {warning.message}")
-        document = verification_document(picked, found, seed)
-        target = out or result_file(source, document)
-    print_verification(picked, found, output)
-    output.result(document)
-    with bad_input():
-        try:
-            if target:
-                write_file(target, f"{json_text(document)}\n".encode())
-                output.print(f"written: {target}")
-        except OSError as error:
-            if out:
-                raise
-            output.note(f"Note: the run does not keep it: {error}")  # nobody asked for a file
+        document = command.verification_document(picked, found, seed)
+        command.print_verification(picked, found, output)
+        output.result(document)
+        if target := out or command.result_file(source, picked, seed):
+            write_file(target, f"{json_text(document)}\n".encode())
+            output.print(f"written: {target}")
     holds = found.achieved and not document["violations"]
     raise typer.Exit(ExitCode.DONE if holds else ExitCode.INCOMPLETE)
 
@@ -152,25 +141,30 @@ def fly(
     """
     from mgeo_attitude.commands.files import check_targets, load_plan
 
+    from mgeo.store.atomic import to_json, write_file
     from mgeo_calibration.commands import fly as command
     from mgeo_calibration.flight.as_flown import as_flown
+    from mgeo_calibration.flight.truth import read_truth, truth_document
 
     with bad_input(USERS):
         check_targets([out], overwrite, (".csv",))
         check_targets([truth], overwrite, (".json",))
         picked = load_plan(source, pick, time, solution)
         plan = picked.plan
-        before = command.read_truth(after, plan) if after else None
-        telemetry = command.flown(plan, simulator, vehicle, seed, before)
+        before = read_truth(after, plan) if after else None
+        telemetry = command.simulate_flight(plan, simulator, vehicle, seed, before)
         telemetry = telemetry if until is None else telemetry.until(until)
-        document = command.truth_document(plan, telemetry, simulator, seed)
-        came_to = as_flown(plan, telemetry)
-        files = command.write_flight(telemetry, out, truth, document, overwrite)
+        document = truth_document(plan, telemetry, simulator, seed)
+        compared = as_flown(plan, telemetry)
+        telemetry.to_csv(out)
+        if truth:
+            write_file(truth, to_json(document))
+    files = [str(path) for path in (out, truth) if path]
     output = Output(quiet, json)
-    command.print_flight(picked, telemetry, came_to, simulator, files, output)
-    as_rows = rows(came_to)
+    command.print_flight(picked, telemetry, compared, simulator, files, output)
+    samples = len(telemetry.times)
     output.result(
-        {"files": files, "samples": len(telemetry.times), "truth": document, "as_flown": as_rows}
+        {"files": files, "samples": samples, "truth": document, "as_flown": rows(compared)}
     )
 
 
@@ -236,17 +230,18 @@ def calibrate(
     from mgeo_calibration.calibration.refused import CannotCalibrate
     from mgeo_calibration.commands import calibrate as command
     from mgeo_calibration.telemetry.mapping import TelemetryMapping
+    from mgeo_calibration.telemetry.reading import read_telemetry
 
+    output = Output(quiet, json)
     with bad_input(USERS):
         if out:
             command.check_folder(out, overwrite)
-        output = Output(quiet, json)
-        with warnings.catch_warnings(record=True) as told:
+        with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", Implausible)
             picked = command.flown_plan(plan, pick, time, solution, scenario)
             flown = picked.plan if picked else None
             of = command.scenario_of(scenario, flown)
-        for line in dict.fromkeys(str(warning.message) for warning in told):
+        for line in dict.fromkeys(str(warning.message) for warning in caught):
             output.note(f"Note: {line}")
         read = TelemetryMapping.from_toml(mapping) if mapping else None
         if read is not None and read.gyro.holds == "unknown":
@@ -256,29 +251,23 @@ def calibrate(
             command.print_alone(alone, output)
             output.result(command.alone_document(alone))
             raise typer.Exit(ExitCode.INCOMPLETE if alone.failures else ExitCode.DONE)
-        samples = command.read_samples(telemetry, of, read, output)
+        samples = read_telemetry(telemetry, of, read)
         try:
-            first = found = calibrated(of, samples, read)
+            first = found = calibrated(of, samples)
         except CannotCalibrate as refused:
             if diagnose:
                 command.print_refusal(refused, output)
                 output.result(command.refusal_document(refused))
             raise
-        promised = found.compare(flown) if flown else None
+        predicted = found.compare(flown) if flown else None
         if fit is not None:
             found = calibrate_with(first, samples, [key.strip() for key in fit.split(",")])
-    command.print_calibration(found, promised, picked, output)
-    if diagnose:
-        command.print_tests(found, output)
-    if fit is not None:
-        command.print_beside(first, found, output)
-    files: list[str] = []
-    try:
-        with bad_input():
-            if out:
-                files += command.write_calibration(found, promised, out, overwrite)
-        for file in files:
-            output.print(f"wrote {file}")
-    finally:  # what was found is told all the same
-        output.result(command.calibration_document(found, promised, files))
+        command.print_calibration(found, predicted, picked, output)
+        if diagnose:
+            command.print_tests(found, output)
+        if fit is not None:
+            command.print_beside(first, found, output)
+        files = command.write_calibration(found, predicted, out) if out else []
+    output.print(*(f"wrote {file}" for file in files))
+    output.result(command.calibration_document(found, predicted, files))
     raise typer.Exit(ExitCode.DONE if found.supported else ExitCode.INCOMPLETE)

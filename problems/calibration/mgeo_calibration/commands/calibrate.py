@@ -10,18 +10,13 @@ from mgeo_attitude.environment.times import utc_text
 from mgeo_attitude.scenario.scenario import Scenario
 
 from mgeo.cli.output import Output, rows
-from mgeo.store.atomic import check_writable
+from mgeo.store.atomic import check_writable, lock, write_file
 from mgeo.terminal import note, plain, titled
 from mgeo_calibration.calibration.added import beside, noise_of
 from mgeo_calibration.calibration.alone import StrengthCalibration
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.document import document, to_json
 from mgeo_calibration.calibration.refused import CannotCalibrate
-from mgeo_calibration.commands.files import write_together
-from mgeo_calibration.estimation.trajectory import memory_told
-from mgeo_calibration.telemetry.mapping import TelemetryMapping
-from mgeo_calibration.telemetry.reading import read_telemetry
-from mgeo_calibration.telemetry.telemetry import Telemetry
 
 if TYPE_CHECKING:
     from mgeo_attitude.commands.files import Picked
@@ -29,7 +24,7 @@ if TYPE_CHECKING:
 
 #: In place of a plan: no maneuver.
 NOTHING = Path("[]")
-#: Files of a folder; what tells that the others are complete goes last.
+#: Files of a folder, in the order of writing.
 FILES = ("calibration.csv", "attitude.csv", "calibration.html", "calibration.json")
 
 
@@ -66,22 +61,6 @@ def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
     return scenario
 
 
-def read_samples(
-    path: Path, scenario: Scenario, mapping: TelemetryMapping | None, output: Output
-) -> Telemetry:
-    """Telemetry, with a line that says what it takes of memory if that is much.
-
-    Raises
-    ------
-    OSError, ImportError, ValueError
-        From `read_telemetry`, or for more than this machine has memory for.
-    """
-    telemetry = read_telemetry(path, scenario, mapping)
-    if words := memory_told(scenario.suite, len(telemetry.times)):
-        output.print(note(words))
-    return telemetry
-
-
 def flown_plan(
     source: Path | None,
     pick: str | None,
@@ -106,26 +85,19 @@ def flown_plan(
 
 
 def check_folder(folder: Path, overwrite: bool) -> None:
-    """Refuse a folder in which the files could not be written.
-
-    Raises
-    ------
-    OSError
-    """
-    if folder.is_dir():
-        from mgeo_attitude.commands.files import check_targets
-
-        check_targets([folder / name for name in FILES], overwrite)
-    elif folder.exists() or folder.is_symlink():
+    """Raise an OSError for a folder in which the files could not or must not be written."""
+    if folder.exists() and not folder.is_dir():
         raise FileExistsError(f"{folder} is no folder: choose another name")
-    else:
-        check_writable(folder)
+    check_writable(folder)
+    for path in (folder / name for name in FILES):
+        if path.exists() and not overwrite:
+            raise FileExistsError(f"{path} exists: choose another name or allow --overwrite")
 
 
 def write_calibration(
-    calibration: Calibration, promised: pd.DataFrame | None, folder: Path, overwrite: bool
+    calibration: Calibration, promised: pd.DataFrame | None, folder: Path
 ) -> list[str]:
-    """Write `FILES`; their paths. Raises as `write_together`."""
+    """Write `FILES` into a folder and return their paths."""
     from mgeo_calibration.calibration.report import report_html
 
     texts = (
@@ -135,8 +107,11 @@ def write_calibration(
         to_json(calibration),
     )
     folder.mkdir(parents=True, exist_ok=True)
-    contents = {folder / name: text.encode() for name, text in zip(FILES, texts, strict=True)}
-    return write_together(contents, overwrite)
+    paths = [folder / name for name in FILES]
+    with lock(folder):
+        for path, text in zip(paths, texts, strict=True):
+            write_file(path, text.encode())
+    return [str(path) for path in paths]
 
 
 def print_calibration(
@@ -166,21 +141,13 @@ _ASKED = ["says", "chi_square", "freedom", "p", "named", "key"]
 
 
 def print_refusal(refused: CannotCalibrate, output: Output) -> None:
-    """Print all that was tested of telemetry of which no calibration comes."""
+    """Print the checks of telemetry that cannot be calibrated."""
     output.print(*titled("Without any attitude", refused.check_table()))
-    if refused.model_tests:
-        title = f"Beside what the scenario says, with noise {refused.noise_factor:g} times as large"
-        output.print(*titled(title, refused.model_table()[_ASKED]))
 
 
 def refusal_document(refused: CannotCalibrate) -> dict[str, Any]:
-    """The same as JSON values."""
-    return {
-        "refused": str(refused),
-        "checks": rows(refused.check_table()),
-        "noise_factor": refused.noise_factor,
-        "model_tests": rows(refused.model_table()),
-    }
+    """Return the refusal and its checks as JSON values."""
+    return {"refused": str(refused), "checks": rows(refused.check_table())}
 
 
 def print_tests(calibration: Calibration, output: Output) -> None:

@@ -2,79 +2,30 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
-
-import numpy as np
 import pandas as pd
 from mgeo_attitude.commands.files import Picked
-from mgeo_attitude.environment.times import elapsed
-from mgeo_attitude.geometry.quaternion import quaternions
-from mgeo_attitude.plan.documents import opened, read_document, scenario_of, written
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.scenario.prior import check_quaternion, states_of
-from mgeo_attitude.settings.errors import expect
-from scipy.spatial.transform import Rotation
 
 from mgeo.cli.output import Output
 from mgeo.terminal import note, plain, titled
-from mgeo.validation.tables import entry
-from mgeo_calibration.calibration.corrections import in_units, telemetry_units
-from mgeo_calibration.commands.files import write_together
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
 SIMULATORS = ("own", "basilisk")
 
-FORMAT = "mgeo-attitude-truth"
-VERSION = 1
 
-#: A plan begins where the flight before has ended, but for rounding [s].
-_SAME_INSTANT = 1e-3
-
-
-def read_truth(path: Path, plan: ManeuverPlan) -> Truth:
-    """The truth that a flight has written, if a plan goes on from it.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read.
-    ValueError, TypeError
-        Naming the file and the key: no truth, of another satellite, or of another instant.
-    """
-    return read_document(path, lambda text: _truth(text, plan))
-
-
-def _truth(text: str, plan: ManeuverPlan) -> Truth:
-    table = opened(text, FORMAT, VERSION)
-    before = scenario_of(table)
-    entry(table, "states", dict)
-    states = states_of(table, plan.scenario.suite)
-    rows = [entry(states, block, list[float], "states.") for block in states]
-    expect({len(row) for row in rows} == {3}, "states", states, "three numbers each")
-    quaternion = entry(table, "quaternion", list[float])
-    check_quaternion(quaternion)
-    time = float(entry(table, "time_s", float))
-    gap = elapsed(before.epoch, plan.scenario.epoch) - time
-    start = f"the epoch of the plan, {time + gap:.6f} s after {before.epoch.isoformat()}"
-    expect(abs(gap) < _SAME_INSTANT, "time_s", time, start)
-    attitude = Rotation.from_quat(quaternion).as_matrix().T
-    return Truth(attitude=attitude[None], states=np.concatenate([np.zeros(3), *rows])[None])
-
-
-def flown(
+def simulate_flight(
     plan: ManeuverPlan,
     simulator: str,
     vehicle: str | None,
     seed: int,
     after: Truth | None = None,
 ) -> Telemetry:
-    """Telemetry of a flight.
+    """Fly the plan once by the chosen simulator.
 
     Raises
     ------
     ValueError
-        For an unknown simulator, a vehicle that is unknown or not flown, or from the simulator.
+        For an unknown simulator or vehicle, a vehicle of the own simulator, or from the simulator.
     ImportError
         If the simulator is not installed.
     """
@@ -90,48 +41,8 @@ def flown(
     from mgeo_calibration.flight.basilisk.fly import fly as fly_basilisk
     from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 
-    coiled = scenario.turned_by_coils and vehicle is None
-    chosen = None if coiled else Vehicle.of(scenario, vehicle)
+    chosen = Vehicle.of(scenario, vehicle) if vehicle else None
     return fly_basilisk(scenario, plan, seed, vehicle=chosen, after=after, environment=environment)
-
-
-def truth_document(
-    plan: ManeuverPlan, telemetry: Telemetry, simulator: str, seed: int
-) -> dict[str, Any]:
-    """What was true at the last sample, under the names that calibration.json has for it.
-
-    ``table`` has ``value`` where a calibration's has ``estimate``.
-    """
-    assert telemetry.truth is not None
-    suite = plan.scenario.suite
-    states = telemetry.truth.states[-1]
-    return {
-        "format": FORMAT,
-        "version": VERSION,
-        "scenario": plan.scenario.to_dict(),
-        "design": list(plan.design),
-        "simulator": simulator,
-        "seed": seed,
-        "time_s": float(telemetry.times[-1]),
-        "quaternion": quaternions(telemetry.truth.attitude[-1:])[0].tolist(),
-        "states": dict(zip(suite.blocks[1:], states.reshape(-1, 3)[1:].tolist(), strict=True)),
-        "table": [
-            {"block": block, "axis": axis, "unit": unit.text, "value": float(value)}
-            for block, unit in telemetry_units(suite).items()
-            for axis, value in zip("xyz", in_units(suite, states, block), strict=True)
-        ],
-    }
-
-
-def write_flight(
-    telemetry: Telemetry, out: Path, truth: Path | None, document: Any, overwrite: bool
-) -> list[str]:
-    """Write telemetry and truth; their paths. Raises as `write_together`."""
-    if truth is None:
-        telemetry.to_csv(out)
-        return [str(out)]
-    contents = {out: telemetry.csv().encode(), truth: written(document).encode()}
-    return write_together(contents, overwrite)
 
 
 #: What a flight by coils is not.

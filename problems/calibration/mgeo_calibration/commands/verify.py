@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from mgeo_attitude.commands.files import Picked
-from mgeo_attitude.commands.show import promised
+from mgeo_attitude.commands.show import render_table
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
+from mgeo_attitude.plan.tables import TABLES
 
 from mgeo.cli.output import Output, rows
-from mgeo.store.run_folder import RUN_FILE, read_run
 from mgeo.terminal import note, plain, titled
 from mgeo_calibration.commands.fly import limited
 from mgeo_calibration.flight.as_flown import told
@@ -45,7 +44,7 @@ def print_verification(picked: Picked, found: Verification, output: Output) -> N
         *titled(f"{found.n_runs} simulated flights, errors after {plan.t_end:.6g} s", shown),
         note(f"NEES per state {found.nees:.3f}; {power(found)}"),
     )
-    output.print(*promised(plan))
+    output.print(*render_table(TABLES["promises"], plan))
     if len(found.path_limits):
         output.print(
             *titled("path limits broken", found.path_limits),
@@ -87,21 +86,10 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
     }
 
 
-def result_file(source: Path, document: Mapping[str, Any]) -> Path | None:
-    """Where a result goes that nobody named a file for: the run that the plan is of, if any.
-
-    That is the folder itself, or the one in which the plan's file stands.
-    """
-    folder = source if source.is_dir() else source.parent
-    if not (folder / RUN_FILE).is_file():
-        return None
-    seed = document["seed"]
-    number = document["solution"]
-    if number is None:
-        designs = read_run(folder).outcome.X.tolist()
-        if document["design"] in designs:
-            number = designs.index(document["design"])
-    return None if number is None else folder / f"verification-solution{number}-seed{seed}.json"
+def result_file(source: Path, picked: Picked, seed: int) -> Path | None:
+    """Return the file for the result of a run's solution, for `mgeo report`; None for a plan."""
+    number = picked.solution
+    return None if number is None else source / f"verification-solution{number}-seed{seed}.json"
 
 
 def _broken(plan: ManeuverPlan) -> str:

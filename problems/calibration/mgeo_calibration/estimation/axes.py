@@ -11,7 +11,7 @@ from mgeo_attitude.geometry.rotation import exponential
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.mistakes import RATE_FACTORS
+from mgeo_calibration.estimation.start import carried_for
 
 #: Windows that are looked at, samples in each, and the angle that the body should turn by [rad].
 _WINDOWS, _SAMPLES, _TURN = 24, 60, 0.5
@@ -22,19 +22,29 @@ _WILD = 3.0  # a step does not turn by more [rad]
 _BETTER, _AS_GOOD = 0.2, 1.5
 _WELL = 5.0  # and no more than so many times what noise and errors as believed leave
 
+#: What rates may be by mistake, and what they would have to be multiplied by.
+RATE_FACTORS = {
+    "in rad/s": float(np.degrees(1.0)),
+    "in deg/h": 1.0 / 3600.0,
+    "in rev/min": 6.0,
+    "in mdeg/s": 1e-3,
+    "ten times as large": 10.0,
+    "a tenth as large": 0.1,
+    "a hundred times as large": 100.0,
+    "a hundredth as large": 0.01,
+}
+
 #: Name of a sensor; body and inertial unit vectors, shape (w, k, 3); weights, shape (w, k).
 Seen = tuple[str, Floats, Floats, Floats]
 
 
 def axes_causes(batch: Batch) -> Iterator[str]:
     """In words: the change of axes or rates that makes windows of samples agree far better."""
-    windows = _windows(batch)
+    bias = np.full(3, batch.suite.gyro.states()["bias"])
+    windows = _windows(batch, carried_for(batch, bias, _ASTRAY))
     vectors = [i for i in range(len(batch.sensors)) if _is_vector(batch, i)]
     seen = [_seen(batch, i, windows) for i in vectors]
     if not len(windows) or not seen:
-        return
-    lasts = float(np.median(batch.times[windows[:, -1]] - batch.times[windows[:, 0]]))
-    if np.sqrt(3.0) * batch.suite.gyro.states()["bias"] * lasts > _ASTRAY:
         return
     rates = (batch.gyro * batch.durations[:, None])[windows[:, :-1]]
     turned = _turned(rates)
@@ -49,7 +59,9 @@ def axes_causes(batch: Batch) -> Iterator[str]:
         words = f"gyro: the vectors turn as if its rates were {unit}"
         found.append((_misfit(seen, _turned(factor * rates)), 1, words))
     least = min(misfit for misfit, _, _ in found)
-    well = _WELL * float(np.mean([_believed(batch, i) for i in vectors]))
+    lasts = batch.times[windows[:, -1]] - batch.times[windows[:, 0]]
+    astray = float(np.median(bias[0] * lasts) ** 2) / 6.0  # of two numbers, about their mean
+    well = _WELL * float(np.mean([_believed(batch, i) for i in vectors]) + astray)
     if least < min(_BETTER * now, well):
         yield min((n, misfit, words) for misfit, n, words in found if misfit < _AS_GOOD * least)[2]
 
@@ -69,11 +81,11 @@ def _signed() -> Iterator[tuple[Floats, int, str]]:
                 yield P, changes, f"agrees with all else if its axes are ({axes}), not (x, y, z)"
 
 
-def _windows(batch: Batch) -> Ints:
+def _windows(batch: Batch, longest: int) -> Ints:
     """Samples of each window, one after the other, without a silence of the gyro."""
     n, rate = len(batch.times), np.linalg.norm(batch.gyro * batch.durations[:, None], axis=1)
     length = int(np.clip(_TURN / max(float(np.median(rate)), 1e-9), _SAMPLES, _LONGEST))
-    length = min(length, n)
+    length = max(_FEWEST, min(length, n, longest))
     first = np.unique(np.linspace(0, n - length, _WINDOWS).astype(int))
     found: Ints = first[:, None] + np.arange(length)
     silent = np.append(batch.breaks, False)[found[:, :-1]].any(axis=1)

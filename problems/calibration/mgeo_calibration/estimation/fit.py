@@ -16,7 +16,6 @@ from mgeo_calibration.estimation.field_strength import start_states
 from mgeo_calibration.estimation.mistakes import (
     check_normalized,
     check_orders,
-    check_unit_of_rates,
     implausible,
 )
 from mgeo_calibration.estimation.residuals import Residuals, residuals
@@ -79,7 +78,7 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     ------
     ValueError
         If no attitude follows from the vectors, they are directions where three numbers are
-        expected, rates are of another unit, quaternions in another order, or more than half of a
+        expected, quaternions are in another order, or more than half of a
         sensor's readings are outliers.
     """
     N = len(batch.times)
@@ -88,7 +87,6 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     where = stretch(directions(batch, accumulated(batch, states), states), N)
     check_normalized(batch)
     check_orders(batch, where, begin)
-    check_unit_of_rates(batch, where, begin)
     reach = carried_for(batch, belief.sigma[3:6], _ASTRAY)
     least = min(FIRST, max(_FEWEST, where.stop - where.start, reach))
     at = Trajectory(np.tile(np.eye(3), (N, 1, 1)), states)

@@ -30,16 +30,6 @@ ORDERS = (
 _BETTER = 0.1  # an order or unit is called wrong if another leaves this share of what disagrees
 _CHECKED = 300  # samples that are looked at, at most
 _ASTRAY = 0.5  # by how much the gyro's bias may turn the attitude in these, 1-sigma [rad]
-#: Units that a gyro's rates may be in by mistake, and what they would have to be multiplied by.
-_UNITS = {"rad/s": np.degrees(1.0), "deg/h": 1.0 / 3600.0, "rev/min": 6.0, "mdeg/s": 1e-3}
-#: The same and scales that are wrong, in words.
-RATE_FACTORS = {f"in {unit}": factor for unit, factor in _UNITS.items()} | {
-    "ten times as large": 10.0,
-    "a tenth as large": 0.1,
-    "a hundred times as large": 100.0,
-    "a hundredth as large": 0.01,
-}
-_CHANCE = 5.0  # prior 1-sigmas of a bias by which rates may be off
 
 
 def implausible(batch: Batch) -> Bools:
@@ -140,39 +130,6 @@ def _disagreement(batch: Batch, relative: Floats, states: Floats) -> float:
     rotation, _ = wahba(seen, np.ones(len(seen.samples), dtype=bool))
     square = ((seen.inertial - seen.body @ rotation.T) ** 2).sum(axis=1)
     return max(float(np.median(square[seen.sensor == one])) for one in np.unique(seen.sensor))
-
-
-def check_unit_of_rates(batch: Batch, where: slice, belief: Belief) -> None:
-    """Refuse a gyro of another unit: with another the vectors would turn far more consistently.
-
-    A unit that changes rates by no more than their bias may be is none to refuse.
-
-    Parameters
-    ----------
-    where, belief
-        As of `check_orders`.
-
-    Raises
-    ------
-    ValueError
-        Naming that unit.
-    """
-    part, states = checked(batch, where, belief)
-    rate = float(np.median(np.linalg.norm(part.gyro, axis=1)))
-
-    def residual(factor: float) -> float:
-        scaled = replace(part, gyro=factor * part.gyro, change=factor * part.change)
-        seen = directions(scaled, accumulated(scaled, states), states)
-        return wahba(seen, np.ones(len(seen.samples), dtype=bool))[1]
-
-    least = _CHANCE * np.linalg.norm(belief.sigma[3:6])
-    left = {u: residual(f) for u, f in _UNITS.items() if abs(f - 1.0) * rate > least}
-    unit = min(left, key=lambda unit: left[unit], default="")
-    if left and left[unit] < _BETTER * residual(1.0):
-        raise ValueError(
-            f"gyro: the vectors turn as if its rates were in {unit}, not deg/s (a factor of "
-            f"{_UNITS[unit]:.4g})"
-        )
 
 
 def checked(batch: Batch, where: slice, belief: Belief) -> tuple[Batch, Floats]:

@@ -186,13 +186,6 @@ def columns(influences: Floats, suite: Suite, owner: Gyro | Sensor) -> list[Floa
     return [influences[:, [k]] for k in range(own.start, own.stop)]
 
 
-def of_world(model: FilterModel, flight: Flight) -> dict[str, Floats]:
-    """True errors of the world at every sample, shape (n + 1, 3), by their states."""
-    blocks = model.suite.blocks
-    places = {state: 3 * blocks.index(f"world.{state}") for state in model.suite.world.states()}
-    return {state: flight.gyro[:, first - 3 : first] for state, first in places.items()}
-
-
 def _reported(
     model: FilterModel,
     index: int,

@@ -8,23 +8,19 @@ from functools import partial
 import numpy as np
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.evaluator import available_threads
-from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.sensors.readings import in_threes
 from numpy.typing import ArrayLike
 
 from mgeo_calibration.calibration.from_telemetry import GATE, at_the_end
-from mgeo_calibration.estimation.batch import Batch
+from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import check, settle
 from mgeo_calibration.estimation.innovation import Estimate
 from mgeo_calibration.estimation.residuals import filtered
 from mgeo_calibration.estimation.trajectory import Trajectory
-from mgeo_calibration.flight.flight import Flight, unsteady
-from mgeo_calibration.flight.own import true_states
+from mgeo_calibration.flight.own import fly
 from mgeo_calibration.simulation.flights import Planned, planned
 from mgeo_calibration.simulation.monte_carlo import MonteCarlo, Record
-from mgeo_calibration.telemetry.gyro_samples import turned
 
 #: From the truth a step this small, in 1-sigmas of the constants and in rad, is the last: what it
 #: leaves was found to be less than a hundredth of a 1-sigma, as the attitude hardly turns by it.
@@ -76,43 +72,27 @@ def simulate_calibrations(
     (3, 1, 18)
     """
     given = planned(scenario, design, n_runs, truth, environment)
+    around = environment or Environment.from_scenario(scenario)
+    run = partial(_calibrated, scenario, given, truth, around)
     generators = np.random.default_rng(seed).spawn(n_runs)
     with ThreadPoolExecutor(threads or available_threads()) as pool:
-        runs = list(pool.map(partial(_calibrated, scenario, given), generators))
+        runs = list(pool.map(run, generators))
     return given.monte_carlo(runs, np.array([given.model.n_steps]))
 
 
-def _batch(scenario: Scenario, given: Planned, flight: Flight) -> Batch:
-    """What `estimation.batch` makes of the flight's telemetry, without the way through its units.
-
-    Nothing is reported at the start, so that the first sample is the second, unless an earlier
-    calibration says what is known at the start.
-    """
-    model, first = given.model, 0 if scenario.prior else 1
-    gyro = flight.readings.gyro
-    if isinstance(model.slew_limits, CoilDrive):  # in telemetry it is the mean of its rate
-        gyro = gyro + unsteady(model, given.design, len(gyro), flight.start)
-    rates = gyro[first:]
-    angle = turned(model.times[1:], gyro)
-    return Batch(
-        suite=model.suite,
-        times=model.times[first:],
-        gyro=rates,
-        change=np.diff(angle(model.times[first:], 1), axis=0),
-        added=np.zeros_like(rates),
-        breaks=np.zeros(len(rates), dtype=bool),
-        sensors=tuple(rows[first:] for rows in flight.readings.where(model.available).sensors),
-        noise=in_threes(sensor.noise() for sensor in model.suite.sensors),
-        vectors=model.references[first:],
-        influences=model.influences[first:],
-    )
-
-
-def _calibrated(scenario: Scenario, given: Planned, generator: np.random.Generator) -> Record:
-    """One flight, and its calibration against its truth at the end."""
-    flight = given.flight(generator)
-    data, belief = _batch(scenario, given, flight), Belief.of(scenario)
-    true, n = true_states(given.real, flight), len(data.times)
+def _calibrated(
+    scenario: Scenario,
+    given: Planned,
+    truth: Scenario | None,
+    environment: Environment,
+    generator: np.random.Generator,
+) -> Record:
+    """Fly once and return the errors of the calibration at the last sample."""
+    telemetry = fly(scenario, given.design, generator, truth=truth, environment=environment)
+    true = telemetry.truth
+    assert true is not None
+    data, belief = batch(scenario, telemetry), Belief.of(scenario)
+    n = len(data.times)
     start = Trajectory(true.attitude[-n:].swapaxes(1, 2), true.states[-n:])
     found = settle(data, belief, start, GATE, FROM_TRUTH)
     check(found, GATE, FROM_TRUTH)

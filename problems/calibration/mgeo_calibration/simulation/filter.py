@@ -22,7 +22,6 @@ from mgeo_attitude.sensors.errors import influenced
 from mgeo_attitude.sensors.readings import Readings, as_reported
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.settings.base import Settings
-from pydantic import Field
 
 from mgeo_calibration.estimation.innovation import (
     STILL,
@@ -56,8 +55,6 @@ class Estimator(Settings):
     """mean and covariance of the measurement's second-order terms (Jazwinski)"""
     reset: bool = True
     """turn the covariance with the estimate when a rotation is fed back (Markley)"""
-    iterations: int = Field(default=1, ge=1)
-    """evaluations of a measurement per update, each at the estimate before"""
 
     @staticmethod
     def plain() -> Estimator:
@@ -214,28 +211,21 @@ class ErrorStateFilter:
             rate=rate,
             influences=tuple(influences),
         )
-        at, e, nis = estimate, np.zeros_like(estimate.states), np.zeros(0)
-        for iteration in range(options.iterations):
-            if iteration:
-                at = estimate.corrected(e, P)
-            r = slopes = predicted(at)
-            if options.jacobians == "aligned":
-                slopes = predicted(at, aligned=True)
-            states, H = jacobian(slopes)
-            HP = multiply(H, P[states])
-            z = r.value + (H * e[states]).sum(axis=1)
-            S = multiply(HP[:, states], H.swapaxes(0, 1))
-            for i, sigma in enumerate(self.suite.sensors[index].noise()):
-                S[i, i] += sigma**2
-            if options.second_order:
-                mean, covariance = second_moments(slopes, P)
-                z, S = z + mean, S + covariance
-            G, w = whiten(S, HP, z)
-            G *= seen
-            e = (G * w[:, None]).sum(axis=0)
-            e[considered] = 0.0
-            if not iteration:
-                nis = np.where(seen, (w * w).sum(axis=0), np.nan)
+        r = predicted(estimate)
+        slopes = predicted(estimate, aligned=True) if options.jacobians == "aligned" else r
+        states, H = jacobian(slopes)
+        HP, z = multiply(H, P[states]), r.value
+        S = multiply(HP[:, states], H.swapaxes(0, 1))
+        for i, sigma in enumerate(self.suite.sensors[index].noise()):
+            S[i, i] += sigma**2
+        if options.second_order:
+            mean, covariance = second_moments(slopes, P)
+            z, S = z + mean, S + covariance
+        G, w = whiten(S, HP, z)
+        G *= seen
+        e = (G * w[:, None]).sum(axis=0)
+        e[considered] = 0.0
+        nis = np.where(seen, (w * w).sum(axis=0), np.nan)
         columns = G.swapaxes(0, 1).copy()
         kept = P[considered[:, None], considered]
         learned = multiply(columns, G)

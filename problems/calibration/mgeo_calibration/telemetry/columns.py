@@ -1,12 +1,10 @@
-"""Columns of a table by their names, and their cells as numbers and times."""
+"""Columns of a table: finding them by name, and their numbers, times and units."""
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,20 +12,18 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.times import clock_seconds_after, seconds_after
 from mgeo_attitude.scenario.scenario import Scenario
 
-from mgeo_calibration.telemetry.files import MISSING
 from mgeo_calibration.telemetry.mapping import Channels
 
-#: Offsets are looked for at the end alone: from the front one pattern for all takes squared time.
-_CLOCK, _OFFSET = re.compile(r"\d\d:\d\d"), re.compile(r"([+-])(\d\d):?(\d\d)\Z")
-_LONGEST = len("+00:00")
-_OTHER_SIGNS = {"µ": "u", "μ": "u", "°": "deg"}
-_OTHER_NAMES = {"dps": "deg/s", "sec": "s", "none": "-", "1": "-"}
+_NAME_AND_UNIT = re.compile(r"([^\[(]*)[\[(](.*)[\])]")
+_UTC_OFFSET = r"([+-])(\d\d):?(\d\d)$"
+_SPELLINGS = {"µ": "u", "μ": "u", "°": "deg"}
+_SYNONYMS = {"dps": "deg/s", "sec": "s", "none": "-", "1": "-"}
 _OTHER_TIMES = ("ms", "us", "min", "h", "d")
 
 
 @dataclass(frozen=True)
 class Column:
-    """One that is there: its place, what makes of its numbers what is asked for, and its unit."""
+    """A column of a table: its position, the sign to multiply its numbers by, and its unit."""
 
     place: int
     sign: float
@@ -35,12 +31,20 @@ class Column:
 
 
 def has_columns(frame: pd.DataFrame, wanted: Sequence[str]) -> bool:
-    """Whether there is one of those."""
+    """Return whether the table has one of the wanted columns."""
     return not {_plain_name(name) for name in frame.columns}.isdisjoint(map(_plain_name, wanted))
 
 
 def find_columns(frame: pd.DataFrame, wanted: Sequence[str]) -> dict[str, Column]:
-    """Those that are wanted, by the names that they are asked for by."""
+    """Find the wanted columns.
+
+    Names differ neither by case nor by a unit in brackets; a minus before a name negates it.
+
+    Raises
+    ------
+    ValueError
+        For missing or ambiguous columns, or an empty table.
+    """
     names = [str(name) for name in frame.columns]
     plain = [_plain_name(name) for name in names]
     found, missing = dict[str, Column](), []
@@ -62,12 +66,10 @@ def find_columns(frame: pd.DataFrame, wanted: Sequence[str]) -> dict[str, Column
 
 
 def name_and_unit(name: object) -> tuple[str, str]:
-    """A name, and the unit in brackets at its end, if there is one."""
+    """Split a column's name into the bare name and the unit in brackets at its end."""
     text = str(name).strip()
-    opening = min((k for mark in "[(" if (k := text.find(mark)) >= 0), default=-1)
-    if opening < 0 or text[-1] not in "])":
-        return text, ""
-    return text[:opening].strip(), text[opening + 1 : -1].strip()
+    parts = _NAME_AND_UNIT.fullmatch(text)
+    return (parts[1].strip(), parts[2].strip()) if parts else (text, "")
 
 
 def _plain_name(name: object) -> str:
@@ -75,110 +77,94 @@ def _plain_name(name: object) -> str:
 
 
 def with_unit(name: str, entry: Channels, columns: Sequence[Column]) -> Channels:
-    """The entry with the unit of its columns, if it says none itself."""
+    """Return the mapping's entry with the unit of its columns, unless it has one."""
     units = {column.unit for column in columns}
     if entry.unit is not None or units <= {""}:
         return entry
     if len(units) > 1:
         raise ValueError(f"{name}: columns in {', '.join(sorted(units))}: expected one unit")
     (unit,) = units
-    for sign, known in _OTHER_SIGNS.items():
+    for sign, known in _SPELLINGS.items():
         unit = unit.replace(sign, known)
-    return replace(entry, unit=_OTHER_NAMES.get(unit, unit))
+    return replace(entry, unit=_SYNONYMS.get(unit, unit))
 
 
 def numbers(column: pd.Series) -> Floats:
-    """A column as floats, NaN where it is empty."""
-    if column.dtype.kind in "iuf":
-        values: Floats = column.to_numpy(dtype=float, na_value=np.nan)
-    else:
-        values = np.asarray([*map(_number, column)], dtype=np.float64)
-    if np.isinf(values).any():
-        row = int(np.argmax(np.isinf(values)))
-        name = f"row {row + 1}, {column.name} = {_shown(column.iloc[row])}"
-        raise ValueError(f"{name}: expected a number")
+    """Return a column as floats, NaN where it is empty.
+
+    Raises
+    ------
+    ValueError
+        Naming row and column of a cell that is no finite number.
+    """
+    values: Floats = _numeric(column).to_numpy(dtype=float, na_value=np.nan)
+    wrong = np.isinf(values)
+    if column.dtype.kind not in "iuf":
+        wrong |= np.isnan(values) & column.notna().to_numpy() & (column != "").to_numpy(bool)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise ValueError(
+            f"row {row + 1}, {column.name} = {_shown(column.iloc[row])}: expected a number"
+        )
     return values
 
 
 def channel_of(columns: Iterable[str], name: str) -> str | None:
-    """The name among those of columns that is this but for case and a unit; None if none is."""
+    """Return the column of this name, whatever its case and unit; None if there is none."""
     return next((each for each in columns if _plain_name(each) == _plain_name(name)), None)
 
 
 def other_columns(
     frame: pd.DataFrame, used: Collection[int], wanted: Collection[str] = ()
 ) -> dict[str, Floats]:
-    """Columns of numbers at other places, by their names, that change and are mostly there.
+    """Return the unused columns of numbers that vary and are mostly filled, by name.
 
-    Those that are `wanted` need neither; there has to be a number in them.
+    Wanted columns need only one number.
     """
     asked = {_plain_name(name) for name in wanted}
     found = {}
     for place, name in enumerate(frame.columns):
-        if place in used:
+        column = frame.iloc[:, place]
+        if place in used or column.dtype.kind in "mM":
             continue
         try:
-            values = numbers(frame.iloc[:, place])
-        except (ValueError, TypeError):
+            values = numbers(column)
+        except ValueError:
             continue
         there = np.isfinite(values)
-        if _plain_name(name) in asked:
-            if there.any():
-                found[str(name)] = values
-            continue
-        if 2 * there.sum() > len(values) and np.ptp(values[there]) > 0.0:
+        varies = 2 * there.sum() > len(values) and np.ptp(values[there]) > 0.0
+        if there.any() if _plain_name(name) in asked else varies:
             found[str(name)] = values
     return found
 
 
-def _number(cell: object) -> float:
-    """A cell's number, NaN if it is empty, an infinity for anything else."""
-    if isinstance(cell, str):
-        text = cell.strip()
-        if text.lower() in MISSING:
-            return math.nan
-        if not text.isascii() or "_" in text:  # Python would take 1_0 and digits of other scripts
-            return math.inf
-        try:
-            return float(text)
-        except ValueError:
-            return math.inf
-    if cell is None or cell is pd.NA or cell is pd.NaT:
-        return math.nan
-    is_number = isinstance(cell, int | float | np.number) and not isinstance(cell, bool)
-    return float(cell) if is_number else math.inf  # type: ignore[arg-type]
-
-
-def _shown(cell: Any) -> str:
-    plain = cell.item() if isinstance(cell, np.generic) else cell
-    return f"{plain!r:.40}"
-
-
 def seconds(column: pd.Series, form: str, scenario: Scenario) -> Floats:
-    """Seconds of SI since the epoch, of numbers, calendar times or texts of ISO 8601."""
+    """Return SI seconds since the epoch of numbers, time stamps or ISO 8601 texts.
+
+    Raises
+    ------
+    ValueError
+        Naming the row and value of what is no time.
+    """
     epoch, name = scenario.epoch, str(column.name)
-    times: Floats
     if name_and_unit(name)[1] in _OTHER_TIMES and form != "unix-ms":
         raise ValueError(f"{name}: expected seconds since the epoch, Unix times or ISO 8601")
-    if column.dtype.kind not in "iufM" and not math.isinf(_number(column.iloc[0])):
+    if column.dtype.kind == "O" and _numeric(column.iloc[:1]).notna().all():
         column = pd.Series(numbers(column), name=name)
-    is_number = column.dtype.kind in "iuf"
-    if form != "epoch":
-        if not is_number:
-            first = _shown(column.iloc[0])
-            raise ValueError(f"row 1, {name} = {first}: expected {form} times, as time_format says")
-        unix = numbers(column) * (1e-3 if form == "unix-ms" else 1.0)
-        times = clock_seconds_after(epoch, unix - epoch.timestamp())
-    elif is_number:
+    times: Floats
+    if column.dtype.kind in "iuf":
         times = numbers(column)
-    elif column.dtype.kind in "bcm":  # durations, say
-        times = np.full(len(column), np.nan)
-    elif column.dtype.kind == "M" or not isinstance(column.iloc[0], str):
-        at = pd.to_datetime(column, utc=True, errors="coerce")
-        clock = (at - pd.Timestamp(epoch)).dt.total_seconds().to_numpy(dtype=float)
-        times = clock_seconds_after(epoch, clock)
+        if form != "epoch":
+            unix = times * (1e-3 if form == "unix-ms" else 1.0)
+            times = clock_seconds_after(epoch, unix - epoch.timestamp())
+    elif form != "epoch":
+        first = _shown(column.iloc[0])
+        raise ValueError(f"row 1, {name} = {first}: expected {form} times, as time_format says")
+    elif column.dtype.kind == "M":
+        clock = (pd.to_datetime(column, utc=True) - pd.Timestamp(epoch)).dt.total_seconds()
+        times = clock_seconds_after(epoch, clock.to_numpy(dtype=float))
     else:
-        times = _stamped(column.tolist(), scenario)
+        times = _parsed(column.astype(str).str.strip(), scenario)
     if np.isnan(times).any():
         row = int(np.argmax(np.isnan(times)))
         raise ValueError(
@@ -188,30 +174,29 @@ def seconds(column: pd.Series, form: str, scenario: Scenario) -> Floats:
     return times
 
 
-def _stamped(texts: list[Any], scenario: Scenario) -> Floats:
-    """Seconds of SI since the epoch, NaN of texts that are no time."""
-    ahead, stamps = np.zeros(len(texts)), [str(text).strip() for text in texts]
-    for k, stamp in enumerate(stamps):
-        stamps[k], ahead[k] = _parted(stamp)
+def _parsed(stamps: pd.Series, scenario: Scenario) -> Floats:
+    """SI seconds since the epoch of ISO 8601 stamps, NaN of what is none."""
+    offsets = stamps.str.extract(_UTC_OFFSET)
+    ahead = 3600.0 * offsets[1].astype(float) + 60.0 * offsets[2].astype(float)
+    ahead = ahead.where(offsets[0] != "-", -ahead).fillna(0.0)
+    clocks = stamps.str.replace(_UTC_OFFSET, "", regex=True).tolist()
     try:
-        return seconds_after(scenario.epoch, stamps) - ahead
+        found = seconds_after(scenario.epoch, clocks)
     except ValueError:
-        return np.array([_stamp(stamp, scenario) for stamp in stamps]) - ahead
+        found = np.array([_second(clock, scenario) for clock in clocks])
+    return found - ahead.to_numpy()
 
 
-def _parted(stamp: str) -> tuple[str, float]:
-    """A time without its offset from UTC, and this [s]; the end of a date alone is none."""
-    offset = _OFFSET.search(stamp, max(0, len(stamp) - _LONGEST))
-    clock = stamp[: offset.start()].rsplit(None, 1)[-1:] if offset else []
-    if offset is None or not clock or not _CLOCK.search(clock[0]):
-        return stamp, 0.0
-    sign, hours, minutes = offset.groups()
-    size = 3600.0 * int(hours) + 60.0 * int(minutes)
-    return stamp[: offset.start()], -size if sign == "-" else size
-
-
-def _stamp(stamp: str, scenario: Scenario) -> float:
+def _second(stamp: str, scenario: Scenario) -> float:
     try:
         return float(seconds_after(scenario.epoch, [stamp])[0])
     except ValueError:
-        return math.nan
+        return np.nan
+
+
+def _numeric(column: pd.Series) -> pd.Series:
+    return pd.to_numeric(column, errors="coerce")
+
+
+def _shown(cell: object) -> str:
+    return f"{cell.item() if isinstance(cell, np.generic) else cell!r:.40}"

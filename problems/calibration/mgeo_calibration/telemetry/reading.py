@@ -15,7 +15,6 @@ from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
 from scipy.spatial.transform import Rotation
 
-from mgeo.validation.tables import FileError
 from mgeo_calibration.telemetry.checks import (
     check_changes,
     check_saturation,
@@ -63,7 +62,7 @@ def read_telemetry(
     OSError
         If it cannot be read.
     ImportError
-        For Parquet without pyarrow, or a workbook without openpyxl.
+        For Parquet without pyarrow.
     ValueError
         Naming file, row and column of what is missing, no number, unknown, given twice with
         different values, stuck, saturated or outside the field model.
@@ -83,10 +82,8 @@ def read_telemetry(
     path = Path(source)
     try:
         return _telemetry(read_table(path), scenario, mapping or TelemetryMapping())
-    except FileError:
-        raise
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+        raise ValueError(f"{path}: {str(error).strip()}") from error
 
 
 class _Rows(NamedTuple):
@@ -228,18 +225,15 @@ def _asked(name: str, entry: Channels, width: int = 3, *others: int) -> list[str
 
 def _merged(times: Floats, table: Floats, names: Sequence[str]) -> tuple[Floats, Floats]:
     """Rows in the order of their times, those of one time put together."""
-    order = np.argsort(times, kind="stable")
-    times, table = times[order], table[order]
-    first = np.flatnonzero(np.append(True, np.diff(times) > 0.0))
-    with np.errstate(invalid="ignore"):
-        low, high = np.fmin.reduceat(table, first), np.fmax.reduceat(table, first)
-    if (differs := low < high).any():
+    rows = pd.DataFrame(table).groupby(times)
+    low, high = rows.min(), rows.max()
+    if (differs := low.to_numpy() < high.to_numpy()).any():
         row, column = np.argwhere(differs)[0]
         raise ValueError(
-            f"time {times[first[row]]:.6f} s occurs with {names[column]} = "
-            f"{float(low[row, column])!r} and {float(high[row, column])!r}: expected one of the two"
+            f"time {low.index[row]:.6f} s occurs with {names[column]} = {low.iloc[row, column]} "
+            f"and {high.iloc[row, column]}: expected one of the two"
         )
-    return times[first], low
+    return low.index.to_numpy(copy=True), low.to_numpy(copy=True)
 
 
 def _merged_channels(times: Floats, channels: Mapping[str, Floats]) -> dict[str, Floats]:

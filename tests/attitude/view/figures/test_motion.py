@@ -9,7 +9,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.scenario import InitialConditions
 from mgeo_attitude.view.figures.curves import projected
-from mgeo_attitude.view.figures.motion import SHADOW, turns_of_direction
+from mgeo_attitude.view.figures.motion import SHADOW
 from scipy.spatial.transform import Rotation
 
 
@@ -82,14 +82,6 @@ def test_the_body_starts_where_the_scenario_says(X):
     assert (sun.x[0], sun.y[0]) == (seen[0][0], seen[1][0])
 
 
-def test_a_ramp_takes_few_turns(ramped, sharp, X):
-    few = np.array([len(motion_of(ramped, x)[1]["turns"]["body"]["x"]) for x in X[:5]])
-    stretches = ramped.model.schedule(X[:5]).flown().sum(axis=1)
-    assert (few < stretches / 4).all()
-    assert max(few) < 60 < max(stretches)
-    assert len(motion_of(sharp, X[0])[1]["turns"]["body"]["x"]) <= 3
-
-
 @pytest.mark.parametrize("name", ["sun", "field"])
 def test_sun_and_field_stand_where_the_environment_has_them(sharp, X, name):
     figure, motion = motion_of(sharp, X[0])
@@ -102,13 +94,6 @@ def test_sun_and_field_stand_where_the_environment_has_them(sharp, X, name):
         seen = orientation(motion["turns"][label], environment.times[k]) @ tip
         exact = vectors[k] / np.linalg.norm(vectors[k])
         assert np.degrees(np.arccos(np.clip(seen @ exact, -1.0, 1.0))) < 0.05
-
-
-def test_a_direction_that_rests_does_not_turn():
-    rest = turns_of_direction(np.arange(3.0), np.tile([0.0, 2.0, 0.0], (3, 1)))
-    assert not np.any([rest[axis] for axis in "xyz"])
-    quarter = turns_of_direction(np.arange(2.0), np.eye(3)[:2])
-    np.testing.assert_allclose([quarter[axis][0] for axis in "xyz"], [0, 0, 90], atol=1e-12)
 
 
 def test_phases_are_the_plan_and_the_shadow(X):

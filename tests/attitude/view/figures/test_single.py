@@ -1,6 +1,5 @@
 """Figures of single plans, against the problem's own numbers and the reference filter."""
 
-import base64
 import dataclasses
 
 import numpy as np
@@ -9,31 +8,10 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.view.figures.curves import OUTLINE, corners, graticule, projected
 
-from mgeo.report.solutions import figure_json, tree_json
-
 
 @pytest.fixture(scope="module")
 def short():
     return AttitudeManeuverProblem(dataclasses.replace(Scenario.paper(), duration=2400.0))
-
-
-def test_drawings_are_the_figures(short, X):
-    """As a page gets them, to the last byte of every curve."""
-    (trees,), (figures,) = short.view(X[:1]).drawings(), short.view(X[:1]).solution_figures()
-    assert trees.keys() == figures.keys()
-    for name, tree in trees.items():
-        drawn, said = figure_json(figures[name]), tree_json(tree)
-        for one, other in zip(said["data"], drawn["data"], strict=True):
-            for key in one.keys() - {"x", "y", "z"}:
-                assert one[key] == other[key]
-            for key in one.keys() & {"x", "y", "z"}:
-                np.testing.assert_array_equal(numbers(one[key]), numbers(other[key]))
-
-
-def numbers(packed):
-    if not isinstance(packed, dict):
-        return np.array(packed, dtype=float)
-    return np.frombuffer(base64.b64decode(packed["bdata"]), packed["dtype"]).astype(float)
 
 
 def test_curves_are_those_of_the_reference_filter(short, X):
@@ -118,33 +96,6 @@ def test_the_map_has_equal_areas_and_its_axes_where_they_belong():
     assert inner.mean() == pytest.approx(0.25, abs=0.01)
     assert (np.abs(across) <= OUTLINE[0]).all()
     assert len(graticule()) == 2
-
-
-def test_figures_of_a_front_are_small(short, X):
-    sizes = [
-        sum(
-            np.size(trace.x) + np.size(trace.y)
-            for name, figure in figures.items()
-            if name != "motion"  # only its turns differ from plan to plan
-            for trace in figure.data
-        )
-        for figures in short.view(X[:3]).solution_figures()
-    ]
-    assert max(sizes) < 4000
-
-
-def test_few_samples_draw_the_curves(short, X):
-    plan = ManeuverPlan.from_design(short, X[0])
-    (figures,) = short.view(X[:1]).solution_figures()
-    for name, exact in (("trace", plan.history.trace), ("attitude", None)):
-        line = figures[name].data[0]
-        if exact is None:
-            factor = line.y[0] / plan.history.sigma[0, 0]
-            exact = plan.history.sigma[:, 0] * factor
-        drawn = np.interp(plan.history.times, line.x, np.log10(line.y))
-        off = np.abs(drawn - np.log10(exact)) / np.ptp(np.log10(exact))
-        assert off.max() < 0.06
-        assert len(line.x) == 48
 
 
 def test_corners_of_a_polyline_are_found():

@@ -31,32 +31,6 @@ def test_fastest_knee_and_least_trace_are_chosen():
     np.testing.assert_array_equal(few.X[:, 0], [24, 48, 0])
 
 
-def test_up_to_six_are_all_chosen_by_time():
-    F = np.array([[5, 5], [3, 9], [9, 1], [9, 9]], dtype=float)
-    few = made_up(F).chosen(knee(F))
-    np.testing.assert_array_equal(few.numbers, [1, 0, 2, 3])
-    assert few.labels == (
-        "solution 1 (fastest)",
-        "solution 0 (knee)",
-        "solution 2 (least trace)",
-        "solution 3",
-    )
-
-
-def test_one_solution_is_everything():
-    F = np.array([[5.0, 5.0]])
-    assert made_up(F).chosen(knee(F)).labels == ("solution 0 (fastest, least trace)",)
-
-
-@pytest.mark.parametrize("middle", [[], [[4.0, 4.0]]])
-def test_a_front_that_does_not_bend_inward_has_no_knee(middle):
-    F = np.array([[1.0, 5.0], *middle, [5.0, 1.0]])
-    labels = made_up(F).chosen(knee(F)).labels
-    assert labels[0] == "solution 0 (fastest)"
-    assert labels[-1] == f"solution {len(F) - 1} (least trace)"
-    assert not any("knee" in label for label in labels)
-
-
 def test_broken_covariances_are_left_out():
     problem = AttitudeManeuverProblem()
     sigma = problem.model.initial_sigma * 1e6

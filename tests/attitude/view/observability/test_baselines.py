@@ -25,14 +25,6 @@ def test_designs_by_hand():
     assert baselines(Scenario.paper(), 600.0)["x only"][0] == 1.0  # the scenario's greatest rate
 
 
-@pytest.mark.parametrize("bad", [0.0, -1.0, np.nan, np.inf])
-def test_bad_durations_and_rates_are_named(bad):
-    with pytest.raises(ValueError, match=r"duration = .*above 0"):
-        baselines(Scenario.paper(), bad)
-    with pytest.raises(ValueError, match=r"rate_deg_s = .*above 0"):
-        baselines(Scenario.paper(), 10.0, rate_deg_s=bad)
-
-
 @pytest.mark.slow
 def test_comparison_is_that_of_single_runs_at_the_same_time(problem, design, history):
     others = baselines(problem.scenario, 351.0)
@@ -56,10 +48,6 @@ def test_comparison_is_that_of_single_runs_at_the_same_time(problem, design, his
     assert table.loc["no maneuver", "times the first [-]"] > 10.0
 
 
-def test_bad_comparisons_are_named(problem, design):
-    with pytest.raises(ValueError, match="at least one"):
-        compare(problem, {}, 100.0)
-    with pytest.raises(ValueError, match="at = 12000"):
-        compare(problem, {"plan": design}, 12000.0)
+def test_a_design_of_another_length_is_refused(problem, design):
     with pytest.raises(ValueError, match="4 variables"):
         compare(problem, {"plan": design[:11]}, 100.0)

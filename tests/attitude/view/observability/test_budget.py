@@ -27,17 +27,6 @@ def test_squares_add_up_to_the_worst_axis(plan):
     np.testing.assert_allclose(whole, worst, rtol=1e-9)
 
 
-def test_the_largest_part_is_told_first_and_the_limits_word_on_it(plan):
-    (line,) = plan.reasons()
-    parts = plan.budget().iloc[:-1, 0]
-    assert line.startswith("attitude ")
-    assert f": {parts.max():.3g} {parts.idxmax()}, " in line
-    if parts.idxmax().startswith("initial "):
-        assert "no maneuver can leave less than" in line
-    best = plan.remedies().iloc[:, 0].nsmallest(2)
-    assert line.endswith(", ".join(f"{value:.3g} deg with {name}" for name, value in best.items()))
-
-
 def worst(model, design, t_end):
     """By the reference filter, on its own tables."""
     history = filter_history(model.endless, design)

@@ -16,13 +16,3 @@ def test_rows_are_the_ends_of_the_phases(problem, design, history):
     np.testing.assert_allclose(
         table["mag bias x [nT]"], 50e3 * history.sigma[[0, 200, 351, -1], 15], rtol=1e-14
     )
-
-
-def test_shares_are_of_the_fall_in_decades(problem, design, history):
-    table = contributions(problem.model, design, history)
-    share = table["contribution [%]"]
-    assert share.sum() == pytest.approx(100.0, rel=1e-12)
-    assert share["start"] == 0.0
-    t0, t1, *_, t_end = table["trace [-]"]
-    decades = np.log10(t0 / t1) / np.log10(t0 / t_end)
-    assert share["maneuver 1"] == pytest.approx(100.0 * decades, rel=1e-12)

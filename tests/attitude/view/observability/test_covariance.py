@@ -80,18 +80,3 @@ def test_correlations_are_those_of_the_covariance(problem, history):
     expected = P[0, 6] / np.sqrt(P[0, 0] * P[6, 6])
     assert table.loc["attitude x", "sun misalignment x"] == pytest.approx(expected, rel=1e-12)
     assert table.to_numpy().min() >= -1.0
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda P: P[:17, :17], r"shape \(17, 17\): expected \(18, 18\)"),
-        (lambda P: P + np.nan, "finite"),
-        (lambda P: -P, "above zero"),
-        (lambda P: P + np.eye(18, k=1) * 1e-3, "symmetric"),
-    ],
-)
-def test_what_is_no_covariance_is_refused(problem, history, change, message):
-    for function in (correlations, least_observable, normalized):
-        with pytest.raises(ValueError, match=message):
-            function(problem.model, change(history.covariance))

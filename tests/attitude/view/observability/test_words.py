@@ -55,31 +55,3 @@ Z = np.array([0.0, 0.0, 0.01])
 def test_words(vectors, words, sign):
     signed = {block: sign * np.asarray(vector) for block, vector in vectors.items()}
     assert in_words(*direction(PAPER, **signed)) == words
-
-
-def test_a_star_tracker_and_a_sensor_without_misalignment():
-    suite = SUITES["star tracker"]
-    common = {"attitude": Z, "tracker__misalignment": Z}
-    assert in_words(*direction(suite, **common)) == (
-        "common rotation of attitude and tracker about body z"
-    )
-    every = {**common, "mag__misalignment": Z}
-    assert in_words(*direction(suite, **every)) == (
-        "common rotation of attitude and both sensors about body z"
-    )
-
-
-def test_three_sensors_and_a_gyro_with_a_misalignment_of_its_own():
-    suite = SUITES["two Sun sensors"]
-    tilts = {f"{name}__misalignment": Z for name in ("sun_x", "sun_z", "mag")}
-    assert in_words(*direction(suite, **tilts)) == "common rotation of all 3 sensors about body z"
-    gyro = in_words(*direction(SUITES["full gyro"], gyro__misalignment=0.1 * Z))
-    assert gyro == "gyro misalignment about body z"
-
-
-def test_something_is_always_named():
-    """Spread evenly over so many 3-vectors that none has a tenth, the largest is named."""
-    suite = SUITES["two Sun sensors"]
-    v = np.ones(suite.n_states)
-    v[:3] = 1.01
-    assert "body" in in_words(suite, suite.initial_sigma(np.radians(5.0)), v)

@@ -17,7 +17,7 @@ pytest.importorskip(
 )
 
 from mgeo_calibration.flight.basilisk.fly import fly
-from mgeo_calibration.flight.basilisk.simulation import Drawn, Outside, simulate
+from mgeo_calibration.flight.basilisk.simulation import Drawn, simulate
 
 #: Three maneuvers, the second of them cut short by rounding up to a step.
 PLAN = np.array([0.5, 0.3, -0.2, 200.3, -0.3, 0.6, 0.2, 250.0, 0.2, -0.4, 0.7, 300.0])
@@ -33,8 +33,7 @@ def short(scenario: Scenario, duration: float, **changes) -> Scenario:
 def errorless(model) -> Drawn:
     """No error at all, of a run of a model."""
     zero, bias = np.zeros(model.suite.n_states), np.zeros((model.n_steps, 3))
-    outside = Outside(*np.zeros((3, model.n_steps + 1, 3)))
-    return Drawn(model.initial_attitude, model.initial_rate, zero, zero.copy(), bias, outside)
+    return Drawn(model.initial_attitude, model.initial_rate, zero, zero.copy(), bias)
 
 
 def check_calibrated(scenario, design, flights, supported=True):

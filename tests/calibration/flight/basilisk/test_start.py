@@ -1,14 +1,12 @@
 """Flights by Basilisk from another attitude than GCRS's axes, and with a rate."""
 
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.scenario import Wheels
 from mgeo_calibration import calibrate
 from mgeo_calibration.flight.basilisk.fly import fly
 from mgeo_calibration.flight.basilisk.vehicle import Vehicle
@@ -18,8 +16,6 @@ from ...calibration.flights import check_claimed, normalized
 from .flights import PLAN, errorless, seen
 
 pytestmark = pytest.mark.basilisk
-
-ISS = Path(__file__).parents[3] / "attitude" / "reference" / "iss-2008-09-20.oem"
 
 
 def starting(initial, duration=600.0, **changes):
@@ -78,41 +74,6 @@ def test_a_plan_is_followed_from_any_start(initial):
     assert np.degrees(off.max()) < 1.0  # a second's ramp is too fast for the controller
     assert np.abs(found.attitude[0] - np.eye(3)).max() > 0.5
     assert np.degrees(off[[0, 190, -1]]).max() < 1e-6
-
-
-def test_wheels_hold_the_momentum_of_a_satellite_that_turns_already():
-    """From 0.9 to -0.9 deg/s: wheels that started at rest would need twice what they can hold."""
-    wheels = Wheels(
-        inertia=(3.0, 2.0, 1.0),
-        axes=((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)),
-        max_torque=2e-3,
-        max_momentum=3.0 * 0.9 * 0.0175 * 1.2,
-    )
-    vehicle = Vehicle(wheels=wheels)
-    scenario = starting({"rate_deg_s": [0.9, 0.0, 0.0]})
-    design = np.tile([-0.9, 0.0, 0.0, 200.0], 3)
-    _, motion, found = flown(scenario, design, vehicle)
-    rates = np.degrees(rates_of(found.attitude))
-    assert rates[0, 0] == pytest.approx(0.9, abs=0.03)
-    np.testing.assert_allclose(rates[-50:], np.tile([-0.9, 0.0, 0.0], (50, 1)), atol=1e-3)
-    off = Rotation.from_matrix(found.attitude @ motion.attitude.transpose(0, 2, 1)).magnitude()
-    assert np.degrees(off[-1]) < 0.05
-
-
-def test_an_ephemeris_is_flown_position_by_position():
-    base = Scenario.from_dict(
-        {
-            "preset": "cubesat_6u",
-            "epoch": "2008-09-20T12:26:00Z",
-            "duration": 600.0,
-            "convergence": {"window": 300.0},
-            "orbit": {"propagator": "file", "file": str(ISS)},
-            "initial": {"pointing": "nadir"},
-        }
-    )
-    environment, _, found = flown(base, PLAN)
-    np.testing.assert_allclose(found.position, environment.position, rtol=0, atol=1e-6)
-    assert np.abs(found.field - environment.field).max() < 10.0
 
 
 def test_a_second_flight_is_that_of_the_same_satellite():

@@ -13,9 +13,8 @@ from plotly.subplots import make_subplots
 from mgeo.figures.style import finished, log_axis
 from mgeo.runs.answer import knee
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.criteria.objectives import indicators
+from mgeo_attitude.criteria.objectives import PAPER, indicators
 from mgeo_attitude.maneuvers.schedule import flown
-from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view import at_best
@@ -25,7 +24,7 @@ from mgeo_attitude.view.figures.style import Solutions, line, panels_height
 from mgeo_attitude.view.plans import Plans, spread
 
 if TYPE_CHECKING:
-    from mgeo_attitude.view.plans import ManeuverProblem
+    from mgeo_attitude.problem import AttitudeManeuverProblem
 
 #: Of the time in which the last rate is held: gray on light and on dark pages.
 _HELD = "rgba(128,128,128,0.15)"
@@ -43,16 +42,15 @@ def figures(plans: Plans) -> dict[str, go.Figure]:
         If there is no plan with finite objectives.
     """
     problem, solutions = plans.problem, Solutions.of(plans)
-    ends = [problem.n_obj, problem.n_obj + problem.n_ieq_constr]
-    own, excess, _ = np.split(plans.values[solutions.numbers], ends, axis=1)
+    own = plans.F[solutions.numbers]
     bend = knee(indicators(problem.objectives, own, problem.scenario))
     few = solutions.chosen(bend)
     front = {}
     if problem.objectives == PAPER:
         rows = spread(len(solutions.X))
-        looked_at = plans.take(solutions.numbers[rows])
+        some = plans.take(solutions.numbers[rows])
         known = np.full((len(own), 3), np.nan)
-        known[rows] = np.column_stack([looked_at.kept, looked_at.kept_sigma_deg])
+        known[rows] = np.column_stack([some.kept, some.kept_sigma_deg])
         too_late = problem.model.too_late
         known[known[:, 0] >= too_late] = np.nan  # so many flights do not converge at all
         front["front"] = front_figure(
@@ -60,7 +58,7 @@ def figures(plans: Plans) -> dict[str, go.Figure]:
             dataclasses.replace(solutions, F=own),
             known,
             longest=too_late,
-            dead_end=bool((excess > 0.0).any(axis=1).all()),
+            dead_end=bool((plans.excesses[solutions.numbers] > 0.0).any(axis=1).all()),
             least=at_best.under(problem, own[:, 0]),
             bend=bend,
         )
@@ -71,7 +69,7 @@ def figures(plans: Plans) -> dict[str, go.Figure]:
 
 
 def maneuvers_figure(
-    problem: ManeuverProblem, solutions: Solutions, held: Floats | None = None
+    problem: AttitudeManeuverProblem, solutions: Solutions, held: Floats | None = None
 ) -> go.Figure:
     """One row per solution, each with its own time axis: rates about body x, y and z.
 
@@ -115,7 +113,9 @@ def maneuvers_figure(
     return figure.update_layout(height=panels_height(rows))
 
 
-def timeline(problem: ManeuverProblem, x: Floats, until: float) -> tuple[Floats, Floats, float]:
+def timeline(
+    problem: AttitudeManeuverProblem, x: Floats, until: float
+) -> tuple[Floats, Floats, float]:
     """A plan as it is flown until a time [s], and the slew back from then on.
 
     Returns
@@ -139,7 +139,7 @@ _SAMPLES = 300
 _COLUMNS = 2
 
 
-def convergence_figure(problem: ManeuverProblem, solutions: Solutions) -> go.Figure:
+def convergence_figure(problem: AttitudeManeuverProblem, solutions: Solutions) -> go.Figure:
     """Panels of the trace and of each state block's worst axis, one line per solution."""
     blocks = block_units(problem.model.suite)
     panels = ["trace [-]", *(f"{block.label}, 1-sigma [{block.unit}]" for block in blocks)]
@@ -181,7 +181,9 @@ def convergence_figure(problem: ManeuverProblem, solutions: Solutions) -> go.Fig
     return figure.update_layout(height=panels_height(rows))
 
 
-def trace_curves(problem: ManeuverProblem, solutions: Solutions) -> list[tuple[Floats, Floats]]:
+def trace_curves(
+    problem: AttitudeManeuverProblem, solutions: Solutions
+) -> list[tuple[Floats, Floats]]:
     """For each solution, times [s], shape (k,), and the panels' values then, (1 + n_blocks, k)."""
     model = problem.model
     factors = [block.factor for block in block_units(model.suite)]

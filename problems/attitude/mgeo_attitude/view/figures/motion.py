@@ -20,7 +20,7 @@ from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view.figures.style import title
 
 if TYPE_CHECKING:
-    from mgeo_attitude.view.plans import ManeuverProblem
+    from mgeo_attitude.problem import AttitudeManeuverProblem
 
 
 SHADOW = "Earth's shadow"
@@ -82,7 +82,7 @@ def directions(environment: Environment) -> dict[str, dict[str, Floats]]:
 
 
 def motion(
-    problem: ManeuverProblem,
+    problem: AttitudeManeuverProblem,
     trajectory: Trajectory,
     inertial: dict[str, dict[str, Floats]],
     shadow: Sequence[tuple[float, float]],

@@ -20,8 +20,8 @@ from mgeo_attitude.view.figures.style import line, title
 from mgeo_attitude.view.plans import Plans
 
 if TYPE_CHECKING:
+    from mgeo_attitude.problem import AttitudeManeuverProblem
     from mgeo_attitude.scenario.scenario import Scenario
-    from mgeo_attitude.view.plans import ManeuverProblem
 
 Intervals = list[tuple[float, float]]
 
@@ -73,7 +73,7 @@ def _against_time(layout: dict[str, Any], t_end: float, shadow: Intervals) -> No
     layout["shapes"] = [{**band, "x0": start, "x1": end} for start, end in shadow]
 
 
-def _rates(problem: ManeuverProblem, flight: Flown) -> dict[str, Any]:
+def _rates(problem: AttitudeManeuverProblem, flight: Flown) -> dict[str, Any]:
     model, limit = problem.model, problem.scenario.maneuvers.max_rate_deg_s
     times, rates = _drawn(flight, model)
     rows = corners(times, rates, _SAMPLES)
@@ -99,7 +99,9 @@ def _drawn(flight: Flown, model: FilterModel) -> tuple[Floats, Floats]:
     return line[kept], np.degrees(np.repeat(flight.rates, 2, axis=0)[kept])
 
 
-def _errors(problem: ManeuverProblem, t_end: float, variances: Floats) -> dict[str, dict[str, Any]]:
+def _errors(
+    problem: AttitudeManeuverProblem, t_end: float, variances: Floats
+) -> dict[str, dict[str, Any]]:
     """Trace, and one figure for each 3-vector of the state with a line for each axis."""
     model = problem.model
     steps = sample_steps(round(t_end / model.step))
@@ -126,7 +128,7 @@ def _errors(problem: ManeuverProblem, t_end: float, variances: Floats) -> dict[s
     return figures
 
 
-def _directions(problem: ManeuverProblem, body: Floats, t_end: float) -> dict[str, Any]:
+def _directions(problem: AttitudeManeuverProblem, body: Floats, t_end: float) -> dict[str, Any]:
     """Where Sun and field stand as seen from the body, at even times: an equal-area map."""
     environment = problem.environment
     last = round(t_end / problem.model.step)
@@ -192,7 +194,7 @@ def _layout(text: str, axis: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _shadow(problem: ManeuverProblem) -> Intervals:
+def _shadow(problem: AttitudeManeuverProblem) -> Intervals:
     """Starts and ends [s] of the times in the Earth's shadow, the same for all plans."""
     if not problem.scenario.eclipse:
         return []

@@ -22,7 +22,7 @@ from mgeo_attitude.sensors.suite import Suite, block_units
 from mgeo_attitude.view.describe import worst_axes
 
 if TYPE_CHECKING:
-    from mgeo_attitude.view.plans import ManeuverProblem
+    from mgeo_attitude.problem import AttitudeManeuverProblem
 
 _AXES = np.eye(3)
 
@@ -44,16 +44,8 @@ def baselines(
     dict
         ``no maneuver``; ``x``, ``y`` and ``z only``; ``x, y, z in turn``, a third of the time each;
         and ``x, y, z in turn, there and back``, each axis first forward, then backward.
-
-    Raises
-    ------
-    ValueError
-        For a duration or a rate that is not above zero.
     """
     rate = scenario.maneuvers.max_rate_deg_s if rate_deg_s is None else rate_deg_s
-    for name, value in (("duration", duration), ("rate_deg_s", rate)):
-        if not 0.0 < value < np.inf:
-            raise ValueError(f"{name} = {value!r}: expected a number above 0")
     forward = rate * _AXES
     there_and_back = np.stack([forward, -forward], axis=1).reshape(-1, 3)
     return {
@@ -72,7 +64,9 @@ def without_optimizer(
     return baselines(scenario, max(sum(maneuvers), scenario.step))
 
 
-def compare(problem: ManeuverProblem, designs: Mapping[str, ArrayLike], at: float) -> pd.DataFrame:
+def compare(
+    problem: AttitudeManeuverProblem, designs: Mapping[str, ArrayLike], at: float
+) -> pd.DataFrame:
     """Designs side by side after the same time, whether or not the filter has converged by then.
 
     Parameters
@@ -92,14 +86,10 @@ def compare(problem: ManeuverProblem, designs: Mapping[str, ArrayLike], at: floa
     Raises
     ------
     ValueError
-        For no design, or a time that the scenario's run does not reach.
+        For a design without 4 variables for each maneuver.
     """
     model = problem.model
     step = round(at / model.step)
-    if not designs:
-        raise ValueError("designs: expected at least one")
-    if not 0 < step <= model.n_steps:
-        raise ValueError(f"at = {at!r} s: expected a time within {model.times[-1]:.12g} s")
     X = _stacked([np.asarray(design, dtype=float) for design in designs.values()])
     own = evaluate(model, X, problem.threads)
     variances = evaluate(model.endless, X, problem.threads, history=True).variances[:, step]

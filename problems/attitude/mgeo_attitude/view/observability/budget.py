@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from mgeo_attitude.bound.curves import LimitCurves
 from mgeo_attitude.filter.error_budget import error_budget
 from mgeo_attitude.filter.history import FilterHistory, can_measure
 from mgeo_attitude.filter.model import FilterModel
@@ -17,10 +16,8 @@ from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.observability.alternatives import most
 from mgeo_attitude.view.observability.covariance import States
 
-#: Share of an initial 1-sigma from which on nothing was learned.
-_NOTHING = 0.9
-#: How many of the largest parts are told.
-_TOLD = 3
+#: Largest parts that `reasons` names.
+_NAMED = 3
 
 
 def budget(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.DataFrame:
@@ -40,13 +37,12 @@ def budget(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.
 
 
 def reasons(
-    model: FilterModel,
-    table: pd.DataFrame,
-    changes: pd.DataFrame,
-    history: FilterHistory,
-    limit: LimitCurves | None,
+    model: FilterModel, table: pd.DataFrame, changes: pd.DataFrame, history: FilterHistory
 ) -> list[str]:
-    """For each 3-vector with a requirement, or else the attitude, a line: why it is no smaller.
+    """Return the drivers of each required 1-sigma, or else of the attitude's, a line for each.
+
+    The largest parts, how little was learned of the first if it was there at the start, and the
+    changes that would help most.
 
     Parameters
     ----------
@@ -54,49 +50,24 @@ def reasons(
         The `budget`.
     changes : DataFrame
         The `remedies`.
-    limit : LimitCurves, optional
-        What no maneuver can beat; None where it is not known.
     """
     units, lines = block_units(model.suite), []
-    asked = [b for b in range(len(units)) if np.isfinite(model.required_sigma[3 * b])] or [0]
-    for block in asked:
+    left = (history.sigma[-1] / model.initial_sigma).reshape(-1, 3).max(axis=1)
+    initial = {f"initial {unit.label}": share for unit, share in zip(units, left, strict=True)}
+    required = [b for b in range(len(units)) if np.isfinite(model.required_sigma[3 * b])]
+    for block in required or [0]:
         unit, column = units[block], table.iloc[:, block]
-        *parts, whole = zip(column.index, column, strict=True)
-        largest = sorted(parts, key=lambda part: -part[1])[:_TOLD]
-        told = ", ".join(f"{sigma:.3g} {source}" for source, sigma in largest)
+        parts = column.drop("all").nlargest(_NAMED)
+        named = ", ".join(f"{sigma:.3g} {source}" for source, sigma in parts.items())
         axis = "xyz"[_worst(history, block) % 3]
-        line = f"{unit.label} {axis} {whole[1]:.3g} {unit.unit}: {told}"
-        line += _unlearned(model, largest[0][0], history, limit)
-        lines.append(line + _help(changes.iloc[:, block], unit.unit))
+        line = f"{unit.label} {axis} {column['all']:.3g} {unit.unit}: {named}"
+        share = initial.get(str(parts.index[0]))
+        if share is not None:
+            line += f"; {share:.0%} of its initial 1-sigma is left"
+        better = most(changes.iloc[:, block])
+        helps = [f"{value:.3g} {unit.unit} with {name}" for name, value in better.items()]
+        lines.append(line + (f"; it would be {', '.join(helps)}" if helps else ""))
     return lines
-
-
-def _unlearned(
-    model: FilterModel, source: str, history: FilterHistory, limit: LimitCurves | None
-) -> str:
-    """How little was learned of the largest part, if that was there at the start."""
-    for block, unit in enumerate(block_units(model.suite)):
-        if source != f"initial {unit.label}":
-            continue
-        own = slice(3 * block, 3 * block + 3)
-        left = float((history.sigma[-1] / model.initial_sigma)[own].max())
-        learned = "nothing was learned of it" if left > _NOTHING else "it is not yet observed"
-        text = f"; {learned} ({left:.0%} of its initial 1-sigma is left)"
-        if limit is not None:
-            step = round(history.t_end / model.step)
-            least = float(limit.sigma(model.suite.blocks[block])[step]) * unit.factor
-            text += f"; no maneuver can leave less than {least:.3g} {unit.unit} of it by then"
-        return text
-    return ""
-
-
-def _help(changes: pd.Series, unit: str) -> str:
-    """What would make it smaller, as the filter says."""
-    found = most(changes)
-    if found.empty:
-        return "; none of the changes looked at makes it smaller by 2 %"
-    told = ", ".join(f"{value:.3g} {unit} with {name}" for name, value in found.items())
-    return f"; it would be {told}"
 
 
 def sensor_use(

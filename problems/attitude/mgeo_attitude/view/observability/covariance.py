@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
@@ -121,19 +120,14 @@ def _axis(vector: Floats) -> str:
     return f"body ({', '.join(f'{component:.2f}' for component in unit.round(2) + 0.0)})"
 
 
-def correlations(model: FilterModel, covariance: ArrayLike) -> pd.DataFrame:
-    """Correlation of every pair of states, rows and columns by name, in [-1, 1].
+def correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame:
+    """Return the correlation of every pair of states, rows and columns by name, in [-1, 1].
 
     Parameters
     ----------
-    covariance : array_like, shape (n_states, n_states)
-
-    Raises
-    ------
-    ValueError
-        For another shape, or a matrix that is no covariance.
+    covariance : array, shape (n_states, n_states)
     """
-    P = checked_covariance(model, covariance)
+    P = covariance
     sigma = np.sqrt(np.diag(P))
     correlation = np.clip(P / np.outer(sigma, sigma), -1.0, 1.0)
     np.fill_diagonal(correlation, 1.0)
@@ -141,7 +135,7 @@ def correlations(model: FilterModel, covariance: ArrayLike) -> pd.DataFrame:
     return pd.DataFrame(correlation, names, names)
 
 
-def normalized(model: FilterModel, covariance: ArrayLike) -> Floats:
+def normalized(model: FilterModel, covariance: Floats) -> Floats:
     """The covariance with every state in units of its initial 1-sigma, shape (n, n).
 
     Ham & Brown, "Observability, Eigenvalues, and Kalman Filtering", IEEE Transactions on Aerospace
@@ -151,10 +145,11 @@ def normalized(model: FilterModel, covariance: ArrayLike) -> Floats:
     sigma it would be the correlation matrix, which no longer knows what was learned.)
     """
     sigma = model.initial_sigma
-    return checked_covariance(model, covariance) / np.outer(sigma, sigma)
+    scaled: Floats = covariance / np.outer(sigma, sigma)
+    return scaled
 
 
-def least_observable(model: FilterModel, covariance: ArrayLike, count: int = 3) -> pd.DataFrame:
+def least_observable(model: FilterModel, covariance: Floats, count: int = 3) -> pd.DataFrame:
     """The `count` directions of the error state of which least was learned, the worst first.
 
     They are eigenvectors of the `normalized` covariance, by falling eigenvalue; errors that vary,
@@ -166,11 +161,6 @@ def least_observable(model: FilterModel, covariance: ArrayLike, count: int = 3) 
         ``direction``, in words (see `in_words`); ``remaining [-]``, the 1-sigma along it over the
         initial one; and for each 3-vector of the state the length that an error of 1-sigma along
         the direction has in it.
-
-    Raises
-    ------
-    ValueError
-        For a matrix of another shape, or one that is no covariance.
     """
     of = model.suite.calibrated
     values, vectors = np.linalg.eigh(normalized(model, covariance)[of[:, None], of])
@@ -187,18 +177,3 @@ def least_observable(model: FilterModel, covariance: ArrayLike, count: int = 3) 
     for block, length in zip(block_units(model.suite), lengths.T, strict=True):
         columns[f"{block.label} [{block.unit}]"] = length * block.factor
     return pd.DataFrame(columns)
-
-
-def checked_covariance(model: FilterModel, covariance: ArrayLike) -> Floats:
-    """The covariance as an array, symmetric to the last bit, or a ValueError."""
-    P = np.asarray(covariance, dtype=float)
-    n = model.suite.n_states
-    if P.shape != (n, n):
-        raise ValueError(f"covariance of shape {P.shape}: expected {(n, n)}")
-    if not np.isfinite(P).all() or not (np.diag(P) > 0.0).all():
-        raise ValueError("covariance: expected finite numbers, and variances above zero")
-    sigma = np.sqrt(np.diag(P))
-    if np.abs((P - P.T) / np.outer(sigma, sigma)).max() > 1e-6:
-        raise ValueError("covariance: expected a symmetric matrix")
-    symmetric: Floats = 0.5 * (P + P.T)
-    return symmetric

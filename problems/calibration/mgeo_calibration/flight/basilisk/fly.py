@@ -23,11 +23,12 @@ from mgeo_attitude.sensors.readings import Readings
 from mgeo_attitude.sensors.star_tracker import StarTracker
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
+from mgeo_attitude.sensors.world import World
 from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.basilisk.vehicle import Coiled, Vehicle
-from mgeo_calibration.flight.flight import columns, draw, fly_run, in_true_shadow, of_world
+from mgeo_calibration.flight.flight import draw, fly_run
 from mgeo_calibration.flight.own import commanded, going_on, sent_down
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
@@ -39,6 +40,7 @@ MODELED: dict[type[Sensor], set[str]] = {
     Magnetometer: {"misalignment", "bias"},
     StarTracker: {"misalignment"},
 }
+GYRO = {"bias", "scale_factor", "misalignment"}
 
 
 def fly(
@@ -88,7 +90,7 @@ def fly(
         a design that is no plan, or an `environment` of another scenario.
     """
     require_basilisk()
-    from mgeo_calibration.flight.basilisk.simulation import Drawn, Outside, simulate
+    from mgeo_calibration.flight.basilisk.simulation import Drawn, simulate
 
     if scenario.turned_by_coils and vehicle is not None:
         raise InvalidValue("vehicle", vehicle, "nothing for a scenario whose coils turn it")
@@ -112,8 +114,6 @@ def fly(
     # a random walk between two known ends has this mean and this spread about it
     spread = np.array(gyro.drift) * np.sqrt(model.step / 12.0)
     mean_bias = 0.5 * (bias[:-1] + bias[1:]) + spread * generator.standard_normal((n, 3))
-    follows = {owner.name: followed(model, drawn.errors, owner) for owner in model.suite.sensors}
-    mean_bias += followed(model, drawn.errors, gyro)[1:]
     ramped = dataclasses.replace(model, slew_limits=limits)
     seen = simulate(
         scenario,
@@ -124,8 +124,6 @@ def fly(
             model.initial_states,
             drawn.errors,
             mean_bias,
-            Outside.of(scenario, environment, of_world(model, drawn)),
-            follows,
         ),
         flying,
         environment,
@@ -133,10 +131,7 @@ def fly(
     )
     turns = Rotation.from_matrix(seen.attitude[:-1] @ seen.attitude[1:].transpose(0, 2, 1))
     motion = Motion(turns.as_rotvec() / model.step, seen.attitude @ drawn.start.T)
-    # Basilisk's shadow is that of the orbit believed
-    around = environment if scenario.eclipse else environment.without_shadow()
-    there = in_true_shadow(model, around, drawn.gyro)
-    sensors = _reported(there, seen.attitude, motion.rates, seen.sensors)
+    sensors = _reported(model, seen.attitude, motion.rates, seen.sensors)
     readings = Readings(np.full(n, model.step), seen.gyro, sensors)
     sent = sent_down(model, dataclasses.replace(drawn, motion=motion, readings=readings))
     assert sent.truth is not None
@@ -174,35 +169,18 @@ def check_suite(suite: Suite) -> None:
     InvalidValue
         (ValueError) Naming the sensor, what it is or has, and what Basilisk knows.
     """
+    if suite.world != World():
+        raise InvalidValue("world", suite.world, "expected none: Basilisk flies without its errors")
     for i, sensor in enumerate(suite.sensors):
         states = MODELED.get(type(sensor))
         if states is None:
             kinds = ", ".join(kind.kind for kind in MODELED)
             raise InvalidValue(f"sensors[{i}].kind", sensor.kind, f"Basilisk flies with {kinds}")
-        for state in sorted(_modeled_otherwise(sensor) - states):
-            raise InvalidValue(
-                f"sensors[{i}].{state}",
-                sensor.name,
-                f"Basilisk's {sensor.kind} has {' and '.join(sorted(states))} only",
-            )
-    for state in sorted(_modeled_otherwise(suite.gyro) - {"bias", "scale_factor", "misalignment"}):
-        raise InvalidValue(
-            f"gyro.{state}",
-            suite.gyro.states()[state],
-            "Basilisk's gyro has bias, scale_factor and misalignment",
-        )
+        _check_states(f"sensors[{i}]", f"Basilisk's {sensor.kind}", sensor, states)
+    _check_states("gyro", "Basilisk's gyro", suite.gyro, GYRO)
 
 
-def _modeled_otherwise(owner: Gyro | Sensor) -> set[str]:
-    """States, but for those of influences."""
-    return owner.states().keys() - {each.state for each in owner.influences}
-
-
-def followed(model: FilterModel, errors: Floats, owner: Gyro | Sensor) -> Floats:
-    """What channels add to a bias at each sample, shape (n + 1, 3), in the filter's unit."""
-    places, found = model.suite.places(owner), np.zeros((len(model.times), 3))
-    values = columns(model.influences, model.suite, owner)
-    for each, value in zip(owner.influences, values, strict=True):
-        first = places[each.state]
-        found += value * errors[first : first + 3]
-    return found
+def _check_states(key: str, name: str, owner: Gyro | Sensor, modeled: set[str]) -> None:
+    for state in sorted(owner.states().keys() - modeled):
+        expected = f"{name} has {', '.join(sorted(modeled))} only"
+        raise InvalidValue(f"{key}.{state}", owner.states()[state], expected)

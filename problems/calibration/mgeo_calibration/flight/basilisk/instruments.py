@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from Basilisk.simulation import coarseSunSensor, imuSensor, magnetometer, starTracker
@@ -39,18 +39,20 @@ class Sources:
     ----------
     field, shadow : modules
         Of Basilisk; None where the scenario needs none.
-    light : array, shape (m, 3)
-        What adds to the Sun's unit vector at each step, GCRS; there may be more than there are.
-    mean_light : array, shape (m, 3)
-        What is believed of it, by which it comes from before or behind a face.
     """
 
     satellite: Any
     surroundings: Surroundings
     field: Any
     shadow: Any
-    light: Floats
-    mean_light: Floats
+
+
+class Log(NamedTuple):
+    """Recorders of the satellite, of the Sun, and of the Earth's shadow, None without one."""
+
+    state: Any
+    sun: Any
+    light: Any
 
 
 @dataclass(frozen=True)
@@ -59,27 +61,24 @@ class Instrument:
 
     Attributes
     ----------
-    modules : sequence
+    module : module
         To be run in each step.
-    records : mapping
-        Recorders of their messages.
+    message : message
+        What it reports.
     vectors : function
-        What they report as the filter takes it, shape (n, k, 3), from the records; NaN for nothing.
+        The filter's readings, shape (n, k, 3), of what was recorded of the message and of all
+        else; NaN where there is none.
     parts : sequence
-        What modules point to, and nothing else keeps.
+        What the module points to, and nothing else keeps.
     """
 
-    modules: Sequence[Any]
-    records: Mapping[str, Any]
-    vectors: Callable[[Mapping[str, Any]], Floats]
+    module: Any
+    message: Any
+    vectors: Callable[[Any, Log], Floats]
     parts: Sequence[Any] = ()
 
 
 Errors = Mapping[str, Floats]
-
-#: Among the errors of a sensor what channels add to its bias at each step, shape (m, 3); there may
-#: be more steps than there are. Basilisk's bias is a constant: this is added to what is recorded.
-FOLLOWED = "followed"
 
 
 def rate_gyro(gyro: Gyro, errors: Errors, step: float, sources: Sources, seed: int) -> Any:
@@ -117,12 +116,11 @@ def three_axis_magnetometer(
     tam.setAMatrix(WHITE)
     tam.walkBounds = [NO_BOUND] * 3
 
-    def vectors(of: Mapping[str, Any]) -> Floats:
-        found = of[sensor.name].tam_S / _TESLA
-        reported: Floats = (found + _followed(errors, len(found)))[:, None]
-        return reported
+    def vectors(own: Any, log: Log) -> Floats:
+        found: Floats = own.tam_S[:, None] / _TESLA
+        return found
 
-    return Instrument([tam], {sensor.name: tam.tamDataOutMsg.recorder()}, vectors)
+    return Instrument(tam, tam.tamDataOutMsg, vectors)
 
 
 def coarse_sun_sensors(
@@ -143,22 +141,16 @@ def coarse_sun_sensors(
             heads.append(head)
     array = coarseSunSensor.CSSConstellation()
     array.ModelTag, array.sensorList = sensor.name, coarseSunSensor.CSSVector(heads)
-    records = _records(sensor, array.constellationOutMsg, sources)
-    records[f"{sensor.name} Sun"] = sources.surroundings.unit_sun.recorder()
 
-    def vectors(of: Mapping[str, Any]) -> Floats:
-        cosines = of[sensor.name].CosValue[:, :6]
+    def vectors(own: Any, log: Log) -> Floats:
+        cosines = own.CosValue[:, :6]
         found = cosines[:, 0::2] - cosines[:, 1::2]
-        if "albedo" in sensor.sees():
-            to_body = Rotation.from_mrp(of[f"{sensor.name} state"].sigma_BN).inv()
-            found += to_body.apply(sources.light[: len(found)]) @ mount.T
-        found += _followed(errors, len(found))
-        reported: Floats = np.where(_seen(sensor, of)[:, None], found, np.nan)
+        reported: Floats = np.where(_seen(sensor, log)[:, None], found, np.nan)
         if sensor.unit_length:
             reported /= np.linalg.norm(reported, axis=1, keepdims=True)
         return reported[:, None]
 
-    return Instrument([array], records, vectors, heads)
+    return Instrument(array, array.constellationOutMsg, vectors, heads)
 
 
 def photodiode(
@@ -167,8 +159,7 @@ def photodiode(
     """One of Basilisk's coarse Sun sensors, which reads zero in the dark, but for noise.
 
     Its cosine is that of any angle to 90 deg: what is beyond the half-angle is told, too. It does
-    not report while it is not in full sunlight. Light from the Earth is none of Basilisk's: that
-    which comes from before the face is added.
+    not report while it is not in full sunlight.
     """
     along = sensor.axes[2] + errors["sensitivity"] @ sensor.axes
     gain = float(np.linalg.norm(along))
@@ -176,18 +167,11 @@ def photodiode(
     head.ModelTag, head.scaleFactor = sensor.name, gain
     head.senNoiseStd = sensor.relative_noise / gain  # which is scaled, too
 
-    def vectors(of: Mapping[str, Any]) -> Floats:
-        found = np.array(of[sensor.name].OutputData)
-        if sensor.sees_albedo:
-            to_body = Rotation.from_mrp(of[f"{sensor.name} state"].sigma_BN).inv()
-            light, mean = (
-                to_body.apply(each[: len(found)]) for each in (sources.light, sources.mean_light)
-            )
-            found += np.where(mean @ sensor.axes[2] >= 0.0, light @ along, 0.0)
-        reported: Floats = np.where(_in_light(sensor, of), found, np.nan)
+    def vectors(own: Any, log: Log) -> Floats:
+        reported: Floats = np.where(_in_light(log), own.OutputData, np.nan)
         return reported[:, None, None]
 
-    return Instrument([head], _records(sensor, head.cssDataOutMsg, sources), vectors)
+    return Instrument(head, head.cssDataOutMsg, vectors)
 
 
 def _head(normal: Floats, sources: Sources, seed: int) -> Any:
@@ -202,39 +186,21 @@ def _head(normal: Floats, sources: Sources, seed: int) -> Any:
     return head
 
 
-def _records(sensor: Sensor, message: Any, sources: Sources) -> dict[str, Any]:
-    """Of its own message, of the satellite, and of the shadow if there is one."""
-    records = {
-        sensor.name: message.recorder(),
-        f"{sensor.name} state": sources.satellite.scStateOutMsg.recorder(),
-    }
-    if sources.shadow is not None:
-        records[f"{sensor.name} light"] = sources.shadow.eclipseOutMsgs[0].recorder()
-    return records
-
-
-def _followed(errors: Errors, n: int) -> Floats:
-    more = errors.get(FOLLOWED)
-    return np.zeros((n, 3)) if more is None else more[:n]
-
-
-def _in_light(sensor: Sensor, of: Mapping[str, Any]) -> Bools:
-    """Where the Sun shines, whole."""
-    light = of.get(f"{sensor.name} light")
-    if light is None:
-        return np.ones(len(of[sensor.name].times()), bool)
-    whole: Bools = light.illuminationFactor >= 1.0
+def _in_light(log: Log) -> Bools:
+    """Return where the whole Sun shines."""
+    if log.light is None:
+        return np.ones(len(log.state.times()), bool)
+    whole: Bools = log.light.illuminationFactor >= 1.0
     return whole
 
 
-def _seen(sensor: SunSensor, of: Mapping[str, Any]) -> Bools:
-    """Where it does so within the field of view."""
-    seen = _in_light(sensor, of)
+def _seen(sensor: SunSensor, log: Log) -> Bools:
+    """Return where the whole Sun shines within the field of view."""
+    seen = _in_light(log)
+    to_sun = log.sun.PositionVector - log.state.r_BN_N
+    to_sun /= np.linalg.norm(to_sun, axis=1, keepdims=True)
+    in_body = Rotation.from_mrp(log.state.sigma_BN).inv().apply(to_sun)
     for view in sensor.views():
-        state, sun = of[f"{sensor.name} state"], of[f"{sensor.name} Sun"]
-        to_sun = sun.PositionVector - state.r_BN_N
-        to_sun /= np.linalg.norm(to_sun, axis=1, keepdims=True)
-        in_body = Rotation.from_mrp(state.sigma_BN).inv().apply(to_sun)
         seen &= in_body @ view.axis >= np.cos(view.half_angle)
     return seen
 
@@ -253,13 +219,13 @@ def star_tracker(
     tracker.setAMatrix(WHITE)
     tracker.setWalkBounds([NO_BOUND] * 3)
 
-    def vectors(of: Mapping[str, Any]) -> Floats:
-        q = of[sensor.name].qInrtl2Case
+    def vectors(own: Any, log: Log) -> Floats:
+        q = own.qInrtl2Case
         turned: Floats = np.full((len(q), 3, 3), np.nan)
         turned[1:] = Rotation.from_quat(q[1:], scalar_first=True).as_matrix()
         return turned
 
-    return Instrument([tracker], {sensor.name: tracker.sensorOutMsg.recorder()}, vectors)
+    return Instrument(tracker, tracker.sensorOutMsg, vectors)
 
 
 Maker = Callable[[Any, Errors, Sources, Callable[[], int]], Instrument]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import reduce
 from operator import mul
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from Basilisk.architecture import bskLogging
@@ -21,10 +21,8 @@ from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
-from mgeo_attitude.sensors.world import FIELD_UNIT_NT, POSITION_UNIT
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.basilisk.control import (
@@ -34,9 +32,8 @@ from mgeo_calibration.flight.basilisk.control import (
     control_loop,
     reaction_wheels,
 )
-from mgeo_calibration.flight.basilisk.instruments import FOLLOWED, INSTRUMENTS, Sources, rate_gyro
+from mgeo_calibration.flight.basilisk.instruments import INSTRUMENTS, Log, Sources, rate_gyro
 from mgeo_calibration.flight.basilisk.surroundings import (
-    FieldBesideModel,
     Surroundings,
     central_body,
     field_coefficients,
@@ -49,43 +46,6 @@ from mgeo_calibration.flight.flight import coning
 
 #: Longest step of dynamics and control [s]; the scenario's step is cut into equal parts.
 LONGEST_STEP = 1.0
-
-
-class Outside(NamedTuple):
-    """What field and light are beside field model and Sun at n + 1 samples, GCRS.
-
-    Attributes
-    ----------
-    field : array, shape (n + 1, 3)
-        [nT]
-    light : array, shape (n + 1, 3)
-        Added to the Sun's unit vector.
-    mean_light : array, shape (n + 1, 3)
-        What is believed of that.
-    """
-
-    field: Floats
-    light: Floats
-    mean_light: Floats
-
-    @classmethod
-    def of(
-        cls, scenario: Scenario, environment: Environment, errors: Mapping[str, Floats]
-    ) -> Outside:
-        """By errors of the world, shape (n + 1, 3); the field of a wrong orbit is IGRF's there."""
-        world, n = scenario.world, len(environment.times)
-        mean, field = world.around(environment).earthlight, np.zeros((n, 3))
-        light = np.zeros((n, 3)) if mean is None else mean
-        if "orbit_error" in errors:
-            axes = world.by_orbit_error(np.tile(np.eye(3), (n, 1, 1)), environment)
-            off = POSITION_UNIT * np.einsum("kij,kj->ki", axes, errors["orbit_error"])
-            there = Environment.at(scenario, environment.times, environment.position + off)
-            field = there.field - environment.field
-        return cls(
-            field + FIELD_UNIT_NT * errors.get("field_error", 0.0),
-            light + errors.get("albedo", 0.0),
-            light,
-        )
 
 
 @dataclass(frozen=True)
@@ -104,10 +64,6 @@ class Drawn:
         Gyro and sensor states at the start.
     bias : array, shape (n, 3)
         Mean of the gyro's bias over each step [rad/s].
-    outside : Outside
-        What is beside the models of field and light.
-    follows : mapping of str to array, shape (n + 1, 3)
-        What channels add to the bias of a sensor, by its name, in the filter's unit.
     """
 
     start: Floats
@@ -115,8 +71,6 @@ class Drawn:
     believed: Floats
     errors: Floats
     bias: Floats
-    outside: Outside
-    follows: Mapping[str, Floats] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -169,37 +123,30 @@ def simulate(
         places = suite.places(owner).items()
         return {name: drawn.errors[i : i + 3] for name, i in places if name in owner.states()}
 
-    def followed(sensor: Sensor) -> dict[str, Floats]:
-        more = drawn.follows.get(sensor.name)
-        return {} if more is None else {FOLLOWED: np.repeat(more, parts, axis=0)}
-
     def seed() -> int:
         return int(generator.integers(1, 2**31 - 1))
 
     surroundings = Surroundings(environment, scenario.epoch, parts * nanoseconds)
     satellite = _satellite(scenario, drawn, vehicle, environment, surroundings)
     modules: list[Any] = [surroundings, satellite]
-    field = shadow = None
+    field = shadow = spins = None
     with tempfile.TemporaryDirectory() as folder:
-        coiled = isinstance(vehicle, Coiled)
-        if coiled or any(isinstance(sensor, Magnetometer) for sensor in suite.sensors):
+        if isinstance(vehicle, Coiled) or any(
+            isinstance(sensor, Magnetometer) for sensor in suite.sensors
+        ):
             coefficients = Path(folder, "igrf.COF")
             coefficients.write_text(field_coefficients(middle(environment, scenario.epoch)))
             modules.append(field := field_model(satellite, surroundings, coefficients))
-            if (beside := drawn.outside.field).any():
-                modules.append(field := FieldBesideModel(field, beside, parts * nanoseconds))
         if scenario.eclipse:
             modules.append(shadow := shadow_model(satellite, surroundings))
-        lights = (drawn.outside.light, drawn.outside.mean_light)
-        light, mean_light = (np.repeat(each, parts, axis=0) for each in lights)
-        sources = Sources(satellite, surroundings, field, shadow, light, mean_light)
-        own = errors_of(suite.gyro)
-        imu = rate_gyro(suite.gyro, own, h, sources, seed())
+        sources = Sources(satellite, surroundings, field, shadow)
+        of_gyro = errors_of(suite.gyro)
+        imu = rate_gyro(suite.gyro, of_gyro, h, sources, seed())
         instruments = [
-            INSTRUMENTS[type(sensor)](sensor, errors_of(sensor) | followed(sensor), sources, seed)
+            INSTRUMENTS[type(sensor)](sensor, errors_of(sensor), sources, seed)
             for sensor in suite.sensors
         ]
-        bias = np.repeat(drawn.bias / (1.0 + own.get("scale_factor", 0.0)), parts, axis=0)
+        bias = np.repeat(drawn.bias / (1.0 + of_gyro.get("scale_factor", 0.0)), parts, axis=0)
         corrected = _corrected(suite, drawn.believed)
         loop: Sequence[Any]
         if isinstance(vehicle, Coiled):
@@ -212,15 +159,15 @@ def simulate(
             loop = [guidance, *control_loop(vehicle, guidance, effector, configuration)]
             spins = effector.rwSpeedOutMsg.recorder()
         modules.insert(1, effector)
-        modules += [imu, *(one for i in instruments for one in i.modules), *loop]
-        records = {"state": satellite.scStateOutMsg.recorder(), "gyro": imu.sensorOutMsg.recorder()}
-        if not coiled:
-            records["wheels"] = spins
-        if field is not None:
-            records["field"] = field.envOutMsgs[0].recorder()
-        # by names of sensors, which may be any
-        reported = {key: one for each in instruments for key, one in each.records.items()}
-        recorders = [*records.values(), *reported.values()]
+        modules += [imu, *(each.module for each in instruments), *loop]
+        log = Log(
+            satellite.scStateOutMsg.recorder(),
+            surroundings.unit_sun.recorder(),
+            shadow and shadow.eclipseOutMsgs[0].recorder(),
+        )
+        turns, around = imu.sensorOutMsg.recorder(), field and field.envOutMsgs[0].recorder()
+        reported = [each.message.recorder() for each in instruments]
+        recorders = [each for each in (*log, turns, around, spins, *reported) if each is not None]
         run = _initialized([*modules, *recorders], nanoseconds)
     run.ConfigureStopTime(n * parts * nanoseconds)
     run.ExecuteSimulation()
@@ -228,10 +175,21 @@ def simulate(
     if isinstance(vehicle, Vehicle):
         count = len(vehicle.wheels.axes)
         wheels = spins.wheelSpeeds[::parts, :count] * configuration.read().JsList[:count]
-    vectors = [one.vectors(reported)[::parts] for one in instruments]
+    vectors = [
+        each.vectors(own, log)[::parts] for each, own in zip(instruments, reported, strict=True)
+    ]
     for each in vectors:
         each[0] = np.nan  # at the start nothing is reported
-    return _seen(records, vectors, wheels, scenario.step, parts)
+    rates = log.state.omega_BN_B[::parts]
+    turned = _composed(turns.DRFramePlatform[1:].reshape(-1, parts, 3))  # since its last step
+    return Seen(
+        attitude=Rotation.from_mrp(log.state.sigma_BN[::parts]).inv().as_matrix(),
+        position=log.state.r_BN_N[::parts],
+        field=np.zeros((0, 3)) if around is None else 1e9 * around.magField_N[::parts],
+        gyro=turned / scenario.step + coning(rates[:-1], rates[1:], scenario.step),
+        sensors=tuple(vectors),
+        wheels=wheels,
+    )
 
 
 def _initialized(modules: list[Any], nanoseconds: int) -> Any:
@@ -243,24 +201,6 @@ def _initialized(modules: list[Any], nanoseconds: int) -> Any:
         run.AddModelToTask("step", module, priority)
     run.InitializeSimulation()
     return run
-
-
-def _seen(
-    records: dict[str, Any], vectors: list[Floats], wheels: Floats, step: float, parts: int
-) -> Seen:
-    """What was recorded of satellite, field and gyro in the parts of steps [s], at the samples."""
-    state, field = records["state"], records.get("field")
-    # it tells the turn since its last step
-    turns = records["gyro"].DRFramePlatform[1:].reshape(-1, parts, 3)
-    rates = state.omega_BN_B[::parts]
-    return Seen(
-        attitude=Rotation.from_mrp(state.sigma_BN[::parts]).inv().as_matrix(),
-        position=state.r_BN_N[::parts],
-        field=np.zeros((0, 3)) if field is None else 1e9 * field.magField_N[::parts],
-        gyro=_composed(turns) / step + coning(rates[:-1], rates[1:], step),
-        sensors=tuple(vectors),
-        wheels=wheels,
-    )
 
 
 def _corrected(suite: Suite, states: Floats) -> Callable[[Floats], Floats]:

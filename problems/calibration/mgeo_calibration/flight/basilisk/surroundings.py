@@ -10,10 +10,8 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from Basilisk.architecture import messaging, sysModel
 from Basilisk.simulation import eclipse, gravityEffector, magneticFieldWMM, spacecraft
-from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.field import FIELD_RADIUS, gauss_coefficients
@@ -101,33 +99,6 @@ def field_model(satellite: Any, surroundings: Surroundings, coefficients: Path) 
     model.planetPosInMsg.subscribeTo(surroundings.earth)
     model.configureWMMFile(str(coefficients))
     return model
-
-
-class FieldBesideModel(sysModel.SysModel):
-    """A field that is off its model, by a row of a table each step.
-
-    Attributes
-    ----------
-    envOutMsgs : list of message
-        As the model has them.
-    """
-
-    def __init__(self, model: Any, beside: Floats, nanoseconds: int) -> None:
-        super().__init__()
-        self.ModelTag = "field beside its model"
-        self._beside, self._nanoseconds = 1e-9 * beside, nanoseconds
-        self._model = messaging.MagneticFieldMsgReader()
-        self._model.subscribeTo(model.envOutMsgs[0])
-        self.envOutMsgs = [messaging.MagneticFieldMsg()]
-
-    def Reset(self, nanoseconds: int) -> None:
-        self.UpdateState(nanoseconds)
-
-    def UpdateState(self, nanoseconds: int) -> None:
-        k = min(round(nanoseconds / self._nanoseconds), len(self._beside) - 1)
-        payload = messaging.MagneticFieldMsgPayload()
-        payload.magField_N = (np.array(self._model().magField_N) + self._beside[k]).tolist()
-        self.envOutMsgs[0].write(payload, nanoseconds, self.moduleID)
 
 
 def shadow_model(satellite: Any, surroundings: Surroundings) -> Any:

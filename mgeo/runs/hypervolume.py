@@ -1,0 +1,48 @@
+"""Hypervolume of a front, with the reference point (1, ..., 1)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pymoo.indicators.hv import HV
+
+from mgeo._typing import FloatArray
+from mgeo.plugins.protocol import indicator_space
+
+if TYPE_CHECKING:
+    from pymoo.core.problem import Problem
+
+#: The exact hypervolume of 300 points takes 1 ms in 5 objectives, 40 ms in 6, a minute in 8.
+MAX_OBJECTIVES = 5
+
+
+def hypervolume(problem: Problem, F: ArrayLike) -> float | None:
+    """Return the hypervolume of a front in the indicator space of its problem.
+
+    Parameters
+    ----------
+    F
+        Objectives, shape (n, n_obj).
+
+    Returns
+    -------
+    None if the problem has no indicator space, one objective, or more than `MAX_OBJECTIVES`.
+    """
+    space = indicator_space(problem)
+    if space is None or not 1 < problem.n_obj <= MAX_OBJECTIVES:
+        return None
+    front = np.asarray(F, dtype=float)
+    return unit_hypervolume(space(front)) if len(front) else 0.0
+
+
+def unit_hypervolume(points: FloatArray) -> float:
+    """Return the volume that points, shape (n, m), dominate below (1, ..., 1)."""
+    return float(HV(ref_point=np.ones(points.shape[1]))(points))
+
+
+def scaled(F: FloatArray, ideal: FloatArray, nadir: FloatArray) -> FloatArray:
+    """Scale objectives so that `ideal` is 0 and `nadir` is 1, or only shift if they are equal."""
+    extent = nadir - ideal
+    return (F - ideal) / np.where(extent > 0, extent, 1.0)

@@ -1,0 +1,90 @@
+"""Registry of algorithms: one record for each, which the command line and the docs follow."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+DEFAULT, ROBUST = "mgeo-directed", "mgeo-staged"
+
+
+@dataclass(frozen=True)
+class AlgorithmRecord:
+    """An algorithm by its name.
+
+    Attributes
+    ----------
+    name : str
+        Name in studies and on the command line.
+    label : str
+        Name in texts.
+    description : str
+        What it is, in one line.
+    path : str
+        ``module:Class``; imported when the algorithm is built.
+    population : tuple of str
+        Keywords of a constructor of pymoo's that the parameter ``population`` sets. Empty if the
+        parameters are the constructor's own.
+    """
+
+    name: str
+    label: str
+    description: str
+    path: str
+    population: tuple[str, ...] = ()
+
+
+_SIZE, _DIRECTIONS = ("pop_size",), ("ref_dirs",)
+_BOTH = (*_DIRECTIONS, *_SIZE)
+
+
+def _own(name: str, label: str, cls: str, description: str) -> AlgorithmRecord:
+    return AlgorithmRecord(name, label, description, f"mgeo.algorithms:{cls}")
+
+
+def _pymoo(
+    name: str, label: str, place: str, description: str, population: tuple[str, ...] = _SIZE
+) -> AlgorithmRecord:
+    return AlgorithmRecord(
+        name, label, f"{description}, of pymoo", f"pymoo.algorithms.{place}", population
+    )
+
+
+#: The algorithms of mgeo and of pymoo. An installed plugin adds its own by an entry point.
+RECORDS = (
+    _own("mgeo-real", "MGEO_real", "MGEOReal", "normal steps of one variable, published"),
+    _own("mgeo-real2", "MGEO_real2", "MGEOReal2", "steps of several sizes, published"),
+    _own("mgeo-canonical", "MGEO", "MGEOCanonical", "flips of one bit, published"),
+    _own("mgeo-var", "MGEO_var", "MGEOVar", "a flip of one bit of each variable, published"),
+    _own(DEFAULT, "decomposition-based MGEO", "MGEODirected", "walkers by direction; the default"),
+    _own(ROBUST, "staged MGEO", "MGEOStaged", "by fidelity levels; the default with --robust"),
+    _pymoo("nsga2", "NSGA-II", "moo.nsga2:NSGA2", "nondominated sorting and crowding distance"),
+    _pymoo("nsga3", "NSGA-III", "moo.nsga3:NSGA3", "reference directions", _BOTH),
+    _pymoo("u-nsga3", "U-NSGA-III", "moo.unsga3:UNSGA3", "NSGA-III with tournaments", _BOTH),
+    _pymoo("spea2", "SPEA2", "moo.spea2:SPEA2", "strength Pareto evolutionary algorithm"),
+    _pymoo("sms-emoa", "SMS-EMOA", "moo.sms:SMSEMOA", "selection by hypervolume contribution"),
+    _pymoo("age-moea2", "AGE-MOEA-II", "moo.age2:AGEMOEA2", "selection by the front's geometry"),
+    _pymoo("moead", "MOEA/D", "moo.moead:MOEAD", "decomposition, no constraints", _DIRECTIONS),
+    _pymoo("ctaea", "C-TAEA", "moo.ctaea:CTAEA", "two archives, for constraints", _DIRECTIONS),
+    _pymoo("gde3", "GDE3", "moo.gde3:GDE3", "differential evolution"),
+    _pymoo("nsde", "NSDE", "moo.nsde:NSDE", "differential evolution with nondominated sorting"),
+    _pymoo("mopso-cd", "MOPSO-CD", "moo.mopso_cd:MOPSO_CD", "particle swarm, crowding distance"),
+    _pymoo("cmopso", "CMOPSO", "moo.cmopso:CMOPSO", "competitive particle swarm"),
+    AlgorithmRecord(
+        "rvea",
+        "RVEA",
+        "reference vectors, of pymoo; the result is its nondominated part",
+        "mgeo.runs.pymoo_algorithms:FrontRVEA",
+        _DIRECTIONS,
+    ),
+    _pymoo(
+        "random",
+        "random search",
+        "soo.nonconvex.random_search:RandomSearch",
+        "uniform points",
+        ("n_points_per_iteration",),
+    ),
+)
+
+#: Records by name.
+ALGORITHMS: Mapping[str, AlgorithmRecord] = {record.name: record for record in RECORDS}

@@ -1,0 +1,103 @@
+"""Record of one run: enough for its front after any number of evaluations."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+import zlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mgeo._typing import FloatArray
+from mgeo.evaluation.dominance import nondominated
+from mgeo.store.atomic import write_file
+
+_ARRAYS = ("numbers", "F", "front", "X")
+_NUMBERS = ("n_eval", "evaluations", "failed", "wall_time")
+
+
+@dataclass(frozen=True, eq=False)
+class StudyRun:
+    """One finished run.
+
+    Attributes
+    ----------
+    numbers : (k,) number of the evaluation, from 1, that found each point of `F`; ascending.
+    F : (k, n_obj) all feasible points that were on the front of all evaluations at some time.
+    front : (n,) rows of `F` that are the front after `n_eval` evaluations.
+    X : (n, n_var) solutions of that front; (n, 0) if the variables are not numbers.
+    n_eval : number of evaluations that count.
+    evaluations : number of evaluations made; the last generation may exceed `n_eval`.
+    failed : number of failures among the first `n_eval` evaluations.
+    wall_time : duration of the run [s].
+    """
+
+    numbers: NDArray[np.int64]
+    F: FloatArray
+    front: NDArray[np.int64]
+    X: FloatArray
+    n_eval: int
+    evaluations: int
+    failed: int
+    wall_time: float
+
+    @property
+    def front_F(self) -> FloatArray:
+        """(n, n_obj) front after `n_eval` evaluations."""
+        return self.F[self.front]
+
+    def fronts(self, grid: Sequence[int]) -> Iterator[FloatArray]:
+        """Yield the nondominated set of all evaluations after each number of evaluations.
+
+        Parameters
+        ----------
+        grid : ascending numbers of evaluations, at most `n_eval`.
+        """
+        front, start = self.F[:0], 0
+        for end in np.searchsorted(self.numbers, grid, side="right"):
+            both = np.concatenate([front, self.F[start:end]])
+            front, start = both[nondominated(both)], end
+            yield front
+
+    def is_consistent(self) -> bool:
+        """Return whether the arrays have fitting shapes and the objectives are finite."""
+        rows = self.numbers.shape == (len(self.F),) and self.front.shape == (len(self.X),)
+        return rows and self.F.ndim == self.front_F.ndim == 2 and bool(np.isfinite(self.F).all())
+
+    def write(self, path: Path) -> None:
+        """Write a compressed NumPy archive without pickles; equal records give equal bytes."""
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, **vars(self))
+        write_file(path, buffer.getvalue())
+
+    @classmethod
+    def read(cls, path: Path) -> StudyRun:
+        """Read the archive that `write` wrote; nothing is unpickled.
+
+        Raises
+        ------
+        FileNotFoundError
+            If there is no such file.
+        ValueError
+            If the file is not such an archive.
+        """
+        try:
+            with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as archive:
+                arrays = {name: archive[name] for name in _ARRAYS}
+                numbers = {name: archive[name].item() for name in _NUMBERS}
+            record = cls(**arrays, **numbers)
+            if not record.is_consistent():
+                raise ValueError("arrays do not belong together")
+        except (ValueError, TypeError, KeyError, IndexError, EOFError, AttributeError) as error:
+            raise _not_a_record(path, error) from error
+        except (zipfile.BadZipFile, zlib.error) as error:
+            raise _not_a_record(path, error) from error
+        return record
+
+
+def _not_a_record(path: Path, error: Exception) -> ValueError:
+    return ValueError(f"{path}: not the record of a run: {error}; delete it to make the run again")

@@ -1,0 +1,144 @@
+"""Tables of a comparison for a paper, in Markdown and LaTeX.
+
+The best mean is bold. What does not differ significantly from the best is marked, which a note
+below the table says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from mgeo.studies.indicators import Indicator
+from mgeo.studies.statistics import LEVEL
+
+if TYPE_CHECKING:
+    from mgeo.studies.comparison import Comparison
+
+MARK = "†"
+
+_LATEX = {
+    "\\": r"\textbackslash{}",
+    "±": r"$\pm$",
+    "σ": r"$\sigma$",
+    "τ": r"$\tau$",
+    MARK: r"$^\dagger$",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+    **{character: f"\\{character}" for character in "&%$#_{}"},
+}
+
+#: (row, column) of cells.
+Cells = Collection[tuple[str, str]]
+
+
+@dataclass(frozen=True, eq=False)
+class MarkedTable:
+    """A table of text, which of its cells are the `best`, which are `alike`, and what that means.
+
+    Rows and columns have different names each.
+    """
+
+    table: pd.DataFrame
+    best: Cells
+    alike: Cells
+    note: str
+
+    def markdown(self) -> str:
+        """As Markdown, with the note below."""
+        text = markdown(_changed(self.table, self.best, self.alike, "**{}**"))
+        return f"{text}\n{self.note}\n" if self.note else text
+
+    def latex(self) -> str:
+        """As a booktabs ``tabular``, with the note below, for a ``table`` environment."""
+        text = latex(_changed(self.table, (), self.alike, ""), self.best)
+        note = rf"\par\smallskip{{\footnotesize {escape(self.note)}}}"
+        return f"{text}{note}\n" if self.note else text
+
+
+def problem_table(comparison: Comparison) -> MarkedTable:
+    """The `overview` of a comparison, each column of an indicator marked."""
+    best, alike = [], []
+    for indicator in [*comparison.indicators, *comparison.parts]:
+        first, others = marks(comparison, indicator)
+        best += [(name, indicator.title) for name in first]
+        alike += [(name, indicator.title) for name in others]
+    return MarkedTable(comparison.overview(), best, alike, _note(best))
+
+
+def problems_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
+    """Mean ± sd of each problem's first indicator, problems by algorithms, each row marked."""
+    rows, best, alike = {}, [], []
+    for label, comparison in comparisons.items():
+        indicator = comparison.indicator()
+        row = f"{label} ({indicator.title})"
+        rows[row] = comparison.overview()[indicator.title]
+        first, others = marks(comparison, indicator)
+        best += [(row, name) for name in first]
+        alike += [(row, name) for name in others]
+    return MarkedTable(pd.DataFrame(rows).T.rename_axis("problem"), best, alike, _note(best))
+
+
+def marks(comparison: Comparison, indicator: Indicator) -> tuple[list[str], list[str]]:
+    """The algorithms with the best mean, and those that do not differ significantly from it.
+
+    None where fewer than two have finished runs, or no mean is finite.
+    """
+    order = comparison.order(indicator.name)
+    means = indicator.better(comparison.summary().loc[order, (indicator.name, "mean")])
+    if len(order) < 2 or not np.isfinite(means.max()):
+        return [], []
+    best = [name for name in order if means[name] == means.max()]
+    pairs = comparison.tests(indicator.name).pairs
+    alike = pairs[(pairs[["a", "b"]] == best[0]).any(axis=1) & (pairs["p_holm"] >= LEVEL)]
+    names = {str(name) for name in alike[["a", "b"]].to_numpy().ravel()}
+    return best, [name for name in order if name in names and name not in best]
+
+
+def markdown(table: pd.DataFrame) -> str:
+    """A table with its index as the first column."""
+    shown = table.rename_axis(str(table.index.name or "")).reset_index()
+    lines = [[str(name) for name in shown], ["---", *["---:"] * len(table.columns)]]
+    lines += shown.map(str).to_numpy().tolist()
+    cells = [[cell.replace("|", r"\|") for cell in line] for line in lines]
+    return "".join(f"| {' | '.join(line)} |\n" for line in cells)
+
+
+def latex(table: pd.DataFrame, bold: Cells = ()) -> str:
+    """A booktabs ``tabular`` with its index as the first column, some cells in bold."""
+    cells = _changed(table.map(escape), bold, (), r"\textbf{{{}}}")
+    shown = cells.rename(index=escape).rename_axis(str(table.index.name or "")).reset_index()
+    columns = "l" + "r" * len(table.columns)
+    text: str = shown.rename(columns=escape).to_latex(index=False, column_format=columns)
+    return text
+
+
+def escape(text: object) -> str:
+    """Text that LaTeX prints as it stands."""
+    return "".join(_LATEX.get(character, character) for character in str(text))
+
+
+def _changed(table: pd.DataFrame, bold: Cells, marked: Cells, form: str) -> pd.DataFrame:
+    cells = pd.DataFrame(table, dtype=object).copy()
+    for row, column in bold:
+        cells.at[row, column] = form.format(str(cells.at[row, column]))
+    for row, column in marked:
+        cells.at[row, column] = f"{cells.at[row, column]!s} {MARK}"
+    return cells
+
+
+def _note(best: Cells) -> str:
+    return (
+        f"Mean ± standard deviation of the runs. Bold: the best mean. {MARK}: does not differ "
+        "significantly from it, by the Mann-Whitney test with Holm's correction for all pairs at "
+        f"{100 * LEVEL:g} %."
+        if best
+        else ""
+    )

@@ -1,0 +1,67 @@
+"""Rules for the view of a problem."""
+
+import json
+from typing import Any
+
+import pandas as pd
+from pymoo.core.problem import Problem
+
+from mgeo._typing import FloatArray
+from mgeo.figures.motion import check_motion
+from mgeo.plugins.shown import Review
+from mgeo.plugins.view import View, view_of
+from mgeo.testing.check import no_error, require, require_equal
+
+_LINES = ("remarks", "ways_out", "impossible", "notes")
+_LIMIT_COLUMNS = {"unit", "value", "bound", "limit", "margin"}
+
+
+def check_view(problem: Problem, X: FloatArray, F: FloatArray) -> None:
+    """Check what the problem's view gives of designs, shape (n, n_var), and of none.
+
+    Raises
+    ------
+    CheckError
+        For the first rule that is broken.
+    """
+    with no_error("view(X)"):
+        view, empty = view_of(problem, X), view_of(problem)
+    require(isinstance(view, View), f"view(X) = {view!r:.80}: expected a View")
+    n = len(X)
+    for name in ("describe", "glance"):
+        table = _call(view, name)
+        is_table = isinstance(table, pd.DataFrame) and len(table) == n
+        _require(is_table, name, table, f"a DataFrame of {n} rows")
+    for name in ("answers", "limits", "solution_figures", "drawings"):
+        each = _call(view, name)
+        is_list = isinstance(each, list) and len(each) == n
+        _require(is_list, name, each, f"a list with an entry for each of {n} solutions")
+    for table in _call(view, "limits"):
+        _require(set(table.columns) >= _LIMIT_COLUMNS, "limits", table, f"{_LIMIT_COLUMNS}")
+    for figures in _call(view, "solution_figures"):
+        for name, figure in figures.items():
+            with no_error(f"solution_figures(), {name!r} as a figure that moves or does not"):
+                check_motion(figure)
+    for name in _LINES:
+        lines = _call(view, name)
+        are_texts = isinstance(lines, list) and all(isinstance(line, str) for line in lines)
+        _require(are_texts, name, lines, "a list of texts")
+    _require(isinstance(_call(view, "figures"), dict), "figures", view.figures(), "a dict")
+    review = _call(view.take([0]), "review")
+    _require(isinstance(review, Review), "review", review, "a Review")
+    for name in ("impossible", "notes", "facts"):
+        _call(empty, name)
+    with no_error("front_summary(F), numbers as JSON has them"):
+        json.dumps(empty.front_summary(F.copy()))
+
+
+def _call(view: View, method: str) -> Any:
+    before = view.X.copy()
+    with no_error(f"{method}() of the view"):
+        given = getattr(view, method)()
+    require_equal(view.X, before, f"{method}() of the view must not modify X")
+    return given
+
+
+def _require(condition: bool, method: str, given: Any, expected: str) -> None:
+    require(condition, f"{method}() of the view = {given!r:.80}: expected {expected}")

@@ -1,0 +1,85 @@
+"""Entries of tables that files hold: errors name the file, the place and the value."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, get_args, get_origin
+
+_EXPECTED: Mapping[Any, str] = {
+    str: "a string",
+    bool: "true or false",
+    int: "an integer",
+    float: "a finite number",
+    list: "a list",
+    dict: "a table",
+}
+
+
+class FileError(ValueError):
+    """A file that does not hold what it should; the message names file, place and value."""
+
+
+@contextmanager
+def errors_of(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Raise a `FileError` that names the file for any ValueError or TypeError."""
+    try:
+        yield
+    except (ValueError, TypeError) as error:
+        raise FileError(f"{os.fspath(path)}: {error}") from error
+
+
+def entry(table: Any, key: str, kind: Any, where: str = "") -> Any:
+    """Return an entry of a table, which is of the kind expected.
+
+    Parameters
+    ----------
+    table : mapping
+    key : str
+    kind : type
+        str, bool, int, float (finite; also an int), list, dict, or ``list[...]`` and
+        ``dict[str, ...]`` of these.
+    where : str
+        Place of the table in messages, such as ``"hypervolume."``.
+
+    Raises
+    ------
+    ValueError
+        If the entry is missing.
+    TypeError
+        If the entry is of another kind.
+    """
+    if not isinstance(table, Mapping):
+        raise TypeError(f"{where.rstrip('.') or 'the content'} = {table!r:.80}: expected a table")
+    if key not in table:
+        raise ValueError(f"{where}{key} is missing")
+    _check(table[key], kind, f"{where}{key}")
+    return table[key]
+
+
+def _check(value: Any, kind: Any, where: str) -> None:
+    base, parts = get_origin(kind) or kind, get_args(kind)
+    if base is Any:
+        return
+    if base is float:
+        fits = isinstance(value, int | float) and _is_finite(value)
+    else:
+        fits = isinstance(value, base)
+    if not fits or (isinstance(value, bool) and base is not bool):
+        expected = _EXPECTED.get(base, getattr(base, "__name__", str(base)))
+        raise TypeError(f"{where} = {value!r:.80}: expected {expected}")
+    if parts and base is list:
+        for i, each in enumerate(value):
+            _check(each, parts[0], f"{where}[{i}]")
+    elif parts and base is dict:
+        for name, each in value.items():
+            _check(each, parts[1], f"{where}.{name}")
+
+
+def _is_finite(value: float) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # an integer that no float can hold
+        return False

@@ -1,0 +1,177 @@
+"""Tables about one plan, declared once for the terminal, for reviews and for JSON."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from mgeo.plugins.shown import Review, Section
+from mgeo_attitude.bound.samples import NoLimit
+from mgeo_attitude.environment.times import utc_texts
+from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.view.describe import exactly
+from mgeo_attitude.view.plans import MOST_SAMPLES
+from mgeo_attitude.view.satellite import facts, instruments
+
+_SECONDS = 19  # characters of a date and time to the second
+
+
+def _nothing(plan: ManeuverPlan) -> str:
+    return ""
+
+
+@dataclass(frozen=True)
+class PlanTable:
+    """A table about a plan.
+
+    Attributes
+    ----------
+    title : str
+    table : function of a plan
+        All columns, as JSON has them.
+    columns : function of that table
+        What the terminal and a review have of it.
+    note, text : function of a plan
+        A line below the table, and lines on what it means.
+    is_wide : bool
+        Whether a terminal shows its rows as columns.
+    """
+
+    title: str
+    table: Callable[[ManeuverPlan], pd.DataFrame]
+    columns: Callable[[pd.DataFrame], pd.DataFrame] = pd.DataFrame.copy
+    note: Callable[[ManeuverPlan], str] = _nothing
+    text: Callable[[ManeuverPlan], list[str]] = lambda plan: []
+    is_wide: bool = False
+
+    def section(self, plan: ManeuverPlan) -> Section:
+        """Return the table with its texts, for people."""
+        table = self.columns(self.table(plan))
+        return Section(self.title, tuple(self.text(plan)), table, self.note(plan))
+
+
+def review(plan: ManeuverPlan) -> Review:
+    """Return a plan as a document for a review: satellite, instruments and all tables."""
+    scenario = plan.scenario
+    start, end = (
+        text[:_SECONDS] for text in utc_texts(scenario.epoch, np.array([0.0, plan.duration]))
+    )
+    about = facts(plan.problem)
+    return Review(
+        f"{scenario.name}: calibration maneuvers, {start} to {end} UTC",
+        plan.answer,
+        (
+            Section("Satellite", table=pd.DataFrame({"": about.values()}, index=list(about))),
+            Section("Gyro and sensors", table=instruments(scenario)),
+            *filter(_has_rows, (each.section(plan) for each in TABLES.values())),
+        ),
+    )
+
+
+def _has_rows(section: Section) -> bool:
+    return section.table is not None and len(section.table) > 0
+
+
+def _lower_bound(plan: ManeuverPlan) -> pd.DataFrame:
+    try:
+        return plan.at_best()
+    except NoLimit:
+        return pd.DataFrame()
+
+
+def _state_in_words(table: pd.DataFrame) -> pd.DataFrame:
+    return table.assign(kept=table["kept"].map({True: "kept", False: "violated"}))
+
+
+def _command_columns(table: pd.DataFrame) -> pd.DataFrame:
+    """Phases with rates and attitudes, to six digits as times need them."""
+    rates = [f"rate {axis} [deg/s]" for axis in "xyz"]
+    attitude = [f"end q{part}" for part in "123c"]
+    numbers = ["start [s]", "duration [s]", *rates, "swept [deg]", *attitude]
+    table = table.set_index("phase")
+    return table[["start UTC"]].join(table[numbers].map("{:.6g}".format))
+
+
+def _worst_axis_columns(table: pd.DataFrame) -> pd.DataFrame:
+    """The largest 1-sigma of the three axes of each error."""
+    errors = table.iloc[:, 3:].T.groupby(lambda name: re.sub(" [xyz] ", " ", name), sort=False)
+    return table.iloc[:, :3].join(errors.max().T)
+
+
+def _direction_columns(table: pd.DataFrame) -> pd.DataFrame:
+    return table.iloc[:, 1::-1]
+
+
+def _constraints_note(plan: ManeuverPlan) -> str:
+    errors = plan.scenario.flight
+    if errors is None:
+        return ""
+    share = f"{errors.kept:.0%} of {errors.count} flights"
+    return f"values until t_end: what {share} keep; all other tables: flown exactly"
+
+
+def _objectives_note(plan: ManeuverPlan) -> str:
+    text = f"promised: by the plan; kept: by {MOST_SAMPLES} of 200, of the errors in [flight]"
+    if not np.isinf([plan.view.kept_t_end, plan.view.robust_t_end]).any():
+        return text
+    longest = plan.problem.model.longest
+    return f"{text}; a t_end of {longest:.6g} s is that of samples that do not converge"
+
+
+def _accuracy_note(plan: ManeuverPlan) -> str:
+    return "of Monte Carlo samples" if plan.scenario.turned_by_coils else ""
+
+
+#: The tables of a plan by their keys in JSON, in the order in which they are printed.
+TABLES = {
+    "constraints": PlanTable(
+        "Constraints", ManeuverPlan.constraints, _state_in_words, note=_constraints_note
+    ),
+    "promises": PlanTable(
+        "Objectives, and over Monte Carlo samples", ManeuverPlan.promises, note=_objectives_note
+    ),
+    "timeline": PlanTable("Timeline", ManeuverPlan.timeline, _command_columns, is_wide=True),
+    "accuracy": PlanTable("Predicted 1-sigma", ManeuverPlan.accuracy, note=_accuracy_note),
+    "worst_axis": PlanTable("Worst axis, and what no maneuver can beat", _lower_bound),
+    "budget": PlanTable(
+        "Error budget, 1-sigma of the worst body axis",
+        ManeuverPlan.budget,
+        note=lambda plan: (
+            "with the filter's gains: squares add up to that of all, 1-sigmas do not"
+            + exactly(plan.scenario)
+        ),
+        text=ManeuverPlan.reasons,
+    ),
+    "remedies": PlanTable(
+        "What would help, 1-sigma of the worst body axis",
+        ManeuverPlan.remedies,
+        note=lambda plan: "each by a run of the filter; limits are not looked at",
+    ),
+    "sensor_use": PlanTable("How long sensors measured", ManeuverPlan.sensor_use),
+    "contributions": PlanTable(
+        "What each phase bought",
+        ManeuverPlan.contributions,
+        _worst_axis_columns,
+        note=lambda plan: "trace and worst body axis at its end",
+        is_wide=True,
+    ),
+    "least_observable": PlanTable(
+        "Least observable directions",
+        lambda plan: plan.least_observable(5),
+        _direction_columns,
+        note=lambda plan: "remaining: 1-sigma along it over the initial one; 1 is nothing learned",
+    ),
+    "comparison": PlanTable(
+        "Beside plans that need no optimizer",
+        ManeuverPlan.compare,
+        note=lambda plan: (
+            f"after {plan.t_end:.6g} s; 1-sigma of the worst body axis; t_end: when "
+            "each by itself converges"
+        ),
+        is_wide=True,
+    ),
+}

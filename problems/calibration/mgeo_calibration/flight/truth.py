@@ -1,0 +1,83 @@
+"""Files of the true attitude and errors at the end of a simulated flight."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mgeo_attitude.environment.times import elapsed
+from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_attitude.plan.documents import opened, read_document, scenario_of
+from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.scenario.prior import check_quaternion, states_of
+from mgeo_attitude.settings.errors import expect
+from scipy.spatial.transform import Rotation
+
+from mgeo.validation.entries import entry
+from mgeo_calibration.calibration.corrections import in_units, telemetry_units
+from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
+
+FORMAT = "mgeo-attitude-truth"
+VERSION = 1
+
+#: Largest difference between the end of a flight and the epoch of the plan that continues it [s].
+_SAME_INSTANT = 1e-3
+
+
+def read_truth(path: Path, plan: ManeuverPlan) -> Truth:
+    """Read the truth that a flight has written, for a plan that continues the flight.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    ValueError, TypeError
+        Naming the file and the key: no truth, of another satellite, or of another instant.
+    """
+    return read_document(path, lambda text: _truth(text, plan))
+
+
+def _truth(text: str, plan: ManeuverPlan) -> Truth:
+    table = opened(text, FORMAT, VERSION)
+    before = scenario_of(table)
+    entry(table, "states", dict)
+    states = states_of(table, plan.scenario.suite)
+    rows = [entry(states, block, list[float], "states.") for block in states]
+    expect({len(row) for row in rows} == {3}, "states", states, "three numbers each")
+    quaternion = entry(table, "quaternion", list[float])
+    check_quaternion(quaternion)
+    time = float(entry(table, "time_s", float))
+    gap = elapsed(before.epoch, plan.scenario.epoch) - time
+    start = f"the epoch of the plan, {time + gap:.6f} s after {before.epoch.isoformat()}"
+    expect(abs(gap) < _SAME_INSTANT, "time_s", time, start)
+    attitude = Rotation.from_quat(quaternion).as_matrix().T
+    return Truth(attitude=attitude[None], states=np.concatenate([np.zeros(3), *rows])[None])
+
+
+def truth_document(
+    plan: ManeuverPlan, telemetry: Telemetry, simulator: str, seed: int
+) -> dict[str, Any]:
+    """What was true at the last sample, under the names that calibration.json has for it.
+
+    ``table`` has ``value`` where a calibration's has ``estimate``.
+    """
+    assert telemetry.truth is not None
+    suite = plan.scenario.suite
+    states = telemetry.truth.states[-1]
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "scenario": plan.scenario.to_dict(),
+        "design": list(plan.design),
+        "simulator": simulator,
+        "seed": seed,
+        "time_s": float(telemetry.times[-1]),
+        "quaternion": quaternions(telemetry.truth.attitude[-1:])[0].tolist(),
+        "states": dict(zip(suite.blocks[1:], states.reshape(-1, 3)[1:].tolist(), strict=True)),
+        "table": [
+            {"block": block, "axis": axis, "unit": unit.text, "value": float(value)}
+            for block, unit in telemetry_units(suite).items()
+            for axis, value in zip("xyz", in_units(suite, states, block), strict=True)
+        ],
+    }

@@ -1,0 +1,154 @@
+"""`check_algorithm`: good algorithms pass, and each rule has an algorithm that breaks it."""
+
+import copy
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.soo.nonconvex.de import DE
+from pymoo.problems.multi import ZDT1
+
+from mgeo import MGEOReal
+from mgeo.testing import CheckError, check_algorithm
+
+
+@pytest.mark.parametrize("algorithm", [MGEOReal(n_walkers=2), NSGA2(pop_size=12)])
+def test_good_algorithms_pass(algorithm):
+    check_algorithm(algorithm)
+
+
+def test_an_algorithm_is_checked_for_what_it_claims_only():
+    check_algorithm(DE(pop_size=10), n_obj=(1,))
+    check_algorithm(NeverReports(pop_size=12), n_obj=(2,), constraints=False)
+    with pytest.raises(CheckError):
+        check_algorithm(DE(pop_size=10), n_obj=(2,))
+
+
+class Unseeded(NSGA2):
+    def _infill(self):
+        infills = super()._infill()
+        noise = np.random.default_rng().uniform(0, 1e-9, infills[0].X.shape)
+        infills[0].X = np.clip(infills[0].X + noise, -2, 2)
+        return infills
+
+
+class Global(NSGA2):
+    def _infill(self):
+        np.random.random()  # noqa: NPY002
+        return super()._infill()
+
+
+class SeedIgnored(NSGA2):
+    def setup(self, problem, **options):
+        return super().setup(problem, **{**options, "seed": 5})
+
+
+class Outside(NSGA2):
+    def _infill(self):
+        infills = super()._infill()
+        infills[0].X = infills[0].X + 9.0
+        return infills
+
+
+class Uncounted(NSGA2):
+    def _advance(self, infills=None, **kwargs):
+        self.problem.evaluate(infills.get("X"))
+        return super()._advance(infills, **kwargs)
+
+
+class KeepsDominated(NSGA2):
+    def _set_optimum(self):
+        self.opt = self.pop[self.pop.get("feas")]
+
+
+class WrongValues(NSGA2):
+    def result(self):
+        result = super().result()
+        result.F = result.F + 1.0
+        return result
+
+
+class SharesState(NSGA2):
+    """Its copies share the random state."""
+
+    def __deepcopy__(self, memo):
+        clone = object.__new__(type(self))
+        for key, value in self.__dict__.items():
+            shared = key in ("random_state", "pop", "opt")
+            clone.__dict__[key] = value if shared else copy.deepcopy(value, memo)
+        return clone
+
+
+class Unpicklable(NSGA2):
+    def __init__(self, *args, **kwargs):
+        super().__init__(*args, **kwargs)
+        self.hook = lambda: None
+
+
+class IgnoresConstraints(NSGA2):
+    def result(self):
+        result = super().result()
+        if self.problem.has_constraints() and result.X is not None:
+            result.X[:, 0] = -1.0
+        return result
+
+
+class NeverReports(NSGA2):
+    def _set_optimum(self):
+        super()._set_optimum()
+        if not self.opt.get("feas").any():
+            self.opt = None
+
+
+class RunsOnlyByNext(NSGA2):
+    def next(self):
+        self.by_next = True
+        super().next()
+        self.by_next = False
+
+    def _infill(self):
+        if not getattr(self, "by_next", False):
+            self.random_state.random()
+        return super()._infill()
+
+
+@pytest.mark.parametrize(
+    ("cls", "message"),
+    [
+        (Unseeded, "same seed, same points: got"),
+        (Global, "global random state was used"),
+        (SeedIgnored, "another seed, the same points"),
+        (Outside, "out of bounds were evaluated"),
+        (Uncounted, "n_eval = 60 after 108 evaluations"),
+        (KeepsDominated, "points of res.F are dominated"),
+        (WrongValues, "res.F must be the objectives of res.X"),
+        (SharesState, "the copy of a run made midway"),
+        (Unpicklable, "pickle the algorithm"),
+        (IgnoresConstraints, "infeasible points returned"),
+        (NeverReports, "return_least_infeasible: expected a point"),
+        (RunsOnlyByNext, "ask and tell, as minimize"),
+    ],
+)
+def test_each_broken_rule_is_found(cls, message):
+    with pytest.raises(CheckError, match=message):
+        check_algorithm(cls(pop_size=12), n_obj=(2,))
+
+
+def test_only_fresh_algorithms_are_checked():
+    with pytest.raises(CheckError, match="has been set up"):
+        check_algorithm(NSGA2(pop_size=12).setup(ZDT1()))
+
+
+class Forgetful(MGEOReal):
+    """Its steps depend on an attribute that its state does not hold."""
+
+    turn = 0
+
+    def accept(self, F, violation):
+        self.turn += 1
+        return super().accept(F if self.turn % 3 else -F, violation)
+
+
+def test_a_variant_of_the_family_that_does_not_resume_is_found():
+    with pytest.raises(CheckError, match="a run that was kept and restored midway: X"):
+        check_algorithm(Forgetful(n_walkers=3))

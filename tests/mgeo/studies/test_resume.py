@@ -1,0 +1,154 @@
+"""A study in a folder is continued only if asked, and only if it is the same study."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.problems.functional import FunctionalProblem
+from pymoo.problems.multi import ZDT1
+
+from mgeo import MGEOReal, compare
+from mgeo.store.atomic import lock
+from mgeo.studies import read_comparison
+from mgeo.studies.record import StudyRun
+
+from .problems import FailingNSGA2
+
+
+class Beam(ZDT1):
+    """A problem with a parameter, which its options name."""
+
+    def __init__(self, load=1.0):
+        super().__init__(n_var=4)
+        self.load = load
+
+    def options(self):
+        return {"load": self.load}
+
+
+def algorithms(**changes):
+    options = {"pop_size": 10, "crossover": SBX(eta=15)} | changes
+    return {"MGEO": MGEOReal(0.1, n_walkers=3), "NSGA-II": NSGA2(**options)}
+
+
+def study(folder, problem=None, searches=None, n_eval=60, seeds=2, **options):
+    return compare(
+        problem or Beam(), searches or algorithms(), n_eval, seeds, folder=folder, **options
+    )
+
+
+def stored(folder):
+    return {path: path.stat().st_mtime_ns for path in (folder / "runs").iterdir()}
+
+
+def test_a_folder_that_holds_a_study_is_refused_and_unchanged(tmp_path):
+    study(tmp_path)
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*.*") if path.is_file()}
+    with pytest.raises(FileExistsError, match=r"holds a study: --resume \(resume=True in Python"):
+        study(tmp_path)
+    assert {path: path.read_bytes() for path in before} == before
+
+
+def test_missing_runs_are_made_and_the_others_reused(tmp_path, capsys):
+    first = study(tmp_path)
+    runs = stored(tmp_path)
+    assert len(runs) == 4
+    lost = min(runs)
+    lost.unlink()
+    again = study(tmp_path, resume=True)
+    assert capsys.readouterr().err == "Beam: reused 3 of 4 runs\n"
+    assert again.table.equals(first.table)
+    after = stored(tmp_path)
+    assert after.keys() == runs.keys()
+    assert {path for path in runs if after[path] != runs[path]} == {lost}
+
+
+def test_resume_begins_a_study_in_an_empty_folder(tmp_path, capsys):
+    study(tmp_path / "new", resume=True)
+    assert capsys.readouterr().err == "Beam: reused 0 of 4 runs\n"
+
+
+def test_failed_runs_are_made_again(tmp_path, capsys):
+    searches = {"good": NSGA2(pop_size=10), "bad": FailingNSGA2(pop_size=10)}
+    for resume in (False, True):
+        found = study(tmp_path, searches=searches, resume=resume)
+        assert found.runs["status"].tolist() == ["finished"] * 3 + ["failed"]
+    assert "reused 3 of 4 runs" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"problem": Beam(load=2.0)}, "problem.options.load = 2.0, expected 1.0"),
+        ({"problem": ZDT1(n_var=4)}, "problem.class = 'pymoo"),
+        ({"searches": algorithms(pop_size=12)}, "NSGA-II.pop_size = 12, expected 10"),
+        ({"searches": algorithms(crossover=SBX(eta=20))}, "crossover.eta.value = 20, expected 15"),
+        ({"searches": {"other": MGEOReal(0.1)}}, "algorithms.MGEO = None"),
+        ({"n_eval": 80}, "evaluations = 80, expected 60"),
+        ({"seeds": 3}, r"seeds = \[1, 2, 3\], expected \[1, 2\]"),
+    ],
+)
+def test_a_difference_is_refused_by_name(changes, message, tmp_path):
+    study(tmp_path)
+    runs = stored(tmp_path)
+    with pytest.raises(ValueError, match=f"holds another study: .*{message}"):
+        study(tmp_path, resume=True, **changes)
+    assert stored(tmp_path) == runs
+
+
+def test_another_version_is_refused_by_name(tmp_path):
+    study(tmp_path)
+    path = tmp_path / "study.json"
+    plan = json.loads(path.read_text())
+    assert plan["versions"]["numpy"] == np.__version__
+    plan["versions"]["numpy"] = "1.0"
+    path.write_text(json.dumps(plan))
+    with pytest.raises(ValueError, match=rf"versions.numpy = '{np.__version__}', expected '1.0'"):
+        study(tmp_path, resume=True)
+
+
+def test_attributes_of_a_problem_without_options_are_compared(tmp_path):
+    def problem(weights):
+        made = FunctionalProblem(2, [lambda x: x[0], lambda x: 1 - x[0] + x[1]], xl=0.0, xu=1.0)
+        made.weights, made.service = weights, SimpleNamespace(answers=[1, 2])
+        return made
+
+    study(tmp_path, problem(np.arange(200)))
+    study(tmp_path, problem(np.arange(200)), resume=True)
+    with pytest.raises(ValueError, match=r"problem.weights.hash"):
+        study(tmp_path, problem(np.arange(200) + 1), resume=True)
+
+
+def test_a_finished_study_is_read(tmp_path):
+    found = study(tmp_path, grid=3)
+    read = read_comparison(tmp_path, problem=Beam())
+    assert read.table.equals(found.table)
+    assert read.overview().equals(found.overview())
+    assert read.tests().pairs.equals(found.tests().pairs)
+    for key, record in found.records.items():
+        assert np.array_equal(read.records[key].front_F, record.front_F)
+    with pytest.raises(ValueError, match="compared in Python: expected problem="):
+        read_comparison(tmp_path)
+
+
+def test_two_studies_do_not_share_a_folder_at_once(tmp_path):
+    with lock(tmp_path), pytest.raises(ValueError, match="is in use"):
+        study(tmp_path)
+
+
+@pytest.mark.parametrize("damage", [lambda data: data[: len(data) // 2], lambda data: b"junk"])
+def test_a_damaged_run_is_named(damage, tmp_path):
+    study(tmp_path)
+    path = min(stored(tmp_path))
+    path.write_bytes(damage(path.read_bytes()))
+    with pytest.raises(ValueError, match=rf"{path.name}: not the record of a run: .*delete it"):
+        study(tmp_path, resume=True)
+
+
+def test_no_run_is_unpickled(tmp_path):
+    np.savez(tmp_path / "run.npz", **dict.fromkeys(("numbers", "F"), np.array([{}], dtype=object)))
+    with pytest.raises(ValueError, match="not the record of a run"):
+        StudyRun.read(tmp_path / "run.npz")
