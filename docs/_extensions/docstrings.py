@@ -8,8 +8,8 @@ import dataclasses
 import re
 from typing import Any
 
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import declared
+from mgeo_attitude.settings.base import Settings, declared, schema_of
+from mgeo_attitude.settings.words import describe
 from sphinx.application import Sphinx
 
 _SECTION = re.compile(r"(Parameters|Returns|Raises|Attributes|Yields)$")
@@ -35,16 +35,13 @@ def numpydoc(lines: list[str]) -> list[str]:
     return found
 
 
-def fields(cls: type[Validated]) -> list[str]:
-    """A section on the fields of a settings class."""
+def fields(cls: type[Settings]) -> list[str]:
+    """Return a section on the fields of a settings class."""
     found = ["", "Parameters", "----------"]
-    defaults = {field.name: field.default for field in dataclasses.fields(cls)}  # type: ignore
-    for name, (_, spec) in declared(cls).items():
-        allowed = " or ".join(map(repr, spec.choices)) or spec.range_text()
-        found.append(f"{name} : {allowed}" if allowed else name)
-        default = defaults[name]
-        given = isinstance(default, str | float | int | tuple | None)
-        found.append(f"    {spec.doc}" + (f"; default {default!r}" if given else ""))
+    for name in declared(cls):
+        schema = schema_of(cls)["properties"][name]
+        default = f"; default {schema['default']!r}" if "default" in schema else ""
+        found += [f"{name} : {describe(schema)}", f"    {schema['description']}{default}"]
     return found
 
 
@@ -63,7 +60,7 @@ def signature(
 
 
 def _is_settings(obj: Any) -> bool:
-    return isinstance(obj, type) and issubclass(obj, Validated) and dataclasses.is_dataclass(obj)
+    return isinstance(obj, type) and issubclass(obj, Settings) and dataclasses.is_dataclass(obj)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

@@ -10,13 +10,11 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from docutils import nodes
+from mgeo_attitude.settings.words import describe
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 Schema = Mapping[str, Any]
-
-_TYPES = {"boolean": "true or false", "string": "text", "object": "table", "null": "nothing"}
-_BOUNDS = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
 
 
 def scenario() -> Schema:
@@ -52,7 +50,7 @@ def _table(schema: Schema) -> str:
     rows = ["| key | takes | default | |", "| --- | --- | --- | --- |"]
     for key, value in schema.get("properties", {}).items():
         default = "needed" if key in required else _default(value)
-        cells = (f"`{key}`", _takes(value), default, value.get("description", ""))
+        cells = (f"`{key}`", describe(value), default, value.get("description", ""))
         rows.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
     return "\n".join(rows)
 
@@ -81,30 +79,6 @@ def _references(value: Any) -> Iterator[str]:
     elif isinstance(value, list):
         for part in value:
             yield from _references(part)
-
-
-def _takes(value: Schema) -> str:
-    """Type and range in words."""
-    if "$ref" in value:
-        return _words(value["$ref"].rpartition("/")[2])
-    if "anyOf" in value:
-        return " or ".join(dict.fromkeys(map(_takes, value["anyOf"])))
-    if "enum" in value:
-        return " or ".join(f"`{each}`" for each in value["enum"])
-    if "const" in value:
-        return f"`{value['const']}`"
-    kind = value.get("type", "")
-    if kind == "array":
-        items = value.get("prefixItems") or [value.get("items", {})]
-        size = value.get("minItems") if value.get("minItems") == value.get("maxItems") else None
-        what = ", ".join(dict.fromkeys(map(_takes, items))) or "anything"
-        return f"list of {f'{size} ' if size else ''}{what}"
-    bounds = " and ".join(
-        f"{sign} {value[name]:g}" for name, sign in _BOUNDS.items() if name in value
-    )
-    if kind == "string" and value.get("format") == "date-time":
-        return "date and time"
-    return " ".join(filter(None, (_TYPES.get(kind, kind or "anything"), bounds)))
 
 
 def _default(value: Schema) -> str:

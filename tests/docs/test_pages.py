@@ -11,10 +11,10 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, Scenario
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.environment.orbit import ORBITS
-from mgeo_attitude.fields.quantity import declared
 from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.scenario import FlightErrors, InitialConditions, Prior
 from mgeo_attitude.sensors import Gyro
+from mgeo_attitude.settings.base import declared, schema_of
 from mgeo_calibration import TelemetryMapping, fly
 from mgeo_calibration.telemetry.mapping import UNITS
 from typer.testing import CliRunner
@@ -109,7 +109,7 @@ def test_a_start_and_a_slew_back():
     assert 0.0 < plan.duration - plan.t_end < 300.0
     assert plan.phases[-1].label == "slew back"
     rows = re.findall(r"^\| `(\w+)` .*?\|", page("start-and-end.md"), re.M)[1:]
-    assert rows == [*declared(InitialConditions)["pointing"][1].choices]
+    assert rows == schema_of(InitialConditions)["properties"]["pointing"]["enum"]
     for key in declared(InitialConditions):
         assert f"`{key}`" in page("start-and-end.md").replace("initial.attitude", "attitude")
 

@@ -6,7 +6,7 @@ import re
 from importlib import import_module
 
 import pytest
-from mgeo_attitude.fields.checking import Validated
+from mgeo_attitude.settings.base import Settings
 
 #: Modules whose public names the reference shows.
 MODULES = (
@@ -56,7 +56,7 @@ def test_examples_give_what_they_say(tmp_path, monkeypatch):
 def test_arguments_have_a_section():
     """Settings declare theirs: the page has what they declare."""
     for name, each in shown().items():
-        if not (isinstance(each, type) and issubclass(each, Validated)):
+        if not (isinstance(each, type) and issubclass(each, Settings)):
             text = inspect.getdoc(each).partition("Examples\n")[0]
             assert re.search(r"^(Parameters|Attributes)$", text, re.M) or not arguments(each), name
 

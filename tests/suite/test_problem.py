@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, evaluate
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
-from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_suite import SensorSuiteProblem
 from mgeo_suite.catalog import SunHead
 from pymoo.optimize import minimize

@@ -8,22 +8,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
+from typing import Annotated, Any
 
+import pydantic.dataclasses
 from mgeo_attitude import Gyro, Magnetometer, StarTracker, SunSensor
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import (
-    InvalidType,
-    InvalidValue,
-    KeyProblem,
-    declared,
-    expect,
-    known_names,
-    quantity,
-)
-from mgeo_attitude.fields.tables import from_table, to_table
-from mgeo_attitude.geometry.vector import Vec3
+from mgeo_attitude.settings.base import Settings, declared
+from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, expect, known_names
+from mgeo_attitude.settings.tables import to_table
+from mgeo_attitude.settings.types import Unit
+from pydantic import Field
 
 from mgeo.validation.entries import errors_of
 
@@ -38,10 +31,10 @@ FACES: dict[str, tuple[float, float, float]] = {
 }
 NONE = "none"  # the option of having no such sensor
 _NEEDED = ("gyros", "magnetometers")
-_OF_PLACE = ("name", "boresight")  # what the place decides where a sensor is put
+_OF_PLACE = ("kind", "name", "boresight")  # what the place decides where a sensor is put
 
 
-@dataclass(frozen=True)
+@pydantic.dataclasses.dataclass(frozen=True)
 class SunHead(SunSensor):
     """A Sun sensor on a face, whose bias states can be left out.
 
@@ -49,25 +42,8 @@ class SunHead(SunSensor):
     one of them is enough.
     """
 
-    initial_bias: float = quantity(
-        0.0,
-        low=0.0,
-        doc="initial bias of the unit vector, 1-sigma per axis; 0 leaves the states out",
-        formerly="bias",
-    )
-
-    def states(self) -> dict[str, Any]:
-        found = super().states()
-        return {key: found[key] for key in found if key != "bias" or self.initial_bias}
-
-    def measure(self, x: Any, v: Vec3) -> Any:
-        return super().measure(self._complete(x, Vec3(0.0, 0.0, 0.0)), v)
-
-    def measured(self, x: Any, v: Any) -> Any:
-        return super().measured(self._complete(x, 0.0), v)
-
-    def _complete(self, x: Any, zero: Any) -> Any:
-        return x if self.initial_bias else SimpleNamespace(**{**vars(x), "bias": zero})
+    initial_bias: float = Field(default=0.0, ge=0.0)
+    """initial bias of the unit vector, 1-sigma per axis; 0 leaves the states out"""
 
 
 #: Class of the instruments of each section.
@@ -79,15 +55,20 @@ SECTIONS: Mapping[str, type[Any]] = {
 }
 
 
-@dataclass(frozen=True, kw_only=True)
-class Entry(Validated):
+@pydantic.dataclasses.dataclass(frozen=True, kw_only=True)
+class Entry(Settings):
     """What a grade costs, and who says so."""
 
-    name: str = quantity(doc="name of the grade, unique in its section")
-    price_keur: float = quantity(unit="kEUR", low=0.0, doc="price class")
-    mass_g: float = quantity(unit="g", low=0.0, doc="mass")
-    power_mw: float = quantity(unit="mW", low=0.0, doc="average power")
-    source: str = quantity(doc="where the figures are from")
+    name: str
+    """name of the grade, unique in its section"""
+    price_keur: Annotated[float, Unit("kEUR")] = Field(ge=0.0)
+    """price class"""
+    mass_g: Annotated[float, Unit("g")] = Field(ge=0.0)
+    """mass"""
+    power_mw: Annotated[float, Unit("mW")] = Field(ge=0.0)
+    """average power"""
+    source: str
+    """where the figures are from"""
 
 
 @dataclass(frozen=True)
@@ -153,7 +134,7 @@ class Catalog:
 
         Raises
         ------
-        InvalidValue, InvalidType
+        InvalidValue, InvalidValue
             (ValueError) Naming the full key, ``gyros[1].mass_g``: unknown, missing or of a bad
             value; names that occur twice, a section that needs a grade and has none, or Sun sensors
             of which only some see everywhere, or only some have bias states.
@@ -184,7 +165,7 @@ class Catalog:
 
 def _grades(section: str, tables: Any) -> tuple[Grade, ...]:
     if not isinstance(tables, list | tuple):
-        raise InvalidType(section, tables, f"expected entries [[{section}]]")
+        raise InvalidValue(section, tables, f"expected entries [[{section}]]")
     found: list[Grade] = []
     for i, table in enumerate(tables):
         try:
@@ -200,14 +181,14 @@ def _grades(section: str, tables: Any) -> tuple[Grade, ...]:
 
 def _grade(cls: type[Any], table: Any) -> Grade:
     if not isinstance(table, Mapping):
-        raise InvalidType("entry", table, "expected a table")
+        raise InvalidValue("entry", table, "expected a table")
     own = tuple(declared(Entry))
     keys = [key for key in declared(cls) if key not in _OF_PLACE]
     for key, value in table.items():
         if key not in own and key not in keys:
             raise KeyProblem(str(key), value, f"unknown key{known_names(key, [*own, *keys])}")
-    entry = from_table(Entry, {key: table[key] for key in table if key in own})
-    return Grade(entry, from_table(cls, {key: table[key] for key in table if key not in own}))
+    entry = Entry(**{key: table[key] for key in table if key in own})
+    return Grade(entry, cls(**{key: table[key] for key in table if key not in own}))
 
 
 def _faces(given: Any) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.objectives import OBJECTIVES as OF_PLANS
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
-from mgeo_attitude.fields.quantity import InvalidValue, known_names
+from mgeo_attitude.settings.errors import InvalidValue, known_names
 
 if TYPE_CHECKING:
     from mgeo_attitude import Evaluation, FilterModel, Scenario

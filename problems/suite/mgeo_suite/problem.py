@@ -13,8 +13,8 @@ from mgeo_attitude import Scenario
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.constraints import check_start, constraints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
-from mgeo_attitude.fields.quantity import InvalidType, InvalidValue, KeyProblem, known_names
 from mgeo_attitude.maneuvers.schedule import decode
+from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, known_names
 from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 from pymoo.core.variable import Choice, Real
@@ -192,7 +192,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
             raise InvalidValue("preset", preset, f"unknown preset{known_names(preset, PRESETS)}")
         for key in ("scenario", "catalog"):
             if not isinstance(options.get(key, {}), Mapping):
-                raise InvalidType(key, options[key], "expected a table")
+                raise InvalidValue(key, options[key], "expected a table")
         made: dict[str, Any] = {"objectives": options.get("objectives", PRESETS[preset])}
         for key, read in (("scenario", Scenario.from_dict), ("catalog", Catalog.from_dict)):
             try:

@@ -17,7 +17,7 @@ import numpy as np
 from mgeo_attitude import FilterModel, Gyro, Scenario, Sensor, Suite
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.settings.errors import InvalidValue
 
 from mgeo_suite.catalog import FACES, NONE, Catalog, Grade
 

@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+import pydantic.dataclasses
 import pytest
 from mgeo_attitude import FilterModel, Scenario, evaluate, limit
 from mgeo_attitude.bound.curves import filled
@@ -111,7 +112,7 @@ def test_considered_errors_are_what_no_plan_changes():
         np.testing.assert_allclose(variances, found.blocks[block], rtol=1e-9)
 
 
-@dataclasses.dataclass(frozen=True)
+@pydantic.dataclasses.dataclass(frozen=True)
 class Nodding(VectorSensor):
     """One that tells the more of its bias the nearer its vector is to the body's z."""
 

@@ -230,7 +230,7 @@ def test_angle_is_what_the_phases_of_the_plan_sweep(acceleration):
     [
         (("t_end", "tracce"), ValueError, r"objectives\[1\] = 'tracce': .*did you mean 'trace'"),
         (("trace:atitude",), ValueError, "unknown state block 'atitude'; did you mean 'attitude'"),
-        ("trace", TypeError, "objectives = 'trace': expected a list of"),
+        ("trace", ValueError, "objectives = 'trace': expected a list of"),
         (("trace", "trace"), ValueError, r"objectives\[1\] = 'trace': expected each one once"),
         (("t_required",), ValueError, "no required_sigma"),
     ],

@@ -5,8 +5,8 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.settings.errors import InvalidValue
 
 EPOCH = datetime(2018, 6, 5, tzinfo=UTC)
 OPEN = {"start": "2018-06-04T23:50:00Z", "end": "2018-06-05T00:12:30Z"}

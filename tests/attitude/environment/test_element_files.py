@@ -14,8 +14,8 @@ import pytest
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.environment.element_set import SGP4Error, gcrs_of
 from mgeo_attitude.environment.times import instants
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import MeanElements, OrbitFile, TLEOrbit
+from mgeo_attitude.settings.errors import InvalidValue
 from sgp4 import exporter, omm
 from sgp4.api import Satrec
 
@@ -265,7 +265,7 @@ def test_a_satellite_that_decays_within_the_run() -> None:
     [
         ({"epoch": datetime(2026, 7, 21)}, "epoch = '2026-07-21T00:00:00': expected a UTC offset"),
         ({"mean_motion_rev_day": 17.5}, "mean_motion_rev_day = 17.5: expected a perigee above"),
-        ({"inclination_deg": 181.0}, "inclination_deg = 181.0: expected a number in [0, 180] deg"),
+        ({"inclination_deg": 181.0}, "inclination_deg = 181.0: expected a number in [0, 180]"),
     ],
 )
 def test_elements_that_are_refused(changes: dict[str, Any], expected: str) -> None:

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.environment.constants import EARTH_MU
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import EphemerisOrbit, FlightErrors, Orbit
+from mgeo_attitude.settings.errors import InvalidValue
 
 SCENARIO = dataclasses.replace(Scenario.paper(), step=20.0, duration=12000.0)
 

@@ -16,8 +16,8 @@ from brahe.ccsds import OEM
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.environment.element_set import TLEOrbit, gcrs_of
 from mgeo_attitude.environment.times import instants
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile
+from mgeo_attitude.settings.errors import InvalidValue
 
 from mgeo.plugins.problems import load_problem
 from mgeo.store.scenario_file import read_scenario

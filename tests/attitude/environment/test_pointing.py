@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.environment.directions import Place, pointed
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import InitialConditions
+from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
 
 AXES = [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.6, 0.0, 0.8)]

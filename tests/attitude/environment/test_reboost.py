@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.environment.thrust import find_thrust
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile, TLEOrbit
+from mgeo_attitude.settings.errors import InvalidValue
 
 from .integration import integrated
 
@@ -33,7 +33,7 @@ def test_a_run_with_the_maneuver_is_refused(tmp_path: Path, epoch: datetime) -> 
     path = tmp_path / "s.toml"
     path.write_text(
         f'preset = "cubesat_6u"\nepoch = {epoch.isoformat()}\nduration = 3600.0\n'
-        f'[orbit]\npropagator = "ephemeris-file"\nfile = "{FILE}"\n'
+        f'[orbit]\npropagator = "file"\nfile = "{FILE}"\n'
     )
     with pytest.raises(
         ValueError, match=r"orbit\.file = .*: a maneuver, .* from 2023-07-04T21:17:00"

@@ -17,10 +17,10 @@ from mgeo_attitude import (
     evaluate,
     limit,
 )
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.geometry.rotation import skew, tangents
 from mgeo_attitude.sensors.world import POSITION_UNIT
+from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
 
 V = Rotation.random(20, random_state=1).as_matrix()[:, 0]

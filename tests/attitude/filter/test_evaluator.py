@@ -5,6 +5,7 @@ import pickle
 from datetime import UTC, datetime
 
 import numpy as np
+import pydantic.dataclasses
 import pytest
 from mgeo_attitude import FilterModel, Magnetometer, Sensor, evaluate
 from mgeo_attitude.filter.evaluator import available_threads
@@ -47,7 +48,7 @@ def test_ramps_shorter_than_a_step_agree(short):
     assert_agrees(ramped, X)
 
 
-@dataclasses.dataclass(frozen=True)
+@pydantic.dataclasses.dataclass(frozen=True)
 class EarthSensor(Sensor):
     """Somebody else's: direction to the Earth's center, with a bias, blind by day."""
 

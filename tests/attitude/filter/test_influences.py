@@ -20,9 +20,9 @@ from mgeo_attitude import (
     limit,
     reference_run,
 )
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.filter.error_budget import error_budget
 from mgeo_attitude.scenario import Channel
+from mgeo_attitude.settings.errors import InvalidValue
 from scipy.integrate import solve_ivp
 
 TEMP = Channel(name="temp", in_sunlight=40.0, in_shadow=-20.0, time_constant=700.0, initial=5.0)

@@ -7,12 +7,12 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate
 from mgeo_attitude.criteria.constraints import constraints
 from mgeo_attitude.environment.constants import EARTH_MU
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.wheel_load import gravity_gradient, wheel_loads
 from mgeo_attitude.maneuvers.motion import attitudes
 from mgeo_attitude.maneuvers.schedule import schedule
 from mgeo_attitude.scenario import Coils, Convergence, InitialConditions, ManeuverLimits, Wheels
+from mgeo_attitude.settings.errors import InvalidValue
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 

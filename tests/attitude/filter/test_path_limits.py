@@ -15,13 +15,13 @@ from mgeo_attitude import (
 )
 from mgeo_attitude.criteria.constraints import constraints
 from mgeo_attitude.environment.directions import DIRECTIONS, Cone, Passage, Place
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.filter.nearest import Turn, nearest_code
 from mgeo_attitude.filter.path_limits import angle_sigma, arc, cone_constants, excess, excess_code
 from mgeo_attitude.filter.symbols import Code, Symbol, Triangle
 from mgeo_attitude.geometry.vector import Vec3
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence, InitialConditions, PathLimit
+from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
 
 #: A long way from the Sun at the start, so that only what is flown decides.
@@ -444,10 +444,6 @@ def test_a_limit_that_the_start_violates_is_refused(limit, message):
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        (
-            {"keep_outs": [{"boresight": [0, 0, 1], "half_angle_deg": 20.0}]},
-            "keep_outs: is now called 'path_limits'",
-        ),
         (
             {
                 "path_limits": [

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
 from mgeo_attitude.criteria.objectives import OBJECTIVES
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import PathLimit, Prior
+from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
 
 from .agreement import assert_agrees, designs

@@ -1,13 +1,13 @@
 """Errors that vary, through the compiled kernel, against closed forms; sample intervals."""
 
 import dataclasses
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Magnetometer, Scenario, Sensor, SunSensor, World, evaluate
 from mgeo_attitude.scenario import Convergence
 from mgeo_attitude.sensors import GaussMarkov
+from pydantic.dataclasses import dataclass
 
 from .suites import SUITES
 

@@ -13,10 +13,10 @@ from mgeo_attitude import (
     Suite,
     reference_run,
 )
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import consistency, simulate
 from mgeo_calibration.flight.flight import draw, fly_run
 
@@ -151,9 +151,9 @@ def test_along_z_its_axes_are_the_bodys():
     ("changes", "message"),
     [
         ({"boresight": (0.0, 0.0, 0.0)}, "boresight .* a direction, not zero"),
-        ({"max_rate_deg_s": 0.0}, "max_rate_deg_s = 0.0: expected nothing or a number > 0 deg/s"),
-        ({"earth_exclusion_deg": 90.0}, r"earth_exclusion_deg = 90.0: .* in \[0, 90\) deg"),
-        ({"sun_exclusion_deg": -1.0}, r"sun_exclusion_deg = -1.0: .* \[0, 90\) deg"),
+        ({"max_rate_deg_s": 0.0}, "max_rate_deg_s = 0.0: expected nothing or a number > 0"),
+        ({"earth_exclusion_deg": 90.0}, r"earth_exclusion_deg = 90.0: .* in \[0, 90\)"),
+        ({"sun_exclusion_deg": -1.0}, r"sun_exclusion_deg = -1.0: .* \[0, 90\)"),
     ],
 )
 def test_bad_values_are_named(changes, message):

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import PathLimit
+from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
 
 from .agreement import assert_agrees, designs

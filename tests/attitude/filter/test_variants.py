@@ -4,6 +4,7 @@ import dataclasses
 import math
 
 import numpy as np
+import pydantic.dataclasses
 import pytest
 from mgeo_attitude import FilterModel, Gyro, Magnetometer, StarTracker, Suite, SunSensor, evaluate
 from mgeo_attitude.scenario import PathLimit
@@ -11,7 +12,7 @@ from mgeo_attitude.scenario import PathLimit
 from .agreement import designs
 
 
-@dataclasses.dataclass(frozen=True)
+@pydantic.dataclasses.dataclass(frozen=True)
 class NoSunSensor(SunSensor):
     """One that knows nothing."""
 

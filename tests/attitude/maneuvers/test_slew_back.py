@@ -1,14 +1,12 @@
 """The way back to the attitude law of the start: by hand, and flown step by step."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario
 from mgeo_attitude.environment.directions import Place
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.maneuvers.motion import phases
 from mgeo_attitude.maneuvers.schedule import schedule
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import Search, slew_back
 from scipy.spatial.transform import Rotation
 
@@ -56,11 +54,6 @@ def designs(rng, n):
     X = rng.uniform(-0.4, 0.4, (n, 12))
     X[:, 3::4] = rng.uniform(0.0, 400.0, (n, 3))
     return X
-
-
-def test_nothing_is_added_unless_asked_for():
-    scene = dataclasses.replace(scenario("none"), maneuvers=Scenario.paper().maneuvers)
-    assert back_of(scene, QUARTER, 900.0)[1] is None
 
 
 @pytest.mark.parametrize(
@@ -118,17 +111,6 @@ def test_it_arrives_at_the_law_within_all_limits(limits, pointing):
             inertia = scene.wheels.matrix()
             assert np.abs(change @ inertia).max() <= scene.wheels.max_torque * (1 + 1e-9)
             assert np.abs(slew @ inertia).max() <= scene.wheels.max_momentum * (1 + 2e-9)
-
-
-def test_it_goes_on_with_the_law():
-    """At the orbital rate, which a nearly circular orbit keeps for a minute within 0.001 deg."""
-    scene = scenario("acceleration", {"pointing": "nadir", "axis": [0.6, 0.0, 0.8]})
-    model, back = back_of(scene, designs(np.random.default_rng(1), 1)[0], 1500.0)
-    n = round(back.end) + 60
-    rates, _ = step_rates(model, back.design, n)
-    attitude = flown(model, rates)
-    law, _ = scene.initial.law(scene, float(n))
-    assert np.degrees((attitude * Rotation.from_matrix(law).inv()).magnitude()) < 1e-3
 
 
 @pytest.mark.parametrize("limits", ["none", pytest.param("acceleration", marks=pytest.mark.slow)])

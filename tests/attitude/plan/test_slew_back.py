@@ -13,13 +13,13 @@ from mgeo_attitude import (
     Scenario,
     reference_run,
 )
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan.aem import aem_text
 from mgeo_attitude.plan.files import from_json, to_json
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario import PathLimit, Wheels
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.view.margins import END_ATTITUDE
 from mgeo_calibration import simulate
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from datetime import UTC, datetime
 from typing import Any
 
@@ -10,21 +9,21 @@ from hypothesis import strategies as st
 from mgeo_attitude import Suite
 from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.environment.constants import EARTH_RADIUS
-from mgeo_attitude.fields.quantity import Quantity, declared
+from mgeo_attitude.scenario import Orbit
 from mgeo_attitude.scenario.initial import InitialConditions
-from mgeo_attitude.scenario.of_others import Orbit
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.settings import Convergence, ManeuverLimits
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.kinds import SENSORS
+from mgeo_attitude.settings.base import schema_of
 
 
 def sections(cls: type, **fixed: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
     """Instances of a section: numbers from their ranges, the rest from `fixed` or by default."""
     numbers = {
-        key: _numbers(annotation, spec)
-        for key, (annotation, spec) in declared(cls).items()
-        if annotation in (float, int)
+        key: _numbers(schema)
+        for key, schema in schema_of(cls)["properties"].items()
+        if schema.get("type") in ("number", "integer")
     }
     return st.builds(cls, **(numbers | fixed))
 
@@ -104,8 +103,10 @@ def scenarios(draw: st.DrawFn) -> Scenario:
     )
 
 
-def _numbers(annotation: type, spec: Quantity) -> st.SearchStrategy[Any]:
-    low, high = max(spec.low, -1e9), min(spec.high, 1e9)
-    if annotation is int:
-        return st.integers(math.ceil(low), math.floor(high))
-    return st.floats(low, high, exclude_min=spec.open_low, exclude_max=spec.open_high)
+def _numbers(schema: dict[str, Any]) -> st.SearchStrategy[Any]:
+    low = schema.get("exclusiveMinimum", schema.get("minimum", -1e9))
+    high = schema.get("exclusiveMaximum", schema.get("maximum", 1e9))
+    if schema["type"] == "integer":
+        return st.integers(low, high)
+    opened, closed = "exclusiveMinimum" in schema, "exclusiveMaximum" in schema
+    return st.floats(low, min(high, 1e9), exclude_min=opened, exclude_max=closed)

@@ -60,11 +60,6 @@ def test_three_wheels_leave_no_choice(axes):
         assert (loads["minimax"] < 0.99 * loads["pseudo-inverse"]).any()
 
 
-def test_along_the_body_axes_each_takes_its_own():
-    np.testing.assert_array_equal(pseudo_inverse(np.eye(3)), np.eye(3))
-    assert sorted(np.abs(minimax(np.eye(3))).tolist()) == sorted(np.eye(3).tolist())
-
-
 def test_a_pyramid_by_hand():
     """Along its axis four wheels at 45 deg share alike; across, the two in that plane."""
     axes = PYRAMID / np.sqrt(2.0)

@@ -7,8 +7,8 @@ from datetime import UTC, datetime
 from typing import Any
 
 import pytest
-from mgeo_attitude.fields.quantity import InvalidType, InvalidValue
 from mgeo_attitude.scenario import Orbit, TLEOrbit
+from mgeo_attitude.settings.errors import InvalidValue
 from sgp4.api import Satrec
 from sgp4.conveniences import sat_epoch_datetime
 
@@ -45,9 +45,9 @@ def test_geostationary_period_is_the_sidereal_day() -> None:
     [
         ("eccentricity", 1.0, "expected a number in [0, 1)"),
         ("eccentricity", -0.1, "expected a number in [0, 1)"),
-        ("inclination_deg", 180.1, "expected a number in [0, 180] deg"),
-        ("raan_deg", 2302.97, "expected a number in [-360, 360] deg"),
-        ("semi_major_axis", float("nan"), "expected a number > 0 m"),
+        ("inclination_deg", 180.1, "expected a number in [0, 180] [deg]"),
+        ("raan_deg", 2302.97, "expected a number in [-360, 360] [deg]"),
+        ("semi_major_axis", float("nan"), "expected a number > 0 [m]"),
         ("propagator", "j4", "expected one of 'two-body', 'j2'"),
     ],
 )
@@ -115,5 +115,5 @@ def test_lines_that_are_no_element_set(key: str, line: str, expected: str) -> No
 
 def test_a_line_that_is_no_string() -> None:
     number: Any = 1
-    with pytest.raises(InvalidType, match=r"^line1 = 1: expected a string"):
+    with pytest.raises(InvalidValue, match=r"^line1 = 1: expected a string"):
         TLEOrbit(line1=number, line2=ISS_2)

@@ -7,12 +7,12 @@ import warnings
 from datetime import timedelta
 
 import pytest
-from mgeo_attitude import Magnetometer, Scenario, SunSensor
-from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude import Scenario
+from mgeo_attitude.scenario import TLEOrbit
 from mgeo_attitude.scenario.actuators import Coils, Wheels
-from mgeo_attitude.scenario.of_others import Orbit, TLEOrbit
 from mgeo_attitude.scenario.toml import PRESETS
 from mgeo_attitude.scenario.validity import Implausible, implausible
+from mgeo_attitude.settings.errors import InvalidValue
 
 from .test_orbit import ISS_1, ISS_2
 
@@ -74,15 +74,3 @@ def test_no_body_has_a_moment_beyond_the_sum_of_the_others(of) -> None:
     of(inertia=(0.1, 0.2, 0.3))  # a plate
     with pytest.raises(InvalidValue, match=r"principal ones are 0.0"):
         of(inertia=(0.2, 0.2, 0.2), products_of_inertia=(0.12, 0.12, -0.05))
-
-
-def test_the_shadow_falls_unless_a_scenario_says_otherwise() -> None:
-    paper = Scenario.paper()
-    own = Scenario(
-        epoch=paper.epoch,
-        duration=600.0,
-        orbit=Orbit(**{f.name: getattr(paper.orbit, f.name) for f in dataclasses.fields(Orbit)}),
-        sensors=(SunSensor(), Magnetometer()),
-    )
-    assert own.eclipse
-    assert not paper.eclipse

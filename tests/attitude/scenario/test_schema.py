@@ -59,7 +59,7 @@ def test_files_that_are_there_keep_to_it(path: Path) -> None:
     ],
 )
 def test_a_file_of_an_ephemeris(keys: dict[str, Any], allowed: bool) -> None:
-    orbit = {"propagator": "ephemeris-file", "file": "iss.oem"} | keys
+    orbit = {"propagator": "file", "file": "iss.oem"} | keys
     assert SCHEMA.is_valid({"preset": "paper", "orbit": orbit}) == allowed
 
 
@@ -113,10 +113,11 @@ def test_keys_have_meaning_unit_range_and_default() -> None:
     noise = scenario_schema()["$defs"]["StarTracker"]["properties"]["noise_arcsec"]
     assert noise == {
         "default": 10.0,
-        "description": "noise about the cross axes, 1-sigma [arcsec]",
+        "description": "noise about the cross axes, 1-sigma",
         "exclusiveMinimum": 0.0,
-        "title": "noise_arcsec",
+        "title": "Noise Arcsec",
         "type": "number",
+        "unit": "arcsec",
     }
 
 

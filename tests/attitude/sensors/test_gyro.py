@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Gyro, Magnetometer, Scenario, StarTracker, Suite, SunSensor
-from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.settings.errors import InvalidValue
 
 
 @pytest.mark.parametrize(("floor", "decay"), [(0.5, 1e-3), (10.0, 2e-2)])

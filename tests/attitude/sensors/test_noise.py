@@ -13,9 +13,9 @@ from mgeo_attitude import (
     SunSensor,
     agreement,
 )
-from mgeo_attitude.fields.quantity import InvalidType, InvalidValue
 from mgeo_attitude.scenario import scenario_schema
 from mgeo_attitude.sensors.base import with_noise
+from mgeo_attitude.settings.errors import InvalidValue
 
 DESIGN = np.array([[0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]])
 
@@ -64,8 +64,8 @@ def test_noise_is_scaled_axis_by_axis():
 
 @pytest.mark.parametrize("noise", [[1.0, 2.0], [1.0, 2.0, 0.0], [1.0, 2.0, "3"], "500", 0.0])
 def test_what_is_neither_a_number_nor_three_is_refused(noise):
-    words = r"sensors\[1\]\.noise_nt = .*expected a number > 0 nT or a list of 3 x \(a number"
-    with pytest.raises((InvalidType, InvalidValue), match=words):
+    words = r"sensors\[1\]\.noise_nt = .*a number > 0 or a list of 3 x \(a number > 0\) \[nT\]"
+    with pytest.raises((InvalidValue), match=words):
         scenario(noise_nt=noise)
 
 

@@ -19,9 +19,9 @@ from mgeo_attitude import (
 )
 from mgeo_attitude.environment.sun_moon import lit_fraction, sun_position
 from mgeo_attitude.environment.times import instants
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import Convergence
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, POSITION_UNIT
+from mgeo_attitude.settings.errors import InvalidValue
 
 WORLD = World(albedo=0.05, field_error_nt=150.0, orbit_error_m=(2000.0, 100.0, 300.0))
 PLAN = np.array([[0.5, -0.3, 0.8, 80.0, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0]])
@@ -147,49 +147,6 @@ def test_a_world_that_cannot_be_is_refused(world, message):
         World(**world)
 
 
-def older(*sensors, preset="paper", **more):
-    return Scenario.from_dict({"preset": preset, "sensors": list(sensors), **more})
-
-
-MAG = {"kind": "magnetometer", "field_error_nt": 150.0, "orbit_error_m": 1000.0}
-OFF = {"kind": "magnetometer", "name": "b", "field_error_nt": 0.0, "orbit_error_m": 0.0}
-
-
-def test_a_file_with_one_magnetometer_is_the_same_satellite():
-    with pytest.warns(FutureWarning, match=r"field_error_nt.*now in \[world\]"):
-        scenario = older(MAG | {"considered": ["orbit_error", "bias"]})
-    assert scenario.world == World(
-        field_error_nt=150.0,
-        orbit_error_m=(1000.0, 1000.0, 1000.0),
-        orbit_error_axes="inertial",
-        considered=("orbit_error",),
-    )
-    assert scenario.sensors == (Magnetometer(considered=("bias",)),)
-    assert older({"kind": "magnetometer", "field_error_nt": 0.0}).world == World()
-
-
-def test_what_several_sensors_had_alike_is_one_error_and_else_refused():
-    with pytest.warns(FutureWarning, match=r"now in \[world\]"):
-        assert older(MAG, MAG | {"name": "b"}).world.field_error_nt == 150.0
-    expected = r"sensors\[1\].field_error_nt: is the world's, the same for all sensors: give field"
-    with pytest.raises(InvalidValue, match=expected):
-        older(MAG, OFF)
-    sun = {"kind": "sun-sensor", "albedo": 0.05}
-    with pytest.warns(FutureWarning, match=r"now in \[world\]"):
-        seen = older(sun, sun | {"name": "b", "albedo": 0.0})
-    assert [each.sees_albedo for each in seen.sensors] == [True, False]
-    with pytest.warns(FutureWarning, match=r"now in \[world\]"):
-        full = older(MAG | {"field_error_nt": 50.0}, preset="cubesat_6u_full")
-    assert (full.world.field_error_nt, full.world.albedo) == (50.0, 0.05)
-
-
 def test_no_sensor_is_called_the_world():
     with pytest.raises(InvalidValue, match=r"sensors\[0\].name = 'world': expected a name that no"):
         short(sensors=(Magnetometer(name="world"),))
-
-
-def test_a_field_of_view_of_older_files_is_read_as_what_it_was():
-    sun = {"kind": "sun-sensor", "field_of_view_deg": 60.0}
-    with pytest.warns(FutureWarning, match="field_of_view_deg of sensors is half of it, and"):
-        assert older(sun).sensors == (SunSensor(half_angle_deg=60.0),)
-    assert older(sun | {"field_of_view_deg": 180.0}).sensors == (SunSensor(),)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import HorizonSensor, Scenario, TwoAxisSunSensor
-from mgeo_attitude.fields.quantity import declared
+from mgeo_attitude.settings.base import declared
 from mgeo_calibration import calibrate, consistency, read_telemetry, simulate
 from mgeo_calibration.telemetry.mapping import SensorChannels, TelemetryMapping
 

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Influence, Scenario
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import Channel
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import (
     calibrate,
     fly,

@@ -1,7 +1,5 @@
 """The innovation and its derivatives against scipy's rotations, the declared H and differences."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 from mgeo_attitude import Gyro, Suite, SunSensor
@@ -9,6 +7,7 @@ from mgeo_attitude.geometry.rotation import dot, matrix, rotate, tangents
 from mgeo_attitude.sensors.direction_sensors import carried
 from mgeo_attitude.sensors.readings import as_array, as_reported, taken
 from mgeo_calibration.estimation.innovation import Estimate, innovation, jacobian, second_moments
+from pydantic.dataclasses import dataclass
 from scipy.spatial.transform import Rotation
 
 from ...attitude.filter.suites import SUITES, every_suite

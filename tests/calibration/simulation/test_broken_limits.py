@@ -6,9 +6,9 @@ from math import erfc, sqrt
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence, PathLimit
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import simulate
 
 from ...attitude.geometry.test_rotation import as_scipy

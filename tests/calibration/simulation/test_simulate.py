@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -20,6 +19,7 @@ from mgeo_attitude.scenario.settings import Convergence
 from mgeo_calibration import consistency, simulate
 from mgeo_calibration.estimation.taylor import Taylor
 from mgeo_calibration.simulation.flights import RUNS, planned
+from pydantic.dataclasses import dataclass
 
 PLANS = json.loads((Path(__file__).parent / "plans.json").read_text(encoding="utf-8"))
 SCENARIOS = Path(__file__).parents[3] / "docs" / "scenarios"  # as they were when these were found

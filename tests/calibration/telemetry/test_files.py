@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import TelemetryMapping, fly, read_telemetry
 from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.telemetry.files import parse_table

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import FilterModel, Scenario, StarTracker
-from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration import Telemetry, TelemetryMapping, fly, read_telemetry
 from mgeo_calibration.telemetry.checks import channel_causes
 from mgeo_calibration.telemetry.mapping import Channels, GyroChannels, SensorChannels

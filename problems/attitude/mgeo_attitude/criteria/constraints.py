@@ -11,10 +11,10 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import DIRECTIONS
-from mgeo_attitude.fields.quantity import InvalidValue, expect
 from mgeo_attitude.filter.path_limits import excess_along
 from mgeo_attitude.scenario.settings import RequiredSigma
 from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.settings.errors import InvalidValue, expect
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.directions import Place
@@ -146,8 +146,6 @@ def _check_path(scenario: Scenario, at: Place) -> None:
     if scenario.prior is not None:
         sigma_deg = float(np.degrees(scenario.prior.sigma[:3].max()))
     for i, limit in enumerate(scenario.path_limits):
-        if limit.may_exceed is not None:  # it may leave
-            continue
         cone, half_angle = limit.cone(), limit.half_angle_deg
         sign, most, less = (1.0, "least", "and") if cone.inside else (-1.0, "most", "less")
         angle, bound = (
@@ -178,10 +176,6 @@ def _wheel_momentum(result: Evaluation, inertia: Floats, allocation: Floats) -> 
 
 
 def _path_limit(index: int, limit: PathLimit) -> Constraint:
-    if limit.may_exceed is not None:
-        label = f"{limit.label}, time exceeded"
-        time = Limit(label, lambda result: result.path_angle[:, index], limit.may_exceed, "s")
-        return Constraint(limit.label, (time,))
     sigmas, sign = limit.attitude_sigmas, "and" if limit.keep_in else "less"
     angle = Limit(
         f"{limit.label} {sign} {sigmas:g} sigma" if sigmas else limit.label,

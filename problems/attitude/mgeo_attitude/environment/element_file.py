@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit, epoch_of
-from mgeo_attitude.fields.quantity import InvalidValue
+from mgeo_attitude.settings.errors import InvalidValue
 
 Fields = Mapping[str, Any]
 

@@ -7,18 +7,20 @@ rotation from its frame adds less than 1 m.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
 import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import DAY, EARTH_MU, EARTH_RADIUS
 from mgeo_attitude.environment.frames import rotate, teme_to_gcrs
 from mgeo_attitude.environment.times import Instants, instants, utc_text
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import InvalidValue, expect, positive, quantity
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import InvalidValue, expect
+from mgeo_attitude.settings.types import Degrees, Instant, Unit
 
 if TYPE_CHECKING:
     from sgp4.api import Satrec
@@ -33,18 +35,18 @@ _FIRST_YEAR = 57  # two-digit years from 57 on are 19yy (the first satellite fle
 _SGP4_EPOCH = datetime(1949, 12, 31, tzinfo=UTC)
 
 
-def angle(doc: str) -> Any:
-    """Declare a field for an angle of up to one revolution either way [deg]."""
-    return quantity(unit="deg", low=-360.0, high=360.0, doc=doc)
+#: An angle of up to one revolution either way.
+Angle = Annotated[float, Unit("deg"), Field(ge=-360.0, le=360.0)]
 
 
 class SGP4Error(ArithmeticError):
     """SGP4 cannot propagate an element set to the requested instant."""
 
 
-class ElementSet(Validated):
+class ElementSet(Settings):
     """Mean elements for SGP4 with an epoch of their own; subclasses define how they are given."""
 
+    selector: ClassVar[str] = "propagator"
     #: The key that contains the epoch.
     epoch_key: ClassVar[str]
 
@@ -143,7 +145,7 @@ class TLEOrbit(ElementSet):
 
     Raises
     ------
-    InvalidValue, InvalidType
+    InvalidValue
         For lines that the package sgp4 refuses, such as one with a wrong checksum, or a perigee
         below the Earth's surface.
 
@@ -160,12 +162,14 @@ class TLEOrbit(ElementSet):
     propagator: ClassVar[str] = "sgp4"
     epoch_key: ClassVar[str] = "line1"
 
-    line1: str = quantity(doc="first line of the element set")
-    line2: str = quantity(doc="second line of the element set")
-    source: str | None = quantity(None, doc="where they come from")
+    line1: str
+    """first line of the element set"""
+    line2: str
+    """second line of the element set"""
+    source: str | None = None
+    """where they come from"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         for key in ("line1", "line2"):
             object.__setattr__(self, key, getattr(self, key).rstrip())
         _check_lines(self.line1, self.line2)
@@ -238,7 +242,7 @@ class MeanElements(ElementSet):
 
     Raises
     ------
-    InvalidValue, InvalidType
+    InvalidValue
         For an element out of its range, or a perigee below the Earth's surface.
 
     Examples
@@ -261,20 +265,26 @@ class MeanElements(ElementSet):
     propagator: ClassVar[str] = "mean-elements"
     epoch_key: ClassVar[str] = "epoch"
 
-    source: str | None = quantity(None, doc="where they come from")
-    epoch: datetime = quantity(doc="instant of the elements, with its UTC offset")
-    mean_motion_rev_day: float = positive(unit="rev/day", doc="mean motion")
-    eccentricity: float = quantity(low=0.0, high=1.0, open_high=True, doc="eccentricity")
-    inclination_deg: float = quantity(unit="deg", low=0.0, high=180.0, doc="inclination")
-    raan_deg: float = angle("right ascension of the ascending node")
-    argument_of_perigee_deg: float = angle("argument of perigee")
-    mean_anomaly_deg: float = angle("mean anomaly")
-    bstar: float = quantity(0.0, unit="1/Earth radii", doc="drag term")
+    source: str | None = None
+    """where they come from"""
+    epoch: Instant
+    """instant of the elements, with its UTC offset"""
+    mean_motion_rev_day: Annotated[float, Unit("rev/day")] = Field(gt=0.0)
+    """mean motion"""
+    eccentricity: float = Field(ge=0.0, lt=1.0)
+    """eccentricity"""
+    inclination_deg: Degrees = Field(ge=0.0, le=180.0)
+    """inclination"""
+    raan_deg: Angle
+    """right ascension of the ascending node"""
+    argument_of_perigee_deg: Angle
+    """argument of perigee"""
+    mean_anomaly_deg: Angle
+    """mean anomaly"""
+    bstar: Annotated[float, Unit("1/Earth radii")] = 0.0
+    """drag term"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        offset = self.epoch.utcoffset() is not None
-        expect(offset, "epoch", self.epoch.isoformat(), "a UTC offset, such as a Z at the end")
         most = _most_revolutions(self.eccentricity)
         above = f"a perigee above the Earth's surface, at most {most:.6g} revolutions a day"
         found = self.mean_motion_rev_day
@@ -283,7 +293,7 @@ class MeanElements(ElementSet):
     @property
     def instant(self) -> datetime:
         """Epoch of the elements, UTC."""
-        return self.epoch.astimezone(UTC)
+        return self.epoch
 
     @property
     def period(self) -> float:

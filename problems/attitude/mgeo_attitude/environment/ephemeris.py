@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_MU, EARTH_RADIUS
 from mgeo_attitude.environment.interpolation import interpolate
 from mgeo_attitude.environment.kepler import orbital_period
 from mgeo_attitude.environment.times import elapsed, utc_text
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import expect, quantity
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import expect
+from mgeo_attitude.settings.types import Instant, Unit, Vector
 
 #: Degree of the polynomials by default: through 8 positions, or 4 with velocities.
 DEFAULT_DEGREE = 7
@@ -26,16 +28,14 @@ SAME_INSTANT = 2e-6
 _FARTHEST = 1e9  # m; the Earth's gravity rules as far as 9.2e8 m (its sphere of influence)
 _LARGEST_ERROR = 1000.0  # m, as much as the best element sets are off
 
-Vector = tuple[float, float, float]
-
 
 @dataclass(frozen=True, kw_only=True)
-class EphemerisOrbit(Validated):
+class EphemerisOrbit(Settings):
     """Samples of a position in GCRS: Hermite's polynomials with velocities, Lagrange's without.
 
     Raises
     ------
-    InvalidValue, InvalidType
+    InvalidValue
         For times that do not increase, too few samples, unequal numbers of them, a position below
         ground or beyond the Earth's reach, or a satellite that the Earth does not hold.
 
@@ -55,19 +55,23 @@ class EphemerisOrbit(Validated):
     True
     """
 
+    selector: ClassVar[str] = "propagator"
     propagator: ClassVar[str] = "ephemeris"
 
-    source: str = quantity("", doc="where the samples come from")
-    epoch: datetime = quantity(doc="instant from which the times count, with its UTC offset")
-    degree: int = quantity(DEFAULT_DEGREE, low=1, high=MOST_DEGREE, doc="degree of the polynomials")
-    times: tuple[float, ...] = quantity(unit="s", doc="SI seconds after the epoch, increasing")
-    position: tuple[Vector, ...] = quantity(unit="m", doc="positions, GCRS")
-    velocity: tuple[Vector, ...] = quantity((), unit="m/s", doc="velocities, GCRS, if known")
+    source: str = ""
+    """where the samples come from"""
+    epoch: Instant
+    """instant from which the times count, with its UTC offset"""
+    degree: int = Field(default=DEFAULT_DEGREE, ge=1, le=MOST_DEGREE)
+    """degree of the polynomials"""
+    times: Annotated[tuple[float, ...], Unit("s")]
+    """SI seconds after the epoch, increasing"""
+    position: Annotated[tuple[Vector, ...], Unit("m")]
+    """positions, GCRS"""
+    velocity: Annotated[tuple[Vector, ...], Unit("m/s")] = ()
+    """velocities, GCRS, if known"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        offset = self.epoch.utcoffset() is not None
-        expect(offset, "epoch", self.epoch.isoformat(), "a UTC offset, such as a Z at the end")
         n, need = len(self.times), max(3, points(self.degree, bool(self.velocity)) + 1)
         enough = f"at least {need} for degree = {self.degree}; fewer allow a lower degree"
         expect(n >= need, "times", f"{n} samples", enough)

@@ -5,14 +5,16 @@ from __future__ import annotations
 import dataclasses
 import gzip
 import math
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar, Literal, Self
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
-from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit, angle
+from mgeo_attitude.environment.element_set import Angle, MeanElements, TLEOrbit
 from mgeo_attitude.environment.ephemeris import MOST_DEGREE, EphemerisOrbit
 from mgeo_attitude.environment.kepler import (
     Elements,
@@ -22,20 +24,22 @@ from mgeo_attitude.environment.kepler import (
     secular_rates,
     two_body,
 )
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import InvalidValue, Kinds, expect, positive, quantity
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import InvalidValue, expect
+from mgeo_attitude.settings.tables import Kinds
+from mgeo_attitude.settings.types import Degrees, Unit, one_of
 
 #: Functions of Keplerian elements and times, by the ``propagator`` that names them.
 ANALYTIC = {"two-body": two_body, "j2": j2_secular}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Orbit(Validated):
+class Orbit(Settings):
     """Osculating (two-body) or mean (J2) Keplerian elements at the scenario's epoch, GCRS axes.
 
     Raises
     ------
-    InvalidValue, InvalidType
+    InvalidValue
         For an element out of its range, or a perigee below the Earth's surface.
 
     Examples
@@ -53,18 +57,22 @@ class Orbit(Validated):
     5704
     """
 
-    propagator: str = quantity(
-        "two-body", choices=tuple(ANALYTIC), doc="unperturbed, or with the secular effects of J2"
-    )
-    semi_major_axis: float = positive(unit="m", doc="semi-major axis")
-    eccentricity: float = quantity(low=0.0, high=1.0, open_high=True, doc="eccentricity")
-    inclination_deg: float = quantity(unit="deg", low=0.0, high=180.0, doc="inclination")
-    raan_deg: float = angle("right ascension of the ascending node")
-    argument_of_perigee_deg: float = angle("argument of perigee")
-    true_anomaly_deg: float = angle("true anomaly at the epoch")
+    propagator: Annotated[str, one_of(ANALYTIC)] = "two-body"
+    """unperturbed, or with the secular effects of J2"""
+    semi_major_axis: Annotated[float, Unit("m")] = Field(gt=0.0)
+    """semi-major axis"""
+    eccentricity: float = Field(ge=0.0, lt=1.0)
+    """eccentricity"""
+    inclination_deg: Degrees = Field(ge=0.0, le=180.0)
+    """inclination"""
+    raan_deg: Angle
+    """right ascension of the ascending node"""
+    argument_of_perigee_deg: Angle
+    """argument of perigee"""
+    true_anomaly_deg: Angle
+    """true anomaly at the epoch"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         perigee = self.semi_major_axis * (1.0 - self.eccentricity)
         above = (
             "a perigee above the Earth's surface, semi_major_axis * (1 - eccentricity) > "
@@ -106,7 +114,7 @@ class Orbit(Validated):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OrbitFile(Validated):
+class OrbitFile(Settings):
     """A file of element sets (OMM, or two lines), or an orbit ephemeris message (OEM).
 
     Either may be compressed (``.gz``). A scenario keeps the elements or samples that `for_run`
@@ -114,7 +122,7 @@ class OrbitFile(Validated):
 
     Raises
     ------
-    InvalidValue, InvalidType
+    InvalidValue
         For a value out of its range.
 
     Examples
@@ -124,18 +132,17 @@ class OrbitFile(Validated):
     '25544'
     """
 
+    selector: ClassVar[str] = "propagator"
     propagator: ClassVar[str] = "file"
 
-    file: str = quantity(doc="element sets or an ephemeris, in the scenario file's folder")
-    object: str = quantity("", doc="which of several objects: name, designator or catalog number")
-    interpolation: str | None = quantity(
-        None,
-        choices=("hermite", "lagrange"),
-        doc="through velocities too, or positions only, if not as the file says",
-    )
-    degree: int | None = quantity(
-        None, low=1, high=MOST_DEGREE, doc="degree of the polynomials, if not as the file says"
-    )
+    file: str
+    """element sets or an ephemeris, in the scenario file's folder"""
+    object: str = ""
+    """which of several objects: name, designator or catalog number"""
+    interpolation: Literal["hermite", "lagrange"] | None = None
+    """through velocities too, or positions only, if not as the file says"""
+    degree: int | None = Field(default=None, ge=1, le=MOST_DEGREE)
+    """degree of the polynomials, if not as the file says"""
 
     def for_run(self, epoch: datetime, duration: float) -> EphemerisOrbit | TLEOrbit | MeanElements:
         """Return the orbit of a run of `duration` [s] from an epoch with a UTC offset.
@@ -174,8 +181,7 @@ AnyOrbit = Orbit | TLEOrbit | MeanElements | EphemerisOrbit
 ORBITS = Kinds(
     "propagator",
     dict.fromkeys(ANALYTIC, Orbit)
-    | {cls.propagator: cls for cls in (TLEOrbit, MeanElements, EphemerisOrbit, OrbitFile)}
-    | {"ephemeris-file": OrbitFile},  # its name when it read ephemerides only
+    | {cls.propagator: cls for cls in (TLEOrbit, MeanElements, EphemerisOrbit, OrbitFile)},
     default="two-body",
     telling={"line1": TLEOrbit.propagator, "file": OrbitFile.propagator},
 )

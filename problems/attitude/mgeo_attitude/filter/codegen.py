@@ -127,7 +127,7 @@ def _propagate(step: _Step) -> None:
 
 
 def _watch_path(step: _Step) -> None:
-    """The worst of each path limit so far, or the time in which it was broken."""
+    """The worst of each path limit so far."""
     code, at, limits = step.part("watch_path"), step.at, step.monitors.limits
     x, y, z, *angle = code.slots(at.turn, 6)
     turn = Turn(Vec3(x, y, z), *angle)
@@ -151,11 +151,7 @@ def _watch_path(step: _Step) -> None:
                 radius, grown = limb_given
                 limb = radius - there.share * grown
             P, end = Triangle(code), (axis, v)
-            if watch.timed:
-                now = excess_code(here, end, sigmas, limb, P, watch.inside, NO_EXCESS)
-                value = value + now.choose(step.constants(code, 1)[0], 1.0, 0.0)
-            else:
-                value = excess_code(here, end, sigmas, limb, P, watch.inside, value)
+            value = excess_code(here, end, sigmas, limb, P, watch.inside, value)
         code.store(at.monitors + k, value)
 
 

@@ -37,7 +37,6 @@ class Evaluation:
     path_angle : array, shape (n, n_path_limits)
         Least angle [rad] between the direction and the axis of each path limit, less the margin for
         the unknown attitude; to keep in, the greatest, with the margin. See `path_limits.excess`.
-        Of a limit that may be exceeded for some time the time for which it is [s].
     t_required : array, shape (n,)
         Time from which on all required 1-sigmas are met until `t_end` [s]; infinite if they are not
         met then, or there are none.
@@ -165,8 +164,7 @@ def _path_angles(model: FilterModel, watched: Floats) -> Floats:
     path = watched[:, : len(limits)]
     angles = np.where([watch.inside for watch in limits], path, -path)
     plain = [watch.plain for watch in limits]
-    angles = np.where(plain, np.arccos(np.clip(path, -1.0, 1.0)), angles)
-    return np.where([watch.timed for watch in limits], model.step * path, angles)
+    return np.where(plain, np.arccos(np.clip(path, -1.0, 1.0)), angles)
 
 
 def _wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Floats:

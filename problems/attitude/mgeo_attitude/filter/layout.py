@@ -35,8 +35,6 @@ class Watch(NamedTuple):
     plain : bool
         Whether the cosine of the angle tells all: its greatest value is then kept. Of all others
         the greatest excess is kept [rad], see `path_limits.excess`.
-    timed : bool
-        Whether it may be exceeded for some time: in how many steps it is, is then kept.
     """
 
     direction: str
@@ -44,15 +42,13 @@ class Watch(NamedTuple):
     disc: bool
     margin: bool
     plain: bool
-    timed: bool
 
     @classmethod
     def of(cls, limit: PathLimit) -> Watch:
         cone, margin = limit.cone(), limit.attitude_sigmas > 0.0
         # in the dark the cosine is zero, as if at 90 deg
-        timed = limit.may_exceed is not None
-        plain = not (cone.inside or cone.disc or margin or timed or limit.half_angle_deg >= 90.0)
-        return cls(cone.direction, cone.inside, cone.disc, margin, plain, timed)
+        plain = not (cone.inside or cone.disc or margin or limit.half_angle_deg >= 90.0)
+        return cls(cone.direction, cone.inside, cone.disc, margin, plain)
 
 
 @dataclass(frozen=True)

@@ -117,17 +117,12 @@ def angle_sigma(axis: Floats, direction: Floats, covariance: Floats) -> Floats:
 
 
 def cone_constants(limits: Sequence[PathLimit]) -> Floats:
-    """What the kernel needs of path limits: of each its axis, and the margin if there is one.
-
-    And the bound of what may be exceeded for some time.
-    """
+    """What the kernel needs of path limits: of each its axis, and the margin if there is one."""
     values: list[float] = []
     for limit in limits:
         values.extend(limit.cone().axis)
         if Watch.of(limit).margin:
             values.append(limit.attitude_sigmas)
-        if Watch.of(limit).timed:
-            values.append(limit.bound)
     return np.array(values)
 
 

@@ -112,9 +112,7 @@ def _monitors_at_start(model: FilterModel, watched: bool) -> list[float]:
     for limit, watch in zip(model.path_limits, model.monitors.limits, strict=True):
         cone = limit.cone()
         start = model.passage(cone.direction, slice(1)).seen(model.initial_attitude[None])
-        if watch.timed:
-            values.append(0.0)
-        elif watch.plain:
+        if watch.plain:
             values.append(start.after[0] @ cone.axis if start.after.any() else _NEVER_SEEN)
         else:
             still, covariance = np.zeros((1, 3)), model.initial_covariance[None, :3, :3]

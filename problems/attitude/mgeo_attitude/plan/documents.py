@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from mgeo.validation.entries import entry, errors_of
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.settings.errors import InvalidValue
 
 T = TypeVar("T")
 

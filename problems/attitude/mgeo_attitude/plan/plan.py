@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.samples import NoLimit
 from mgeo_attitude.environment.times import utc_texts
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import DEG, InvalidValue, quantity
 from mgeo_attitude.filter.history import FilterHistory, filter_history
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.maneuvers.motion import Phase
@@ -22,6 +20,9 @@ from mgeo_attitude.maneuvers.schedule import holding
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import InvalidValue
+from mgeo_attitude.settings.types import DEG
 from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 from mgeo_attitude.view import at_best
 from mgeo_attitude.view.describe import span
@@ -33,7 +34,7 @@ UNLEARNED = 0.5
 
 
 @dataclass(frozen=True)
-class ManeuverPlan(Validated):
+class ManeuverPlan(Settings):
     """Maneuvers to be flown from the scenario's epoch until the filter has converged.
 
     A plan that promises a time over flights goes on until then, at its last rate. If the scenario
@@ -51,7 +52,7 @@ class ManeuverPlan(Validated):
 
     Raises
     ------
-    InvalidValue, InvalidType
+    InvalidValue
         (ValueError, TypeError) For a design of another length than the scenario's maneuvers, or a
         value outside the bounds of their rates and durations.
 
@@ -65,11 +66,12 @@ class ManeuverPlan(Validated):
     (2337.0, [0.043, 0.046, 0.055])
     """
 
-    scenario: Scenario = quantity(doc="what the plan is for")
-    design: tuple[float, ...] = quantity(doc="rates [deg/s] and duration [s] of each maneuver")
+    scenario: Scenario
+    """what the plan is for"""
+    design: tuple[float, ...]
+    """rates [deg/s] and duration [s] of each maneuver"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         problem = self.problem
         nothing = tuple(
             np.tile(holding(problem.model.initial_rate), self.scenario.maneuvers.count).tolist()

@@ -16,10 +16,10 @@ from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
 from mgeo.validation.entries import errors_of
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.objectives import PAPER
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.settings.errors import InvalidValue
 
 Choice = Literal["knee", "fastest", "best"]
 

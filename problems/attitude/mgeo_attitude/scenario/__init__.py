@@ -1,16 +1,11 @@
 """Scenarios: what a study depends on, from code, presets or TOML files."""
 
+from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit
+from mgeo_attitude.environment.ephemeris import EphemerisOrbit
+from mgeo_attitude.environment.orbit import Orbit, OrbitFile
 from mgeo_attitude.scenario.actuators import Coils, Wheels
 from mgeo_attitude.scenario.channels import Channel
 from mgeo_attitude.scenario.initial import InitialConditions
-from mgeo_attitude.scenario.of_others import (
-    EphemerisOrbit,
-    KeyProblem,
-    MeanElements,
-    Orbit,
-    OrbitFile,
-    TLEOrbit,
-)
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.schema import scenario_schema
@@ -22,12 +17,12 @@ from mgeo_attitude.scenario.settings import (
     TraceWeights,
 )
 from mgeo_attitude.scenario.toml import ScenarioFileError
-from mgeo_attitude.scenario.windows import Contact, FlightErrors, Window
+from mgeo_attitude.scenario.windows import FlightErrors, Window
+from mgeo_attitude.settings.errors import KeyProblem
 
 __all__ = [
     "Channel",
     "Coils",
-    "Contact",
     "Convergence",
     "EphemerisOrbit",
     "FlightErrors",

@@ -9,17 +9,30 @@ allocation here, the greatest |W m| of a matrix W, shape (k, 3), for a demand m.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import combinations
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import InvalidValue, expect, positive, quantity
 from mgeo_attitude.geometry.vector import unit
 from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
 from mgeo_attitude.scenario.settings import ManeuverLimits
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import InvalidValue, expect
+from mgeo_attitude.settings.types import (
+    DegreesPerSecond,
+    Direction,
+    Positive,
+    Seconds,
+    Triple,
+    Unit,
+    Usual,
+    Vector,
+    one_of,
+)
 
 #: Sine of the angle between two axes that span no plane.
 _PARALLEL = 1e-9
@@ -88,7 +101,7 @@ def inertia_matrix(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wheels(Validated):
+class Wheels(Settings):
     """Reaction wheels of one size that turn the satellite.
 
     Their momentum and torque follow from the plan: together they hold what is the satellite's
@@ -102,50 +115,31 @@ class Wheels(Validated):
     'pseudo-inverse'
     """
 
-    inertia: tuple[float, float, float] = positive(
-        unit="kg m²", doc="moments of inertia about body x, y and z", usual=(1e-5, 1e4)
-    )
-    products_of_inertia: tuple[float, float, float] = quantity(
-        (0.0, 0.0, 0.0), unit="kg m²", doc="entries xy, xz and yz of the inertia matrix"
-    )
-    axes: tuple[tuple[float, float, float], ...] = quantity(
-        ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
-        doc="spin axes of three or more wheels, body axes (any length)",
-    )
-    allocation: str = quantity(
-        "pseudo-inverse",
-        choices=tuple(ALLOCATIONS),
-        doc="how more than three share a torque: least squares, or least load of the most loaded",
-    )
-    max_torque: float | None = positive(None, unit="N m", doc="greatest torque of each wheel")
-    max_momentum: float | None = positive(
-        None, unit="N m s", doc="greatest momentum stored in each wheel"
-    )
-    initial_momentum: tuple[float, ...] = quantity(
-        (), unit="N m s", doc="of each wheel at the start; none makes the satellite's zero"
-    )
-    residual_dipole: tuple[float, float, float] = quantity(
-        (0.0, 0.0, 0.0), unit="A m²", doc="magnetic dipole of the satellite, body axes"
-    )
-    gravity_gradient: bool = quantity(
-        False, doc="whether the gravity gradient's torque counts in the momentum budget"
-    )
-    disturbance_margin: float = quantity(
-        2.0, low=1.0, doc="factor on what dipole and gravity gradient do, whatever its sign"
-    )
-    ramp_share: float = quantity(
-        1.0,
-        low=0.0,
-        high=1.0,
-        open_low=True,
-        doc="part of max_torque that ramps use; gyroscopic torque and disturbances take the rest",
-    )
+    inertia: Annotated[Triple[Positive], Unit("kg m²"), Usual(1e-5, 1e4)]
+    """moments of inertia about body x, y and z"""
+    products_of_inertia: Annotated[Vector, Unit("kg m²")] = (0.0, 0.0, 0.0)
+    """entries xy, xz and yz of the inertia matrix"""
+    axes: tuple[Direction, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    """spin axes of three or more wheels, body axes (any length)"""
+    allocation: Annotated[str, one_of(ALLOCATIONS)] = "pseudo-inverse"
+    """how more than three share a torque: least squares, or least load of the most loaded"""
+    max_torque: Annotated[float | None, Unit("N m")] = Field(default=None, gt=0.0)
+    """greatest torque of each wheel"""
+    max_momentum: Annotated[float | None, Unit("N m s")] = Field(default=None, gt=0.0)
+    """greatest momentum stored in each wheel"""
+    initial_momentum: Annotated[tuple[float, ...], Unit("N m s")] = ()
+    """of each wheel at the start; none makes the satellite's zero"""
+    residual_dipole: Annotated[Vector, Unit("A m²")] = (0.0, 0.0, 0.0)
+    """magnetic dipole of the satellite, body axes"""
+    gravity_gradient: bool = False
+    """whether the gravity gradient's torque counts in the momentum budget"""
+    disturbance_margin: float = Field(default=2.0, ge=1.0)
+    """factor on what dipole and gravity gradient do, whatever its sign"""
+    ramp_share: float = Field(default=1.0, gt=0.0, le=1.0)
+    """part of max_torque that ramps use; gyroscopic torque and disturbances take the rest"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         self.matrix()  # refuses what is none
-        for i, axis in enumerate(self.axes):
-            expect(any(axis), f"axes[{i}]", axis, "a direction, not zero")
         spans = len(self.axes) >= 3 and np.linalg.svd(self.spin_axes())[1][2] > _FLAT
         expect(spans, "axes", self.axes, "three or more that do not lie in a plane")
 
@@ -195,7 +189,7 @@ class Wheels(Validated):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Coils(Validated):
+class Coils(Settings):
     """Coils or torque rods along the body axes: their torque is across the field, m × B.
 
     Beside wheels they turn nothing, but may take out momentum (`filter.wheel_load`).
@@ -210,45 +204,25 @@ class Coils(Validated):
     0.8
     """
 
-    max_dipole: tuple[float, float, float] = positive(
-        unit="A m²", doc="greatest dipole along body x, y and z"
-    )
-    inertia: tuple[float, float, float] | None = positive(
-        None,
-        unit="kg m²",
-        doc="moments of inertia about body x, y and z; with wheels, theirs",
-        usual=(1e-5, 1e4),
-    )
-    products_of_inertia: tuple[float, float, float] = quantity(
-        (0.0, 0.0, 0.0), unit="kg m²", doc="entries xy, xz and yz of the inertia matrix"
-    )
-    detumble_rate_deg_s: float = positive(
-        0.05,
-        unit="deg/s",
-        doc="how near to the rate that is asked for the coils bring the body before they are off",
-    )
-    duty: float = quantity(
-        0.8,
-        low=0.0,
-        high=1.0,
-        open_low=True,
-        doc="share of the time that coils are on; in the rest the magnetometer measures",
-    )
-    response: float = positive(
-        10.0,
-        unit="s",
-        doc="time in which an error of the rate, or what wheels hold, falls by e where no coil is "
-        "at its most",
-    )
-    residual_dipole: tuple[float, float, float] = quantity(
-        (0.0, 0.0, 0.0), unit="A m²", doc="magnetic dipole of the satellite, always on, body axes"
-    )
-    unloads: bool = quantity(
-        False, doc="whether during a plan coils take out of wheels what momentum they hold"
-    )
+    max_dipole: Annotated[Triple[Positive], Unit("A m²")]
+    """greatest dipole along body x, y and z"""
+    inertia: Annotated[Triple[Positive] | None, Unit("kg m²"), Usual(1e-5, 1e4)] = None
+    """moments of inertia about body x, y and z; with wheels, theirs"""
+    products_of_inertia: Annotated[Vector, Unit("kg m²")] = (0.0, 0.0, 0.0)
+    """entries xy, xz and yz of the inertia matrix"""
+    detumble_rate_deg_s: DegreesPerSecond = Field(default=0.05, gt=0.0)
+    """how near to the rate that is asked for the coils bring the body before they are off"""
+    duty: float = Field(default=0.8, gt=0.0, le=1.0)
+    """share of the time that coils are on; in the rest the magnetometer measures"""
+    response: Seconds = Field(default=10.0, gt=0.0)
+    """time in which an error of the rate, or what wheels hold, falls by e where no coil is at its
+    most"""
+    residual_dipole: Annotated[Vector, Unit("A m²")] = (0.0, 0.0, 0.0)
+    """magnetic dipole of the satellite, always on, body axes"""
+    unloads: bool = False
+    """whether during a plan coils take out of wheels what momentum they hold"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         if self.inertia is not None:
             self.matrix()  # refuses what is none
         else:

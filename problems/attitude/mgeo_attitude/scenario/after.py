@@ -12,12 +12,12 @@ import numpy as np
 
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.times import as_utc, elapsed, instant_after
-from mgeo_attitude.fields.quantity import InvalidType, InvalidValue, KeyProblem, expect
-from mgeo_attitude.fields.tables import from_table, to_table
 from mgeo_attitude.scenario.prior import Prior, prior_of
 from mgeo_attitude.scenario.toml import Table, overridden
 from mgeo_attitude.sensors.errors import by_axis
 from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, expect
+from mgeo_attitude.settings.tables import to_table
 
 #: What a calibration's document says of where a run goes on.
 ENTRIES: Mapping[str, Any] = {
@@ -138,7 +138,7 @@ def carried(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior
         "states": (decay * prior.estimates)[3:].reshape(-1, 3).tolist(),
         "covariance": covariance.tolist(),
     }
-    return from_table(Prior, table)
+    return Prior(**table)
 
 
 def _epoch(value: Any) -> datetime:
@@ -153,13 +153,13 @@ def _epoch(value: Any) -> datetime:
 def _checked(document: Any) -> Mapping[str, Any]:
     """A document that has the `ENTRIES`."""
     if not isinstance(document, Mapping):
-        raise InvalidType("after", document, "expected a calibration's document")
+        raise InvalidValue("after", document, "expected a calibration's document")
     for key, kind in ENTRIES.items():
         if key not in document:
             raise KeyProblem(f"after.{key}", None, "missing; expected a calibration's document")
         found = document[key]
         if not isinstance(found, kind) or isinstance(found, bool):
-            raise InvalidType(f"after.{key}", found, "expected what a calibration's document has")
+            raise InvalidValue(f"after.{key}", found, "expected what a calibration's document has")
     time = document["time_s"]
     expect(0.0 <= time <= _LATEST, "after.time_s", time, f"a number in [0, {_LATEST:g}] s")
     return document
@@ -168,7 +168,7 @@ def _checked(document: Any) -> Mapping[str, Any]:
 def _check_support(document: Mapping[str, Any], accept: Any) -> None:
     """Refuse a calibration that nobody should believe, unless one says to do so."""
     if not isinstance(accept, bool):
-        raise InvalidType(ACCEPT, accept, "expected true or false")
+        raise InvalidValue(ACCEPT, accept, "expected true or false")
     said = document.get("conclusion", SUPPORTED)
     if said != SUPPORTED and not accept:
         expected = f"expected {SUPPORTED!r}; {ACCEPT} = true goes on all the same"

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import InvalidValue, expect, known_names, positive, quantity
 from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
+from mgeo_attitude.settings.types import Seconds, Unit
 
 
 @dataclass(frozen=True, kw_only=True)
-class Channel(Validated):
+class Channel(Settings):
     """What something else on board will measure, in its own unit: a temperature, a current.
 
     Either a table, by lines and held beyond its ends, or a first-order law u' = (v - u) / τ for the
@@ -30,18 +33,22 @@ class Channel(Validated):
     [1.0, 2.0, 3.0]
     """
 
-    name: str = quantity(doc="name of the channel, as influences and telemetry have it")
-    times: tuple[float, ...] = quantity((), unit="s", doc="times of a table, since the epoch")
-    values: tuple[float, ...] = quantity((), doc="values at these times")
-    in_sunlight: float | None = quantity(None, doc="what it tends to while the Sun shines")
-    in_shadow: float | None = quantity(None, doc="what it tends to in eclipse")
-    time_constant: float | None = positive(None, unit="s", doc="in which it does so")
-    initial: float | None = quantity(
-        None, doc="value at the epoch; without it what it then tends to"
-    )
+    name: str
+    """name of the channel, as influences and telemetry have it"""
+    times: Annotated[tuple[float, ...], Unit("s")] = ()
+    """times of a table, since the epoch"""
+    values: tuple[float, ...] = ()
+    """values at these times"""
+    in_sunlight: float | None = None
+    """what it tends to while the Sun shines"""
+    in_shadow: float | None = None
+    """what it tends to in eclipse"""
+    time_constant: Seconds | None = Field(default=None, gt=0.0)
+    """in which it does so"""
+    initial: float | None = None
+    """value at the epoch; without it what it then tends to"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         sound = re.fullmatch(r"[\w-]+", self.name, re.ASCII)
         expect(sound, "name", self.name, "letters, digits, '-' and '_'")
         law = {key: getattr(self, key) for key in ("in_sunlight", "in_shadow", "time_constant")}

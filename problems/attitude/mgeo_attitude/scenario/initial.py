@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_MU
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import InvalidValue, expect, quantity
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import InvalidValue, expect
+from mgeo_attitude.settings.types import Degrees, Unit, Vector, one_of
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.directions import Place
@@ -54,7 +56,7 @@ POINTINGS = ("inertial", *_LAWS)
 
 
 @dataclass(frozen=True, kw_only=True)
-class InitialConditions(Validated):
+class InitialConditions(Settings):
     """The attitude at the start, how well it is known, and the rate the satellite turns at.
 
     The attitude is that of a *law*, at the epoch: fixed in inertial space, or a body axis that
@@ -68,37 +70,23 @@ class InitialConditions(Validated):
     'nadir'
     """
 
-    attitude_deg: float = quantity(
-        5.0, unit="deg", low=0.0, high=180.0, open_low=True, doc="attitude error, 1-sigma per axis"
-    )
-    pointing: str = quantity(
-        "inertial",
-        choices=POINTINGS,
-        doc="attitude at the start: fixed (quaternion or axes; along GCRS), or axis at the target",
-    )
-    quaternion: tuple[float, float, float, float] | None = quantity(
-        None, doc="attitude from GCRF to body, scalar last, as plans have it; with 'inertial'"
-    )
-    axes: tuple[tuple[float, float, float], ...] | None = quantity(
-        None, doc="body x, y and z as unit vectors in GCRS, instead of the quaternion"
-    )
-    axis: tuple[float, float, float] | None = quantity(
-        None, doc="body axis that points, a unit vector; z if none is given"
-    )
-    clock_deg: float | None = quantity(
-        None,
-        unit="deg",
-        low=-360.0,
-        high=360.0,
-        doc="turn about that axis, from where body z (x if the axis is within 45 deg of z) is "
-        "nearest to the velocity (nadir), nadir (velocity), the orbit's normal (sun)",
-    )
-    rate_deg_s: tuple[float, float, float] | None = quantity(
-        None, unit="deg/s", doc="body rate; if none is given that of the pointing, orbital or none"
-    )
+    attitude_deg: Degrees = Field(default=5.0, gt=0.0, le=180.0)
+    """attitude error, 1-sigma per axis"""
+    pointing: Annotated[str, one_of(POINTINGS)] = "inertial"
+    """attitude at the start: fixed (quaternion or axes; along GCRS), or axis at the target"""
+    quaternion: tuple[float, float, float, float] | None = None
+    """attitude from GCRF to body, scalar last, as plans have it; with 'inertial'"""
+    axes: tuple[Vector, ...] | None = None
+    """body x, y and z as unit vectors in GCRS, instead of the quaternion"""
+    axis: Vector | None = None
+    """body axis that points, a unit vector; z if none is given"""
+    clock_deg: Degrees | None = Field(default=None, ge=-360.0, le=360.0)
+    """turn about that axis, from where body z (x if the axis is within 45 deg of z) is nearest to
+    the velocity (nadir), nadir (velocity), the orbit's normal (sun)"""
+    rate_deg_s: Annotated[Vector | None, Unit("deg/s")] = None
+    """body rate; if none is given that of the pointing, orbital or none"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         fixed = self.pointing == "inertial"
         foreign = ("axis", "clock_deg") if fixed else ("quaternion", "axes")
         for key in foreign:

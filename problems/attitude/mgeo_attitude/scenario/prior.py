@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import InvalidValue, expect, quantity
-from mgeo_attitude.fields.tables import from_table
 from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import InvalidValue, expect
+from mgeo_attitude.settings.types import Unit, Vector
 
 #: Quaternions and matrices are written with all their digits.
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
-class Prior(Validated):
+class Prior(Settings):
     """Estimates at the epoch, and the covariance of their errors, as a calibration leaves them.
 
     They take the place of attitude and rate in ``[initial]`` and of all initial 1-sigmas. Numbers
@@ -41,19 +41,16 @@ class Prior(Validated):
     5
     """
 
-    quaternion: tuple[float, float, float, float] = quantity(
-        doc="attitude from GCRF to body at the epoch, scalar last"
-    )
-    rate_deg_s: tuple[float, float, float] = quantity(unit="deg/s", doc="body rate at the epoch")
-    states: tuple[tuple[float, float, float], ...] = quantity(
-        doc="estimates of gyro and sensors, a row for each block after the attitude, filter's units"
-    )
-    covariance: tuple[tuple[float, ...], ...] = quantity(
-        doc="of the errors of attitude and these estimates, rows first, filter's units squared"
-    )
+    quaternion: tuple[float, float, float, float]
+    """attitude from GCRF to body at the epoch, scalar last"""
+    rate_deg_s: Annotated[Vector, Unit("deg/s")]
+    """body rate at the epoch"""
+    states: tuple[Vector, ...]
+    """estimates of gyro and sensors, a row for each block after the attitude, filter's units"""
+    covariance: tuple[tuple[float, ...], ...]
+    """of the errors of attitude and these estimates, rows first, filter's units squared"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         check_quaternion(self.quaternion)
         check_covariance(self.covariance, 3 * (1 + len(self.states)))
 
@@ -93,27 +90,23 @@ def prior_of(document: Mapping[str, Any], suite: Suite) -> Prior:
 
     Raises
     ------
-    InvalidValue, InvalidType
+    InvalidValue
         For states of another satellite, or what is no attitude, rate, estimate or covariance.
     """
-    rows = list(states_of(document, suite).values())
+    rows = tuple(states_of(document, suite).values())
     given = {key: document[key] for key in ("quaternion", "rate_deg_s", "covariance")}
-    return from_table(Prior, {**given, "states": rows})
+    return Prior(**given, states=rows)
 
 
 def states_of(document: Mapping[str, Any], suite: Suite) -> Mapping[str, Any]:
     """The states of a document by their blocks, which are a satellite's but for the attitude.
-
-    In older documents what is now the world's is a sensor's.
 
     Raises
     ------
     InvalidValue
         For those of another satellite.
     """
-    given: Mapping[str, Any] = document["states"]
-    shared = {name.partition(".")[2]: name for name in suite.blocks if name.startswith("world.")}
-    states = {shared.get(name.rpartition(".")[2], name): row for name, row in given.items()}
+    states: Mapping[str, Any] = document["states"]
     blocks = list(suite.blocks[1:])
     expect(list(states) == blocks, "states", list(states), ", ".join(blocks))
     return states

@@ -6,21 +6,18 @@ import dataclasses
 import os
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo.store.atomic import write_file
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER, TRACE_OF
 from mgeo_attitude.environment.orbit import ORBITS, AnyOrbit
 from mgeo_attitude.environment.times import instant_after
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import InvalidType, InvalidValue, Kinds, positive, quantity
-from mgeo_attitude.fields.tables import from_table, to_table
 from mgeo_attitude.maneuvers.schedule import Turning
 from mgeo_attitude.scenario.actuators import Coils, Wheels, assumed, slew_limits
 from mgeo_attitude.scenario.after import going_on
@@ -38,14 +35,18 @@ from mgeo_attitude.scenario.settings import (
     check_objectives,
 )
 from mgeo_attitude.scenario.together import check_together
-from mgeo_attitude.scenario.toml import ScenarioFileError, on_preset, read_toml, to_toml, updated
+from mgeo_attitude.scenario.toml import ScenarioFileError, on_preset, read_toml, to_toml
 from mgeo_attitude.scenario.validity import Implausible, implausible
-from mgeo_attitude.scenario.windows import Contact, FlightErrors, Window, deadline
+from mgeo_attitude.scenario.windows import FlightErrors, Window, deadline
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.kinds import SENSORS
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.world import World
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import InvalidValue
+from mgeo_attitude.settings.tables import Kinds, to_table
+from mgeo_attitude.settings.types import Instant, Seconds
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.directions import Place
@@ -57,15 +58,15 @@ _NO_GYRO = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Scenario(Validated):
+class Scenario(Settings):
     """Orbit, instruments, limits and criteria of one study; frozen, hashable and picklable.
 
     An epoch with another UTC offset is converted to UTC; a naive one is refused.
 
     Raises
     ------
-    InvalidType, InvalidValue
-        (TypeError, ValueError) Naming the key, its value and what was expected.
+    InvalidValue
+        (ValueError) Naming the key, its value and what was expected.
 
     Examples
     --------
@@ -76,73 +77,62 @@ class Scenario(Validated):
     True
     """
 
-    name: str = quantity("custom", doc="name of the scenario, on one line")
-    epoch: datetime = quantity(doc="start of the run with its UTC offset; Z is UTC")
-    duration: float = positive(
-        unit="s", doc="longest time to converge, a multiple of the step; a slew back may end later"
+    name: str = "custom"
+    """name of the scenario, on one line"""
+    epoch: Instant
+    """start of the run with its UTC offset; Z is UTC"""
+    duration: Seconds = Field(gt=0.0)
+    """longest time to converge, a multiple of the step; a slew back may end later"""
+    step: Seconds = Field(default=1.0, gt=0.0)
+    """time step of the filter"""
+    eclipse: bool = True
+    """whether the Earth's shadow blinds the Sun sensors"""
+    objectives: tuple[str, ...] = Field(
+        default=PAPER,
+        description=f"what to minimize, of {', '.join(OBJECTIVES)}, {TRACE_OF}BLOCK,BLOCK...",
     )
-    step: float = positive(1.0, unit="s", doc="time step of the filter")
-    eclipse: bool = quantity(True, doc="whether the Earth's shadow blinds the Sun sensors")
-    objectives: tuple[str, ...] = quantity(
-        PAPER, doc=f"what to minimize, of {', '.join(OBJECTIVES)}, {TRACE_OF}BLOCK,BLOCK..."
+    orbit: Annotated[AnyOrbit, ORBITS]
+    """elements at the epoch, an element set, or an ephemeris"""
+    gyro: Gyro = Field(default_factory=Gyro)
+    """three-axis gyro"""
+    sensors: tuple[Annotated[Sensor, Kinds("kind", SENSORS)], ...]
+    """sensors, at least one, each with its own name"""
+    world: World = Field(default_factory=World)
+    """errors of field, orbit and light from the Earth, shared by all sensors"""
+    channels: tuple[Channel, ...] = ()
+    """what something else on board will measure, which biases follow"""
+    initial: InitialConditions = Field(default_factory=InitialConditions)
+    """attitude and body rate at the start, and what is known of it"""
+    maneuvers: ManeuverLimits = Field(default_factory=ManeuverLimits)
+    """bounds of the design vector"""
+    convergence: Convergence = Field(default_factory=Convergence)
+    """when the filter counts as converged"""
+    trace_weights: Annotated[Mapping[str, float], TraceWeights] = Field(
+        default_factory=TraceWeights
     )
-    orbit: AnyOrbit = quantity(
-        kinds=ORBITS, doc="elements at the epoch, an element set, or an ephemeris"
+    """weight of each state block in the trace; where none is given 1, but 0 for errors that vary or
+    are considered"""
+    required_sigma: Annotated[Mapping[str, float], RequiredSigma] = Field(
+        default_factory=RequiredSigma
     )
-    gyro: Gyro = quantity(factory=Gyro, doc="three-axis gyro")
-    sensors: tuple[Sensor, ...] = quantity(
-        kinds=Kinds("kind", SENSORS), doc="sensors, at least one, each with its own name"
-    )
-    world: World = quantity(
-        factory=World, doc="errors of field, orbit and light from the Earth, shared by all sensors"
-    )
-    channels: tuple[Channel, ...] = quantity(
-        (), doc="what something else on board will measure, which biases follow"
-    )
-    initial: InitialConditions = quantity(
-        factory=InitialConditions,
-        doc="attitude and body rate at the start, and what is known of it",
-    )
-    maneuvers: ManeuverLimits = quantity(factory=ManeuverLimits, doc="bounds of the design vector")
-    convergence: Convergence = quantity(
-        factory=Convergence, doc="when the filter counts as converged"
-    )
-    trace_weights: Annotated[Mapping[str, float], TraceWeights] = quantity(
-        factory=TraceWeights,
-        low=0.0,
-        doc="weight of each state block in the trace; where none is given 1, but 0 for errors that "
-        "vary or are considered",
-    )
-    required_sigma: Annotated[Mapping[str, float], RequiredSigma] = positive(
-        factory=RequiredSigma,
-        doc="1-sigma that each axis of a state block must reach, by key with unit",
-    )
-    wheels: Wheels | None = quantity(None, doc="reaction wheels that turn the satellite")
-    coils: Coils | None = quantity(None, doc="magnetic coils; without wheels they turn it")
-    path_limits: tuple[PathLimit, ...] = quantity(
-        (),
-        doc="cones that a direction must stay out of, or in, along the way",
-        formerly="keep_outs",
-    )
-    windows: tuple[Window, ...] = quantity(
-        (), doc="times in which a plan may be flown from start to end; none is any time"
-    )
-    contacts: tuple[Contact, ...] = quantity(
-        (), doc="ground contacts, in one of which a plan begins; none is any time"
-    )
-    flight: FlightErrors | None = quantity(
-        None, doc="flights over which plans are judged; without it each is flown exactly"
-    )
-    prior: Prior | None = quantity(
-        None, doc="what a calibration has found, in place of initial attitude, rate and 1-sigmas"
-    )
+    """1-sigma that each axis of a state block must reach, by key with unit"""
+    wheels: Wheels | None = None
+    """reaction wheels that turn the satellite"""
+    coils: Coils | None = None
+    """magnetic coils; without wheels they turn it"""
+    path_limits: tuple[PathLimit, ...] = ()
+    """cones that a direction must stay out of, or in, along the way"""
+    windows: tuple[Window, ...] = ()
+    """times in which a plan may be flown from start to end; none is any time"""
+    flight: FlightErrors | None = None
+    """flights over which plans are judged; without it each is flown exactly"""
+    prior: Prior | None = None
+    """what a calibration has found, in place of initial attitude, rate and 1-sigmas"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         check_name(self.name)
         units = self.suite.units
         check_together(self, self.suite)
-        object.__setattr__(self, "epoch", self.epoch.astimezone(UTC))
         try:
             orbit = self.orbit.for_run(self.epoch, self.latest_end)
             object.__setattr__(self, "orbit", orbit)
@@ -279,15 +269,14 @@ class Scenario(Validated):
 
         Raises
         ------
-        InvalidValue, InvalidType
+        InvalidValue
             Naming the full key (``orbit.eccentricity``): unknown, missing or of a bad value.
         """
-        table = updated(table)
         if not isinstance(table.get("gyro", {}), Mapping):
-            raise InvalidType("gyro", table["gyro"], _NO_GYRO)
+            raise InvalidValue("gyro", table["gyro"], _NO_GYRO)
         if "after" in table:
             table = going_on(table, Scenario.from_dict)
-        return from_table(Scenario, _in_folder(on_preset(table), folder), "preset")
+        return Scenario(**_in_folder(on_preset(table), folder))
 
     def to_toml(self) -> str:
         """The scenario as a TOML document with a comment on every key."""

@@ -7,24 +7,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field, GetCoreSchemaHandler
+from pydantic.dataclasses import dataclass
+from pydantic_core import CoreSchema
 
 from mgeo_attitude.criteria.objectives import OBJECTIVES, TRACE_OF, blocks_of
 from mgeo_attitude.environment.directions import DIRECTIONS, Cone
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import (
-    InvalidValue,
-    Unit,
-    expect,
-    known_names,
-    positive,
-    quantity,
-)
 from mgeo_attitude.geometry.vector import unit
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
+from mgeo_attitude.settings.tables import flatten
+from mgeo_attitude.settings.types import (
+    Degrees,
+    DegreesPerSecond,
+    Direction,
+    NonNegative,
+    Positive,
+    Seconds,
+    Unit,
+    one_of,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
-class ManeuverLimits(Validated):
+class ManeuverLimits(Settings):
     """Bounds of the design vector.
 
     Examples
@@ -34,33 +42,28 @@ class ManeuverLimits(Validated):
     6
     """
 
-    count: int = quantity(3, low=1, high=100, doc="number of constant-rate maneuvers")
-    max_rate_deg_s: float = positive(1.0, unit="deg/s", doc="greatest body rate per axis")
-    max_duration: float = positive(2000.0, unit="s", doc="greatest duration of one maneuver")
-    max_acceleration_deg_s2: float | None = positive(
-        None,
-        unit="deg/s²",
-        doc="greatest angular acceleration per axis; without it rates change at once",
-    )
-    slew_back: bool = quantity(
-        False, doc="whether a plan ends, after t_end, with a slew back to the attitude of [initial]"
-    )
-    end_tolerance_deg: float | None = positive(
-        None,
-        unit="deg",
-        doc="by how much the attitude may be off that of [initial] after the slew back, as 3 times "
-        "the 1-sigma about the worst axis that the filter knows then",
-    )
+    count: int = Field(default=3, ge=1, le=100)
+    """number of constant-rate maneuvers"""
+    max_rate_deg_s: DegreesPerSecond = Field(default=1.0, gt=0.0)
+    """greatest body rate per axis"""
+    max_duration: Seconds = Field(default=2000.0, gt=0.0)
+    """greatest duration of one maneuver"""
+    max_acceleration_deg_s2: Annotated[float | None, Unit("deg/s²")] = Field(default=None, gt=0.0)
+    """greatest angular acceleration per axis; without it rates change at once"""
+    slew_back: bool = False
+    """whether a plan ends, after t_end, with a slew back to the attitude of [initial]"""
+    end_tolerance_deg: Degrees | None = Field(default=None, gt=0.0)
+    """by how much the attitude may be off that of [initial] after the slew back, as 3 times the
+    1-sigma about the worst axis that the filter knows then"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         needed = "none without slew_back = true: a plan then ends wherever its last maneuver does"
         alone = self.end_tolerance_deg is not None and not self.slew_back
         expect(not alone, "end_tolerance_deg", self.end_tolerance_deg, needed)
 
 
 @dataclass(frozen=True, kw_only=True)
-class PathLimit(Validated):
+class PathLimit(Settings):
     """A cone around a body axis that a direction must stay out of, or in, along the whole plan.
 
     Of the Earth, a disc, the angle counts from the limb: inside of it it is negative. The Sun
@@ -74,33 +77,21 @@ class PathLimit(Validated):
     'keep-out'
     """
 
-    name: str = quantity("payload", doc="name of the limit, for people")
-    reference: str = quantity(
-        "sun",
-        choices=tuple(DIRECTIONS),
-        doc="direction that counts; of earth from the limb, of nadir from the Earth's center",
-    )
-    sense: str = quantity(
-        "keep-out",
-        choices=("keep-out", "keep-in"),
-        doc="whether it must stay out of the cone or in it",
-    )
-    boresight: tuple[float, float, float] = quantity(doc="axis of the cone, body axes (any length)")
-    half_angle_deg: float = quantity(
-        unit="deg", low=0.0, high=180.0, open_low=True, open_high=True, doc="half-angle of the cone"
-    )
-    attitude_sigmas: float = quantity(
-        3.0, low=0.0, doc="margin for the unknown attitude, in 1-sigmas of the angle; 0 is none"
-    )
-
-    may_exceed: float | None = positive(
-        None, unit="s", doc="for how long in all, in whole steps, it may be exceeded; none is never"
-    )
+    name: str = "payload"
+    """name of the limit, for people"""
+    reference: Annotated[str, one_of(DIRECTIONS)] = "sun"
+    """direction that counts; of earth from the limb, of nadir from the Earth's center"""
+    sense: Literal["keep-out", "keep-in"] = "keep-out"
+    """whether it must stay out of the cone or in it"""
+    boresight: Direction
+    """axis of the cone, body axes (any length)"""
+    half_angle_deg: Degrees = Field(gt=0.0, lt=180.0)
+    """half-angle of the cone"""
+    attitude_sigmas: float = Field(default=3.0, ge=0.0)
+    """margin for the unknown attitude, in 1-sigmas of the angle; 0 is none"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         check_name(self.name)
-        expect(any(self.boresight), "boresight", self.boresight, "a direction, not zero")
 
     @property
     def keep_in(self) -> bool:
@@ -112,11 +103,6 @@ class PathLimit(Validated):
         way = "in" if self.keep_in else "off"
         return f"{DIRECTIONS[self.reference].label} {way} {self.name}"
 
-    @property
-    def bound(self) -> float:
-        """What an excess of `filter.path_limits` must not be above [rad]."""
-        return math.radians(self.half_angle_deg) * (1.0 if self.keep_in else -1.0)
-
     def cone(self) -> Cone:
         """The cone, in rad."""
         half_angle = math.radians(self.half_angle_deg)
@@ -124,7 +110,7 @@ class PathLimit(Validated):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Convergence(Validated):
+class Convergence(Settings):
     """When a plan ends: with its last maneuver, or later, once the filter has converged.
 
     Examples
@@ -134,27 +120,18 @@ class Convergence(Validated):
     'end'
     """
 
-    rule: str = quantity(
-        "trace",
-        choices=("trace", "required", "settling", "end"),
-        doc="what tells: the trace over a window; from when on required_sigma is met until the end "
-        "of duration; from when on the trace stays within a factor of what it is then; or the end "
-        "of the last maneuver alone",
-    )
-    factor: float = quantity(1.25, low=1.0, open_low=True, doc="that factor, for the rule settling")
-    window: float = positive(300.0, unit="s", doc="window, a multiple of the step")
-    relative_decrease: float = quantity(
-        0.01,
-        low=0.0,
-        high=1.0,
-        open_low=True,
-        open_high=True,
-        doc="converged if the trace fell by less than this fraction over the window, and did not "
-        "rise",
-    )
-    allow_rise: bool = quantity(
-        False, doc="whether a trace that rose over the window counts as converged too"
-    )
+    rule: Literal["trace", "required", "settling", "end"] = "trace"
+    """what tells: the trace over a window; from when on required_sigma is met until the end of
+    duration; from when on the trace stays within a factor of what it is then; or the end of the
+    last maneuver alone"""
+    factor: float = Field(default=1.25, gt=1.0)
+    """that factor, for the rule settling"""
+    window: Seconds = Field(default=300.0, gt=0.0)
+    """window, a multiple of the step"""
+    relative_decrease: float = Field(default=0.01, gt=0.0, lt=1.0)
+    """converged if the trace fell by less than this fraction over the window, and did not rise"""
+    allow_rise: bool = False
+    """whether a trace that rose over the window counts as converged too"""
 
     @property
     def time(self) -> str:
@@ -163,7 +140,13 @@ class Convergence(Validated):
 
 
 class Numbers(Mapping[str, float]):
-    """Numbers by names with dots, such as ``mag.bias``; immutable and hashable."""
+    """Numbers by names with dots, such as ``mag.bias``; immutable and hashable.
+
+    A table may nest them: ``{"mag": {"bias": 1.0}}``.
+    """
+
+    #: Range of the numbers.
+    number: ClassVar[Any] = float
 
     def __init__(self, values: Mapping[str, float] | None = None) -> None:
         self._values = dict(values or {})
@@ -183,6 +166,16 @@ class Numbers(Mapping[str, float]):
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self._values})"
 
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        nested = dict[str, cls.number | dict[str, cls.number]]  # type: ignore[name-defined]
+        flat = Annotated[
+            dict[str, cls.number],  # type: ignore[name-defined]
+            BeforeValidator(flatten, json_schema_input_type=nested),
+            AfterValidator(cls),
+        ]
+        return handler.generate_schema(flat)
+
 
 class TraceWeights(Numbers):
     """Weight, >= 0, of each state block in the trace.
@@ -201,6 +194,8 @@ class TraceWeights(Numbers):
     >>> dict(scenario.trace_weights)
     {'attitude': 10.0}
     """
+
+    number = NonNegative
 
     def of(self, blocks: Iterable[str], uncalibrated: Collection[str] = ()) -> tuple[float, ...]:
         """Weights of the given blocks, in their order."""
@@ -226,6 +221,8 @@ class RequiredSigma(Numbers):
     >>> dict(scenario.required_sigma)
     {'attitude_deg': 0.1, 'mag.bias_nt': 30.0}
     """
+
+    number = Positive
 
     def of(self, units: Mapping[str, Unit]) -> tuple[float, ...]:
         """Requirements of blocks of these units, in the filter's; infinite where there is none."""

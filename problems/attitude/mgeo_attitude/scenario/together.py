@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
-from mgeo_attitude.fields.quantity import expect
-from mgeo_attitude.scenario.actuators import Coils, Wheels, check_coils
-from mgeo_attitude.scenario.channels import Channel, check_channels
-from mgeo_attitude.scenario.initial import InitialConditions
-from mgeo_attitude.scenario.prior import Prior
-from mgeo_attitude.scenario.settings import ManeuverLimits, PathLimit, TraceWeights
-from mgeo_attitude.scenario.windows import Operated, check_windows
-from mgeo_attitude.sensors.base import Sensor
-from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.scenario.actuators import check_coils
+from mgeo_attitude.scenario.channels import check_channels
+from mgeo_attitude.scenario.settings import TraceWeights
+from mgeo_attitude.scenario.windows import check_windows
 from mgeo_attitude.sensors.suite import Suite
-from mgeo_attitude.sensors.world import World
+from mgeo_attitude.settings.errors import expect
+
+if TYPE_CHECKING:
+    from mgeo_attitude.scenario.scenario import Scenario
 
 _MAX_COUNT = 2**31  # with more steps than this any remainder would be within rounding
 # What is kept of each step would fill the memory: of the run, once; of the window, for each design.
@@ -26,42 +23,7 @@ _MAX_STEPS = {"duration": 1_000_000, "convergence.window": 100_000}
 _TOLERANCE = 1e-9  # relative; decimal steps such as 0.1 s are not exact in binary
 
 
-class Fields(Operated, Protocol):
-    """Fields of a scenario, each sound alone."""
-
-    @property
-    def duration(self) -> float: ...
-    @property
-    def latest_end(self) -> float: ...
-    @property
-    def maneuvers(self) -> ManeuverLimits: ...
-    @property
-    def gyro(self) -> Gyro: ...
-    @property
-    def sensors(self) -> tuple[Sensor, ...]: ...
-    @property
-    def world(self) -> World: ...
-    @property
-    def channels(self) -> tuple[Channel, ...]: ...
-    @property
-    def initial(self) -> InitialConditions: ...
-    @property
-    def trace_weights(self) -> Mapping[str, float]: ...
-    @property
-    def required_sigma(self) -> Mapping[str, float]: ...
-    @property
-    def wheels(self) -> Wheels | None: ...
-    @property
-    def coils(self) -> Coils | None: ...
-    @property
-    def path_limits(self) -> tuple[PathLimit, ...]: ...
-    @property
-    def prior(self) -> Prior | None: ...
-    @property
-    def needs_field(self) -> bool: ...
-
-
-def check_together(scenario: Fields, suite: Suite) -> None:
+def check_together(scenario: Scenario, suite: Suite) -> None:
     """Refuse what does not go with other fields of a scenario, or the suite that it makes.
 
     Raises
@@ -81,7 +43,7 @@ def check_together(scenario: Fields, suite: Suite) -> None:
     _check_limits(scenario)
 
 
-def _check_spans(scenario: Fields) -> None:
+def _check_spans(scenario: Scenario) -> None:
     """Duration and window are of whole steps, and not of too many."""
     step, window = f"step = {scenario.step!r} s", scenario.convergence.window
     for key, span in (("duration", scenario.duration), ("convergence.window", window)):
@@ -90,7 +52,7 @@ def _check_spans(scenario: Fields) -> None:
         expect(few, key, span, f"at most {_MAX_STEPS[key]} times {step}")
 
 
-def _check_rate(scenario: Fields) -> None:
+def _check_rate(scenario: Scenario) -> None:
     """Rates are such as samples can tell, and within the gyro's range."""
     step = f"step = {scenario.step!r} s"
     rate = scenario.maneuvers.max_rate_deg_s
@@ -106,7 +68,7 @@ def _check_rate(scenario: Fields) -> None:
     expect(gyro_range is None or rate <= gyro_range, "maneuvers.max_rate_deg_s", rate, within)
 
 
-def _check_samples(scenario: Fields) -> None:
+def _check_samples(scenario: Scenario) -> None:
     """Intervals and window fit the run, and the rule has what it asks about."""
     step, window = f"step = {scenario.step!r} s", scenario.convergence.window
     most = f"at most duration = {scenario.duration!r} s"
@@ -121,11 +83,9 @@ def _check_samples(scenario: Fields) -> None:
     expect(possible, "convergence.rule", scenario.convergence.rule, others)
 
 
-def _check_epoch(scenario: Fields) -> None:
+def _check_epoch(scenario: Scenario) -> None:
     """The run lies where the field is modeled, if anything needs it."""
     epoch, start, end = scenario.epoch, FIELD_MODEL_START, FIELD_MODEL_END
-    zone = epoch.utcoffset() is not None
-    expect(zone, "epoch", epoch.isoformat(), "a UTC offset, such as a Z at the end")
     inside = start <= epoch <= end and scenario.latest_end <= (end - epoch).total_seconds()
     late = ", begun as late as it may be," if scenario.latest_end > scenario.duration else ""
     years = (
@@ -136,7 +96,7 @@ def _check_epoch(scenario: Fields) -> None:
     expect(inside or not scenario.needs_field, "epoch", epoch.isoformat(), years)
 
 
-def _check_names(scenario: Fields) -> None:
+def _check_names(scenario: Scenario) -> None:
     """Every sensor has a name of its own."""
     names = [sensor.name for sensor in scenario.sensors]
     expect(names, "sensors", [], "at least one sensor")
@@ -147,7 +107,7 @@ def _check_names(scenario: Fields) -> None:
         expect(new, key, name, "a name that no other sensor has, nor gyro or world")
 
 
-def _check_states(scenario: Fields, suite: Suite) -> None:
+def _check_states(scenario: Scenario, suite: Suite) -> None:
     """Some state counts, and a prior is of the states there are."""
     weights = TraceWeights(scenario.trace_weights)
     some = any(weights.of(suite.blocks, suite.uncalibrated))
@@ -158,7 +118,7 @@ def _check_states(scenario: Fields, suite: Suite) -> None:
         expect(found == len(blocks), "prior.states", f"{found} rows", same)
 
 
-def _check_limits(scenario: Fields) -> None:
+def _check_limits(scenario: Scenario) -> None:
     """No cone is so narrow that its margin for the first attitude fills it."""
     for i, limit in enumerate(scenario.path_limits if scenario.prior is None else ()):
         room = limit.half_angle_deg if limit.keep_in else 180.0 - limit.half_angle_deg

@@ -5,18 +5,20 @@ covariance can be believed.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import is_dataclass
 from datetime import timedelta
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.element_set import MAX_AGE, ElementSet
-from mgeo_attitude.fields.quantity import declared
-from mgeo_attitude.scenario.together import Fields
 from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
+from mgeo_attitude.settings.base import Settings, annotation_of, declared
+from mgeo_attitude.settings.types import Unit, Usual
+
+if TYPE_CHECKING:
+    from mgeo_attitude.scenario.scenario import Scenario
 
 #: Where IGRF, a field without currents outside the Earth, is one: geocentric distance in Earth
 #: radii above which the ring current's field is no longer small beside it, and altitude [m] below
@@ -30,32 +32,29 @@ class Implausible(UserWarning):
     """A value that looks like a slip: another unit, or what the model is not made for."""
 
 
-def implausible(scenario: Any) -> tuple[str, ...]:
+def implausible(scenario: Scenario) -> tuple[str, ...]:
     """What looks like a slip, each in a line that names the key; empty if nothing does."""
     return (*_unusual(scenario), *_out_of_range(scenario), *_too_old(scenario))
 
 
-def _unusual(section: Any, place: str = "") -> Iterator[str]:
-    """Numbers outside the range that their `Quantity` calls usual; zero is what is left out."""
-    for name, (_, spec) in declared(type(section)).items():
-        value, key = getattr(section, name), f"{place}{name}"
-        if is_dataclass(value):
-            yield from _unusual(value, f"{key}.")
-        elif isinstance(value, tuple) and any(map(is_dataclass, value)):
-            for i, each in enumerate(value):
-                yield from _unusual(each, f"{key}[{i}].")
-        elif spec.usual and value is not None:
-            low, high = spec.usual
-            numbers = value if isinstance(value, tuple) else (value,)
-            for number in numbers:
-                if number and not low <= number <= high:
-                    unit = f" {spec.unit}" if spec.unit else ""
-                    usual = f"usual is {low:g} to {high:g}{unit}"
-                    yield f"{key} = {number:g}{unit}: {usual}; is it of another unit?"
-                    break
+def _unusual(settings: Any, place: str = "") -> Iterator[str]:
+    """Yield a line for each number outside its `Usual` range; zero leaves something out."""
+    for name in declared(type(settings)):
+        value, key = getattr(settings, name), f"{place}{name}"
+        values = value if isinstance(value, tuple) else (value,)
+        usual = annotation_of(type(settings), name, Usual)
+        unit = annotation_of(type(settings), name, Unit)
+        text = f" {unit.text}" if unit else ""
+        for i, each in enumerate(values):
+            if isinstance(each, Settings):
+                yield from _unusual(each, f"{key}[{i}]." if values is value else f"{key}.")
+            elif usual and each and not usual.low <= each <= usual.high:
+                expected = f"usual is {usual.low:g} to {usual.high:g}{text}"
+                yield f"{key} = {each:g}{text}: {expected}; is it of another unit?"
+                break
 
 
-def _out_of_range(scenario: Any) -> Iterator[str]:
+def _out_of_range(scenario: Scenario) -> Iterator[str]:
     if not any(isinstance(sensor, Magnetometer) for sensor in scenario.sensors):
         return
     times = np.linspace(0.0, scenario.latest_end, _SAMPLES)
@@ -69,7 +68,7 @@ def _out_of_range(scenario: Any) -> Iterator[str]:
         yield f"orbit: down to {1e-3 * least:.0f} km: nothing orbits below {1e-3 * _LOWEST:g} km"
 
 
-def _too_old(scenario: Any) -> Iterator[str]:
+def _too_old(scenario: Scenario) -> Iterator[str]:
     orbit = scenario.orbit
     if not isinstance(orbit, ElementSet):
         return
@@ -101,7 +100,7 @@ MAX_ATTITUDE_OF_FACES_DEG = 5.0
 MAX_ORBIT_ERROR_M = 30_000.0
 
 
-def examined(scenario: Fields) -> list[tuple[str, float, float]]:
+def examined(scenario: Scenario) -> list[tuple[str, float, float]]:
     """Initial uncertainties by key, each with the largest at which the map has found it true."""
     faces = any(isinstance(sensor, Photodiode) for sensor in scenario.sensors)
     attitude = MAX_ATTITUDE_OF_FACES_DEG if faces else MAX_ATTITUDE_DEG
@@ -127,7 +126,7 @@ def examined(scenario: Fields) -> list[tuple[str, float, float]]:
     return limits
 
 
-def validity(scenario: Fields) -> tuple[str, ...]:
+def validity(scenario: Scenario) -> tuple[str, ...]:
     """Why the linear covariance may promise more than a filter achieves; empty if it need not.
 
     Compares initial uncertainties with the map of docs/consistency.md, which sweeps one at a time

@@ -6,22 +6,31 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import DIMENSIONLESS, Unit, expect, positive, quantity
 from mgeo_attitude.geometry.vector import Vec3
 from mgeo_attitude.sensors.errors import (
-    CONSIDERED,
-    INFLUENCES,
     Alike,
     Influence,
     State,
     check_considered,
     check_influences,
+)
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import expect
+from mgeo_attitude.settings.types import (
+    DEG,
+    DIMENSIONLESS,
+    SECOND,
+    Degrees,
+    Direction,
+    Seconds,
+    Unit,
 )
 
 if TYPE_CHECKING:
@@ -31,11 +40,13 @@ if TYPE_CHECKING:
 #: A gyro or a sensor.
 Noisy = TypeVar("Noisy")
 
-NAME = "name, unique in the suite; prefixes the sensor's states"
+Boresight = Annotated[Direction, Field(description="direction it looks in, body axes (any length)")]
+#: Least angle of the boresight from what blinds a sensor.
+Exclusion = Annotated[Degrees | None, Field(ge=0.0, lt=90.0)]
 
 
 @dataclass(frozen=True)
-class Sensor(Validated, ABC):
+class Sensor(Settings, ABC):
     """A sensor that measures a 3-vector, or what fewer numbers say.
 
     A subclass is a frozen dataclass of parameters. `states`, `measure` and `noise` are all that it
@@ -44,7 +55,7 @@ class Sensor(Validated, ABC):
 
     Examples
     --------
-    >>> from dataclasses import dataclass
+    >>> from pydantic.dataclasses import dataclass
     >>> from mgeo_attitude import Sensor
     >>> @dataclass(frozen=True)
     ... class Direction(Sensor):
@@ -59,15 +70,18 @@ class Sensor(Validated, ABC):
     {'bias': 0.01}
     """
 
+    selector: ClassVar[str] = "kind"
     kind: ClassVar[str]
     #: Those of its states that are rotations, for `rotation.rotate`; all others are sums.
     rotations: ClassVar[tuple[str, ...]] = ()
+    #: Name of the state that is a constant offset of the readings.
+    offset: ClassVar[str] = "bias"
     #: Whether it is of no use where the geomagnetic field is not known.
     needs_field: ClassVar[bool] = True
     #: Those of its parameters that are 1-sigmas of noise.
     noise_parameters: ClassVar[tuple[str, ...]] = ()
     #: Units of its states for people and scenario files; one that is left out has none.
-    units: ClassVar[Mapping[str, Unit]] = {}
+    units: ClassVar[dict[str, Unit]] = {"misalignment": DEG, "delay": SECOND}
     #: Columns of telemetry are its name, an underscore, and these: those of a vector, or q1 to q4
     #: of a quaternion from GCRF to the body as the sensor has it, scalar last. A single number has
     #: the name alone.
@@ -77,26 +91,19 @@ class Sensor(Validated, ABC):
     #: Unit of a vector in telemetry.
     channel_unit: ClassVar[Unit] = DIMENSIONLESS
 
-    name: str = quantity(doc=NAME)
-    sample_interval: float | None = positive(
-        None,
-        unit="s",
-        kw_only=True,
-        doc="time between samples, a multiple of the filter's step; without it one in every step",
-    )
-    considered: tuple[str, ...] = quantity((), kw_only=True, doc=CONSIDERED)
-    influences: tuple[Influence, ...] = quantity((), kw_only=True, doc=INFLUENCES)
-    initial_delay_s: float = quantity(
-        0.0,
-        unit="s",
-        low=0.0,
-        kw_only=True,
-        doc="unknown constant time by which its readings are older than their time, 1-sigma; 0 "
-        "leaves the states out",
-    )
+    name: str
+    """name, unique in the suite; prefixes the sensor's states"""
+    sample_interval: Seconds | None = Field(default=None, gt=0.0, kw_only=True)
+    """time between samples, a multiple of the filter's step; without it one in every step"""
+    considered: tuple[str, ...] = Field(default=(), kw_only=True)
+    """its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"""
+    influences: tuple[Influence, ...] = Field(default=(), kw_only=True)
+    """channels that its bias follows: a temperature, a current"""
+    initial_delay_s: Seconds = Field(default=0.0, ge=0.0, kw_only=True)
+    """unknown constant time by which its readings are older than their time, 1-sigma; 0 leaves the
+    states out"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         check_considered(self.considered, self.states())
         check_influences(self.influences, self.states(), self.kind)
         expect(
@@ -238,20 +245,3 @@ def with_noise(part: Noisy, factor: float) -> Noisy:
 
     names = part.noise_parameters  # type: ignore[attr-defined]
     return dataclasses.replace(part, **{name: times(getattr(part, name)) for name in names})  # type: ignore[type-var]
-
-
-def boresight() -> Any:
-    """The field of the axis that a sensor looks along."""
-    return quantity((0.0, 0.0, 1.0), doc="direction it looks in, body axes (any length)")
-
-
-def exclusion(of: str) -> Any:
-    """The field of an angle around the boresight in which something blinds a sensor."""
-    return quantity(
-        None,
-        unit="deg",
-        low=0.0,
-        high=90.0,
-        open_high=True,
-        doc=f"least angle of the boresight {of} at which it measures",
-    )

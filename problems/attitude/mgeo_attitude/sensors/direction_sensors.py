@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields.quantity import ARCMIN, DEG, SECOND, Unit, expect, positive, quantity
 from mgeo_attitude.geometry.rotation import cross, direction, dot, rotate, tangents
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import NAME, boresight, exclusion
-from mgeo_attitude.sensors.errors import State, misalignment, tilt
+from mgeo_attitude.sensors.base import Boresight, Exclusion
+from mgeo_attitude.sensors.errors import Misalignment, State, present
 from mgeo_attitude.sensors.vector_sensors import SunSensor, VectorSensor, where_it_is
 from mgeo_attitude.sensors.world import POSITION_UNIT
+from mgeo_attitude.settings.errors import expect
+from mgeo_attitude.settings.types import Degrees, Unit, Usual
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -91,10 +92,9 @@ class TwoAxisSunSensor(DirectionSensor, SunSensor):
 
     kind: ClassVar[str] = "two-axis-sun-sensor"
 
-    name: str = quantity("sun", doc=NAME)
-    noise_deg: float = positive(
-        0.5, unit="deg", doc="noise per sample, 1-sigma of each angle", usual=(0.001, 10.0)
-    )
+    name: str = "sun"
+    noise_deg: Annotated[Degrees, Usual(0.001, 10.0)] = Field(default=0.5, gt=0.0)
+    """noise per sample, 1-sigma of each angle"""
 
     def noise(self) -> tuple[float, ...]:
         return super().noise()[:2]
@@ -119,35 +119,25 @@ class HorizonSensor(DirectionSensor):
     kind: ClassVar[str] = "horizon-sensor"
     needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
-    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN, "delay": SECOND}
 
-    name: str = quantity("horizon", doc=NAME)
-    noise_deg: float = positive(
-        0.1, unit="deg", doc="noise per sample, 1-sigma of each angle", usual=(0.001, 10.0)
-    )
-    initial_misalignment_deg: float = misalignment(0.5)
-    initial_bias: float = positive(0.002, doc="initial bias of the unit vector, 1-sigma per axis")
-    boresight: tuple[float, float, float] = boresight()
-    half_angle_deg: float = quantity(
-        180.0,
-        unit="deg",
-        low=0.0,
-        high=180.0,
-        open_low=True,
-        doc="half-angle of the cone that nadir has to be in; 180 sees everywhere",
-        formerly="field_of_view_deg",
-    )
-    sun_exclusion_deg: float | None = exclusion("from the Sun, while it shines")
-    lowest_altitude_km: float = quantity(
-        0.0, unit="km", low=0.0, doc="altitude above the equator's radius from which on it measures"
-    )
-    highest_altitude_km: float | None = positive(
-        None, unit="km", doc="altitude up to which it measures"
-    )
+    name: str = "horizon"
+    noise_deg: Annotated[Degrees, Usual(0.001, 10.0)] = Field(default=0.1, gt=0.0)
+    """noise per sample, 1-sigma of each angle"""
+    initial_misalignment_deg: Misalignment = 0.5
+    initial_bias: float = Field(default=0.002, gt=0.0)
+    """initial bias of the unit vector, 1-sigma per axis"""
+    boresight: Boresight = (0.0, 0.0, 1.0)
+    half_angle_deg: Degrees = Field(default=180.0, gt=0.0, le=180.0)
+    """half-angle of the cone that nadir has to be in; 180 sees everywhere"""
+    sun_exclusion_deg: Exclusion = None
+    """least angle of the boresight from the Sun, while it shines at which it measures"""
+    lowest_altitude_km: Annotated[float, Unit("km")] = Field(default=0.0, ge=0.0)
+    """altitude above the equator's radius from which on it measures"""
+    highest_altitude_km: Annotated[float | None, Unit("km")] = Field(default=None, gt=0.0)
+    """altitude up to which it measures"""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        expect(any(self.boresight), "boresight", self.boresight, "a direction, not zero")
         low, high = self.lowest_altitude_km, self.highest_altitude_km
         expect(
             high is None or high > low,
@@ -157,10 +147,9 @@ class HorizonSensor(DirectionSensor):
         )
 
     def states(self) -> dict[str, State]:
-        return {
-            **tilt(self.initial_misalignment_deg),
-            "bias": self.initial_bias,
-        } | {**self.follows(), **self.delay()}
+        tilt = math.radians(self.initial_misalignment_deg)
+        own = present(misalignment=tilt, bias=self.initial_bias)
+        return own | self.follows() | self.delay()
 
     def sees(self) -> tuple[str, ...]:
         return ("orbit_error",)

@@ -6,22 +6,17 @@ what a channel measures, a temperature or a current.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, MutableMapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import pydantic.dataclasses
+from pydantic import Field
 
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import (
-    InvalidValue,
-    Unit,
-    expect,
-    known_names,
-    positive,
-    quantity,
-)
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
+from mgeo_attitude.settings.types import Degrees, NonNegative, Unit
 
 
 @dataclass(frozen=True)
@@ -93,8 +88,8 @@ def sigma_of(state: State) -> float | tuple[float, float, float]:
 PREFIX = "bias_per_"
 
 
-@dataclass(frozen=True)
-class Influence(Validated):
+@pydantic.dataclasses.dataclass(frozen=True)
+class Influence(Settings):
     """A bias that is larger by c (u - u₀) for a channel's value u; c is a constant of each axis.
 
     Examples
@@ -104,15 +99,15 @@ class Influence(Validated):
     ['bias', 'bias_per_temp']
     """
 
-    channel: str = quantity(
-        doc="name of the channel: of one of the scenario's channels, in telemetry of a column"
-    )
-    initial_sigma: float = positive(
-        doc="1-sigma of what a unit of the channel adds, per axis, in the unit of the initial "
-        "bias: deg/s, nT, or of a unit vector"
-    )
-    unit: str = quantity("unit", doc="unit of the channel, for people")
-    reference: float = quantity(0.0, doc="value of the channel at which the bias is the bias")
+    channel: str
+    """name of the channel: of one of the scenario's channels, in telemetry of a column"""
+    initial_sigma: float = Field(gt=0.0)
+    """1-sigma of what a unit of the channel adds, per axis, in the unit of the initial bias: deg/s,
+    nT, or of a unit vector"""
+    unit: str = "unit"
+    """unit of the channel, for people"""
+    reference: float = 0.0
+    """value of the channel at which the bias is the bias"""
 
     @property
     def state(self) -> str:
@@ -146,51 +141,37 @@ def influenced(
     return own
 
 
-INFLUENCES = "channels that its bias follows: a temperature, a current"
-CONSIDERED = "its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"
-
-
 def by_axis(sigma: float | tuple[float, float, float]) -> tuple[float, float, float]:
     """Of each axis, where one number may stand for all."""
     return sigma if isinstance(sigma, tuple) else (sigma, sigma, sigma)
 
 
-def tilt(misalignment_deg: float) -> dict[str, float]:
-    """States of a sensor's misalignment; none if it is zero: then it says what body axes are."""
-    return {"misalignment": math.radians(misalignment_deg)} if misalignment_deg else {}
+def present(**sigmas: float) -> dict[str, State]:
+    """Return the constants among states by their initial 1-sigmas, without those of zero."""
+    return {state: sigma for state, sigma in sigmas.items() if sigma}
 
 
-def misalignment(sigma_deg: float) -> Any:
-    """The field of a sensor's initial misalignment; see `tilt`."""
-    return quantity(
-        sigma_deg,
-        unit="deg",
-        low=0.0,
-        doc="initial misalignment, 1-sigma per axis; 0 leaves the states out: it says what body "
-        "axes are",
-        formerly="misalignment_deg",
-    )
-
-
-def scale_factor() -> Any:
-    """The field of an initial error of three scale factors."""
-    return quantity(
-        0.0,
-        low=0.0,
-        doc="initial scale-factor error, 1-sigma per axis; 0 leaves the states out",
-        formerly="scale_factor",
-    )
-
-
-def nonorthogonality() -> Any:
-    """The field of how far three axes are off right angles; see `vector.shear`."""
-    return quantity(
-        0.0,
-        unit="deg",
-        low=0.0,
-        doc="initial non-orthogonality, half of what two axes are off a right angle, 1-sigma; "
-        "0 leaves the states out",
-    )
+Misalignment = Annotated[
+    Degrees,
+    Field(
+        ge=0.0,
+        description="initial misalignment, 1-sigma per axis; 0 leaves the states out: it says what "
+        "body axes are",
+    ),
+]
+ScaleFactor = Annotated[
+    NonNegative,
+    Field(description="initial scale-factor error, 1-sigma per axis; 0 leaves the states out"),
+]
+#: See `vector.shear`.
+Nonorthogonality = Annotated[
+    Degrees,
+    Field(
+        ge=0.0,
+        description="initial non-orthogonality, half of what two axes are off a right angle, "
+        "1-sigma; 0 leaves the states out",
+    ),
+]
 
 
 def check_influences(influences: Sequence[Influence], states: Collection[str], kind: str) -> None:

@@ -4,33 +4,44 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import DEG, DEG_H, PPM, Unit, expect, positive, quantity
 from mgeo_attitude.geometry.rotation import rotate, shear, unrotate
 from mgeo_attitude.geometry.vector import Vec3, cross, scale
 from mgeo_attitude.geometry.vector import shear as shear_components
 from mgeo_attitude.sensors.errors import (
-    CONSIDERED,
-    INFLUENCES,
     Influence,
+    Nonorthogonality,
+    ScaleFactor,
     by_axis,
     check_considered,
     check_influences,
-    nonorthogonality,
-    scale_factor,
+)
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import expect
+from mgeo_attitude.settings.types import (
+    DEG,
+    DEG_H,
+    PPM,
+    Degrees,
+    DegreesPerSecond,
+    NonNegative,
+    PerAxis,
+    Positive,
+    Unit,
+    Usual,
 )
 
 _ALLAN_PEAK = 0.437
 
 
 @dataclass(frozen=True)
-class Gyro(Validated):
+class Gyro(Settings):
     """Three-axis gyro: ω_m = ω + b + v_g.
 
     Optional are errors of scale factor, misalignment and non-orthogonality; see `measured`.
@@ -54,52 +65,35 @@ class Gyro(Validated):
         "nonorthogonality": DEG,
     }
 
-    angle_random_walk_deg_per_sqrt_h: float | tuple[float, float, float] = positive(
-        0.01,
-        unit="deg/sqrt(h)",
-        doc="angle random walk, 1-sigma per axis, alike or of each",
-        usual=(5e-5, 5.0),
-        formerly="angle_random_walk_deg_sqrt_h",
-    )
-    rate_random_walk: float | tuple[float, float, float] = quantity(
-        3e-8,
-        unit="rad/s^1.5",
-        low=0.0,
-        doc="rate random walk that drives the bias, 1-sigma per axis, alike or of each",
-    )
-    bias_instability_deg_per_h: float | tuple[float, float, float] | None = positive(
-        None,
-        unit="deg/h",
-        doc="bias instability, the floor of the Allan deviation, alike or of each axis, in place "
-        "of rate_random_walk",
-        usual=(1e-4, 100.0),
-    )
-    bias_decay: float = quantity(
-        1e-5, unit="1/s", low=0.0, doc="inverse correlation time of the bias"
-    )
-    initial_bias_deg_s: float = positive(
-        0.01, unit="deg/s", doc="initial bias, 1-sigma per axis", formerly="bias_deg_s"
-    )
-    initial_scale_factor: float = scale_factor()
-    initial_misalignment_deg: float = quantity(
-        0.0,
-        unit="deg",
-        low=0.0,
-        doc="initial misalignment, 1-sigma per axis; 0 leaves the states out",
-        formerly="misalignment_deg",
-    )
-    initial_nonorthogonality_deg: float = nonorthogonality()
-    range_deg_per_s: float | None = positive(
-        None, unit="deg/s", doc="greatest rate about an axis that it measures; no plan is faster"
-    )
-    quantization_deg_per_s: float | None = positive(
-        None, unit="deg/s", doc="steps in which flights report rates, and calibrations read them"
-    )
-    considered: tuple[str, ...] = quantity((), doc=CONSIDERED)
-    influences: tuple[Influence, ...] = quantity((), doc=INFLUENCES)
+    angle_random_walk_deg_per_sqrt_h: Annotated[
+        PerAxis[Positive], Unit("deg/sqrt(h)"), Usual(5e-5, 5.0)
+    ] = 0.01
+    """angle random walk, 1-sigma per axis, alike or of each"""
+    rate_random_walk: Annotated[PerAxis[NonNegative], Unit("rad/s^1.5")] = 3e-8
+    """rate random walk that drives the bias, 1-sigma per axis, alike or of each"""
+    bias_instability_deg_per_h: Annotated[
+        PerAxis[Positive] | None, Unit("deg/h"), Usual(1e-4, 100.0)
+    ] = None
+    """bias instability, the floor of the Allan deviation, alike or of each axis, in place of
+    rate_random_walk"""
+    bias_decay: Annotated[float, Unit("1/s")] = Field(default=1e-5, ge=0.0)
+    """inverse correlation time of the bias"""
+    initial_bias_deg_s: DegreesPerSecond = Field(default=0.01, gt=0.0)
+    """initial bias, 1-sigma per axis"""
+    initial_scale_factor: ScaleFactor = 0.0
+    initial_misalignment_deg: Degrees = Field(default=0.0, ge=0.0)
+    """initial misalignment, 1-sigma per axis; 0 leaves the states out"""
+    initial_nonorthogonality_deg: Nonorthogonality = 0.0
+    range_deg_per_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
+    """greatest rate about an axis that it measures; no plan is faster"""
+    quantization_deg_per_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
+    """steps in which flights report rates, and calibrations read them"""
+    considered: tuple[str, ...] = ()
+    """its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"""
+    influences: tuple[Influence, ...] = ()
+    """channels that its bias follows: a temperature, a current"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         floor = self.bias_instability_deg_per_h
         lasting = "nothing with bias_decay = 0: without it the Allan deviation has no floor"
         expect(not floor or self.bias_decay, "bias_instability_deg_per_h", floor, lasting)

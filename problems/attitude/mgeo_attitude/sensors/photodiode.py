@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields.quantity import SECOND, Unit, expect, positive, quantity
 from mgeo_attitude.geometry.rotation import dot, frame
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import NAME, Sensor
+from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.errors import State
+from mgeo_attitude.settings.types import Degrees, Direction, Usual
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -46,39 +46,23 @@ class Photodiode(Sensor):
     kind: ClassVar[str] = "photodiode"
     needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("relative_noise",)
-    units: ClassVar[Mapping[str, Unit]] = {"delay": SECOND}
+    offset: ClassVar[str] = "sensitivity"
     channels: ClassVar[tuple[str, ...]] = ("",)
 
-    name: str = quantity("diode", doc=NAME)
-    normal: tuple[float, float, float] = quantity(
-        (0.0, 0.0, 1.0),
-        doc="direction in which the Sun gives all its light, body axes (any length)",
-    )
-    relative_noise: float = positive(
-        0.02,
-        doc="noise per sample, 1-sigma; what the Sun at the normal gives is 1",
-        usual=(1e-4, 0.5),
-    )
-    initial_scale_factor: float = positive(
-        0.05, doc="initial error of its gain, 1-sigma", usual=(1e-4, 0.5)
-    )
-    initial_misalignment_deg: float = positive(
-        2.0, unit="deg", doc="initial misalignment of its normal, 1-sigma about each axis across"
-    )
-    half_angle_deg: float = positive(
-        70.0,
-        unit="deg",
-        high=89.0,
-        doc="angle of the Sun from the normal up to which it is read: beyond, light from the Earth "
-        "may be as bright, and glass reflects",
-    )
-    sees_albedo: bool = quantity(
-        True, doc="whether light from the Earth adds to what it measures, if the world has any"
-    )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        expect(any(self.normal), "normal", self.normal, "a direction, not zero")
+    name: str = "diode"
+    normal: Direction = (0.0, 0.0, 1.0)
+    """direction in which the Sun gives all its light, body axes (any length)"""
+    relative_noise: Annotated[float, Usual(1e-4, 0.5)] = Field(default=0.02, gt=0.0)
+    """noise per sample, 1-sigma; what the Sun at the normal gives is 1"""
+    initial_scale_factor: Annotated[float, Usual(1e-4, 0.5)] = Field(default=0.05, gt=0.0)
+    """initial error of its gain, 1-sigma"""
+    initial_misalignment_deg: Degrees = Field(default=2.0, gt=0.0)
+    """initial misalignment of its normal, 1-sigma about each axis across"""
+    half_angle_deg: Degrees = Field(default=70.0, gt=0.0, le=89.0)
+    """angle of the Sun from the normal up to which it is read: beyond, light from the Earth may be
+    as bright, and glass reflects"""
+    sees_albedo: bool = True
+    """whether light from the Earth adds to what it measures, if the world has any"""
 
     @cached_property
     def axes(self) -> Floats:

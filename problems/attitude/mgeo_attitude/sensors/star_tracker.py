@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields.quantity import DEG, SECOND, Unit, expect, positive, quantity
 from mgeo_attitude.geometry.rotation import cross, dot, frame, rotate, unrotate
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import NAME, Sensor, boresight, exclusion
-from mgeo_attitude.sensors.errors import State, misalignment, tilt
+from mgeo_attitude.sensors.base import Boresight, Exclusion, Sensor
+from mgeo_attitude.sensors.errors import Misalignment, State, present
+from mgeo_attitude.settings.types import DegreesPerSecond, Unit, Usual
 
 _ARCSEC_PER_DEG = 3600.0
 
@@ -42,29 +42,27 @@ class StarTracker(Sensor):
     needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_arcsec", "roll_noise_arcsec")
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
-    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "delay": SECOND}
+    offset: ClassVar[str] = "misalignment"
     channels: ClassVar[tuple[str, ...]] = ("q1", "q2", "q3", "q4")
 
-    name: str = quantity("tracker", doc=NAME)
-    noise_arcsec: float = positive(
-        10.0, unit="arcsec", doc="noise about the cross axes, 1-sigma", usual=(0.1, 1000.0)
+    name: str = "tracker"
+    noise_arcsec: Annotated[float, Unit("arcsec"), Usual(0.1, 1000.0)] = Field(default=10.0, gt=0.0)
+    """noise about the cross axes, 1-sigma"""
+    roll_noise_arcsec: Annotated[float, Unit("arcsec"), Usual(0.5, 6000.0)] = Field(
+        default=60.0, gt=0.0
     )
-    roll_noise_arcsec: float = positive(
-        60.0, unit="arcsec", doc="noise about the boresight, 1-sigma", usual=(0.5, 6000.0)
-    )
-    initial_misalignment_deg: float = misalignment(0.2)
+    """noise about the boresight, 1-sigma"""
+    initial_misalignment_deg: Misalignment = 0.2
 
-    boresight: tuple[float, float, float] = boresight()
-    max_rate_deg_s: float | None = positive(
-        None, unit="deg/s", doc="greatest body rate at which it measures"
-    )
-    sun_exclusion_deg: float | None = exclusion("from the Sun, while it shines")
-    earth_exclusion_deg: float | None = exclusion("from the Earth's limb")
-    moon_exclusion_deg: float | None = exclusion("from the Moon")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        expect(any(self.boresight), "boresight", self.boresight, "a direction, not zero")
+    boresight: Boresight = (0.0, 0.0, 1.0)
+    max_rate_deg_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
+    """greatest body rate at which it measures"""
+    sun_exclusion_deg: Exclusion = None
+    """least angle of the boresight from the Sun, while it shines at which it measures"""
+    earth_exclusion_deg: Exclusion = None
+    """least angle of the boresight from the Earth's limb at which it measures"""
+    moon_exclusion_deg: Exclusion = None
+    """least angle of the boresight from the Moon at which it measures"""
 
     @cached_property
     def axes(self) -> Floats:
@@ -77,7 +75,7 @@ class StarTracker(Sensor):
         return bool((self.axes == np.eye(3)).all())
 
     def states(self) -> dict[str, State]:
-        return tilt(self.initial_misalignment_deg) | self.delay()
+        return present(misalignment=math.radians(self.initial_misalignment_deg)) | self.delay()
 
     def measure(self, x: Any, v: Vec3) -> Vec3:
         error: Vec3 = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.fields.quantity import DEG, DIMENSIONLESS, Unit
 from mgeo_attitude.geometry.vector import Vec3, scale
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.errors import Alike, GaussMarkov, Influence, State, influenced, sigma_of
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.world import World
+from mgeo_attitude.settings.types import DEG, DIMENSIONLESS, Unit
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment

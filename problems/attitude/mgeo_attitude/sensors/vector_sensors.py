@@ -3,26 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields.quantity import ARCMIN, DEG, PPM, SECOND, Unit, expect, positive, quantity
 from mgeo_attitude.geometry.rotation import rotate, shear
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import shear as shear_components
-from mgeo_attitude.sensors.base import NAME, Sensor, boresight
+from mgeo_attitude.sensors.base import Boresight, Sensor
 from mgeo_attitude.sensors.errors import (
+    Misalignment,
+    Nonorthogonality,
+    ScaleFactor,
     State,
     by_axis,
-    misalignment,
-    nonorthogonality,
-    scale_factor,
-    tilt,
+    present,
 )
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, NT, POSITION_UNIT
+from mgeo_attitude.settings.types import ARCMIN, DEG, PPM, Degrees, PerAxis, Positive, Unit, Usual
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -31,21 +32,24 @@ if TYPE_CHECKING:
 class VectorSensor(Sensor):
     """A sensor that measures the vector v it looks at: y = [v×]θ - [v×]μ + b (equation 2).
 
-    Its states are a misalignment μ, unless it says what body axes are, and a bias b.
+    The misalignment μ and the bias b are states of its own, each if `states` has it.
     """
 
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
+    units: ClassVar[dict[str, Unit]] = Sensor.units | {"bias": ARCMIN}
 
     def measure(self, x: Any, v: Vec3) -> Any:
         turned = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta
-        y = cross(v, turned) + x.bias + x.moved
+        y = cross(v, turned)
+        y = y + x.bias + x.moved if hasattr(x, "bias") else y + x.moved
         if hasattr(x, "orbit_error"):
             for error, column in zip(x.orbit_error, x.gradient[-3:], strict=True):
                 y = y + Vec3(*(error * component for component in column))
         return y
 
     def measured(self, x: Any, v: Any) -> Any:
-        return (rotate(x.misalignment, v) if hasattr(x, "misalignment") else v) + x.bias
+        reported = rotate(x.misalignment, v) if hasattr(x, "misalignment") else v
+        return reported + x.bias if hasattr(x, "bias") else reported
 
 
 def where_it_is(x: Any, v: Any) -> Any:
@@ -72,43 +76,24 @@ class SunSensor(VectorSensor):
     kind: ClassVar[str] = "sun-sensor"
     needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
-    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN, "delay": SECOND}
 
-    name: str = quantity("sun", doc=NAME)
-    noise_deg: float | tuple[float, float, float] = positive(
-        2.0,
-        unit="deg",
-        doc="noise per sample, 1-sigma per axis, alike or of each",
-        usual=(0.005, 50.0),
-    )
-    initial_misalignment_deg: float = misalignment(1.0)
-    initial_bias: float = positive(
-        0.02, doc="initial bias of the unit vector, 1-sigma per axis", formerly="bias"
-    )
+    name: str = "sun"
+    noise_deg: Annotated[PerAxis[Positive], Unit("deg"), Usual(0.005, 50.0)] = 2.0
+    """noise per sample, 1-sigma per axis, alike or of each"""
+    initial_misalignment_deg: Misalignment = 1.0
+    initial_bias: float = Field(default=0.02, gt=0.0)
+    """initial bias of the unit vector, 1-sigma per axis"""
 
-    boresight: tuple[float, float, float] = boresight()
-    half_angle_deg: float = quantity(
-        180.0,
-        unit="deg",
-        low=0.0,
-        high=180.0,
-        open_low=True,
-        doc="half-angle of the field of view; 180 sees everywhere",
-        formerly="field_of_view_deg",
-    )
-    sees_albedo: bool = quantity(
-        True, doc="whether light from the Earth adds to what it measures, if the world has any"
-    )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        expect(any(self.boresight), "boresight", self.boresight, "a direction, not zero")
+    boresight: Boresight = (0.0, 0.0, 1.0)
+    half_angle_deg: Degrees = Field(default=180.0, gt=0.0, le=180.0)
+    """half-angle of the field of view; 180 sees everywhere"""
+    sees_albedo: bool = True
+    """whether light from the Earth adds to what it measures, if the world has any"""
 
     def states(self) -> dict[str, State]:
-        return {
-            **tilt(self.initial_misalignment_deg),
-            "bias": self.initial_bias,
-        } | {**self.follows(), **self.delay()}
+        tilt = math.radians(self.initial_misalignment_deg)
+        own = present(misalignment=tilt, bias=self.initial_bias)
+        return own | self.follows() | self.delay()
 
     def sees(self) -> tuple[str, ...]:
         return ("albedo",) if self.sees_albedo else ()
@@ -155,39 +140,30 @@ class Magnetometer(VectorSensor):
 
     kind: ClassVar[str] = "magnetometer"
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_nt",)
-    units: ClassVar[Mapping[str, Unit]] = {
-        "misalignment": DEG,
+    units: ClassVar[dict[str, Unit]] = Sensor.units | {
         "bias": NT,
         "scale_factor": PPM,
         "nonorthogonality": DEG,
-        "delay": SECOND,
     }
     channel_unit: ClassVar[Unit] = NT
 
-    name: str = quantity("mag", doc=NAME)
-    noise_nt: float | tuple[float, float, float] = positive(
-        500.0,
-        unit="nT",
-        doc="noise per sample, 1-sigma per axis, alike or of each",
-        usual=(1.0, 1e4),
-    )
-    initial_misalignment_deg: float = misalignment(1.0)
-    initial_bias_nt: float = positive(
-        2000.0, unit="nT", doc="initial bias, 1-sigma per axis", formerly="bias_nt"
-    )
-    initial_scale_factor: float = scale_factor()
-    initial_nonorthogonality_deg: float = nonorthogonality()
+    name: str = "mag"
+    noise_nt: Annotated[PerAxis[Positive], Unit("nT"), Usual(1.0, 1e4)] = 500.0
+    """noise per sample, 1-sigma per axis, alike or of each"""
+    initial_misalignment_deg: Misalignment = 1.0
+    initial_bias_nt: Annotated[float, Unit("nT")] = Field(default=2000.0, gt=0.0)
+    """initial bias, 1-sigma per axis"""
+    initial_scale_factor: ScaleFactor = 0.0
+    initial_nonorthogonality_deg: Nonorthogonality = 0.0
 
     def states(self) -> dict[str, State]:
-        states: dict[str, State] = {
-            **tilt(self.initial_misalignment_deg),
-            "bias": self.initial_bias_nt / FIELD_UNIT_NT,
-        }
-        if self.initial_scale_factor:
-            states["scale_factor"] = self.initial_scale_factor
-        if self.initial_nonorthogonality_deg:
-            states["nonorthogonality"] = math.radians(self.initial_nonorthogonality_deg)
-        return states | {**self.follows(), **self.delay()}
+        own = present(
+            misalignment=math.radians(self.initial_misalignment_deg),
+            bias=self.initial_bias_nt / FIELD_UNIT_NT,
+            scale_factor=self.initial_scale_factor,
+            nonorthogonality=math.radians(self.initial_nonorthogonality_deg),
+        )
+        return own | self.follows() | self.delay()
 
     def sees(self) -> tuple[str, ...]:
         return ("field_error", "orbit_error")

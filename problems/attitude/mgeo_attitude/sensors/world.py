@@ -7,16 +7,18 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.sun_moon import above_limb, earthlight
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import ARCMIN, Unit, expect, positive, quantity
-from mgeo_attitude.sensors.errors import CONSIDERED, GaussMarkov, check_considered
+from mgeo_attitude.sensors.errors import GaussMarkov, check_considered
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import expect
+from mgeo_attitude.settings.types import ARCMIN, NonNegative, Seconds, Triple, Unit
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -34,7 +36,7 @@ SURE = 3.0
 
 
 @dataclass(frozen=True)
-class World(Validated):
+class World(Settings):
     """What field, orbit and light from the Earth are beside their models.
 
     Gauss-Markov processes, all off unless wanted. Those of field and light are in GCRS axes.
@@ -53,51 +55,29 @@ class World(Validated):
         "orbit_error": Unit("m", "m", POSITION_UNIT),
     }
 
-    field_error_nt: float = quantity(
-        0.0,
-        unit="nT",
-        low=0.0,
-        doc="error of the field's model, 1-sigma per axis; 0 leaves the states out",
-    )
-    field_error_correlation_time: float = positive(
-        300.0, unit="s", doc="correlation time of the error of the field's model along the orbit"
-    )
-    orbit_error_m: tuple[float, float, float] = quantity(
-        (0.0, 0.0, 0.0),
-        unit="m",
-        low=0.0,
-        doc="error of the position at which the model is asked, 1-sigma along track, across and "
-        "radial; zeros leave the states out. What sees the Sun is not used within 3-sigma of an "
-        "eclipse's edge",
-    )
-    orbit_error_axes: str = quantity(
-        "orbital",
-        choices=("orbital", "inertial"),
-        doc="axes in which it varies, and has these 1-sigmas: along, across and radial, or GCRS",
-    )
-    orbit_error_correlation_time: float = positive(
-        20000.0, unit="s", doc="correlation time of the error of the position"
-    )
-    earth_albedo: float = quantity(
-        0.0,
-        low=0.0,
-        high=1.0,
-        doc="share of sunlight that the Earth throws back, as a matt sphere, onto Sun sensors that "
-        "see it; 0 leaves that out",
-    )
-    albedo: float = quantity(
-        0.0,
-        low=0.0,
-        doc="error of the unit vector by light from the Earth beside that, 1-sigma per axis; "
-        "0 leaves the states out",
-    )
-    albedo_correlation_time: float = positive(
-        600.0, unit="s", doc="correlation time of the error by light from the Earth"
-    )
-    considered: tuple[str, ...] = quantity((), doc=CONSIDERED)
+    field_error_nt: Annotated[float, Unit("nT")] = Field(default=0.0, ge=0.0)
+    """error of the field's model, 1-sigma per axis; 0 leaves the states out"""
+    field_error_correlation_time: Seconds = Field(default=300.0, gt=0.0)
+    """correlation time of the error of the field's model along the orbit"""
+    orbit_error_m: Annotated[Triple[NonNegative], Unit("m")] = (0.0, 0.0, 0.0)
+    """error of the position at which the model is asked, 1-sigma along track, across and radial;
+    zeros leave the states out. What sees the Sun is not used within 3-sigma of an eclipse's edge"""
+    orbit_error_axes: Literal["orbital", "inertial"] = "orbital"
+    """axes in which it varies, and has these 1-sigmas: along, across and radial, or GCRS"""
+    orbit_error_correlation_time: Seconds = Field(default=20000.0, gt=0.0)
+    """correlation time of the error of the position"""
+    earth_albedo: float = Field(default=0.0, ge=0.0, le=1.0)
+    """share of sunlight that the Earth throws back, as a matt sphere, onto Sun sensors that see it;
+    0 leaves that out"""
+    albedo: float = Field(default=0.0, ge=0.0)
+    """error of the unit vector by light from the Earth beside that, 1-sigma per axis; 0 leaves the
+    states out"""
+    albedo_correlation_time: Seconds = Field(default=600.0, gt=0.0)
+    """correlation time of the error by light from the Earth"""
+    considered: tuple[str, ...] = ()
+    """its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         size = self.orbit_error_m
         expect(all(size) == any(size), "orbit_error_m", size, "three numbers > 0 m, or all zero")
         check_considered(self.considered, self.states())

@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
 from mgeo_attitude.maneuvers.motion import Body, Motion, Phase, divided, phases
 from mgeo_attitude.maneuvers.schedule import (
@@ -27,12 +26,10 @@ from mgeo_attitude.maneuvers.schedule import (
     Flown,
     Schedule,
     Turning,
-    decode,
     flown,
-    maneuver_steps,
     schedule,
 )
-from mgeo_attitude.trajectory.arrival import arrival, missing
+from mgeo_attitude.settings.errors import InvalidValue
 
 if TYPE_CHECKING:
     from mgeo_attitude.scenario.scenario import Scenario
@@ -186,34 +183,19 @@ class Search:
         from scipy.optimize import root  # which takes long to import
 
         step, time = self.scenario.step, n * self.scenario.step
-        _, durations = decode(self._design(n, leaving, guess, final))
-        starts, _ = maneuver_steps(durations, step)
-        lengths, bounds = np.diff(starts[0], append=n), self._bounds
+        limits = self.limits
+        if limits is not None:
+            limits = dataclasses.replace(limits, initial_rate=self.rate)
 
         def off(angle: Floats) -> Floats:
-            rates = np.array([angle / time, final])
-            reached = arrival(self.attitude, self.rate, rates, lengths, step, bounds)
-            left: Floats = missing(target, reached)
+            design = self._design(n, leaving, angle / time, final)
+            reached, _ = _end(schedule(design, step, limits, n), n, step, self.attitude)
+            left: Floats = Rotation.from_matrix(target @ reached.T).as_rotvec()
             return left
 
         solution = root(off, guess * time, tol=1e-12, options={"maxfev": _EVALUATIONS})
         rate: Floats = solution.x / time
-        limits = self.limits
-        if limits is not None:
-            limits = dataclasses.replace(limits, initial_rate=self.rate)
-        plan = schedule(self._design(n, leaving, rate, final), step, limits, n)
-        reached, _ = _end(plan, n, step, self.attitude)  # as it is flown
-        arrived = np.abs(missing(target, reached)).max() < _TOLERANCE
-        return rate if arrived else None
-
-    @property
-    def _bounds(self) -> tuple[float, float, Floats]:
-        """The limits as `arrival` takes them."""
-        limits = self.limits
-        if limits is None:
-            return math.inf, math.inf, np.eye(3)
-        demands = np.ascontiguousarray(limits.allocation @ limits.inertia.T)
-        return limits.max_acceleration, limits.max_torque, demands
+        return rate if np.abs(off(solution.x)).max() < _TOLERANCE else None
 
     @property
     def _most_rate(self) -> float:

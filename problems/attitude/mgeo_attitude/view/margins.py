@@ -17,9 +17,9 @@ from mgeo_attitude.criteria.constraints import END, Limit
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.environment.directions import Place
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.path_limits import excess_along
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.view.plans import Plans
 
 if TYPE_CHECKING:
@@ -185,10 +185,6 @@ def limits_after(
         excess = excess_along(
             cone, limit.attitude_sigmas, at, scenario.epoch, attitude, turn, known
         )
-        if limit.may_exceed is not None:  # each time by itself: what was used before is not told
-            beyond = model.step * float(np.count_nonzero(excess[1:] > limit.bound))
-            rows[f"{limit.label}, time exceeded"] = _at_most("s", beyond, limit.may_exceed)
-            continue
         worst = np.degrees(max(float(excess.max()), -np.pi))  # of a Sun that never shines
         if cone.inside:
             rows[limit.label] = _at_most("deg", worst, bound)

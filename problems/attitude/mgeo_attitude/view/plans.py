@@ -16,8 +16,8 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import OBJECTIVES, attitude_sigma_deg
 from mgeo_attitude.criteria.robustness import kept_by, over_flights
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario.windows import FlightErrors
+from mgeo_attitude.settings.errors import InvalidValue
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,10 +11,11 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.times import utc_texts
-from mgeo_attitude.fields.quantity import declared
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario.validity import examined, validity
 from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.settings.base import annotation_of
+from mgeo_attitude.settings.types import Unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -166,11 +167,11 @@ def instruments(scenario: Scenario) -> pd.DataFrame:
     parts: list[tuple[str, Any]] = [("gyro", suite.gyro)]
     parts += [(sensor.name, sensor) for sensor in suite.sensors]
     for name, part in parts:
-        fields = declared(type(part))
+        units = {key: annotation_of(type(part), key, Unit) for key in part.noise_parameters}
         noise = [
             f"{_WITH_UNIT.sub('', key).replace('_', ' ')} {_numbers(getattr(part, key))} "
-            f"{fields[key][1].unit or ''}".strip()
-            for key in part.noise_parameters
+            f"{unit.text if unit else ''}".strip()
+            for key, unit in units.items()
         ]
         every = getattr(part, "sample_interval", None) or scenario.step
         rows[name] = {

@@ -9,12 +9,12 @@ from typing import Any, TypeVar
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields.quantity import InvalidValue, known_names
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.base import with_noise as scaled_noise
 from mgeo_attitude.sensors.errors import Influence, sigma_of
 from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.settings.errors import InvalidValue, known_names
 
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.corrections import unit_of_bias

@@ -247,7 +247,7 @@ class Calibration:
 
         Raises
         ------
-        InvalidValue, InvalidType
+        InvalidValue
             If the calibration is not `supported`, unless ``{"accept_unsupported": True}`` is among
             the changes. Or from the scenario: a run that leaves the field model, say.
         """

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields.quantity import DEG, Unit
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.geometry.rotation import matrix, shear
 from mgeo_attitude.sensors.base import Sensor
@@ -15,6 +14,7 @@ from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.world import World
+from mgeo_attitude.settings.types import DEG, Unit
 from scipy.spatial.transform import Rotation
 
 #: Of the gyro in telemetry.

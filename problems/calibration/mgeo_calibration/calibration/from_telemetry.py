@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.settings.errors import InvalidValue
 
 from mgeo_calibration.calibration import model_tests as models
 from mgeo_calibration.calibration.agreement import (

@@ -155,7 +155,7 @@ def _of_sensor(
     shown = unit_of_innovations(sensor)
     unit, factor = shown.text, shown.factor
     sizes = 10.0 * float(np.max(sensor.noise())) * factor
-    offset = f"{name}.{made.constant(sensor)}"
+    offset = f"{name}.{sensor.offset}"
 
     def wanders(score: Score) -> str:
         by = f"{offset} changes by {sizes * _range(_DRIFTS, score):.3g} {unit}"

@@ -9,7 +9,6 @@ from functools import lru_cache, partial
 import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.rotation import matrix, shear, skew
-from mgeo_attitude.sensors.base import Sensor
 
 from mgeo_calibration.estimation.linearization import Equations, misfit
 from mgeo_calibration.estimation.score import Combined, Departure
@@ -142,12 +141,6 @@ def vector_error(index: int, state: str) -> Departure:
     return Departure(width=3, reads={index: reads})
 
 
-def constant(sensor: Sensor) -> str:
-    """Name of the state that a sensor's offset is."""
-    names = sensor.states()
-    return next((each for each in ("bias", "sensitivity") if each in names), "misalignment")
-
-
 def wander(solution: Solution, index: int) -> Departure:
     """The offset of a sensor rises by ten times its noise along an axis."""
     share = _shares(solution)
@@ -268,7 +261,7 @@ def _offset(own: Equations, index: int) -> Floats:
     suite = own.batch.suite
     sensor = suite.sensors[index]
     places = suite.places(sensor)
-    if (state := constant(sensor)) in places:
+    if (state := sensor.offset) in places:
         columns = _by(own, index, places[state])
     else:  # a misalignment that it has not would turn its readings as the attitude's error back
         columns = -_by(own, index, 0)

@@ -15,12 +15,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.fields.quantity import DEG_H, Unit
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.errors import GaussMarkov
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.readings import NOISE
 from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.settings.types import DEG_H, Unit
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief

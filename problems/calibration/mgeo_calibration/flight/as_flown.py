@@ -82,11 +82,7 @@ def beside(plan: ManeuverPlan, planned: dict[str, float], flown: dict[str, float
     """The table of `as_flown`."""
     limits: dict[str, tuple[str, str, float]] = {}
     for each in plan.scenario.path_limits:
-        unit, limit = ("deg", each.half_angle_deg)
-        if each.may_exceed is not None:
-            unit, limit = "s", each.may_exceed
-        most = each.keep_in or each.may_exceed is not None
-        limits[each.label] = unit, "at most" if most else "at least", limit
+        limits[each.label] = "deg", "at most" if each.keep_in else "at least", each.half_angle_deg
     wheels = plan.scenario.wheels
     if wheels is not None:
         bound = "at most" if wheels.max_momentum else ""
@@ -127,11 +123,9 @@ def by_gyro(plan: ManeuverPlan, model: FilterModel, draws: Draws, n_steps: int) 
 def _angle(
     limit: PathLimit, scenario: Scenario, at: Place, attitude: Floats, turn: Floats
 ) -> float:
-    """Least or greatest angle [deg], or for how long the limit was exceeded [s]."""
+    """Least or greatest angle [deg]."""
     known = np.zeros((len(attitude), 3, 3))
     excess = excess_along(limit.cone(), 0.0, at, scenario.epoch, attitude, turn, known)
-    if limit.may_exceed is not None:
-        return scenario.step * float(np.count_nonzero(excess[1:] > limit.bound))
     worst = float(np.degrees(max(float(excess.max()), -np.pi)))  # of a Sun that never shines
     return worst if limit.keep_in else -worst
 

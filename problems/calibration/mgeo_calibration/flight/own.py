@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.fields.quantity import declared
-from mgeo_attitude.fields.tables import require_same
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import rotation_vector
@@ -17,6 +15,8 @@ from mgeo_attitude.maneuvers.schedule import holding
 from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.readings import n_vectors, to_channels
+from mgeo_attitude.settings.base import declared
+from mgeo_attitude.settings.tables import require_same
 from mgeo_attitude.trajectory.trajectory import Trajectory
 
 from mgeo_calibration.flight.flight import Draws, Flight, draw, fly_run, moved, unsteady

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude.environment.times import elapsed
-from mgeo_attitude.fields.quantity import expect
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.plan.documents import opened, read_document, scenario_of
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.prior import check_quaternion, states_of
+from mgeo_attitude.settings.errors import expect
 from scipy.spatial.transform import Rotation
 
 from mgeo.validation.entries import entry

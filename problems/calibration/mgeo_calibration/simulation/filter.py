@@ -11,16 +11,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from types import SimpleNamespace
+from typing import Literal
 
 import numpy as np
+import pydantic.dataclasses
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import quantity
 from mgeo_attitude.filter.kernel import transition
 from mgeo_attitude.geometry.rotation import exponential, multiply, rotation_vector
 from mgeo_attitude.sensors.errors import influenced
 from mgeo_attitude.sensors.readings import Readings, as_reported
 from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.settings.base import Settings
 
 from mgeo_calibration.estimation.innovation import (
     STILL,
@@ -34,8 +35,8 @@ from mgeo_calibration.estimation.innovation import (
 NONE = np.zeros(0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Estimator(Validated):
+@pydantic.dataclasses.dataclass(frozen=True, kw_only=True)
+class Estimator(Settings):
     """How the filter treats what equation (2) leaves out: terms of second order.
 
     The default is what `docs/consistency.md` finds to pay; the other settings are there to be
@@ -48,17 +49,12 @@ class Estimator(Validated):
     (False, True)
     """
 
-    jacobians: str = quantity(
-        "estimate",
-        choices=("estimate", "aligned"),
-        doc="derivatives of a measurement at the estimated or at no misalignment",
-    )
-    second_order: bool = quantity(
-        True, doc="mean and covariance of the measurement's second-order terms (Jazwinski)"
-    )
-    reset: bool = quantity(
-        True, doc="turn the covariance with the estimate when a rotation is fed back (Markley)"
-    )
+    jacobians: Literal["estimate", "aligned"] = "estimate"
+    """derivatives of a measurement at the estimated or at no misalignment"""
+    second_order: bool = True
+    """mean and covariance of the measurement's second-order terms (Jazwinski)"""
+    reset: bool = True
+    """turn the covariance with the estimate when a rotation is fed back (Markley)"""
 
     @staticmethod
     def plain() -> Estimator:

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.environment.constants import DAY, FIELD_MODEL_END, FIELD_MODEL_START
-from mgeo_attitude.fields.quantity import InvalidValue, known_names
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.settings.errors import InvalidValue, known_names
 
 from mgeo_calibration.telemetry.columns import channel_of
 from mgeo_calibration.telemetry.gyro_samples import reported

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 import os
 import tomllib
-from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import InvalidValue, known_names, positive, quantity
-from mgeo_attitude.fields.tables import from_table
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import InvalidValue, known_names
+from mgeo_attitude.settings.types import DegreesPerSecond, Triple
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 from scipy.spatial.transform import Rotation
 
 #: Factors to the unit of telemetry, by that unit.
@@ -29,28 +31,23 @@ Row = tuple[float, float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Channels(Validated):
+class Channels(Settings):
     """Where the numbers of a sensor stand and what they mean.
 
     A minus before the name of a column turns its sign, which maps mirrored axes.
     """
 
-    columns: tuple[str, ...] | None = quantity(
-        None,
-        doc="its columns, if they are not called NAME_x, NAME_y, NAME_z or NAME_q1 to NAME_q4, or "
-        "NAME of a photodiode; two of a direction are its angles in sensor axes, atan(x / z) and "
-        "atan(y / z)",
-    )
-    unit: str | None = quantity(None, doc="unit of its columns, if it is not that of telemetry")
-    quaternion: tuple[float, float, float, float] | None = quantity(
-        None, doc="how it is mounted: rotation from sensor to body axes, scalar last"
-    )
-    dcm: tuple[Row, Row, Row] | None = quantity(
-        None, doc="the same as a matrix: vector in body axes = dcm x vector in sensor axes"
-    )
+    columns: tuple[str, ...] | None = None
+    """its columns, if they are not called NAME_x, NAME_y, NAME_z or NAME_q1 to NAME_q4, or NAME of
+    a photodiode; two of a direction are its angles in sensor axes, atan(x / z) and atan(y / z)"""
+    unit: str | None = None
+    """unit of its columns, if it is not that of telemetry"""
+    quaternion: tuple[float, float, float, float] | None = None
+    """how it is mounted: rotation from sensor to body axes, scalar last"""
+    dcm: Triple[Row] | None = None
+    """the same as a matrix: vector in body axes = dcm x vector in sensor axes"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         if self.quaternion is not None and self.dcm is not None:
             raise InvalidValue("dcm", self.dcm, "expected no quaternion beside it")
         q, matrix = self.quaternion, self.dcm
@@ -86,18 +83,13 @@ class Channels(Validated):
 class GyroChannels(Channels):
     """Those of the gyro."""
 
-    rate: str = quantity(
-        "mean",
-        choices=("mean", "instantaneous"),
-        doc="mean over the time since the sample before, or the rate at the sample",
-    )
-    range_deg_s: float | None = positive(None, unit="deg/s", doc="rate at which it saturates")
-    holds: str | None = quantity(
-        None,
-        choices=("lvlh", "inertial", "unknown"),
-        doc="there is no gyro, and the satellite holds these axes; dcm or quaternion turns LVLH "
-        "(x forward, z down) to body axes; of unknown ones, magnetometers are calibrated alone",
-    )
+    rate: Literal["mean", "instantaneous"] = "mean"
+    """mean over the time since the sample before, or the rate at the sample"""
+    range_deg_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
+    """rate at which it saturates"""
+    holds: Literal["lvlh", "inertial", "unknown"] | None = None
+    """there is no gyro, and the satellite holds these axes; dcm or quaternion turns LVLH (x
+    forward, z down) to body axes; of unknown ones, magnetometers are calibrated alone"""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -113,11 +105,12 @@ class GyroChannels(Channels):
 class SensorChannels(Channels):
     """Those of a sensor."""
 
-    name: str = quantity(doc="name of the sensor in the scenario")
+    name: str
+    """name of the sensor in the scenario"""
 
 
 @dataclass(frozen=True, kw_only=True)
-class TelemetryMapping(Validated):
+class TelemetryMapping(Settings):
     """How a table of one's own becomes `Telemetry`; what is not said is as `Telemetry.frame`.
 
     Examples
@@ -132,15 +125,16 @@ class TelemetryMapping(Validated):
     901
     """
 
-    time: str = quantity("time", doc="column of seconds since the epoch or ISO 8601 times, UTC")
-    time_format: str = quantity(
-        "epoch",
-        choices=("epoch", "unix", "unix-ms"),
-        doc="what its numbers are: seconds since the epoch, Unix seconds or milliseconds",
-    )
-    gyro: GyroChannels = quantity(factory=GyroChannels, doc="the gyro")
-    sensors: tuple[SensorChannels, ...] = quantity((), doc="sensors, by the scenario's names")
-    position: Channels = quantity(factory=Channels, doc="the satellite's position, GCRS")
+    time: str = "time"
+    """column of seconds since the epoch or ISO 8601 times, UTC"""
+    time_format: Literal["epoch", "unix", "unix-ms"] = "epoch"
+    """what its numbers are: seconds since the epoch, Unix seconds or milliseconds"""
+    gyro: GyroChannels = Field(default_factory=GyroChannels)
+    """the gyro"""
+    sensors: tuple[SensorChannels, ...] = ()
+    """sensors, by the scenario's names"""
+    position: Channels = Field(default_factory=Channels)
+    """the satellite's position, GCRS"""
 
     @staticmethod
     def from_toml(path: str | os.PathLike[str]) -> TelemetryMapping:
@@ -157,6 +151,6 @@ class TelemetryMapping(Validated):
 
         text = read_text(path)
         try:
-            return from_table(TelemetryMapping, tomllib.loads(text))
+            return TelemetryMapping(**tomllib.loads(text))
         except (ValueError, RecursionError) as error:
             raise ValueError(f"{path}: {error}") from None

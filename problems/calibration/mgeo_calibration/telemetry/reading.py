@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields.quantity import InvalidValue, expect, known_names
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.telemetry.checks import (

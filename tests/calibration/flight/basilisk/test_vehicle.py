@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Gyro, Magnetometer, Scenario, Suite, SunSensor, World
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.scenario import Wheels
+from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration.flight.basilisk.fly import check_suite
 from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.drives import CoilDrive
@@ -25,6 +24,7 @@ from mgeo_attitude.sensors.star_tracker import StarTracker
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
 from mgeo_attitude.sensors.world import World
+from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.basilisk.vehicle import Coiled, Vehicle

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+import pydantic.dataclasses
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.fields.checking import Validated
-from mgeo_attitude.fields.quantity import InvalidValue, expect, known_names, positive, quantity
 from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
 from mgeo_attitude.maneuvers.schedule import decode, maneuver_steps
 from mgeo_attitude.scenario.actuators import Wheels, pseudo_inverse
 from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
+from mgeo_attitude.settings.types import Unit
+from pydantic import Field
 
 #: How Basilisk shares a torque among wheels.
 SHARED_BY = "pseudo-inverse"
@@ -48,24 +52,23 @@ class Coiled:
         return self.drive.inertia
 
 
-@dataclass(frozen=True, kw_only=True)
-class Vehicle(Validated):
+@pydantic.dataclasses.dataclass(frozen=True, kw_only=True)
+class Vehicle(Settings):
     """A satellite as its wheels turn it.
 
     Raises
     ------
-    InvalidType, InvalidValue
+    InvalidValue
         For a value out of its range, or wheels that share a torque as Basilisk's do not.
     """
 
-    wheels: Wheels = quantity(
-        doc="the satellite's inertia, wheels included, axes of the wheels, and torque and momentum "
-        "of each"
-    )
-    bandwidth: float = positive(0.2, unit="rad/s", doc="natural frequency of the controller")
+    wheels: Wheels
+    """the satellite's inertia, wheels included, axes of the wheels, and torque and momentum of
+    each"""
+    bandwidth: Annotated[float, Unit("rad/s")] = Field(default=0.2, gt=0.0)
+    """natural frequency of the controller"""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         shared, by = self.wheels.allocation, f"{SHARED_BY!r}: Basilisk shares a torque so"
         expect(shared == SHARED_BY, "wheels.allocation", shared, by)
 

@@ -1,0 +1,162 @@
+"""Base class of settings, which pydantic checks and whose errors name key, value and unit."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+from abc import ABCMeta
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import fields
+from datetime import date
+from functools import cache
+from itertools import pairwise
+from typing import Any, ClassVar, TypeVar
+
+import numpy as np
+from pydantic import (
+    ConfigDict,
+    GetJsonSchemaHandler,
+    TypeAdapter,
+    ValidationError,
+    model_validator,
+)
+from pydantic.fields import FieldInfo
+from pydantic_core import ArgsKwargs, CoreSchema
+
+from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, known_names
+from mgeo_attitude.settings.types import Schema
+from mgeo_attitude.settings.words import describe, entry_of
+
+T = TypeVar("T")
+
+
+class _Checked(ABCMeta):
+    """Metaclass whose instances raise `InvalidValue` where pydantic refuses a value."""
+
+    def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+        if "__dataclass_params__" in vars(cls) and "__pydantic_validator__" not in vars(cls):
+            raise TypeError(f"{cls.__name__}: expected a dataclass of pydantic.dataclasses")
+        try:
+            return super().__call__(*args, **kwargs)
+        except ValidationError as error:
+            raise _explain(error, cls) from None
+
+
+class Settings(metaclass=_Checked):
+    """Base of frozen pydantic dataclasses, each of which is a table of a file.
+
+    Values are strict: a bool is never a number, numbers are finite, and text is no number. An int
+    is taken for a float, numbers of numpy for Python's, a list for a tuple, and a mapping for the
+    settings of a field. A class that checks more has a ``__post_init__``.
+
+    Raises
+    ------
+    InvalidValue
+        (ValueError) Naming the key, its value and what was expected.
+    """
+
+    __pydantic_config__ = ConfigDict(
+        strict=True, allow_inf_nan=False, extra="forbid", arbitrary_types_allowed=True
+    )
+    #: Key that names one of several classes in a table, such as ``kind``, if it is no field.
+    selector: ClassVar[str] = ""
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _convert(cls, value: Any, validate: Callable[[Any], Any]) -> Any:
+        if isinstance(value, Mapping):
+            return cls(**value)
+        if isinstance(value, ArgsKwargs):
+            named = {key: _plain(each) for key, each in (value.kwargs or {}).items()}
+            value = ArgsKwargs(_plain(value.args), named)
+        return validate(value)
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        reference = handler(schema)
+        own = handler.resolve_ref_schema(reference)
+        own["description"] = " ".join((cls.__doc__ or "").partition("\n\n")[0].split())
+        for key, text in _meanings(cls).items():
+            own["properties"][key].setdefault("description", text)
+        if name := getattr(cls, cls.selector, ""):
+            kind = {"const": name, "description": "class of the table"}
+            own["properties"] = {cls.selector: kind} | own["properties"]
+        return reference
+
+
+def declared(cls: type) -> dict[str, FieldInfo]:
+    """Return the fields of a settings class by their names."""
+    found: dict[str, FieldInfo] = cls.__pydantic_fields__  # type: ignore[attr-defined]
+    return found
+
+
+def annotation_of(cls: type, key: str, kind: type[T]) -> T | None:
+    """Return the annotation of a kind, such as `Unit`, of a field; None if it has none."""
+    found = (each for each in declared(cls)[key].metadata if isinstance(each, kind))
+    return next(found, None)
+
+
+@cache
+def schema_of(cls: type) -> Schema:
+    """Return the JSON Schema of a settings class."""
+    return TypeAdapter(cls).json_schema()
+
+
+def _meanings(cls: type) -> dict[str, str]:
+    """Return the docstrings below the fields of a class and its bases, by the fields' names."""
+    found = {}
+    for base in reversed(cls.__mro__):
+        source = ""
+        if issubclass(base, Settings):
+            with suppress(OSError):  # there is none of what is typed into a shell
+                source = inspect.getsource(base)
+        for node in ast.parse(textwrap.dedent(source)).body:
+            for field, text in pairwise(getattr(node, "body", [])):
+                if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
+                    words = str(getattr(text.value, "value", "")).split()
+                    found[ast.unparse(field.target)] = " ".join(words)
+    return found
+
+
+def _plain(value: Any) -> Any:
+    """Convert numbers of numpy to Python's, and lists to tuples."""
+    if isinstance(value, list | tuple):
+        return tuple(map(_plain, value))
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _explain(error: ValidationError, cls: Any) -> ValueError:
+    """Return the first error of pydantic, an unknown key before others, in our words."""
+    errors = error.errors(include_url=False)
+    unknown = (each for each in errors if each["type"].startswith("unexpected_"))
+    first = next(unknown, errors[0])
+    cause = first.get("ctx", {}).get("error")
+    if not first["loc"]:  # of __post_init__
+        return cause if isinstance(cause, ValueError) else error
+    key, *places = first["loc"]
+    positional = dict(enumerate(each.name for each in fields(cls) if not each.kw_only))
+    key = str(positional.get(key, key) if isinstance(key, int) else key)
+    if first["type"].startswith("unexpected_"):
+        names = [cls.selector] if cls.selector else []
+        known = known_names(key, [*names, *declared(cls)])
+        return KeyProblem(key, first["input"], f"unknown key{known}")
+    schema = schema_of(cls)["properties"][key]
+    meaning = f" ({schema['description']})" if "description" in schema else ""
+    if first["type"] == "missing" and not places:
+        return KeyProblem(key, None, f"missing; expected {describe(schema)}{meaning}")
+    if first["type"] == "missing":  # the list is too short
+        places.pop()
+    for place in places:
+        entry = entry_of(schema, place)
+        if entry is None:  # the alternative of a union
+            break
+        schema, key = entry, f"{key}[{place}]" if isinstance(place, int) else f"{key}.{place}"
+    if isinstance(cause, InvalidValue):
+        return cause.under(key)
+    expected = str(cause) if cause else f"expected {describe(schema)}{meaning}"
+    value = first["input"]
+    return InvalidValue(key, value.isoformat() if isinstance(value, date) else value, expected)

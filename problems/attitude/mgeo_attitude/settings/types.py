@@ -1,0 +1,116 @@
+"""Types of fields: units, numbers with a range, vectors, instants and named choices."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Annotated, Any, TypeVar, Union
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    GetJsonSchemaHandler,
+    GetPydanticSchema,
+)
+from pydantic_core import CoreSchema, core_schema
+
+Schema = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Unit:
+    """Unit of a setting, as an annotation, or of a 3-vector of the filter's state.
+
+    Attributes
+    ----------
+    text : str
+        Unit as it is shown: deg/h.
+    suffix : str
+        Unit as it ends the names of keys: deg_h; empty for none.
+    factor : float
+        Factor from the filter's unit to this one.
+    """
+
+    text: str
+    suffix: str = ""
+    factor: float = 1.0
+
+    def key(self, name: str) -> str:
+        """Return the key under which a scenario file gives the quantity `name`."""
+        return f"{name}_{self.suffix}" if self.suffix else name
+
+    @property
+    def key_factor(self) -> float:
+        """Factor from the filter's unit to that of the key, which is the filter's by default."""
+        return self.factor if self.suffix else 1.0
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        return handler(schema) | {"unit": self.text}
+
+
+DIMENSIONLESS = Unit("-")
+#: Error of a component of a unit vector, as the angle by which a small one turns the vector.
+ARCMIN = Unit("arcmin", "", 60.0 * math.degrees(1.0))
+PPM = Unit("ppm", "", 1e6)
+SECOND = Unit("s", "s", 1.0)
+DEG = Unit("deg", "deg", math.degrees(1.0))
+DEG_H = Unit("deg/h", "deg_h", 3600.0 * math.degrees(1.0))
+
+
+@dataclass(frozen=True)
+class Usual:
+    """Range, as an annotation, outside of which a number other than 0 causes a warning."""
+
+    low: float
+    high: float
+
+
+def one_of(names: Iterable[str]) -> GetPydanticSchema:
+    """Return the annotation of a string that is one of some names."""
+    choices = list(names)
+    return GetPydanticSchema(lambda source, handler: core_schema.literal_schema(choices))
+
+
+def _parse(value: Any) -> Any:
+    """Convert text in ISO 8601 to an instant; return other values unchanged."""
+    try:
+        return datetime.fromisoformat(value) if isinstance(value, str) else value
+    except ValueError:
+        return value
+
+
+def _to_utc(instant: datetime) -> datetime:
+    if instant.utcoffset() is None:
+        raise ValueError("expected a UTC offset, such as a Z at the end")
+    try:
+        return instant.astimezone(UTC)
+    except OverflowError:
+        raise ValueError("expected a time in the years 1 to 9999 of UTC") from None
+
+
+def _check_direction(vector: tuple[float, float, float]) -> tuple[float, float, float]:
+    if not any(vector):
+        raise ValueError("expected a direction, not zero")
+    return vector
+
+
+T = TypeVar("T")
+
+Seconds = Annotated[float, Unit("s")]
+Degrees = Annotated[float, Unit("deg")]
+DegreesPerSecond = Annotated[float, Unit("deg/s")]
+Positive = Annotated[float, Field(gt=0.0)]
+NonNegative = Annotated[float, Field(ge=0.0)]
+Triple = tuple[T, T, T]
+Vector = Triple[float]
+#: A vector of any length but zero.
+Direction = Annotated[Vector, AfterValidator(_check_direction)]
+#: One number for all three axes, or one for each.
+PerAxis = Union[T, tuple[T, T, T]]  # noqa: UP007
+#: An instant with its UTC offset, or its text in a file; converted to UTC.
+Instant = Annotated[datetime, BeforeValidator(_parse), AfterValidator(_to_utc)]

@@ -1,0 +1,257 @@
+"""Scenarios from tables and files: round trips, presets with overrides, errors."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import errno
+import json
+import os
+import pickle
+import tomllib
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from mgeo_attitude.scenario import Orbit, TLEOrbit
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.toml import PRESETS, ScenarioFileError
+from mgeo_attitude.sensors import Gyro, Sensor, StarTracker, SunSensor
+from mgeo_attitude.sensors.kinds import SENSORS
+from mgeo_attitude.settings.base import schema_of
+from mgeo_attitude.settings.errors import KeyProblem
+
+from .strategies import scenarios
+from .test_orbit import ISS_1, ISS_2
+
+PAPER = {"preset": "paper"}
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_presets_round_trip_exactly(preset: str) -> None:
+    scenario = getattr(Scenario, preset)()
+    assert Scenario.from_toml(scenario.to_toml()) == scenario
+    assert Scenario.from_toml(f'preset = "{preset}"') == scenario
+
+
+@pytest.mark.filterwarnings("ignore::mgeo_attitude.scenario.validity.Implausible")
+@settings(max_examples=50, deadline=None)
+@given(scenario=scenarios())
+def test_scenarios_round_trip_exactly(scenario: Scenario) -> None:
+    assert Scenario.from_toml(scenario.to_toml()) == scenario
+    assert Scenario.from_dict(json.loads(json.dumps(scenario.to_dict()))) == scenario
+    twin = pickle.loads(pickle.dumps(scenario))
+    assert (twin, hash(twin)) == (scenario, hash(scenario))
+
+
+def test_reading_leaves_the_table_alone() -> None:
+    table = PAPER | {"orbit": {"eccentricity": 0.01}, "sensors": [{"kind": "star-tracker"}]}
+    before = copy.deepcopy(table)
+    Scenario.from_dict(table)
+    assert table == before
+
+
+def test_overrides_change_only_what_they_name() -> None:
+    orbit = {"propagator": "j2", "eccentricity": 0.01}
+    expected = Scenario.paper().to_dict()
+    expected["name"] = "mine"
+    expected["orbit"] |= orbit
+    assert Scenario.from_dict(PAPER | {"name": "mine", "orbit": orbit}).to_dict() == expected
+
+
+def test_a_sensor_over_a_preset_takes_what_it_leaves_out_from_there() -> None:
+    sun, mag = Scenario.cubesat_6u().sensors
+
+    def read(*sensors: dict[str, Any]) -> tuple[Sensor, ...]:
+        return Scenario.from_dict({"preset": "cubesat_6u", "sensors": [*sensors]}).sensors
+
+    assert read({"kind": "sun-sensor", "name": "sun"}, {"kind": "magnetometer"}) == (sun, mag)
+    assert read({"name": "mag"}, {"name": "sun", "noise_deg": 0.3}) == (
+        mag,
+        dataclasses.replace(sun, noise_deg=0.3),
+    )
+    # a new name: the preset's only one of the kind
+    assert read(
+        {"kind": "sun-sensor", "name": "left"},
+        {"kind": "sun-sensor", "name": "right", "boresight": [1.0, 0.0, 0.0]},
+    ) == (
+        dataclasses.replace(sun, name="left"),
+        dataclasses.replace(sun, name="right", boresight=(1.0, 0.0, 0.0)),
+    )
+    # a kind that the preset has not, whatever its name
+    assert read({"kind": "star-tracker", "name": "sun"}) == (StarTracker(name="sun"),)
+
+
+def test_without_a_preset_what_has_a_default_may_be_left_out() -> None:
+    paper = Scenario.paper().to_dict()
+    table = {key: paper[key] for key in ("epoch", "duration", "orbit")}
+    del table["orbit"]["propagator"]
+    scenario = Scenario.from_dict(table | {"sensors": [{"kind": "sun-sensor"}]})
+    assert (scenario.name, scenario.gyro, scenario.sensors) == ("custom", Gyro(), (SunSensor(),))
+    assert isinstance(scenario.orbit, Orbit)
+    assert scenario.orbit.propagator == "two-body"
+
+
+def test_an_element_set_replaces_the_presets_elements() -> None:
+    orbit = {"propagator": "sgp4", "line1": ISS_1, "line2": ISS_2}
+    scenario = Scenario.from_dict(PAPER | {"epoch": "2008-09-20T12:00:00Z", "orbit": orbit})
+    assert scenario.orbit == TLEOrbit(line1=ISS_1, line2=ISS_2)
+    assert scenario.to_dict()["orbit"] == orbit
+    assert Scenario.from_toml(scenario.to_toml()) == scenario
+
+
+def test_weights_come_flat_or_nested() -> None:
+    flat = Scenario.from_dict(PAPER | {"trace_weights": {"mag.bias": 0.0, "attitude": 2.0}})
+    nested = Scenario.from_toml('preset = "paper"\n[trace_weights]\nmag.bias = 0\nattitude = 2')
+    assert flat == nested
+    assert dict(nested.trace_weights) == {"mag.bias": 0.0, "attitude": 2.0}
+
+
+def test_an_epoch_is_a_string_or_a_datetime() -> None:
+    for epoch in ("2020-01-02T03:04:05Z", datetime(2020, 1, 2, 3, 4, 5, tzinfo=UTC)):
+        scenario = Scenario.from_dict(PAPER | {"epoch": epoch})
+        assert scenario.epoch == datetime(2020, 1, 2, 3, 4, 5, tzinfo=UTC)
+        assert scenario.to_dict()["epoch"] == "2020-01-02T03:04:05Z"
+
+
+@pytest.mark.parametrize("key", ["epoch", "duration", "orbit", "sensors"])
+def test_a_missing_key_is_named(key: str) -> None:
+    table = Scenario.paper().to_dict()
+    del table[key]
+    with pytest.raises(KeyProblem, match=f"^{key}: missing; expected "):
+        Scenario.from_dict(table)
+
+
+def test_every_key_has_a_comment() -> None:
+    lines = Scenario.cubesat_6u_full().to_toml().splitlines()
+    header = next(i for i, line in enumerate(lines) if not line.startswith("#"))
+    assert [line for line in lines[header:] if " = " in line and " # " not in line] == []
+
+
+@pytest.mark.parametrize("section", [Scenario, Gyro, *SENSORS.values()])
+def test_every_field_says_what_it_means(section: type) -> None:
+    properties = schema_of(section)["properties"]
+    assert [key for key, schema in properties.items() if not schema.get("description")] == []
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "semi_major_axis = 7130982.0 # semi-major axis: a number > 0 [m]",
+        "eccentricity = 0.001111 # eccentricity: a number in [0, 1)",
+        "# The blocks: attitude, gyro.bias, sun.misalignment, sun.bias, mag.misalignment, mag.bias",
+    ],
+)
+def test_comments_give_meaning_unit_and_range(line: str) -> None:
+    assert line in Scenario.paper().to_toml().splitlines()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("stepp = 1", "stepp: unknown key; did you mean 'step'? (known: 'name',"),
+        ("step = true", "step = True: expected a number > 0 [s] (time step of the filter)"),
+        ("step = 7", "convergence.window = 300.0: expected a multiple of step = 7.0 s"),
+        ("duration = inf", "duration = inf: expected a number > 0 [s]"),
+        ("epoch = 2018-06-05", "epoch = '2018-06-05': expected a date and time with"),
+        ("epoch = 2018-06-05T00:00:00", "epoch = '2018-06-05T00:00:00': expected a UTC offset"),
+        (
+            "epoch = 2030-01-01T00:00:00Z",
+            "epoch = '2030-01-01T00:00:00+00:00': expected a run of duration = 11984.0 s inside "
+            "the field model IGRF-14, from 1900-01-01 to 2030-01-01 UTC",
+        ),
+        ("orbit = 3", "orbit = 3: expected a table"),
+        ("orbit.eccentricity = 1.2", "orbit.eccentricity = 1.2: expected a number in [0, 1)"),
+        ("orbit.semi_major_axis = 6.3e6", "orbit.semi_major_axis = 6300000.0: expected a perigee "),
+        ("orbit.propagator = 'j22'", "orbit.propagator = 'j22': unknown propagator; did you mean "),
+        (f"orbit.line1 = '{ISS_1}'", "orbit.line2: missing; expected a string (second line"),
+        (
+            f"orbit = {{line1 = '{ISS_1}', line_2 = ''}}",
+            "orbit.line_2: unknown key; did you mean 'line2'? (known: 'propagator', 'line1',",
+        ),
+        ("gyro.considered = ['biass']", "gyro.considered[0] = 'biass': unknown state; did you"),
+        ("gyro.bias = 1", "gyro.bias: unknown key; did you mean 'bias_instability_deg_per_h'"),
+        ("sensors = 3", "sensors = 3: expected a list of (a table"),
+        ("sensors = ['sun']", "sensors[0] = 'sun': expected a table"),
+        ("[[sensors]]\nname = 'a'", "sensors[0].kind: missing (known: 'sun-sensor',"),
+        ("[[sensors]]\nkind = 'radar'", "sensors[0].kind = 'radar': unknown kind (known: 'sun-"),
+        (
+            "[[sensors]]\nkind = 'magnetometer'\nnoise = 1.0",
+            "sensors[0].noise: unknown key; did you mean 'noise_nt'? (known: 'kind', 'name',",
+        ),
+        (
+            "[[sensors]]\nkind = 'magnetometer'\n[[sensors]]\nkind = 'magnetometer'",
+            "sensors[1].name = 'mag': expected a name that no other sensor has, nor gyro or world",
+        ),
+        (
+            "[[sensors]]\nkind = 'magnetometer'\nsample_interval = 1.5",
+            "sensors[0].sample_interval = 1.5: expected a multiple of step = 1.0 s",
+        ),
+        (
+            "[[sensors]]\nkind = 'magnetometer'\nsample_interval = 20_000",
+            "sensors[0].sample_interval = 20000.0: expected at most duration = 11984.0 s",
+        ),
+        (
+            "[[sensors]]\nkind = 'magnetometer'\nconsidered = ['bias', 'bias']",
+            "sensors[0].considered[1] = 'bias': expected each one once",
+        ),
+        ("trace_weights = {'mag.bias' = 1, mag = {bias = 1}}", "trace_weights.mag.bias: given"),
+    ],
+)
+def test_an_error_names_file_and_key(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "scenario.toml"
+    path.write_text(f'preset = "paper"\n{text}\n', encoding="utf-8")
+    with pytest.raises(ScenarioFileError) as caught:
+        Scenario.from_toml(path)
+    assert str(caught.value).startswith(f"{path}: {message}")
+
+
+@pytest.mark.parametrize("preset", ["papers", 6, []])
+def test_an_unknown_preset_is_named(preset: Any) -> None:
+    with pytest.raises(ValueError, match=r"^preset = .*: unknown preset.*\(known: 'paper', 'cube"):
+        Scenario.from_dict({"preset": preset})
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"# a comment only\n", 'empty; the shortest scenario is preset = "paper"'),
+        (b'preset = "paper"\nstep 1\n', "not TOML: .*line 2"),
+        (b"\xff\xfe\x00", "not TOML: 'utf-8' codec"),
+    ],
+)
+def test_a_file_that_is_no_scenario_is_named(tmp_path: Path, content: bytes, message: str) -> None:
+    path = tmp_path / "scenario.toml"
+    path.write_bytes(content)
+    with pytest.raises(ScenarioFileError, match=f"^{path}: {message}"):
+        Scenario.from_toml(path)
+
+
+def test_a_file_may_be_named_by_a_string(tmp_path: Path) -> None:
+    path = tmp_path / "scenario.toml"
+    path.write_text('preset = "cubesat_6u"', encoding="utf-8-sig")
+    assert Scenario.from_toml(str(path)) == Scenario.cubesat_6u()
+    with pytest.raises(FileNotFoundError, match=r"missing\.toml"):
+        Scenario.from_toml(str(tmp_path / "missing.toml"))
+    with pytest.raises(ScenarioFileError, match=r"the name of a file ends in \.toml"):
+        Scenario.from_toml("runs/scenario")
+
+
+def test_saving_replaces_the_file_as_a_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "scenario.toml"
+    Scenario.paper().save(path)
+    table = tomllib.loads(path.read_text(encoding="utf-8"))
+    assert table | {"epoch": None} == Scenario.paper().to_dict() | {"epoch": None}
+
+    def full_disk(_: int) -> None:
+        raise OSError(errno.ENOSPC, "no space left")
+
+    monkeypatch.setattr(os, "fsync", full_disk)
+    with pytest.raises(OSError, match="no space left"):
+        Scenario.cubesat_6u().save(path)
+    assert Scenario.from_toml(path) == Scenario.paper()
+    assert os.listdir(tmp_path) == ["scenario.toml"]

@@ -1,0 +1,157 @@
+"""Settings: what is accepted, what is refused, and what the messages say."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import math
+import pickle
+from datetime import UTC, date, datetime
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import pytest
+from mgeo_attitude.settings.base import Settings, schema_of
+from mgeo_attitude.settings.errors import InvalidValue, KeyProblem
+from mgeo_attitude.settings.tables import Kinds, to_table
+from mgeo_attitude.settings.types import Instant, PerAxis, Positive, Seconds, Triple, Unit
+from mgeo_attitude.settings.words import describe
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Bearing(Settings):
+    selector = "kind"
+    kind = "bearing"
+
+    name: str = Field(default="front", description="name")
+    friction: float = Field(default=0.1, ge=0.0, lt=1.0, description="coefficient of friction")
+
+
+@dataclass(frozen=True)
+class Wheel(Settings):
+    inertia: Annotated[float, Unit("kg m²")] = Field(default=1.0, gt=0.0)
+    """moment
+    of inertia"""
+    offset: float = Field(default=0.0, description="offset from the center")
+    poles: int = Field(default=4, ge=2, description="magnetic poles")
+    vented: bool = Field(default=False, description="open to vacuum")
+    motor: Literal["dc", "ac"] = Field(default="dc", description="motor")
+    run_time: Seconds | None = Field(default=None, gt=0.0, description="time until it stops")
+    axis: Annotated[Triple[Positive], Unit("m")] = Field(
+        default=(1.0, 1.0, 1.0), description="axis"
+    )
+    noise: PerAxis[Positive] = Field(default=1.0, description="noise")
+    tags: tuple[str, ...] = Field(default=(), description="labels")
+    built: Instant | None = Field(default=None, description="date of assembly")
+    bearing: Bearing = Field(default_factory=Bearing, description="bearing")
+    others: tuple[Annotated[Bearing, Kinds("kind", {"bearing": Bearing})], ...] = Field(
+        default=(), description="other bearings"
+    )
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"inertia": 0.0}, "inertia = 0.0: expected a number > 0 [kg m²] (moment of inertia)"),
+        ({"inertia": True}, "inertia = True: expected a number > 0 [kg m²] (moment of inertia)"),
+        ({"inertia": "1"}, "inertia = '1': expected a number > 0 [kg m²] (moment of inertia)"),
+        ({"offset": math.nan}, "offset = nan: expected a finite number (offset from the center)"),
+        ({"offset": 10**400}, "offset = 1000000"),
+        ({"poles": 1}, "poles = 1: expected an integer >= 2 (magnetic poles)"),
+        ({"poles": 4.0}, "poles = 4.0: expected an integer >= 2 (magnetic poles)"),
+        ({"vented": 1}, "vented = 1: expected true or false (open to vacuum)"),
+        ({"motor": "steam"}, "motor = 'steam': expected one of 'dc', 'ac' (motor)"),
+        ({"run_time": 0}, "run_time = 0: expected nothing or a number > 0 [s] (time until"),
+        ({"axis": (1, 2)}, "axis = (1, 2): expected a list of 3 x (a number > 0) [m] (axis)"),
+        ({"axis": (1, 2, 0)}, "axis[2] = 0: expected a number > 0 [m] (axis)"),
+        ({"noise": (1, 0, 1)}, "noise = (1, 0, 1): expected a number > 0 or a list of 3 x (a num"),
+        ({"tags": "ab"}, "tags = 'ab': expected a list of (a string) (labels)"),
+        ({"tags": ["a", 1]}, "tags[1] = 1: expected a string (labels)"),
+        ({"built": "now"}, "built = 'now': expected nothing or a date and time with UTC offset"),
+        ({"built": date(2018, 6, 5)}, "built = '2018-06-05': expected nothing or a date and time"),
+        ({"built": datetime(2018, 6, 5)}, "built = '2018-06-05T00:00:00': expected a UTC offset"),
+        ({"bearing": 3}, "bearing = 3: expected a table (bearing)"),
+        ({"bearing": {"friction": 1}}, "bearing.friction = 1: expected a number in [0, 1) (coeff"),
+        ({"others": [{}]}, "others[0].kind: missing (known: 'bearing')"),
+        ({"others": [{"kind": "ball"}]}, "others[0].kind = 'ball': unknown kind (known: 'bearing"),
+        ({"others": [{"kind": "bearing", "name": 1}]}, "others[0].name = 1: expected a string"),
+        ({"inertai": 1.0}, "inertai: unknown key; did you mean 'inertia'? (known: 'inertia', 'of"),
+        ({"bearing": {"kin": 1}}, "bearing.kin: unknown key; did you mean 'kind'? (known: 'kind'"),
+    ],
+)
+def test_a_bad_value_is_named_with_what_was_expected(values: Any, message: str) -> None:
+    with pytest.raises(InvalidValue) as caught:
+        Wheel(**values)
+    assert str(caught.value).startswith(message)
+
+
+def test_positional_and_missing_arguments_are_named() -> None:
+    with pytest.raises(InvalidValue, match=r"^friction = 2: expected a number in \[0, 1\)"):
+        Bearing("rear", 2)
+
+    @dataclass(frozen=True)
+    class Axle(Settings):
+        length: Annotated[float, Unit("m")] = Field(description="length")
+
+    with pytest.raises(KeyProblem, match=r"^length: missing; expected a finite number \[m\] \(len"):
+        Axle()  # type: ignore[call-arg]
+
+
+def test_values_become_those_of_python() -> None:
+    values: dict[str, Any] = {"offset": np.float32(0.5), "poles": np.int64(6), "axis": [1, 2, 3]}
+    wheel = Wheel(2, built="2018-06-04T21:00:00-03:00", bearing={"friction": 0}, **values)  # type: ignore[arg-type]
+    assert wheel == Wheel(
+        2.0,
+        0.5,
+        6,
+        axis=(1.0, 2.0, 3.0),
+        built=datetime(2018, 6, 5, tzinfo=UTC),
+        bearing=Bearing(friction=0.0),
+    )
+    assert [type(x) for x in (wheel.inertia, wheel.offset, wheel.poles)] == [float, float, int]
+    assert all(type(x) is float for x in wheel.axis)
+
+
+def test_settings_are_frozen_values() -> None:
+    wheel: Any = Wheel(others=(Bearing(),))
+    for twin in (pickle.loads(pickle.dumps(wheel)), copy.deepcopy(wheel)):
+        assert (twin, hash(twin)) == (wheel, hash(wheel))
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        wheel.inertia = 2.0
+    with pytest.raises(InvalidValue, match=r"^poles = 1"):
+        dataclasses.replace(wheel, poles=1)
+
+
+def test_tables_leave_out_what_is_empty_and_name_the_kind() -> None:
+    table = to_table(Wheel(others=(Bearing("rear"),), built=datetime(2018, 6, 5, tzinfo=UTC)))
+    assert not {"run_time", "tags"} & table.keys()
+    assert table["built"] == "2018-06-05T00:00:00Z"
+    assert table["others"] == [{"kind": "bearing", "name": "rear", "friction": 0.1}]
+
+
+def test_the_schema_has_meaning_unit_range_and_default() -> None:
+    properties = schema_of(Wheel)["properties"]
+    found = {key: properties["inertia"][key] for key in ("unit", "exclusiveMinimum", "default")}
+    assert found == {"unit": "kg m²", "exclusiveMinimum": 0.0, "default": 1.0}
+    assert properties["inertia"]["description"] == "moment of inertia"
+    assert describe({"maximum": 2.5, "type": "number"}) == "a number <= 2.5"
+
+
+def test_a_plain_dataclass_is_refused() -> None:
+    @dataclasses.dataclass(frozen=True)
+    class Plain(Bearing):
+        pass
+
+    with pytest.raises(TypeError, match=r"Plain: expected a dataclass of pydantic\.dataclasses"):
+        Plain()
+
+
+@pytest.mark.parametrize("kind", [InvalidValue, KeyProblem])
+def test_errors_move_into_sections_and_between_processes(kind: type[InvalidValue]) -> None:
+    error = kind("e", 1.2, "expected less").under("orbit")
+    assert error.key == "orbit.e"
+    for twin in (pickle.loads(pickle.dumps(error)), copy.copy(error)):
+        assert type(twin) is kind
+        assert str(twin) == str(error)
