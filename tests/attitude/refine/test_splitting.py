@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import split, without_unneeded
-from mgeo_attitude.refine.splitting import n_commands
 
 from .conftest import short
 
@@ -61,7 +60,6 @@ def test_what_was_split_is_joined_again(problem):
     before = problem.evaluate(X, return_values_of=["F"])
     found = without_unneeded(problem, X)
     assert (problem.evaluate(found, return_values_of=["F"]) <= before).all()
-    assert (n_commands(found) <= 2).all()
     assert (found[:, 3::4] == 0.0).sum() >= 2 * len(X)
     assert ((found >= problem.xl) & (found <= problem.xu)).all()
 
@@ -90,17 +88,3 @@ def test_plans_that_need_all_they_have_stay_as_they_are():
     X = np.array([[1.0, 0.0, 1.0, 600.0, -1.0, 1.0, 0.0, 600.0]])
     np.testing.assert_array_equal(without_unneeded(problem, X), X)
     assert without_unneeded(problem, X[:0]).shape == (0, 8)
-
-
-@pytest.mark.parametrize(
-    ("rates", "durations", "expected"),
-    [
-        ([0.1, 0.1, 0.1], [5.0, 5.0, 5.0], 1),
-        ([0.1, 0.2, 0.1], [5.0, 0.0, 5.0], 1),
-        ([0.1, 0.2, 0.1], [5.0, 5.0, 0.0], 3),
-        ([0.1, 0.2, 0.3], [0.0, 0.0, 0.0], 1),
-    ],
-)
-def test_commands_are_counted_by_what_is_flown(rates, durations, expected):
-    design = np.column_stack([np.array(rates)[:, None] * [1.0, 1.0, 1.0], durations]).ravel()
-    assert n_commands(design).tolist() == [expected]
