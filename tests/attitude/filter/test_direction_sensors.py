@@ -15,12 +15,10 @@ from mgeo_attitude import (
     SunSensor,
     TwoAxisSunSensor,
     evaluate,
-    limit,
 )
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.geometry.rotation import skew, tangents
 from mgeo_attitude.sensors.world import POSITION_UNIT
-from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
 
 V = Rotation.random(20, random_state=1).as_matrix()[:, 0]
@@ -78,16 +76,6 @@ def test_a_third_of_what_three_numbers_tell_of_a_bias_is_not_there():
     assert found["sun-sensor"] < 1e-3 * found["two-axis-sun-sensor"]
 
 
-@pytest.mark.slow
-def test_no_plan_is_below_the_limit():
-    of = scenario(TwoAxisSunSensor(), HorizonSensor(), Magnetometer())
-    bound = limit(of)
-    X = np.random.default_rng(2).uniform(-1.0, 1.0, (20, 12))
-    X[:, 3::4] = np.random.default_rng(3).uniform(0.0, 900.0, (20, 3))
-    found = evaluate(FilterModel.from_scenario(of), X)
-    assert (found.trace > np.interp(found.t_end, bound.times, bound.trace)).all()
-
-
 def test_nadir_is_another_where_the_satellite_is_not_as_believed():
     """Against the position itself, moved by 100 m along each axis of GCRS."""
     of = scenario(HorizonSensor(), Magnetometer())
@@ -125,18 +113,3 @@ def test_the_sun_and_an_earth_out_of_sight_blind_it():
     dark = ~sun.any(axis=1)
     assert 0 < dark.sum() < len(dark)
     np.testing.assert_array_equal(seen, (to_nadir <= 60.0) & (dark | (to_sun > 50.0)))
-
-
-@pytest.mark.parametrize(
-    ("keys", "message"),
-    [
-        ({"boresight": (0.0, 0.0, 0.0)}, "expected a direction, not zero"),
-        (
-            {"lowest_altitude_km": 400.0, "highest_altitude_km": 300.0},
-            "expected more than lowest_altitude_km = 400.0",
-        ),
-    ],
-)
-def test_what_a_horizon_sensor_cannot_be(keys, message):
-    with pytest.raises(InvalidValue, match=message):
-        HorizonSensor(**keys)

@@ -19,7 +19,6 @@ from mgeo_attitude import (
     limit,
 )
 from mgeo_attitude.bound.faces import together
-from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
 
 V = Rotation.random(20, random_state=1).as_matrix()[:, 0]
@@ -131,17 +130,6 @@ def test_all_faces_together_tell_no_more_than_the_bound_says():
     assert 1.0 < together(cube(relative_noise=1.0)) < 1.06
 
 
-@pytest.mark.slow
-def test_no_plan_is_below_the_limit():
-    of = scenario(*cube(sees_albedo=False), Magnetometer())
-    bound = limit(of)
-    X = np.random.default_rng(2).uniform(-1.0, 1.0, (20, 12))
-    X[:, 3::4] = np.random.default_rng(3).uniform(0.0, 900.0, (20, 3))
-    found = evaluate(FilterModel.from_scenario(of), X)
-    assert (found.trace > np.interp(found.t_end, bound.times, bound.trace)).all()
-    assert any("the Sun is where all together tell most" in line for line in bound.given_away)
-
-
 @pytest.mark.parametrize(
     ("keys", "world", "message"),
     [
@@ -170,20 +158,3 @@ def test_a_known_array_knows_the_attitude_as_three_numbers_do():
         P = evaluate(model.endless, np.zeros(12), covariance=True).covariance[0]
         sigma[what] = np.sqrt(np.diag(P)[:3])
     np.testing.assert_allclose(sigma["faces"], sigma["vector"], rtol=0.02)
-
-
-@pytest.mark.parametrize(
-    ("keys", "error", "message"),
-    [
-        ({"normal": (0.0, 0.0, 0.0)}, InvalidValue, "normal = .*expected a direction, not zero"),
-        ({"relative_noise": 0.0}, InvalidValue, "relative_noise = 0.0: expected a number > 0"),
-        ({"half_angle_deg": 90.0}, InvalidValue, r"half_angle_deg = 90.0: .* in \(0, 89\] \[deg\]"),
-        ({"initial_scale_factor": 0.0}, InvalidValue, "initial_scale_factor = 0.0"),
-        ({"normal": (1.0, 0.0)}, InvalidValue, "normal = .*expected a list of 3 x"),
-        ({"normal": "x"}, InvalidValue, "normal = 'x'"),
-        ({"considered": ("bias",)}, InvalidValue, "unknown state"),
-    ],
-)
-def test_what_a_photodiode_cannot_be(keys, error, message):
-    with pytest.raises(error, match=message):
-        Photodiode(**keys)

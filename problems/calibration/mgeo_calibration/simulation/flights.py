@@ -12,9 +12,9 @@ import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment.directions import Cone, Passage
 from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.filter.closest_approach import nearest
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.nearest import nearest
 from mgeo_attitude.filter.path_limits import angle_from
 from mgeo_attitude.geometry.rotation import multiply
 from mgeo_attitude.maneuvers.drives import CoilDrive
