@@ -1,7 +1,6 @@
 """Integers, bits and choices beside reals: steps, and fronts against exhaustive search."""
 
 import itertools
-import json
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 
 from mgeo import MGEOCanonical, MGEODirected, MGEOVar
-from mgeo.algorithms import KINDS, SavedState, Variables, capture, restore, whole_steps
+from mgeo.algorithms import KINDS, Variables, whole_steps
 from mgeo.testing import check_problem
 
 from .. import naive
@@ -126,32 +125,6 @@ def test_reals_that_are_declared_give_the_same_bits():
         for problem in (Plain(vars=declared), Plain(n_var=2, xl=-3.0, xu=5.0))
     )
     assert a.F.tobytes() == b.F.tobytes()
-
-
-def test_a_run_of_mixed_variables_goes_on_from_its_state():
-    problem = Rod()
-
-    def begun():
-        return MGEODirected(n_walkers=3).setup(problem, termination=("n_gen", 20), seed=3)
-
-    whole, part = begun(), begun()
-    whole.run()
-    for _ in range(8):
-        part.next()
-    saved = capture(part)
-    saved = SavedState(saved.arrays, json.loads(json.dumps(saved.data)))
-    restored = restore(saved, problem, type(part)(**part.get_params()))
-    restored.run()
-    assert restored.opt.get("F").tobytes() == whole.opt.get("F").tobytes()
-    assert restored.opt.get("X").tolist() == whole.opt.get("X").tolist()
-
-
-def test_walkers_begin_where_they_are_told_to():
-    starts = MixedVariableSampling().do(Rod(), 4, random_state=np.random.default_rng(1)).get("X")
-    run = MGEODirected(n_walkers=4, sampling=starts).setup(Rod(), seed=1)
-    assert run.variables.designs(run.walkers).tolist() == starts.tolist()
-    with pytest.raises(TypeError, match="sampling"):
-        MGEODirected(sampling=[{**starts[0], "material": "wood"}]).setup(Rod(), seed=1)
 
 
 def test_points_drawn_take_every_level_as_often_as_the_others():
