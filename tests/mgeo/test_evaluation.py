@@ -1,6 +1,7 @@
 """Candidates that fail cost themselves only, whatever way they fail."""
 
 import os
+import pickle
 import warnings
 
 import numpy as np
@@ -125,6 +126,34 @@ def test_workers_may_fail_and_die(way):
     assert_only_culprits_failed(population, evaluator)
     if way == "die":
         assert "TerminatedWorkerError" in next(iter(evaluator.causes))
+
+
+class MethodRunner:
+    """Sends the method of a function apart from its object, as pymoo's RayParallelization does."""
+
+    def __call__(self, f, X):
+        method = pickle.loads(pickle.dumps(f.__call__.__func__))
+        return [method(pickle.loads(pickle.dumps(f)), x) for x in X]
+
+
+def test_a_runner_that_sends_methods_gives_the_serial_front():
+    serial = solve(Element(), MGEOReal(0.2, n_walkers=5), 5)
+    parallel = solve(Element(elementwise_runner=MethodRunner()), MGEOReal(0.2, n_walkers=5), 5)
+    assert np.array_equal(parallel.F, serial.F)
+    assert parallel.algorithm.evaluator.causes == serial.algorithm.evaluator.causes
+
+
+class BrokenRunner:
+    def __call__(self, f, X):
+        raise ConnectionError("no scheduler")
+
+
+@pytest.mark.parametrize("algorithm", [MGEOReal(n_walkers=5), NSGA2(20)], ids=["mgeo", "nsga2"])
+def test_an_error_of_the_runner_ends_the_run_with_that_error(algorithm):
+    evaluator = TolerantEvaluator()
+    with pytest.raises(ConnectionError, match="no scheduler"):
+        solve(Element(elementwise_runner=BrokenRunner()), algorithm, evaluator=evaluator)
+    assert evaluator.n_failed == 0
 
 
 def test_an_interrupt_ends_a_run():
