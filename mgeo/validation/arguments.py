@@ -3,6 +3,7 @@
 import difflib
 import math
 import re
+import sys
 from collections.abc import Callable, Collection, Iterable
 from numbers import Integral, Real
 from typing import Any, TypeVar
@@ -42,13 +43,9 @@ def validate_number(
     expected = f"a finite number {f'> {above:g}' if above > -math.inf else f'>= {low:g}'}"
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
         raise TypeError(f"{name} = {value!r}: expected {expected}")
-    try:
-        converted = float(value)
-    except OverflowError:  # an integer that no float can hold
-        converted = math.inf
-    if not (math.isfinite(converted) and converted > above and converted >= low):
+    if not (abs(value) <= sys.float_info.max and value > above and value >= low):
         raise ValueError(f"{name} = {value!r}: expected {expected}")
-    return converted
+    return float(value)
 
 
 def validate_fraction(name: str, value: Any) -> float:

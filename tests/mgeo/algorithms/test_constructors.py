@@ -60,18 +60,6 @@ def test_it_goes_on_from_a_checkpoint_with_all_its_parameters(algorithm, tmp_pat
     assert np.array_equal(resumed.run().F, whole.F)
 
 
-def test_a_parameter_changed_under_way_is_kept_as_it_is(tmp_path):
-    kept = Checkpoint(tmp_path / "kept")
-    run = Kept(0.4).setup(PROBLEM, termination=("n_gen", 9), seed=1)
-    run.next()
-    run.tau = 0.5
-    kept.write(run)
-    with pytest.raises(ValueError, match=r"parameters.tau = 0.5: that given has 3.0"):
-        resume(kept.path, PROBLEM, algorithm=Kept(0.4))
-    resumed = resume(kept.path, PROBLEM, algorithm=Kept(0.4, tau=0.5))
-    assert np.array_equal(resumed.run().F, run.run().F)
-
-
 @pytest.mark.parametrize("cls", [MGEOReal, MGEODirected, MGEOCanonical, Kept, Fixed])
 def test_parameters_are_read_by_name(cls):
     given = {"width": 0.4} if cls is Kept else {}

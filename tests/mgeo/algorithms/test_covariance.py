@@ -5,8 +5,6 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from pymoo.core.problem import Problem
-from pymoo.core.variable import Integer, Real
 from pymoo.problems.multi import ZDT1
 
 from mgeo import MGEODirected
@@ -108,19 +106,6 @@ def test_half_of_each_kind_learn_after_so_many_evaluations_and_nothing_changes_b
     assert not np.array_equal(run.front.F, never.front.F)
     assert (run.walkers >= 0).all()
     assert (run.walkers <= 1).all()
-
-
-def test_variables_that_are_not_real_or_too_many_are_left_to_the_other_moves():
-    class Mixed(Problem):
-        def __init__(self):
-            super().__init__(vars={"a": Real(bounds=(0, 1)), "b": Integer(bounds=(0, 9))}, n_obj=2)
-
-        def _evaluate(self, X, out, *args, **kwargs):
-            out["F"] = np.array([[x["a"], (x["b"] - 3) ** 2 - x["a"]] for x in X])
-
-    for problem in (Mixed(), ZDT1(n_var=101)):
-        run = begun(Early(), problem, 3)
-        assert run.state.normals.sigma.shape == (0,)
 
 
 def test_it_is_a_good_pymoo_algorithm_and_resumes_to_the_same_end():

@@ -8,7 +8,6 @@ from pymoo.core.problem import Problem
 from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
-from scipy.spatial.distance import cdist
 from scipy.stats import kstest
 
 from mgeo import MGEODirected
@@ -93,26 +92,6 @@ def test_directions_fill_the_simplex(n_obj):
     assert weights.var(axis=0) == pytest.approx(np.full(n_obj, variance), abs=0.01)
 
 
-@pytest.mark.parametrize(
-    ("n_obj", "n", "least", "most_varied"),
-    [
-        (3, 5, 0.35, 0.15), (3, 18, 0.16, 0.15), (3, 300, 0.035, 0.12),
-        (5, 5, 0.28, 0.25), (5, 18, 0.18, 0.20), (5, 300, 0.065, 0.18),
-        (9, 18, 0.20, 0.20), (9, 300, 0.10, 0.17), (15, 18, 0.18, 0.15), (15, 300, 0.10, 0.17),
-    ],
-)  # fmt: skip
-def test_directions_of_many_objectives_keep_apart(n_obj, n, least, most_varied):
-    def nearest(weights):
-        return np.sort(cdist(weights, weights), axis=1)[:, 1]
-
-    ours = nearest(weight_vectors(n, n_obj, 0.0))
-    random = [
-        nearest(random_weights(n, n_obj, np.random.default_rng(seed))).min() for seed in range(20)
-    ]
-    assert ours.min() > max(least, np.median(random))
-    assert ours.std() < most_varied * ours.mean()
-
-
 @pytest.mark.parametrize("n_obj", [1, 2, 4])
 def test_drawn_directions_are_uniform_on_the_simplex(n_obj):
     weights = random_weights(20_000, n_obj, np.random.default_rng(1))
@@ -128,12 +107,6 @@ def test_distance_is_the_largest_weighted_objective_of_the_scaled_space():
     found = distance(F, np.array([0.25, 0.75]), np.array([1.0, 10.0]), np.array([5.0, 50.0]))
     assert found[:2] == pytest.approx([0.75 * 0.5, 0.25 * 0.5], abs=2e-3)
     assert np.isnan(found[2])
-
-
-def test_of_equally_distant_points_the_dominating_one_is_nearer():
-    F = np.array([[0.5, 0.9], [0.5, 0.1]])
-    near = distance(F, np.array([1.0, 0.0]), np.zeros(2), np.ones(2))
-    assert near[1] < near[0]
 
 
 @pytest.mark.parametrize("n_obj", [1, 2, 3, 5])
@@ -201,37 +174,6 @@ def test_normal_steps_are_as_wide_as_said():
     # a log-uniform width times |N(0, 1)|, whose mean logarithm is -(gamma + ln 2) / 2
     expected = 0.5 * np.log(0.01) - (np.euler_gamma + np.log(2)) / 2
     assert np.log(sizes).mean() == pytest.approx(expected, abs=0.03)
-
-
-def test_of_many_variables_each_has_its_turn():
-    run = begun(directed(n_walkers=40, coupling=(0.0, 0.0), max_candidates=3), ZDT1(n_var=9), 0)
-    X, walkers = candidates(run)
-    assert X.shape == (40, 3, 9)
-    own = walkers[:, None] != X
-    assert (own.sum(axis=2) <= 1).all()
-    assert (own.sum(axis=1) <= 1).all()  # no variable twice for one walker
-    assert (own.sum(axis=(0, 1)) > 3).all()
-
-
-def test_differences_lie_between_points_of_the_donor_pool():
-    free = {"difference": (1.0, 1.0), "coupling": (0.0, 1.0), "attract": (0.0, 0.0)}
-    algorithm = directed(n_walkers=4, **free, **STILL, **WITHOUT)
-    run = begun(algorithm, ZDT1(n_var=3), 3)
-    pool = np.vstack([run.front.individuals.get("X"), run.state.incumbents])
-    between = (pool[:, None] - pool[None]).reshape(-1, 3)
-    X, walkers = candidates(run)
-    assert ((X > 0) & (X < 1)).any(axis=2).mean() > 0.5
-    for start, points in zip(walkers, X, strict=True):
-        for point in points:
-            step = point - start
-            inside = (point > 0) & (point < 1)  # others were clipped
-            if not inside.any():
-                continue
-            share = np.linalg.norm(step[inside]) / np.maximum(
-                np.linalg.norm(between[:, inside], axis=1), 1e-300
-            )
-            aligned = np.abs(share[:, None] * between[:, inside] - step[inside]).max(axis=1) < 1e-9
-            assert (aligned & (share <= 1)).any()
 
 
 def test_attraction_adds_a_part_of_the_way_to_a_point():

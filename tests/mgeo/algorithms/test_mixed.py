@@ -12,9 +12,8 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 
-from mgeo import MGEOCanonical, MGEODirected, MGEOVar
+from mgeo import MGEOCanonical, MGEODirected
 from mgeo.algorithms import KINDS, Variables, whole_steps
-from mgeo.testing import check_problem
 
 from .. import naive
 
@@ -94,22 +93,6 @@ def test_beside_reals_it_finds_what_a_grid_does_and_more(known, seed):
     assert (result.G <= 0).all()
 
 
-def test_the_variant_of_groups_flips_the_bits_of_a_choice_together():
-    class Two(Problem):
-        def __init__(self):
-            kinds = {"a": Choice(options=list("xyz")), "b": Integer(bounds=(0, 9))}
-            super().__init__(vars=kinds, n_obj=2)
-
-        def _evaluate(self, X, out, *args, **kwargs):
-            a = np.array(["xyz".index(x["a"]) for x in X])
-            b = np.array([x["b"] for x in X])
-            out["F"] = np.column_stack([b + 3 * (a == 1), (9 - b) + 3 * (a == 2)])
-
-    result = minimize(Two(), MGEOVar(1.0, 5), ("n_eval", 2000), seed=1)
-    assert sorted(F.tolist() for F in result.F) == [[float(b), 9.0 - b] for b in range(10)]
-    assert {x["a"] for x in result.X} == {"x"}
-
-
 def test_reals_that_are_declared_give_the_same_bits():
     class Plain(Problem):
         def __init__(self, **sizes):
@@ -181,7 +164,3 @@ def test_numbers_and_designs_of_all_kinds_are_inverse():
     assert variables.designs(variables.values(designs)).tolist() == designs.tolist()
     assert variables.choice.tolist() == [False, False, True, True, False]
     assert variables.xu.tolist() == [1, 6, 2, 3, 2]
-
-
-def test_the_check_of_problems_takes_mixed_variables():
-    check_problem(Rod())

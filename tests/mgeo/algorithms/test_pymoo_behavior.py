@@ -175,20 +175,6 @@ def test_verbose_prints_a_line_a_generation(capsys):
     assert float(last[4]) == pytest.approx(result.F[:, 1].min(), rel=1e-9)
 
 
-def test_verbose_with_constraints_and_with_nothing_found(capsys):
-    solve(Fixed([1.0, 2.0], violation=0.5), n_gen=1, verbose=True)
-    solve(Fixed([np.nan, 2.0]), n_gen=1, verbose=True)
-    infeasible, nothing = capsys.readouterr().out.splitlines()[3::4]
-    assert [cell.strip() for cell in infeasible.split("|")[2:]] == [
-        "1",
-        "0.5000000000",
-        "-",
-        "-",
-        "0",
-    ]
-    assert [cell.strip() for cell in nothing.split("|")[2:]] == ["0", "-", "-", "12"]
-
-
 def test_constraints_are_met_and_the_front_approaches_the_known_one():
     problem = BNH()
     result = minimize(problem, MGEOReal(0.5, 1.0, 20), ("n_gen", 100), seed=1)

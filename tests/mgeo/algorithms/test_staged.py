@@ -162,18 +162,3 @@ def test_a_study_knows_values_of_the_last_stage_alone(stages):
     own = solve(Rough(), algorithm, 400, 1)
     if judged:
         np.testing.assert_array_equal(own.F, record.front_F[np.argsort(record.front_F[:, 0])])
-
-
-class Finer(Estimated):
-    """Of more stages than a search has."""
-
-    def at_stage(self, stage):
-        return self if stage >= 7 else super().at_stage(min(stage, 1))
-
-
-def test_the_last_stage_judges_by_the_problem_itself():
-    problem = Finer()
-    found = minimize(problem, MGEOStaged((0.4, 0.8), n_walkers=4), ("n_eval", 400), seed=1)
-    assert problem.batches[-1][0] == 2
-    np.testing.assert_array_equal(found.F, problem.evaluate(found.X, return_values_of=["F"]))
-    assert found.problem is problem

@@ -20,7 +20,6 @@ from mgeo.algorithms import RunState, SavedState, capture, restore
 from mgeo.validation.entries import FileError
 
 from .problems import Fixed, Mixture
-from .variants import VARIANTS
 
 NAMES = [name for name in mgeo.algorithms.__all__ if name.startswith("MGEO")]
 PUBLISHED = [getattr(mgeo.algorithms, name) for name in NAMES]
@@ -73,12 +72,6 @@ def test_every_variant_goes_on_bit_for_bit(cls, problem, generations):
     assert_same_end(again(run), run)
 
 
-@pytest.mark.parametrize("variant", VARIANTS)
-def test_so_does_every_adaptive_and_restarting_one(variant):
-    run = begun(variant("a-geo1", 3, restart="archive", patience=2), Mixture(), 7)
-    assert_same_end(again(run), run)
-
-
 class Typed(Problem):
     """Dicts of a real, an integer and a binary variable."""
 
@@ -114,16 +107,6 @@ def test_parameters_are_kept_and_a_second_restore_is_the_first():
     assert twice.sigma.tolist() == [0.1, 0.2, 0.3]
     assert (twice.tau, twice.n_walkers, twice.perturbation) == (2.5, 4, "range")
     assert_same_end(twice, run)
-
-
-def test_streams_spawned_later_are_the_same():
-    run = begun(MGEOReal(n_walkers=2), ZDT1(n_var=3), 2)
-    run.random_state.spawn(2)
-    run.streams[1].spawn(1)
-    restored = again(run)
-    both = [[a.random_state, *a.streams] for a in (restored, run)]
-    for ours, theirs in zip(*both, strict=True):
-        assert ours.spawn(1)[0].random() == theirs.spawn(1)[0].random()
 
 
 def test_nothing_found_and_nothing_feasible():
