@@ -1,7 +1,7 @@
-"""The complete state of a variant of MGEO between two generations, as plain data.
+"""State of a variant of MGEO between two generations, as plain data.
 
-What `capture` returns can be written with NumPy and JSON alone, and `restore` lets an algorithm of
-the same class and parameters go on from it as if it had never stopped, random streams included.
+`capture` returns what NumPy and JSON can write, and `restore` makes an algorithm of the class and
+parameters of the run that continues exactly, random streams included.
 """
 
 from __future__ import annotations
@@ -46,9 +46,13 @@ _BUDGETS: Mapping[str, tuple[type[Termination], str]] = {
 
 @dataclass(frozen=True, eq=False)
 class SavedState:
-    """Arrays of numbers by name, and what else there is as JSON values.
+    """State of a run.
 
-    `source` is what errors in them are said to be in: the file that they were read from.
+    Attributes
+    ----------
+    arrays : arrays of numbers by name.
+    data : all other values, as JSON values.
+    source : file that the state was read from, for messages.
     """
 
     arrays: Mapping[str, NDArray[Any]]
@@ -57,20 +61,21 @@ class SavedState:
 
 
 def capture(algorithm: ExtremalOptimization) -> SavedState:
-    """The state of a run between two generations: within a callback, or after `next`.
+    """Return the state of a run between two generations: within a callback, or after `next`.
 
-    It holds all of the algorithm's `RunState` and what pymoo carries: the last candidates, its
-    random stream, the counters, the time used; and the parameters, those of a `TolerantEvaluator`
-    too. Not in it: the problem,
-    callback, display and history, and a termination that is no budget of generations,
-    evaluations or time.
+    The state consists of the `RunState`, the parameters, those of a `TolerantEvaluator`, and of
+    pymoo's `Algorithm` the last candidates, random stream, counters and time used. The problem,
+    callback, display and history are not part of it, nor is a termination that is no budget of
+    generations, evaluations or time.
 
     Raises
     ------
-    ValueError : before `setup`, between ask and tell, or with one of pymoo's archives, whose
-        truncation does not repeat.
-    TypeError : for an algorithm of another family, a parameter that is not kept under its name or
-        is no JSON value, or a state with anything else than `RunState` says.
+    ValueError
+        Before `setup`, between ask and tell, or with one of pymoo's archives, whose truncation is
+        not repeatable.
+    TypeError
+        For an algorithm of another family, a parameter that is not kept under its name or is no
+        JSON value, or a field of the state of another kind than `RunState` allows.
     """
     name = type(algorithm).__name__
     if not isinstance(algorithm, ExtremalOptimization):

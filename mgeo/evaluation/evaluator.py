@@ -84,7 +84,7 @@ class TolerantEvaluator(Evaluator):
         self.n_in_a_row = 0
         self._any_succeeded = False
         self.causes: dict[str, int] = {}
-        self._first_in_a_row = Failure("")
+        self._first_in_a_row: Failure | None = None
         self._seen: dict[str, tuple[FloatArray, FloatArray]] = {}
 
     @classmethod
@@ -180,11 +180,11 @@ class TolerantEvaluator(Evaluator):
 
     def _error(self) -> EvaluationError:
         first = self._first_in_a_row
+        cause = first.cause if first else next(iter(self.causes))  # before the run was resumed
         error = EvaluationError(
-            f"all of the last {self.n_in_a_row} candidates failed, the first with "
-            f"{first.cause or next(iter(self.causes))}"  # those of a part of the run before
+            f"all of the last {self.n_in_a_row} candidates failed, the first with {cause}"
         )
-        if first.trace:
+        if first and first.trace:
             error.add_note(f"which was raised as\n{first.trace}")
         return error
 

@@ -3,7 +3,6 @@
 import difflib
 import math
 import re
-import sys
 from collections.abc import Callable, Collection, Iterable
 from numbers import Integral, Real
 from typing import Any, TypeVar
@@ -43,9 +42,10 @@ def validate_number(
     expected = f"a finite number {f'> {above:g}' if above > -math.inf else f'>= {low:g}'}"
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
         raise TypeError(f"{name} = {value!r}: expected {expected}")
-    if not (abs(value) <= sys.float_info.max and value > above and value >= low):
+    converted = float(value)
+    if not (math.isfinite(converted) and converted > above and converted >= low):
         raise ValueError(f"{name} = {value!r}: expected {expected}")
-    return float(value)
+    return converted
 
 
 def validate_fraction(name: str, value: Any) -> float:
