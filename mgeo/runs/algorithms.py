@@ -163,7 +163,7 @@ def _parameters(name: str) -> dict[str, Any]:
         from pymoo.core.algorithm import Algorithm
 
         root = next(each for each in cls.__mro__ if "__init__" in vars(each))
-        left_out |= constructors.named(Algorithm)
+        left_out |= constructors.parameters(Algorithm, Algorithm).keys()
     known = constructors.parameters(cls, root)
     return {key: p.default for key, p in known.items() if key not in left_out}
 

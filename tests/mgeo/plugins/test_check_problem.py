@@ -215,7 +215,7 @@ def moved(view):
     ("problem", "message"),
     [
         ("attitude", "'attitude' is not a pymoo Problem"),
-        (NoBounds(), "xu = None: expected 2 finite numbers"),
+        (NoBounds(), "variables: ValueError: NoBounds.xu.* = nan: expected a finite number"),
         (CrossedBounds(), "expected xl <= xu"),
         (TooFewNames(), "var_names of TooFewNames = .*expected 2 different names"),
         (Raises(), r"evaluate\(X\): ZeroDivisionError: no such orbit"),

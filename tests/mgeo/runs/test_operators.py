@@ -155,7 +155,7 @@ def test_a_run_ends_where_there_are_few_designs(top, monkeypatch):
 def test_a_bound_that_is_missing_is_named():
     problem = Whole()
     problem.xu = None
-    with pytest.raises(ValueError, match=r"Whole\.xu = None: expected a finite bound"):
+    with pytest.raises(ValueError, match=r"Whole\.xu\[0\] = nan: expected a finite whole number"):
         fitted(NSGA2(), problem)
 
 
