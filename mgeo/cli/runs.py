@@ -136,11 +136,11 @@ def solve(
     `mgeo resume`. Parameters of an algorithm and their defaults: `mgeo algorithms NAME`.
     """
     from mgeo.algorithms.staged import has_stages
+    from mgeo.plugins.problems import read_scenario
     from mgeo.runs.algorithms import ROBUST, default_algorithm
     from mgeo.runs.prepare import prepare
     from mgeo.store.run_folder import check_folder
     from mgeo.store.run_persistence import RunPersistence
-    from mgeo.store.scenario_file import read_scenario
 
     given, algorithm = algorithm, algorithm or default_algorithm(robust)
     # of a collection, coco:bbob/f1/d10/i1, and of a class, module:Class

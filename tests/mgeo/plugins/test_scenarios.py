@@ -1,6 +1,6 @@
 import pytest
 
-from mgeo.store.scenario_file import read_scenario
+from mgeo.plugins.problems import read_scenario
 
 
 def test_nothing_a_preset_and_a_file(tmp_path):
