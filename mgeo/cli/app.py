@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from mgeo.cli import explore, installed, report, runs, study
+from mgeo.cli import explore, installed, report, solve, study
 from mgeo.cli.errors import ExitCode, one_line_errors, raise_on_sigterm
 from mgeo.plugins.discovery import (
     ALGORITHMS,
@@ -191,8 +191,8 @@ def _root(
 
 
 for _command in (
-    runs.solve,
-    runs.resume,
+    solve.solve,
+    solve.resume,
     report.report,
     explore.explore,
     installed.problems,

@@ -74,9 +74,6 @@ def _below(incomplete: str, pattern: str) -> list[Path]:
 
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
-Verbose = Annotated[
-    bool, typer.Option("--verbose", "-v", help="Tell all parameters of the algorithm.")
-]
 Json = Annotated[
     bool,
     typer.Option(

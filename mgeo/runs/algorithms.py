@@ -134,14 +134,6 @@ def with_parameter(parameter: str) -> list[str]:
     return [name for name in ALGORITHMS if parameter in _parameters(name)]
 
 
-def keeps_checkpoints(name: str) -> bool:
-    """Whether runs of an algorithm can be resumed.
-
-    Of ``module:Class``, which is not imported because a file names it, that is taken for granted.
-    """
-    return ":" in name or issubclass(_class(name), ExtremalOptimization)
-
-
 def _is_pymoos(name: str) -> bool:
     """Return whether only the population can be set."""
     return name in ALGORITHMS and bool(ALGORITHMS[name].population)

@@ -137,9 +137,11 @@ def read_numbers(path: Path) -> pd.DataFrame:
         table = pd.read_csv(io.StringIO(text), float_precision="round_trip", keep_default_na=False)
         if not isinstance(table.index, pd.RangeIndex):
             raise ValueError(f"rows are longer than the header {list(table.columns)!r:.200}")
-        values = table.apply(pd.to_numeric, errors="coerce").astype(float)
-        for name in values.columns[~np.isfinite(values).all()]:
-            row = int(np.argmin(np.isfinite(values[name])))
-            found = table[name].iloc[row]
-            raise ValueError(f"row {row + 1}, {name} = {found!r:.40}: expected a finite number")
+        values: pd.DataFrame = table.apply(pd.to_numeric, errors="coerce").astype(float)
+        for name in values:
+            is_finite = np.isfinite(values[name])
+            if not is_finite.all():
+                row = int(np.argmin(is_finite))
+                found = table[name].iloc[row]
+                raise ValueError(f"row {row + 1}, {name} = {found!r:.40}: expected a finite number")
     return values

@@ -38,7 +38,7 @@ def test_solve_and_resume(mgeo):
         "dead_end": None,
         "remarks": [f"{found['solutions']} beams, of steel"],
     }
-    assert found["answer"].keys() == {"solution", "count", "label", "text", "exceeded", "instead"}
+    assert found["answer"].keys() == {"solution", "count", "label", "text", "exceeded"}
     assert found["hypervolume"] == read_run("a").outcome.hypervolume
     assert "100%  80 of 80 evaluations" in done.stderr
     longer = mgeo("resume", "a", "--evaluations", 160, "--json", "--quiet")

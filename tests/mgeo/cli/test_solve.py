@@ -160,7 +160,7 @@ def test_what_the_problem_says_of_each_solution_is_stored(mgeo, monkeypatch):
     monkeypatch.setattr("stand_in.CantileverView.arrays", lambda self: 1 / 0)
     failed = mgeo("solve", "cantilever", *SHORT, "--out", "b", "-q")
     assert failed.exit_code == 2
-    assert "arrays() of problem Cantilever raised ZeroDivisionError" in failed.stderr
+    assert "arrays of problem Cantilever raised ZeroDivisionError" in failed.stderr
     assert len(read_run("b").outcome.F)
 
 

@@ -25,7 +25,7 @@ from mgeo.runs.algorithms import (
     default_evaluations,
 )
 from mgeo.runs.answer import limits
-from mgeo.runs.solve import set_up
+from mgeo.runs.operators import set_up
 from tests.mgeo.solved import solve
 
 from ..algorithms.test_mixed import Rod as Strict

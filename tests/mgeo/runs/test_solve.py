@@ -9,7 +9,6 @@ from pymoo.problems.multi import BNH, ZDT1
 
 from mgeo import EvaluationError, compare
 from mgeo.runs.algorithms import build_algorithm
-from mgeo.runs.solve import follow, set_up
 from mgeo.studies.indicators import NothingToCompareError
 from tests.mgeo.solved import solve
 
@@ -40,9 +39,8 @@ def test_only_feasible_solutions_are_a_front():
 
 
 def test_a_run_ends_after_its_longest_time():
-    ready = set_up(ZDT1(), NSGA2(pop_size=20), 10**9, 1)
     begin = time.monotonic()
-    outcome = follow(ZDT1(), ready, 10**9, max_time=0.3)
+    outcome = solve(ZDT1(), NSGA2(pop_size=20), 10**9, 1, max_time=0.3)
     assert outcome.stop_reason == "max_time"
     assert 0.3 <= outcome.wall_time_s <= time.monotonic() - begin
     assert len(outcome.F)
