@@ -64,8 +64,6 @@ def describe_run(run: PreparedRun, folder: Path, output: Output) -> None:
             "files": files,
         }
     )
-    for why in ask(view, View.impossible):
-        output.note(f"Note: nothing can keep all limits, and nothing would be searched: {why}")
 
 
 def describe_study(

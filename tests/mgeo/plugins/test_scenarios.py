@@ -19,12 +19,6 @@ def test_some_editors_begin_a_file_with_a_byte_order_mark(tmp_path):
     assert found == {"load": 750, "after": {"a": 1}}
 
 
-@pytest.mark.parametrize("name", ["missing.toml", "folder/missing"])
-def test_a_missing_file_is_named(name):
-    with pytest.raises(FileNotFoundError, match=f"no scenario file {name}"):
-        read_scenario("cantilever", name)
-
-
 @pytest.mark.parametrize("content", [b"load = = 3", b"load = '\xff'"])
 def test_a_file_that_is_no_toml_is_named(tmp_path, content):
     path = tmp_path / "bad.toml"
