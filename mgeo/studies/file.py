@@ -13,10 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mgeo.benchmarks.collections import expanded, short_name
-from mgeo.plugins.problems import load_problem
+from mgeo.plugins.problems import load_problem, read_scenario
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.store.reading import parse_toml, read_text
-from mgeo.store.scenario_file import read_scenario
 from mgeo.studies.execute import MOST
 from mgeo.studies.labels import filled
 from mgeo.studies.pooled import KEYS

@@ -19,8 +19,7 @@ from mgeo_attitude.environment.times import instants
 from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile
 from mgeo_attitude.settings.errors import InvalidValue
 
-from mgeo.plugins.problems import load_problem
-from mgeo.store.scenario_file import read_scenario
+from mgeo.plugins.problems import load_problem, read_scenario
 
 from ..scenario.test_orbit import ISS_1, ISS_2
 

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from mgeo.runs.prepare import prepare
-from mgeo.runs.resume import resume_run
-from mgeo.store.run_persistence import RunPersistence
+from mgeo.runs.prepare import prepare, resume_run
 
 from ...three import TRACE
 
@@ -33,7 +31,7 @@ def test_a_run_that_is_killed_amid_its_polish_ends_as_one_that_was_not(tmp_path)
             raise Killed
 
     try:
-        run.solve(kill, RunPersistence(tmp_path, run.configuration, run.algorithm))
+        run.solve(kill, tmp_path)
     except Killed:
         outcome = resume_run(tmp_path).solve()
     expected = prepare("attitude", SHORT, starts=2, polish=True, **SIZE).solve()
