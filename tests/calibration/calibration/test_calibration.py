@@ -115,32 +115,20 @@ def test_json_reads_back_exactly(calibration, tmp_path):
 
 
 def edited(text, **changes):
-    table = json.loads(text)
-    for key, value in changes.items():
-        if value is None:
-            del table[key]
-        else:
-            table[key] = value
-    return json.dumps(table)
+    return json.dumps(json.loads(text) | changes)
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"format": "x"}, "format = 'x': expected 'mgeo-attitude-calibration'"),
         ({"version": 1}, "version = 1: expected 2"),
-        ({"time_s": None}, "time_s is missing"),
-        ({"time_s": "1"}, "time_s = '1': expected a finite number"),
         (
             {"quaternion": [1.0, 1.0, 0.0, 0.0]},
             "quaternion = .*: expected four numbers of unit length",
         ),
         ({"states": {}}, r"states = \[\]: expected gyro.bias"),
-        ({"covariance": [[1.0]]}, "covariance = .*: expected 18 x 18 numbers"),
         ({"covariance": [[0.0] * 18] * 18}, "symmetric positive definite"),
         ({"tests": [{}]}, r"tests\[0\].sensor is missing"),
-        ({"rejected": [1.0]}, r"rejected\[0\] = 1.0"),
-        ({"scenario": {}}, "scenario.epoch: missing|scenario"),
     ],
 )
 def test_files_that_are_no_calibrations(calibration, changes, message):
