@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from mgeo_calibration.calibration.from_telemetry import calibrate
     from mgeo_calibration.calibration.refused import CannotCalibrate
     from mgeo_calibration.flight.own import fly
-    from mgeo_calibration.simulation.calibrations import simulate_calibrations
     from mgeo_calibration.simulation.filter import Estimator
     from mgeo_calibration.simulation.flights import simulate
     from mgeo_calibration.simulation.monte_carlo import MonteCarlo, consistency
@@ -34,7 +33,6 @@ __all__ = [
     "fly",
     "read_telemetry",
     "simulate",
-    "simulate_calibrations",
     "verify",
 ]
 
@@ -55,7 +53,6 @@ _MODULES = {
     "fly": "mgeo_calibration.flight.own",
     "read_telemetry": "mgeo_calibration.telemetry.reading",
     "simulate": "mgeo_calibration.simulation.flights",
-    "simulate_calibrations": "mgeo_calibration.simulation.calibrations",
     "verify": "mgeo_calibration.verification",
 }
 
