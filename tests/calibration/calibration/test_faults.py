@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 from mgeo_calibration import TelemetryMapping, calibrate
-from mgeo_calibration.calibration.refused import causes, check
+from mgeo_calibration.calibration.diagnosis import causes, check
 from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.telemetry.mapping import GyroChannels
 

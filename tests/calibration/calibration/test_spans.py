@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_calibration.calibration.questions import questions
+from mgeo_calibration.calibration.hypotheses import hypotheses
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.residuals import filtered, residuals
 from mgeo_calibration.estimation.score import scores
@@ -39,7 +39,7 @@ def said(of, data, at):
     last = last_covariance(found)
     unit = np.sqrt(np.diag(last))
     channel = np.sin(0.3 * data.times)
-    asked = questions(found, {"temperature": channel})
+    asked = hypotheses(found, {"temperature": channel})
     tested = scores(found, options(asked))
     scale = np.sqrt(np.diag(tested.information)) + 1e-6
     estimate = found.estimate

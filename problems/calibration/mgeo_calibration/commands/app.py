@@ -217,10 +217,10 @@ def calibrate(
     """
     from mgeo_attitude.scenario.validity import Implausible
 
-    from mgeo_calibration.calibration.added import calibrate_with
-    from mgeo_calibration.calibration.alone import calibrate_alone
+    from mgeo_calibration.calibration.diagnosis import CannotCalibrate
     from mgeo_calibration.calibration.from_telemetry import calibrate as calibrated
-    from mgeo_calibration.calibration.refused import CannotCalibrate
+    from mgeo_calibration.calibration.recalibration import calibrate_with
+    from mgeo_calibration.calibration.strength_calibration import calibrate_alone
     from mgeo_calibration.commands import calibrate as command
     from mgeo_calibration.telemetry.mapping import TelemetryMapping
     from mgeo_calibration.telemetry.reading import read_telemetry

@@ -14,11 +14,11 @@ from mgeo_attitude.scenario.scenario import Scenario
 from mgeo.cli.output import Output, rows
 from mgeo.store.atomic import check_writable, lock, write_file
 from mgeo.terminal import note, plain, titled
-from mgeo_calibration.calibration.added import beside, noise_of
-from mgeo_calibration.calibration.alone import StrengthCalibration
 from mgeo_calibration.calibration.calibration import Calibration
+from mgeo_calibration.calibration.diagnosis import CannotCalibrate
 from mgeo_calibration.calibration.document import document, to_json
-from mgeo_calibration.calibration.refused import CannotCalibrate
+from mgeo_calibration.calibration.recalibration import compare_calibrations, describe_noise
+from mgeo_calibration.calibration.strength_calibration import StrengthCalibration
 
 #: Files of a folder, in the order of writing.
 FILES = ("calibration.csv", "attitude.csv", "calibration.html", "calibration.json")
@@ -140,9 +140,9 @@ def print_tests(calibration: Calibration, output: Output) -> None:
 def print_comparison(first: Calibration, second: Calibration, output: Output) -> None:
     """Print the difference between calibrations with and without added states or noise."""
     output.print(
-        *titled("With and without what was added", beside(first, second)),
+        *titled("With and without what was added", compare_calibrations(first, second)),
         note("moved: by how many of its 1-sigmas"),
-        note(f"noise: {noise_of(second)}"),
+        note(f"noise: {describe_noise(second)}"),
         note(f"without: {first.conclusion}"),
     )
 

@@ -55,7 +55,7 @@ def gyro_error(rates: Floats, state: str) -> Departure:
     Parameters
     ----------
     rates : array, shape (N - 1, 3)
-        Of the body, see `quiet.quiet_rates`.
+        Of the body, see `independent_rates`.
     """
     return _of_rates(lambda own: _columns(state, rates[own.low : own.high - 1]), 3)
 
