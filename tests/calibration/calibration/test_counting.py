@@ -1,10 +1,13 @@
 """Channels that count in steps."""
 
+import dataclasses
+
 import numpy as np
 import pandas as pd
 import pytest
-from mgeo_attitude import Scenario
+from mgeo_attitude import Gyro, Scenario
 from mgeo_calibration import calibrate
+from mgeo_calibration import fly as fly_plan
 from mgeo_calibration.telemetry.mapping import GyroChannels, TelemetryMapping
 from mgeo_calibration.telemetry.quantization import angle_variance, resolution
 from mgeo_calibration.telemetry.reading import read_telemetry
@@ -73,3 +76,11 @@ def test_a_gyro_that_counts_is_calibrated_as_claimed(motion, step):
     found = calibrate(SCENARIO, telemetry)
     check_claimed([normalized(found, telemetry)], 0.98)
     assert found.notes == (f"gyro counts in steps of {step:g} deg/s, which are part of its noise",)
+
+
+def test_flights_report_in_the_declared_steps():
+    step = 0.005
+    scenario = short(Scenario.paper(), 300.0)
+    coarse = dataclasses.replace(scenario, gyro=Gyro(quantization_deg_per_s=step))
+    rates, exact = (fly_plan(each, PLAN, 3).gyro_deg_s[1:] for each in (coarse, scenario))
+    np.testing.assert_allclose(rates, step * np.round(exact / step), rtol=0, atol=1e-9)

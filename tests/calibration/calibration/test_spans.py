@@ -42,18 +42,13 @@ def said(of, data, at):
     asked = hypotheses(found, {"temperature": channel})
     tested = scores(found, options(asked))
     scale = np.sqrt(np.diag(tested.information)) + 1e-6
-    estimate = found.estimate
     return {
         "cost": found.cost / found.cost,
         "e": found.e / sigma,
         "e_c": found.e_c / np.sqrt(np.diag(found.constants_covariance)),
-        "sigma": sigma / sigma.mean(axis=0),
         "last": last / np.outer(unit, unit),
-        "attitude": (estimate.attitude - at.attitude) / sigma.mean(axis=0)[:3, None],
-        "states": (estimate.states - at.states) / (data.suite.initial_sigma(1.0)),
         "residuals": left.r / data.noise[:, None],
         "squares": np.nan_to_num(left.squares),
-        "attitude's sigma": left.sigma / sigma[:, :3],
         "past": past.errors / sigma.mean(axis=0),
         "until": past.covariances / np.outer(*[sigma.mean(axis=0)] * 2),
         **{f"whitened {k}": each.whitened for k, each in enumerate(past.innovations)},

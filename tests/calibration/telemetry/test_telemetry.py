@@ -2,20 +2,17 @@
 
 import dataclasses
 import gzip
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
-from mgeo_attitude import FilterModel, Scenario, StarTracker
+from mgeo_attitude import Scenario, StarTracker
 from mgeo_attitude.fields.quantity import InvalidValue
 from mgeo_calibration import Telemetry, TelemetryMapping, fly, read_telemetry
 from mgeo_calibration.telemetry.checks import channel_causes
 from mgeo_calibration.telemetry.mapping import Channels, GyroChannels, SensorChannels
 from scipy.spatial.transform import Rotation
-from scipy.stats import chi2
 
-from ...attitude.filter.suites import SUITES
 from ..calibration.flights import PLAN, short
 
 PAPER = short(Scenario.paper(), 300.0)
@@ -39,54 +36,6 @@ def frame(telemetry):
 
 def same(one, other):
     pd.testing.assert_frame_equal(one.frame(), other.frame(), check_exact=True)
-
-
-def test_a_flight_reports_its_truth(scenario, telemetry):
-    """By scipy's rotations: what each sensor would see of the truth, to its noise."""
-    truth, k = telemetry.truth, slice(1, None)
-    true = Rotation.from_matrix(truth.attitude[k])
-    tracker = Rotation.from_quat(telemetry.sensors["tracker"][k])
-    x = truth.states[0]
-    mu = Rotation.from_quat([*(0.5 * x[18:21]), 1.0])
-    # from GCRF to the tracker: the axes turn the other way than coordinates
-    error = (mu * true) * tracker
-    noise = np.radians(np.array([10.0, 10.0, 60.0]) / 3600.0)
-    assert error.magnitude().max() < 5.0 * np.linalg.norm(noise)
-    planned = np.radians(PLAN[:3])
-    rates = np.radians(telemetry.gyro_deg_s[1:])
-    np.testing.assert_allclose(
-        rates - truth.states[:-1, 3:6], np.tile(planned, (300, 1)), atol=2e-5
-    )
-    step = Rotation.from_matrix(truth.attitude[1:] @ truth.attitude[:-1].swapaxes(1, 2))
-    np.testing.assert_allclose(-step.as_rotvec(), np.tile(planned, (300, 1)), atol=1e-12)
-    assert np.isnan(telemetry.gyro_deg_s[0]).all()
-    same(fly(scenario, PLAN, 1), telemetry)
-
-
-@pytest.mark.parametrize("name", ["every constant", "considered"])
-def test_truth_with_errors_that_vary_explains_what_is_reported(name):
-    """What is left of reports, once the truth is taken out, is noise as loud as declared."""
-    suite = SUITES[name]
-    of = dataclasses.replace(
-        short(Scenario.paper(), 2000.0), sensors=suite.sensors, world=suite.world
-    )
-    of = dataclasses.replace(of, gyro=suite.gyro)
-    telemetry, model = fly(of, PLAN, 2), FilterModel.from_scenario(of)
-    truth = telemetry.truth
-
-    def to_body(vector):
-        return np.einsum("kij,kj->ki", truth.attitude, np.broadcast_to(vector, (2001, 3)))
-
-    for index, sensor in enumerate(suite.sensors):
-        x = {state: truth.states[:, i : i + 3] for state, i in suite.places(sensor).items()}
-        rows = model.references[:, suite.gradient_rows(index)].swapaxes(0, 1)
-        x |= {"to_body": to_body, "gradient": [*map(to_body, rows)]}
-        expected = sensor.measured(SimpleNamespace(**x), to_body(model.references[:, index]))
-        reported = telemetry.sensors[sensor.name] / sensor.channel_unit.factor
-        left = (reported - expected)[np.isfinite(reported).all(axis=1)] / sensor.noise()
-        low, high = chi2.ppf([1e-4, 1.0 - 1e-4], left.size) / left.size
-        assert low < (left**2).mean() < high
-        assert abs((left[1:] * left[:-1]).mean()) < 4.0 / np.sqrt(left.size)
 
 
 def test_between_samples_of_a_sensor_there_is_nothing():
@@ -155,19 +104,6 @@ dcm = {dcm}
         t.sensors["tracker"][there]
     )
     assert turn.magnitude().max() < 1e-14
-
-
-def test_rates_at_the_samples_become_means(frame):
-    """Of a rate that is a parabola those of its integral, whatever the times between samples."""
-    own = frame[[c for c in frame if not c.startswith("tracker")]]
-    own = own.drop(index=[50, 51, 120]).reset_index(drop=True)
-    t = own["time"].to_numpy() / 300.0
-    own = own.assign(gyro_x=t, gyro_y=0.5 * t**2, gyro_z=0.1 - t)
-    mapping = TelemetryMapping(gyro=GyroChannels(rate="instantaneous"))
-    found = read_telemetry(own, PAPER, mapping).gyro_deg_s
-    start, end = t[1:] - 1.0 / 300.0, t[1:]
-    expected = [0.5 * (start + end), (end**3 - start**3) / 6.0 * 300.0, 0.1 - 0.5 * (start + end)]
-    np.testing.assert_allclose(found[1:], np.transpose(expected), rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["sun", "tracker"])
