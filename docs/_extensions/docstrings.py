@@ -11,6 +11,7 @@ from typing import Any
 from mgeo_attitude.settings.base import Settings, declared, schema_of
 from mgeo_attitude.settings.words import describe
 from sphinx.application import Sphinx
+from sphinx.domains.python import PyObject
 
 _SECTION = re.compile(r"(Parameters|Returns|Raises|Attributes|Yields)$")
 _ENTRY = re.compile(r"(\S.*?) : (.+)$")
@@ -64,6 +65,10 @@ def _is_settings(obj: Any) -> bool:
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
+    """Connect both, and link no attribute to one of another class that has the same name."""
+    for field in PyObject.doc_field_types:
+        if field.name == "variable":
+            field.rolename = field.typerolename = ""
     app.connect("autodoc-process-docstring", process, priority=400)  # before napoleon, at 500
     app.connect("autodoc-process-signature", signature)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

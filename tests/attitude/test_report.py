@@ -2,38 +2,15 @@
 
 import dataclasses
 
-import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
-from plotly.offline import get_plotlyjs
 
 from mgeo.report.build import report_html
-from mgeo.report.solutions import plans_json, script_json
 from mgeo.store.run_folder import write_run
 
 from ..browser import opened
-from ..three import three
 from .small_run import small_run
-
-
-@pytest.mark.campaign
-@pytest.mark.slow
-@pytest.mark.parametrize("scenario", [three("paper"), three("cubesat_6u")])
-def test_three_hundred_plans_stay_below_eight_megabytes(scenario):
-    scenario = dataclasses.replace(
-        scenario,
-        maneuvers=dataclasses.replace(scenario.maneuvers, max_acceleration_deg_s2=0.01),
-    )
-    problem = AttitudeManeuverProblem(scenario)
-    run = small_run(problem)
-    X = run.outcome.X
-    found = plans_json(problem.view(X), np.arange(len(X)))
-    each = len(script_json(found["values"])) / len(X)
-    common = len(script_json(found["common"]))
-    row = 20 * (problem.n_var + problem.n_obj) + 1200  # its line of the table, what is said of it
-    library = len(get_plotlyjs().encode())
-    assert library + common + 300 * (each + row) < 8e6
 
 
 @pytest.mark.slow

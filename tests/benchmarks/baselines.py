@@ -1,4 +1,4 @@
-"""Compares optimized plans with traditional ones; docs/plans.md has the table of the paper's.
+"""Compare optimized plans with single-axis sequences, for the table of docs/plans.md.
 
     python -m tests.benchmarks.baselines
 
@@ -7,9 +7,6 @@ Run it in the repository's root; it solves two scenarios, which takes a minute o
 
 from __future__ import annotations
 
-import argparse
-import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,13 +16,11 @@ from mgeo_attitude.view.observability.alternatives import baselines
 
 from mgeo.runs.algorithms import DEFAULT
 from mgeo.runs.prepare import prepare
-from mgeo.store.run import Outcome
 
 from ..three import three
-from .table import with_tables
+from .pages import DOCS, markdown, write_table
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "plans.md"
-PRESETS = "paper", "cubesat_6u"
+PRESETS, SEED = ("paper", "cubesat_6u"), 1
 PICKS = ("fastest", "knee", "best")
 SWEEPS = ("x, y, z in turn", "x, y, z in turn, there and back")
 
@@ -35,37 +30,19 @@ ALIKE = ("x only", "y only")
 SWEEP_TIMES = (300.0, 600.0, 900.0, 1200.0, 1800.0, 2400.0, 3600.0, 6000.0)
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(description="Compare, print, and write docs/plans.md.")
-    parser.add_argument("--evaluations", type=int, default=None, help="budget [default: mgeo's]")
-    parser.add_argument("--algorithm", default=DEFAULT, help="as in mgeo solve")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--output", type=Path, default=DOCUMENT, help="document with the markers")
-    options = parser.parse_args(arguments)
-    text = options.output.read_text(encoding="utf-8")
+def main() -> None:
     parts = []
     for name in PRESETS:
         problem = AttitudeManeuverProblem(three(name))
-        run = prepare(
-            "attitude",
-            problem.options(),
-            algorithm=options.algorithm,
-            evaluations=options.evaluations,
-            seed=options.seed,
-        )
-        outcome = run.solve()
+        outcome = prepare("attitude", problem.options(), algorithm=DEFAULT, seed=SEED).solve()
         front = Front(Path(name), problem, outcome.X, outcome.F)
-        parts.append([heading(name, outcome, options), same_time(front), on_its_own_terms(front)])
-    paper, *others = ("\n\n".join(part) for part in parts)
-    sys.stdout.write("\n\n".join([paper, *others]) + "\n")
-    options.output.write_text(with_tables(text, paper), encoding="utf-8")
-
-
-def heading(name: str, outcome: Outcome, options: argparse.Namespace) -> str:
-    return (
-        f"**`{name}`**: {len(outcome.F)} plans of {options.algorithm}, seed {options.seed}, "
-        f"{outcome.evaluations:,} evaluations."
-    )
+        heading = (
+            f"**`{name}`**: {len(outcome.F)} plans of {DEFAULT}, seed {SEED}, "
+            f"{outcome.evaluations:,} evaluations."
+        )
+        parts.append("\n\n".join([heading, same_time(front), on_its_own_terms(front)]))
+    print(*parts, sep="\n\n")
+    write_table(DOCS / "plans.md", "measured tables", parts[0])
 
 
 def same_time(front: Front) -> str:
@@ -78,7 +55,7 @@ def same_time(front: Front) -> str:
         for name in tables[0].index
         if name not in ALIKE
     ]
-    return _markdown(["trace, or times that of the plan", *columns], rows)
+    return markdown(["trace, or times that of the plan", *columns], rows)
 
 
 def on_its_own_terms(front: Front) -> str:
@@ -106,11 +83,6 @@ def on_its_own_terms(front: Front) -> str:
 def _compared(trace: float, table: object) -> str:
     ratio = trace / table.loc["plan", "trace [-]"]  # type: ignore[attr-defined]
     return f"{trace:.2e}" if ratio == 1.0 else f"{float(f'{ratio:.3g}'):g} ×"
-
-
-def _markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    rule = ["---", *(["---:"] * (len(header) - 1))]
-    return "\n".join(f"| {' | '.join(row)} |" for row in (header, rule, *rows))
 
 
 if __name__ == "__main__":

@@ -1,10 +1,9 @@
-"""Flies plans by Basilisk and calibrates from the telemetry, for the table of docs/basilisk.md.
+"""Fly plans by Basilisk, calibrate, and write the table and the picture of docs/basilisk.md.
 
     OMP_NUM_THREADS=1 python -m tests.benchmarks.basilisk 50  # flights of each plan
-    python -m tests.benchmarks.basilisk_document
 
-A flight that is in docs/basilisk.jsonl already is not flown again. Flights of all plans take turns,
-so that the file is balanced whenever it is stopped.
+A flight that docs/basilisk.jsonl has already is not repeated. Flights of all plans take turns, so
+that the file is balanced whenever the script is stopped.
 """
 
 from __future__ import annotations
@@ -13,28 +12,37 @@ import dataclasses
 import json
 import sys
 import time
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 from itertools import product
-from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
+from matplotlib.figure import Figure
 from mgeo_attitude import AttitudeManeuverProblem, reference_run
 from mgeo_attitude.geometry.rotation import matrix, rotation_vector
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.from_telemetry import calibrate
 from mgeo_calibration.flight.basilisk.fly import fly
 from mgeo_calibration.telemetry.telemetry import Truth
+from scipy.stats import chi2, norm
 
 from ..three import three
+from .pages import DOCS, ROOT, add_result, read_results, write_table
 
-ROOT = Path(__file__).parents[2]
-RESULTS = ROOT / "docs" / "basilisk.jsonl"
+RESULTS = DOCS / "basilisk.jsonl"
+PAGE, PICTURE = DOCS / "basilisk.md", DOCS / "images" / "basilisk.svg"
 PLANS = json.loads(
     (ROOT / "tests/calibration/flight/basilisk/plans.json").read_text(encoding="utf-8")
 )["scenarios"]
 FIRST_SEED = 9000
+WHEN = ("at t_end", "at the end")
+#: Means of chi-squares outside of these are too far off to be chance, with 99 %.
+BOUNDS = (0.005, 0.995)
+
+Rows = list[dict[str, Any]]
 
 
 @cache
@@ -95,25 +103,110 @@ def run(case: tuple[str, int, int]) -> list[dict[str, Any]]:
     return rows
 
 
-def stored() -> list[dict[str, Any]]:
-    text = RESULTS.read_text(encoding="utf-8") if RESULTS.exists() else ""
-    return [json.loads(line) for line in text.splitlines()]
+def of(rows: Rows, name: str, when: str, number: int | None = None) -> Rows:
+    """The flights of a plan, or of all of a scenario."""
+    return [
+        row
+        for row in rows
+        if (row["key"][0], row["key"][3]) == (name, when) and number in (None, row["key"][1])
+    ]
+
+
+def table(rows: Rows, key: str) -> np.ndarray:
+    return np.array([row[key] for row in rows])
+
+
+def band(n: int) -> tuple[float, float]:
+    """Where the mean of n squares of standard normal numbers is."""
+    low, high = chi2.ppf(BOUNDS, n) / n
+    return float(low), float(high)
+
+
+def plans_table(rows: Rows) -> Iterator[str]:
+    yield (
+        "| scenario | until [s] | flights | NEES per state (99 % bounds) | errors beyond 3σ "
+        "(expected) | RMS error / claimed | claimed / predicted | supported |"
+    )
+    yield "| --- | ---: | ---: | --- | --- | ---: | --- | ---: |"
+    for name, plans in PLANS.items():
+        for number in range(len(plans)):
+            for when in WHEN:
+                found = of(rows, name, when, number)
+                z = table(found, "errors") / table(found, "sigma")
+                nees = table(found, "nees").sum() / z.size
+                low, high = band(z.size)
+                ratio = np.median(table(found, "sigma") / table(found, "promised"), axis=0)
+                yield (
+                    f"| {name} | {found[0]['t']:.0f} | {len(found)} | {nees:.3f} "
+                    f"({low:.3f} to {high:.3f}){'' if low < nees < high else ' **out**'} | "
+                    f"{(np.abs(z) > 3).sum()} ({2 * norm.sf(3) * z.size:.1f}) | "
+                    f"{np.sqrt((z**2).mean()):.3f} | {ratio.min():.2f} to {ratio.max():.2f} | "
+                    f"{sum(row['supported'] for row in found)} of {len(found)} |"
+                )
+
+
+def blocks_table(rows: Rows) -> Iterator[str]:
+    yield "| | " + " | ".join(f"{name}, {when}" for name in PLANS for when in WHEN) + " |"
+    yield "| --- |" + " ---: |" * (len(PLANS) * len(WHEN))
+    for i, block in enumerate(problem("paper").model.suite.blocks):
+        cells = []
+        for name in PLANS:
+            for when in WHEN:
+                found, part = of(rows, name, when), slice(3 * i, 3 * i + 3)
+                e = table(found, "errors")[:, part]
+                ratios = [
+                    np.sqrt(((e / table(found, key)[:, part]) ** 2).mean())
+                    for key in ("sigma", "promised")
+                ]
+                cells.append(f"{ratios[0]:.2f}, {ratios[1]:.2f}")
+        yield f"| {block} | {' | '.join(cells)} |"
+    n = 3 * len(of(rows, "paper", WHEN[0]))
+    low, high = np.sqrt(band(n))
+    yield (
+        f"| *99 % of perfect ones, {n} errors* | "
+        + " | ".join([f"*{low:.2f} to {high:.2f}*"] * 4)
+        + " |"
+    )
+
+
+def draw(rows: Rows) -> None:
+    """Every error over its claimed 1-sigma, by block."""
+    blocks = problem("paper").model.suite.blocks
+    with mpl.rc_context({"svg.hashsalt": "basilisk", "font.size": 9}):
+        figure = Figure(figsize=(9.0, 3.2), layout="constrained")
+        panels = figure.subplots(1, len(PLANS), sharey=True)
+        for panel, name in zip(panels, PLANS, strict=True):
+            found = of(rows, name, WHEN[1])
+            z = table(found, "errors") / table(found, "sigma")
+            panel.axhspan(-3, 3, color="0.92")
+            panel.axhspan(-1, 1, color="0.84")
+            scatter = np.linspace(-0.3, 0.3, len(z))
+            for i in range(len(blocks)):
+                for axis, color in enumerate(("tab:red", "tab:green", "tab:blue")):
+                    at, values = i + scatter, z[:, 3 * i + axis]
+                    panel.plot(at, values, ".", color=color, ms=3, label="xyz"[axis])
+            panel.set_xticks(range(len(blocks)), blocks, rotation=20, ha="right")
+            panel.set_title(f"{name}, {len(z)} flights of two orbits")
+        panels[0].set_ylabel("error / 1σ claimed")
+        handles, labels = panels[0].get_legend_handles_labels()
+        panels[0].legend(handles[:3], labels[:3], ncols=3, fontsize=8)
+        figure.savefig(PICTURE, metadata={"Date": None})
 
 
 def main(n_flights: int) -> None:
-    known = {tuple(row["key"][:3]) for row in stored()}
+    known = {tuple(row["key"][:3]) for row in read_results(RESULTS)}
     cases = [
         (name, number, FIRST_SEED + 1000 * number + flight)  # plans are pooled: no draw twice
         for flight, number, name in product(range(n_flights), range(4), PLANS)
     ]
-    with (
-        ProcessPoolExecutor(2) as pool,
-        RESULTS.open("a", encoding="utf-8") as file,
-    ):
+    with ProcessPoolExecutor(2) as pool:
         for rows in pool.map(run, [case for case in cases if case not in known]):
-            file.writelines(json.dumps(row) + "\n" for row in rows)
-            file.flush()
-            print(rows[-1]["key"], [round(row.get("nees", np.nan), 1) for row in rows], flush=True)
+            for row in rows:
+                add_result(RESULTS, row)
+    rows = [row for row in read_results(RESULTS) if "errors" in row]
+    print(*plans_table(rows), sep="\n")
+    write_table(PAGE, "blocks", "\n".join(blocks_table(rows)))
+    draw(rows)
 
 
 if __name__ == "__main__":

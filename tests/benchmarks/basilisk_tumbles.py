@@ -1,15 +1,14 @@
-"""Flies tumbles, and Sun sensors of unit vectors, by Basilisk: is what `calibrate` claims true?
+"""Fly tumbling satellites and Sun sensors of unit vectors by Basilisk, and calibrate.
 
     OMP_NUM_THREADS=1 python -m tests.benchmarks.basilisk_tumbles 50  # flights of each kind
 
-Results are kept in docs/basilisk_tumbles.jsonl, a flight a line; one that is there already is not
-flown again. At the end the table is printed that docs/basilisk.md sums up.
+A flight that docs/basilisk_tumbles.jsonl has already is not repeated. The script prints the table
+that docs/basilisk.md sums up.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import json
 import sys
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
@@ -25,10 +24,10 @@ from mgeo_calibration.calibration.from_telemetry import calibrate
 from mgeo_calibration.flight.basilisk.fly import fly
 from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 
-from .basilisk import PLANS, ROOT, errors
-from .basilisk_document import band
+from .basilisk import PLANS, band, errors
+from .pages import DOCS, add_result, read_results
 
-RESULTS = ROOT / "docs" / "basilisk_tumbles.jsonl"
+RESULTS = DOCS / "basilisk_tumbles.jsonl"
 DURATION = 3000.0
 FIRST_SEED = 48000
 #: Rates [deg/s] of satellites that nothing turns.
@@ -92,11 +91,6 @@ def run(case: tuple[str, str, int]) -> dict[str, Any]:
     }
 
 
-def stored() -> list[dict[str, Any]]:
-    text = RESULTS.read_text(encoding="utf-8") if RESULTS.exists() else ""
-    return [json.loads(line) for line in text.splitlines()]
-
-
 def table(rows: list[dict[str, Any]]) -> Iterator[str]:
     """A row for each kind: NEES per state, where 99 % of perfect ones are, and how many hold."""
     yield "| | " + " | ".join(TUMBLES) + " |"
@@ -113,13 +107,12 @@ def table(rows: list[dict[str, Any]]) -> Iterator[str]:
 
 
 def main(n_flights: int) -> None:
-    known = {tuple(row["key"]) for row in stored()}
+    known = {tuple(row["key"]) for row in read_results(RESULTS)}
     cases = [(name, kind, n) for n, kind, name in product(range(n_flights), KINDS, TUMBLES)]
-    with ProcessPoolExecutor(1) as pool, RESULTS.open("a", encoding="utf-8") as file:
+    with ProcessPoolExecutor(1) as pool:
         for row in pool.map(run, [case for case in cases if case not in known]):
-            file.write(json.dumps(row) + "\n")
-            file.flush()
-    print(*table(stored()), sep="\n")
+            add_result(RESULTS, row)
+    print(*table(read_results(RESULTS)), sep="\n")
 
 
 if __name__ == "__main__":

@@ -1,27 +1,22 @@
-"""``python -m tests.benchmarks.calibration FLIGHTS``: many flights, for docs/calibration.md.
+"""Calibrate many simulated flights from any attitude, for docs/calibration.md.
 
-Many flights from any attitude, calibrated, beside the time that a calibration takes.
+python -m tests.benchmarks.calibration 200  # flights of each case
 """
 
 from __future__ import annotations
 
-import subprocess
 import sys
-import tempfile
-import time
 from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import cache, partial
-from pathlib import Path
 
 import numpy as np
-from mgeo_attitude import Environment, Scenario, StarTracker
+from mgeo_attitude import Environment, Scenario
 from mgeo_calibration import Telemetry, calibrate, fly
 from scipy.stats import chi2
 
 from tests.calibration.calibration.flights import (
-    PLAN,
     flown,
     normalized,
     short,
@@ -94,25 +89,6 @@ def row(name: str, flights: int, pool: Executor) -> str:
     )
 
 
-def seconds() -> tuple[int, float]:
-    """Samples of three sensors over two orbits, and the time of a process that calibrates them."""
-    table = Scenario.paper().to_dict()
-    scenario = Scenario.from_dict(
-        table | {"sensors": [*table["sensors"], {"kind": StarTracker.kind}]}
-    )
-    with tempfile.TemporaryDirectory() as folder:
-        scenario.save(Path(folder, "s.toml"))
-        telemetry = flown(scenario, FIRST, plan=PLAN)
-        telemetry.to_csv(Path(folder, "t.csv"))
-        code = "from mgeo_attitude import *; calibrate(Scenario.from_toml('s.toml'), 't.csv')"
-        spent = []
-        for _ in range(3):
-            start = time.perf_counter()
-            subprocess.run([sys.executable, "-c", code], cwd=folder, check=True)
-            spent.append(time.perf_counter() - start)
-    return len(telemetry.times), min(spent)
-
-
 def main() -> None:
     """Print the table."""
     flights = int(sys.argv[1]) if len(sys.argv) > 1 else 200
@@ -123,7 +99,6 @@ def main() -> None:
             print(row(name, flights, pool), flush=True)
     low, high = chi2.ppf([0.005, 0.995], 18 * flights) / (18 * flights)
     print(f"NEES of a perfect filter, 99 %: {low:.3f} to {high:.3f}")
-    print(*seconds())
 
 
 if __name__ == "__main__":

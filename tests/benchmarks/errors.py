@@ -1,4 +1,4 @@
-"""What varying errors leave and what spins show: figure and table of docs/errors.md.
+"""Compute the data of the figure and the table of docs/errors.md.
 
     python -m tests.benchmarks.errors
 
@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 import sys
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -19,10 +18,8 @@ from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.observability.alternatives import baselines
 from numpy.typing import NDArray
 
-from .consistency_document import with_table
-from .table import markdown
+from .pages import DOCS, markdown, write_table
 
-DOCS = Path(__file__).parents[2] / "docs"
 DOCUMENT, DATA = DOCS / "errors.md", DOCS / "errors.csv"
 
 ORBIT = 5992.0
@@ -39,12 +36,11 @@ Floats = NDArray[np.float64]
 
 
 def main() -> None:
-    text = DOCUMENT.read_text(encoding="utf-8")
     history = floor()
     history.to_csv(DATA, index=False, float_format="%.4g")
     table = spin_table()
     sys.stdout.write(f"{table}\n")
-    DOCUMENT.write_text(with_table(text, "spins", table), encoding="utf-8")
+    write_table(DOCUMENT, "spins", table)
 
 
 def without_varying(scenario: Scenario) -> Scenario:

@@ -29,7 +29,8 @@ from pymoo.core.termination import NoTermination
 
 from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
 
-from .table import markdown, processor
+from .pages import markdown
+from .table import processor
 
 N_VAR = 12
 GENERATIONS = 40

@@ -7,9 +7,8 @@ Run it in the root of the repository on an idle machine; it takes a minute.
 
 from __future__ import annotations
 
-import argparse
 import platform
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -18,44 +17,32 @@ import llvmlite.binding
 
 from . import cases, speed
 from .measure import Timing
+from .pages import DOCS, markdown, write_table
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "performance.md"
-BEGIN, END = "<!-- begin of measured tables -->", "<!-- end of measured tables -->"
+#: Rounds of which the fastest counts.
+ROUNDS = 9
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(description="Measure and write docs/performance.md.")
-    parser.add_argument("--rounds", type=int, default=9, help="rounds to take the best of")
-    rounds = parser.parse_args(arguments).rounds
-    text = DOCUMENT.read_text(encoding="utf-8")
+def main() -> None:
     tables = "\n\n".join(
         (
-            circumstances(rounds),
-            step_table(speed.compare(speed.step_tasks(), rounds)),
-            growth_table(speed.compare(speed.growth_tasks(), rounds)),
+            circumstances(),
+            step_table(speed.compare(speed.step_tasks(), ROUNDS)),
+            growth_table(speed.compare(speed.growth_tasks(), ROUNDS)),
         )
     )
-    DOCUMENT.write_text(with_tables(text, tables), encoding="utf-8")
+    write_table(DOCS / "performance.md", "measured tables", tables)
     print(tables)
 
 
-def with_tables(text: str, tables: str) -> str:
-    """Return the document with everything between the two markers replaced."""
-    head, found_begin, rest = text.partition(BEGIN)
-    _, found_end, tail = rest.partition(END)
-    if not (found_begin and found_end):
-        raise ValueError(f"expected the lines {BEGIN!r} and {END!r} in the document")
-    return f"{head}{BEGIN}\n{tables}\n{END}{tail}"
-
-
-def circumstances(rounds: int) -> str:
+def circumstances() -> str:
     """Return processor, versions and date of the measurement as one line."""
     versions = ", ".join(
         f"{package} {version(package)}" for package in ("numpy", "numba", "llvmlite", "filterpy")
     )
     return (
         f"{processor()} ({llvmlite.binding.get_host_cpu_name()}), {platform.system()}, Python "
-        f"{platform.python_version()}, {versions}; {datetime.now(UTC):%Y-%m-%d}; best of {rounds} "
+        f"{platform.python_version()}, {versions}; {datetime.now(UTC):%Y-%m-%d}; best of {ROUNDS} "
         "rounds, CPU time per thread."
     )
 
@@ -75,12 +62,6 @@ def growth_table(measured: Mapping[str, Timing]) -> str:
         for name, timing in measured.items()
     ]
     return markdown(("suite", "states", "kernel [ns]"), rows)
-
-
-def markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a Markdown table whose first column is text and whose others are numbers."""
-    rule = ["---", *["---:"] * (len(head) - 1)]
-    return "\n".join(f"| {' | '.join(map(str, row))} |" for row in (head, rule, *rows))
 
 
 def processor() -> str:

@@ -10,7 +10,7 @@ from mgeo_calibration.flight.flight import draw, fly_run
 from mgeo_calibration.flight.own import sent_down
 from mgeo_calibration.simulation.filter import ErrorStateFilter
 
-from ..calibration.calibration.flights import PLAN, flown, short
+from ..calibration.calibration.flights import PLAN, short
 from .measure import interleaved
 
 
@@ -35,22 +35,3 @@ def test_a_calibration_costs_less_than_filtering_step_by_step(preset):
     ratio = timings["calibrated"].processor / timings["filtered"].processor
     print(f"\n{preset}: a calibration takes {ratio:.3f} of a pass of the filter")
     assert ratio < 0.25
-
-
-@pytest.mark.benchmark
-@pytest.mark.parametrize("preset", ["cubesat_6u", "cubesat_6u_full"])
-def test_spans_that_are_formed_again_cost_less_than_twice_those_that_are_kept(preset, monkeypatch):
-    """Of long telemetry they are, so that a sample takes little memory."""
-    scenario = short(getattr(Scenario, preset)(), 6000.0)
-    telemetry = flown(scenario, 1)
-
-    def calibrated(kept):
-        monkeypatch.setattr("mgeo_calibration.estimation.smoother.KEPT", kept)
-        calibrate(scenario, telemetry)
-
-    timings = interleaved(
-        {"again": lambda: calibrated(0.0), "kept": lambda: calibrated(np.inf)}, rounds=3
-    )
-    ratio = timings["again"].processor / timings["kept"].processor
-    print(f"\n{preset}: formed again, spans take {ratio:.2f} of the time of those kept")
-    assert ratio < 2.0

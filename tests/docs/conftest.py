@@ -1,4 +1,4 @@
-"""As for plans, promises are looked at in few flights."""
+"""Pages show robust times over few Monte Carlo runs here, as the tests of plans do."""
 
 from ..attitude.conftest import few_flights
 
