@@ -20,7 +20,7 @@ from mgeo.studies.comparison import Comparison, FailedRunsWarning
 from mgeo.studies.indicators import NothingToCompareError, check_space, indicator_space, trace
 from mgeo.studies.labels import folder_name
 from mgeo.studies.plan import claim, describe_algorithm, describe_problem, installed_versions
-from mgeo.studies.progress import Progress, choose
+from mgeo.studies.progress import show_progress
 from mgeo.studies.record import StudyRun
 from mgeo.studies.run import Failure, Task, run
 from mgeo.studies.stored import provenance, write_comparison
@@ -50,7 +50,7 @@ def compare(
     reference_front: ArrayLike | None = None,
     parts: Sequence[float] | None = None,
     n_jobs: int | None = None,
-    progress: bool | Progress | None = None,
+    progress: bool = True,
     title: str | None = None,
 ) -> Comparison:
     """Run every algorithm with every seed, and measure all fronts in one space.
@@ -80,8 +80,8 @@ def compare(
     grid : how many equal steps, or at which numbers of evaluations; `n_eval` always belongs to it.
     bounds, reference_front, parts : of the indicators' space, see `mgeo.studies.indicators`.
     n_jobs : processes, as joblib counts them: -1 for one per processor.
-    progress : False for no display; None for one only if stderr is a terminal.
-    title : of that display; default: the problem's class.
+    progress : whether to show, on stderr, failed runs and, on a terminal, a bar (with rich).
+    title : name of the problem there; default: the problem's class.
 
     Warns
     -----
@@ -116,7 +116,7 @@ def compare(
         "steps": grid_steps(grid, n_eval),
         "space": {"bounds": bounds, "reference_front": reference_front, "parts": parts},
         "n_jobs": n_jobs,
-        "progress": choose(progress),
+        "progress": progress,
         "title": title or type(problem).__name__,
     }
     if folder is None:
@@ -149,7 +149,7 @@ def make_comparison(
     steps: Sequence[int],
     space: Mapping[str, Any],
     n_jobs: int | None,
-    progress: Progress,
+    progress: bool,
     title: str,
 ) -> Comparison:
     """Make the runs of checked arguments, and measure them; see `compare`.
@@ -191,7 +191,7 @@ def _make_runs(
     runs: Path | None,
     resume: bool,
     n_jobs: int | None,
-    progress: Progress,
+    progress: bool,
     title: str,
 ) -> dict[Key, Result]:
     """Return the result of each run; store each run as it finishes."""
@@ -203,7 +203,8 @@ def _make_runs(
     for key, path in files.items() if resume else ():
         with suppress(FileNotFoundError):
             results[key] = StudyRun.read(path)
-    with progress(title, len(tasks), len(results) if resume else None) as done:
+    reused = len(results) if resume else None
+    with show_progress(title, len(tasks), reused, shown=progress) as done:
         missing = {key: task for key, task in tasks.items() if key not in results}
         for key, result in _run_all(missing, n_jobs):
             # written by this process: workers need not share a file system

@@ -19,7 +19,6 @@ from mgeo.studies.file import Study
 from mgeo.studies.indicators import NothingToCompareError, check_space
 from mgeo.studies.plan import claim, installed_versions
 from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
-from mgeo.studies.progress import Progress, choose
 from mgeo.studies.report import problem_page, study_page
 from mgeo.studies.stored import problem_folder, provenance, write_comparison
 from mgeo.studies.tables import markdown, problems_table
@@ -41,7 +40,7 @@ def run_study(
     *,
     resume: bool = False,
     n_jobs: int | None = None,
-    progress: bool | Progress | None = None,
+    progress: bool = True,
 ) -> dict[str, Comparison]:
     """Make the runs of a study, and write tables and pages.
 
@@ -114,7 +113,7 @@ def run_study(
                     steps=grid_steps(grid, n_eval),
                     space={"parts": configuration.parts},
                     n_jobs=n_jobs,
-                    progress=choose(progress),
+                    progress=progress,
                     title=label,
                 )
             except NothingToCompareError as error:
