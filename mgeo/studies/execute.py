@@ -18,12 +18,11 @@ from pymoo.core.algorithm import Algorithm
 from mgeo.runs.operators import fitted
 from mgeo.studies.comparison import Comparison, FailedRunsWarning
 from mgeo.studies.indicators import NothingToCompareError, check_space, indicator_space, trace
-from mgeo.studies.labels import folder_name
 from mgeo.studies.plan import claim, describe_algorithm, describe_problem, installed_versions
 from mgeo.studies.progress import show_progress
 from mgeo.studies.record import StudyRun
 from mgeo.studies.run import Failure, Task, run
-from mgeo.studies.stored import provenance, write_comparison
+from mgeo.studies.stored import folder_name, provenance, write_comparison
 from mgeo.validation.arguments import validate_integer
 
 if TYPE_CHECKING:
@@ -252,21 +251,12 @@ def _label(algorithms: Mapping[str, Algorithm] | Iterable[Algorithm]) -> dict[st
     for name, algorithm in labeled.items():
         if isinstance(algorithm, str) or not hasattr(algorithm, "setup"):
             raise TypeError(f"algorithms[{name!r}] = {algorithm!r}: expected a pymoo Algorithm")
-        if _has_run(algorithm):
+        if algorithm.problem is not None or algorithm.is_initialized:
             raise ValueError(
                 f"algorithms[{name!r}] is set up or has run, and would continue from there: "
                 f"expected a new {type(algorithm).__name__}"
             )
     return labeled
-
-
-def _has_run(algorithm: Algorithm) -> bool:
-    """Return whether an algorithm, or one that it holds, is set up or has run."""
-    state = [getattr(algorithm, name, None) for name in ("problem", "pop", "n_iter")]
-    if any(each is not None for each in state) or getattr(algorithm, "is_initialized", False):
-        return True
-    held = [each for each in vars(algorithm).values() if isinstance(each, Algorithm)]
-    return any(_has_run(each) for each in held if each is not algorithm)
 
 
 def seed_numbers(seeds: int | Iterable[int]) -> tuple[int, ...]:

@@ -24,14 +24,7 @@ def show_progress(title: str, total: int, reused: int | None, *, shown: bool) ->
     if shown and reused is not None:
         print(f"{title}: reused {reused} of {total} runs", file=sys.stderr)
     try:
-        from rich.progress import (
-            BarColumn,
-            MofNCompleteColumn,
-            Progress,
-            TextColumn,
-            TimeElapsedColumn,
-            TimeRemainingColumn,
-        )
+        from rich import progress
 
         from mgeo.terminal import console
     except ImportError:
@@ -40,14 +33,14 @@ def show_progress(title: str, total: int, reused: int | None, *, shown: bool) ->
         yield lambda name, seed, error: None
         return
     columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(elapsed_when_finished=False),
+        progress.TextColumn("{task.description}", markup=False),
+        progress.BarColumn(),
+        progress.MofNCompleteColumn(),
+        progress.TimeElapsedColumn(),
+        progress.TimeRemainingColumn(elapsed_when_finished=False),
     )
     screen = console(stderr=True)
-    with Progress(*columns, console=screen, disable=not screen.is_terminal) as bar:
+    with progress.Progress(*columns, console=screen, disable=not screen.is_terminal) as bar:
         task = bar.add_task(title, total=total, completed=reused or 0)
 
         def done(name: str, seed: int, error: str) -> None:

@@ -45,12 +45,12 @@ def run_study(
     """Make the runs of a study, and write tables and pages.
 
     The tables of a problem are written when its runs are done: ``table.csv`` (indicators over
-    evaluations), ``final.csv`` (after all evaluations), ``fronts.csv``, ``runs.csv``,
-    ``tests.csv``, ``summary.md``, ``summary.tex``, ``report.html`` and ``provenance.json``. They
-    are in `folder`, or with several problems in a folder each below it. Then `folder` also has
-    ``report.html``, ``summary.md``, ``summary.tex``, ``summary.csv``, ``values.csv``, ``ranks.csv``
-    (see `mgeo.studies.pooled`), ``targets.csv`` (see `mgeo.studies.targets`) and the plotting
-    library that the pages share. ``runs/`` has each run as it finishes.
+    evaluations), ``fronts.csv``, ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``,
+    ``report.html`` and ``provenance.json``. They are in `folder`, or with several problems in a
+    folder each below it. Then `folder` also has ``report.html``, ``summary.md``, ``summary.tex``,
+    ``values.csv``, ``ranks.csv`` (see `mgeo.studies.pooled`), ``targets.csv`` (see
+    `mgeo.studies.targets`) and the plotting library that the pages share. ``runs/`` has each run
+    as it finishes.
 
     Parameters
     ----------
@@ -172,7 +172,6 @@ def _over_problems(
     return {
         "summary.md": marked.markdown() + "".join(f"\n{text}\n" for text in failed),
         "summary.tex": marked.latex(),
-        "summary.csv": marked.table.to_csv(lineterminator="\n"),
         VALUES: values.to_csv(index=False, lineterminator="\n"),
         RANKS: standings.to_csv(index=False, lineterminator="\n"),
         TARGETS: reached.to_csv(index=False, lineterminator="\n"),

@@ -44,7 +44,6 @@ population = [10, 20]
 ONE = TWO.replace('["pymoo:zdt1", "pymoo:dtlz2"]', '"cantilever"')
 FILES = {
     "table.csv",
-    "final.csv",
     "fronts.csv",
     "runs.csv",
     "tests.csv",
@@ -58,7 +57,6 @@ OF_A_STUDY = {"study.toml", "study.json"}
 OVER_PROBLEMS = {
     "summary.md",
     "summary.tex",
-    "summary.csv",
     "values.csv",
     "ranks.csv",
     "targets.csv",
@@ -86,7 +84,6 @@ def test_a_study_of_two_problems(tmp_path):
     for label, result in found.items():
         assert names(out / label) == FILES
         assert len(list((out / label / "runs").iterdir())) == 8
-        assert len(pd.read_csv(out / label / "final.csv")) == 8
         assert len(pd.read_csv(out / label / "tests.csv")) == 6 * (3 + 3)  # and parts
         read = read_comparison(out / label)
         assert read.table.equals(result.table)
