@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from itertools import product
 from pathlib import Path
@@ -21,7 +21,7 @@ from mgeo.studies.indicators import NothingToCompareError, check_space, indicato
 from mgeo.studies.plan import claim, describe_algorithm, describe_problem, installed_versions
 from mgeo.studies.progress import show_progress
 from mgeo.studies.record import StudyRun
-from mgeo.studies.run import Failure, Task, run
+from mgeo.studies.run import Task, run
 from mgeo.studies.stored import folder_name, provenance, write_comparison
 from mgeo.validation.arguments import validate_integer
 
@@ -33,7 +33,7 @@ MOST = 100_000  # seeds, or algorithms of a sweep: more are a slip
 RECORDS = "runs"  # folder of the finished runs
 
 Key = tuple[str, int]
-Result = StudyRun | Failure
+Result = StudyRun | str  # a failed run is its error
 
 
 def compare(
@@ -169,8 +169,8 @@ def make_comparison(
     results = _make_runs(tasks, runs, resume, n_jobs, progress, title)
     records = {key: r for key in keys if isinstance(r := results[key], StudyRun)}
     if not records:
-        first = next(r.error for r in results.values() if isinstance(r, Failure))
-        raise NothingToCompareError(f"all {len(keys)} runs failed, one of them with {first}")
+        error = results[keys[0]]
+        raise NothingToCompareError(f"all {len(keys)} runs failed, the first with {error}")
     measured = indicator_space(problem, [record.front_F for record in records.values()], **space)
     rows = [
         {"algorithm": label, "seed": seed, **row}
@@ -205,19 +205,15 @@ def _make_runs(
     reused = len(results) if resume else None
     with show_progress(title, len(tasks), reused, shown=progress) as done:
         missing = {key: task for key, task in tasks.items() if key not in results}
-        for key, result in _run_all(missing, n_jobs):
+        calls = [joblib.delayed(_run_with_key)(key, task) for key, task in missing.items()]
+        parallel: Any = joblib.Parallel(n_jobs, return_as="generator_unordered", batch_size=1)
+        for (name, seed), result in parallel(calls):
             # written by this process: workers need not share a file system
             if isinstance(result, StudyRun) and files:
-                result.write(files[key])
-            results[key] = result
-            done(*key, result.error if isinstance(result, Failure) else "")
+                result.write(files[name, seed])
+            results[name, seed] = result
+            done(name, seed, result if isinstance(result, str) else "")
     return results
-
-
-def _run_all(tasks: Mapping[Key, Task], n_jobs: int | None) -> Iterator[tuple[Key, Result]]:
-    """Yield the result of each run as it ends."""
-    calls = [joblib.delayed(_run_with_key)(key, task) for key, task in tasks.items()]
-    yield from joblib.Parallel(n_jobs, return_as="generator_unordered", batch_size=1)(calls)
 
 
 def _run_with_key(key: Key, task: Task) -> tuple[Key, Result]:
@@ -225,14 +221,15 @@ def _run_with_key(key: Key, task: Task) -> tuple[Key, Result]:
 
 
 def _run_row(key: Key, result: Result) -> dict[str, Any]:
-    return {
-        "algorithm": key[0],
-        "seed": key[1],
-        "status": "finished" if isinstance(result, StudyRun) else "failed",
-        "wall_time": result.wall_time if isinstance(result, StudyRun) else np.nan,
-        "failed_evaluations": result.failed if isinstance(result, StudyRun) else 0,
-        "error": result.error if isinstance(result, Failure) else "",
-    }
+    outcome: dict[str, Any] = {"status": "failed", "wall_time": np.nan, "failed_evaluations": 0}
+    if isinstance(result, StudyRun):
+        outcome = {
+            "status": "finished",
+            "wall_time": result.wall_time,
+            "failed_evaluations": result.failed,
+        }
+    error = result if isinstance(result, str) else ""
+    return {"algorithm": key[0], "seed": key[1], **outcome, "error": error}
 
 
 def _label(algorithms: Mapping[str, Algorithm] | Iterable[Algorithm]) -> dict[str, Algorithm]:

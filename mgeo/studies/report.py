@@ -33,11 +33,8 @@ def problem_page(study: Study, label: str, comparison: Comparison) -> str:
     published = published_table(study, comparison)
     against = None
     if study.control in comparison.order():
-        against = control_table(comparison, study.control, comparison.indicators)
-    order, parts = comparison.order(), None
-    if comparison.parts and len(order) > 1:
-        one = study.control if study.control in order else order[0]
-        parts = control_table(comparison, one, comparison.parts)
+        measures = [*comparison.indicators, *comparison.parts]
+        against = control_table(comparison, study.control, measures)
     results = render(
         "studies/assets/results.html",
         study=study,
@@ -46,7 +43,6 @@ def problem_page(study: Study, label: str, comparison: Comparison) -> str:
         conclusions=" ".join(conclusions(comparison, study.control)),
         published=published,
         against=against,
-        parts=parts,
         failed=runs[runs["status"] == "failed"].to_dict("records"),
     )
     formats = {"A": "{:.3f}".format, "p": "{:.2g}".format, "p_holm": "{:.2g}".format}

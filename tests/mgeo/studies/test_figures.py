@@ -35,7 +35,7 @@ def test_the_curve_is_the_mean_and_lies_in_its_band():
         assert line.y[1] == pytest.approx(np.mean(VALUES[name]))
         high, low = band.y[1], band.y[2]
         assert min(VALUES[name]) <= low < line.y[1] < high <= max(VALUES[name])
-        assert f"<b>{name}</b><br>after 100 evaluations<br>mean of 3 runs" in line.hovertext[1]
+        assert f"<b>{name}</b>" in line.hovertemplate
     assert figure.layout.yaxis.type == "linear"
     assert anytime_figure(comparison(), "igd_plus").layout.yaxis.type == "log"
 

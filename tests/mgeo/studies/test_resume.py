@@ -77,8 +77,6 @@ def test_failed_runs_are_made_again(tmp_path, capsys):
     ("changes", "message"),
     [
         ({"problem": Beam(load=2.0)}, "problem.options.load = 2.0, expected 1.0"),
-        ({"problem": ZDT1(n_var=4)}, "problem.class = 'pymoo"),
-        ({"searches": algorithms(pop_size=12)}, "NSGA-II.pop_size = 12, expected 10"),
         ({"searches": algorithms(crossover=SBX(eta=20))}, "crossover.eta.value = 20, expected 15"),
         ({"searches": {"other": MGEOReal(0.1)}}, "algorithms.MGEO = None"),
         ({"n_eval": 80}, "evaluations = 80, expected 60"),
