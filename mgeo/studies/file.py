@@ -287,9 +287,9 @@ def _fill_label(text: str, where: str, values: Mapping[str, Any]) -> str:
     """Replace each ``{name}`` in a label by the value of that name."""
     # not str.format, which looks into objects: {name.__class__}, {name:>999999999}
     parts = re.split(r"\{(.*?)\}", text)
-    if unknown := set(parts[1::2]) - set(values):
+    if set(parts[1::2]) - set(values):
         raise ValueError(
-            f"{where}label = {text!r:.80}: {unknown.pop()!r} in braces, expected one of "
+            f"{where}label = {text!r:.80}: expected text in which braces hold only "
             f"{', '.join(values)}"
         )
     parts[1::2] = (str(values[name]) for name in parts[1::2])

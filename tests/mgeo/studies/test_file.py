@@ -86,7 +86,7 @@ def test_it_can_be_reduced_and_extended():
         ("seeds = 2", "seeds = 2\nbudget = 3", "budget is unknown: expected title, about"),
         ('name = "pymoo:zdt1"', 'name = "a"\nscenario = "b"\noptions = {}', "expected one of them"),
         ('name = "nsga2"', 'name = "nsag2"', r"algorithms\[0\].name: .*did you mean 'nsga2'"),
-        ("population = 20", 'label = "{size}"', r"label = '\{size\}': 'size' in braces"),
+        ("population = 20", 'label = "{size}"', r"label = '\{size\}': .* only name"),
         (
             "population = 20",
             "[published]\nsource = 'a'\ntable = { b = { points = 3 } }",
