@@ -44,19 +44,12 @@ class Task:
     seed: int
 
 
-@dataclass(frozen=True)
-class Failure:
-    """A run that ended in an exception."""
-
-    error: str
-
-
-def run(task: Task) -> StudyRun | Failure:
-    """Make a run; return an exception as a `Failure`, so that other runs continue."""
+def run(task: Task) -> StudyRun | str:
+    """Make a run; return an exception as a message, so that other runs continue."""
     try:
         return record(task)
     except Exception as error:  # algorithms and problems of others may raise anything
-        return Failure(f"{type(error).__name__}: {one_line(str(error))}")
+        return f"{type(error).__name__}: {one_line(str(error))}"
 
 
 def record(task: Task) -> StudyRun:

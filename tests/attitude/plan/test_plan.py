@@ -7,15 +7,11 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.scenario import ManeuverLimits
 from scipy.spatial.transform import Rotation
 
 from .conftest import DESIGN
 
 HALF = np.sqrt(0.5)
-BLOCKS = [
-    *("attitude", "gyro bias", "sun misalignment", "sun bias", "mag misalignment", "mag bias")
-]
 
 
 def test_one_maneuver_of_90_degrees_about_z():
@@ -34,20 +30,6 @@ def test_one_maneuver_of_90_degrees_about_z():
     np.testing.assert_allclose(
         first[[f"end q{c}" for c in "123c"]].astype(float), [0, 0, HALF, HALF], atol=1e-14
     )
-
-
-def test_the_attitude_after_a_ramp_shorter_than_a_step_is_exact():
-    """0.5 deg/s after 4 of the 10 s of a step: 1 of the 90 deg are missing, and made up for."""
-    limits = ManeuverLimits(count=2, max_acceleration_deg_s2=0.125)
-    scenario = dataclasses.replace(Scenario.paper(), duration=600.0, step=10.0, maneuvers=limits)
-    plan = ManeuverPlan(scenario, (0.0, 0.0, 0.5, 180.0, 0.0, 0.0, 0.0, 100.0))
-    table = plan.timeline()
-    assert table["phase"].tolist() == [
-        *("ramp to maneuver 1", "maneuver 1", "ramp to maneuver 2", "maneuver 2", "rate held")
-    ]
-    assert table["swept [deg]"].tolist() == pytest.approx([4.0, 85.0, 1.0, 0.0, 0.0])
-    last = table.iloc[2][[f"end q{c}" for c in "123c"]].astype(float)
-    np.testing.assert_allclose(last, [0, 0, HALF, HALF], atol=1e-14)
 
 
 def test_timeline_turned_through_gives_the_filter_its_attitude(plan):
@@ -90,10 +72,7 @@ def test_a_plan_is_its_scenario_and_its_design(plan, problem):
     [
         (DESIGN[:8], r"design = .*expected 12 numbers, 4 for each of the scenario's 3 maneuvers"),
         ((1.1, *DESIGN[1:]), r"design\[0\] = 1\.1: expected -1 to 1 for omega_x_1 \[deg/s\]"),
-        ((*DESIGN[:11], -1.0), r"design\[11\] = -1\.0: expected 0 to 2000 for duration_3 \[s\]"),
-        ((np.nan, *DESIGN[1:]), r"design\[0\] = nan"),
         (("0.5", *DESIGN[1:]), r"design\[0\] = '0\.5'"),
-        (0.5, r"design = 0\.5"),
     ],
 )
 def test_bad_designs_are_named(problem, design, message):
