@@ -66,9 +66,12 @@ def test_times_are_multiples_of_the_step() -> None:
         ),
         (
             {"trace_weights": {"attitude": -1.0}},
-            "trace_weights.attitude = -1.0: expected a number >= 0",
+            "trace_weights.attitude = -1.0: expected greater than or equal to 0",
         ),
-        ({"trace_weights": {"attitude": "1"}}, "trace_weights.attitude = '1': expected a number"),
+        (
+            {"trace_weights": {"attitude": "1"}},
+            "trace_weights.attitude = '1': expected a valid",
+        ),
         ({"trace_weights": 1.0}, "trace_weights = 1.0: expected a table"),
         ({"orbit": 3}, "orbit = 3: expected a table"),
         ({"gyro": SunSensor()}, "gyro = SunSensor("),
