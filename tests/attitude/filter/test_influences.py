@@ -162,7 +162,10 @@ def test_an_influence_of_no_channel_is_refused_with_the_way_out():
             "in_shadow = 2.0: expected nothing",
         ),
         ({"times": (0.0,), "values": (1.0,), "initial": 2.0}, "initial = 2.0: expected nothing"),
-        ({"name": "a b", "times": (0.0,), "values": (1.0,)}, "name = 'a b': expected letters"),
+        (
+            {"name": "a b", "times": (0.0,), "values": (1.0,)},
+            "name = 'a b': expected a string that matches",
+        ),
     ],
 )
 def test_what_a_channel_cannot_be(keys, message):

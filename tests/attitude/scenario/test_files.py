@@ -173,7 +173,7 @@ def test_comments_give_meaning_unit_and_range(line: str) -> None:
         ),
         ("gyro.considered = ['biass']", "gyro.considered[0] = 'biass': unknown state; did you"),
         ("gyro.bias = 1", "gyro.bias: unknown key; did you mean 'bias_instability_deg_per_h'"),
-        ("sensors = 3", "sensors = 3: expected a list of (a table"),
+        ("sensors = 3", "sensors = 3: expected a list of at least 1 x (a table"),
         ("sensors = ['sun']", "sensors[0] = 'sun': expected an instance of Sensor"),
         ("[[sensors]]\nname = 'a'", "sensors[0].kind: missing (known: 'sun-sensor',"),
         ("[[sensors]]\nkind = 'radar'", "sensors[0].kind = 'radar': unknown kind (known: 'sun-"),
@@ -183,7 +183,7 @@ def test_comments_give_meaning_unit_and_range(line: str) -> None:
         ),
         (
             "[[sensors]]\nkind = 'magnetometer'\n[[sensors]]\nkind = 'magnetometer'",
-            "sensors[1].name = 'mag': expected a name that no other sensor has, nor gyro or world",
+            "sensors[1].name = 'mag': expected each one once",
         ),
         (
             "[[sensors]]\nkind = 'magnetometer'\nsample_interval = 1.5",

@@ -148,5 +148,5 @@ def test_a_world_that_cannot_be_is_refused(world, message):
 
 
 def test_no_sensor_is_called_the_world():
-    with pytest.raises(InvalidValue, match=r"sensors\[0\].name = 'world': expected a name that no"):
+    with pytest.raises(InvalidValue, match=r"sensors\[0\].name = 'world': expected another name"):
         short(sensors=(Magnetometer(name="world"),))

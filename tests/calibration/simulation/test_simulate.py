@@ -15,7 +15,7 @@ from mgeo_attitude import (
     World,
 )
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.scenario.settings import Convergence
+from mgeo_attitude.scenario.convergence import Convergence
 from mgeo_calibration import consistency, simulate
 from mgeo_calibration.estimation.taylor import Taylor
 from mgeo_calibration.simulation.flights import RUNS, planned

@@ -30,6 +30,7 @@ from mgeo_attitude.settings.types import (
     SECOND,
     Degrees,
     Direction,
+    Identifier,
     Seconds,
     Unit,
 )
@@ -41,7 +42,9 @@ if TYPE_CHECKING:
 #: A gyro or a sensor.
 Noisy = TypeVar("Noisy")
 
-Name = Annotated[str, Field(description="name, unique in the suite; prefixes the sensor's states")]
+Name = Annotated[
+    Identifier, Field(description="name, unique in the suite; prefixes the sensor's states")
+]
 SeesAlbedo = Annotated[
     bool,
     Field(

@@ -30,10 +30,13 @@ def _describe(schema: Schema) -> str:
         return " or ".join(sorted(words, key="nothing".__ne__))
     if "enum" in schema or "const" in schema:
         return "one of " + ", ".join(map(repr, schema.get("enum", [schema.get("const")])))
+    if "pattern" in schema:
+        return f"a string that matches {schema['pattern']}"
     if schema.get("format") == "date-time":
         return "a date and time with UTC offset, such as 2018-06-05T00:00:00Z"
     if schema.get("type") == "array":
-        count = f"{schema['minItems']} x " if "maxItems" in schema else ""
+        least = "" if "maxItems" in schema else "at least "
+        count = f"{least}{schema['minItems']} x " if "minItems" in schema else ""
         entry = schema.get("items") or schema.get("prefixItems", [{}])[0]
         return f"a list of {count}({describe(entry)})"
     kind = _TYPES.get(schema.get("type", "object" if "$ref" in schema else ""), "anything")
