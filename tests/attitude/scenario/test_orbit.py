@@ -43,10 +43,10 @@ def test_geostationary_period_is_the_sidereal_day() -> None:
 @pytest.mark.parametrize(
     ("element", "value", "expected"),
     [
-        ("eccentricity", 1.0, "expected a number in [0, 1)"),
-        ("eccentricity", -0.1, "expected a number in [0, 1)"),
-        ("inclination_deg", 180.1, "expected a number in [0, 180] [deg]"),
-        ("raan_deg", 2302.97, "expected a number in [-360, 360] [deg]"),
+        ("eccentricity", 1.0, "expected a number >= 0 and < 1"),
+        ("eccentricity", -0.1, "expected a number >= 0 and < 1"),
+        ("inclination_deg", 180.1, "expected a number >= 0 and <= 180 [deg]"),
+        ("raan_deg", 2302.97, "expected a number >= -360 and <= 360 [deg]"),
         ("semi_major_axis", float("nan"), "expected a number > 0 [m]"),
         ("propagator", "j4", "expected one of 'two-body', 'j2'"),
     ],

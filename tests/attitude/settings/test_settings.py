@@ -57,7 +57,7 @@ class Wheel(Settings):
         ({"inertia": 0.0}, "inertia = 0.0: expected a number > 0 [kg m²] (moment of inertia)"),
         ({"inertia": True}, "inertia = True: expected a number > 0 [kg m²] (moment of inertia)"),
         ({"inertia": "1"}, "inertia = '1': expected a number > 0 [kg m²] (moment of inertia)"),
-        ({"offset": math.nan}, "offset = nan: expected a finite number (offset from the center)"),
+        ({"offset": math.nan}, "offset = nan: expected a number (offset from the center)"),
         ({"offset": 10**400}, "offset = 1000000"),
         ({"poles": 1}, "poles = 1: expected an integer >= 2 (magnetic poles)"),
         ({"poles": 4.0}, "poles = 4.0: expected an integer >= 2 (magnetic poles)"),
@@ -65,15 +65,18 @@ class Wheel(Settings):
         ({"motor": "steam"}, "motor = 'steam': expected one of 'dc', 'ac' (motor)"),
         ({"run_time": 0}, "run_time = 0: expected nothing or a number > 0 [s] (time until"),
         ({"axis": (1, 2)}, "axis = (1, 2): expected a list of 3 x (a number > 0) [m] (axis)"),
-        ({"axis": (1, 2, 0)}, "axis[2] = 0: expected a number > 0 [m] (axis)"),
+        ({"axis": (1, 2, 0)}, "axis[2] = 0: expected greater than 0 [m] (axis)"),
         ({"noise": (1, 0, 1)}, "noise = (1, 0, 1): expected a number > 0 or a list of 3 x (a num"),
         ({"tags": "ab"}, "tags = 'ab': expected a list of (a string) (labels)"),
-        ({"tags": ["a", 1]}, "tags[1] = 1: expected a string (labels)"),
+        ({"tags": ["a", 1]}, "tags[1] = 1: expected a valid string (labels)"),
         ({"built": "now"}, "built = 'now': expected nothing or a date and time with UTC offset"),
         ({"built": date(2018, 6, 5)}, "built = '2018-06-05': expected nothing or a date and time"),
         ({"built": datetime(2018, 6, 5)}, "built = '2018-06-05T00:00:00': expected a UTC offset"),
         ({"bearing": 3}, "bearing = 3: expected a table (bearing)"),
-        ({"bearing": {"friction": 1}}, "bearing.friction = 1: expected a number in [0, 1) (coeff"),
+        (
+            {"bearing": {"friction": 1}},
+            "bearing.friction = 1: expected a number >= 0 and < 1 (",
+        ),
         ({"others": [{}]}, "others[0].kind: missing (known: 'bearing')"),
         ({"others": [{"kind": "ball"}]}, "others[0].kind = 'ball': unknown kind (known: 'bearing"),
         ({"others": [{"kind": "bearing", "name": 1}]}, "others[0].name = 1: expected a string"),
@@ -88,14 +91,14 @@ def test_a_bad_value_is_named_with_what_was_expected(values: Any, message: str) 
 
 
 def test_positional_and_missing_arguments_are_named() -> None:
-    with pytest.raises(InvalidValue, match=r"^friction = 2: expected a number in \[0, 1\)"):
+    with pytest.raises(InvalidValue, match=r"^friction = 2: expected a number >= 0 and < 1"):
         Bearing("rear", 2)
 
     @dataclass(frozen=True)
     class Axle(Settings):
         length: Annotated[float, Unit("m")] = Field(description="length")
 
-    with pytest.raises(KeyProblem, match=r"^length: missing; expected a finite number \[m\] \(len"):
+    with pytest.raises(KeyProblem, match=r"^length: missing; expected a number \[m\] \(len"):
         Axle()  # type: ignore[call-arg]
 
 
@@ -137,15 +140,6 @@ def test_the_schema_has_meaning_unit_range_and_default() -> None:
     assert found == {"unit": "kg m²", "exclusiveMinimum": 0.0, "default": 1.0}
     assert properties["inertia"]["description"] == "moment of inertia"
     assert describe({"maximum": 2.5, "type": "number"}) == "a number <= 2.5"
-
-
-def test_a_plain_dataclass_is_refused() -> None:
-    @dataclasses.dataclass(frozen=True)
-    class Plain(Bearing):
-        pass
-
-    with pytest.raises(TypeError, match=r"Plain: expected a dataclass of pydantic\.dataclasses"):
-        Plain()
 
 
 @pytest.mark.parametrize("kind", [InvalidValue, KeyProblem])

@@ -7,7 +7,7 @@ import shutil
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan, write_plan
-from mgeo_attitude.scenario.settings import PathLimit
+from mgeo_attitude.scenario.limits import PathLimit
 from mgeo_calibration import verify
 from mgeo_calibration.flight.as_flown import told
 

@@ -31,7 +31,7 @@ from mgeo_attitude.geometry.vector import Vec3, dot
 from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:
-    from mgeo_attitude.scenario.settings import PathLimit
+    from mgeo_attitude.scenario.limits import PathLimit
 
 CHECK = "check"
 

@@ -17,7 +17,7 @@ from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.world import World
 
 if TYPE_CHECKING:
-    from mgeo_attitude.scenario.settings import PathLimit
+    from mgeo_attitude.scenario.limits import PathLimit
 
 
 class Watch(NamedTuple):

@@ -15,7 +15,7 @@ import pydantic.dataclasses
 from pydantic import Field
 
 from mgeo_attitude.settings.base import Settings
-from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
+from mgeo_attitude.settings.errors import InvalidValue, expect, expect_unique, known_names
 from mgeo_attitude.settings.types import Degrees, NonNegative, Unit
 
 
@@ -151,6 +151,17 @@ def present(**sigmas: float) -> dict[str, State]:
     return {state: sigma for state, sigma in sigmas.items() if sigma}
 
 
+Considered = Annotated[
+    tuple[str, ...],
+    Field(
+        description="its states that are not estimated, but whose uncertainty counts "
+        "(Schmidt-Kalman)"
+    ),
+]
+Influences = Annotated[
+    tuple[Influence, ...],
+    Field(description="channels that its bias follows: a temperature, a current"),
+]
 Misalignment = Annotated[
     Degrees,
     Field(
@@ -158,6 +169,10 @@ Misalignment = Annotated[
         description="initial misalignment, 1-sigma per axis; 0 leaves the states out: it says what "
         "body axes are",
     ),
+]
+#: Error of a unit vector.
+VectorBias = Annotated[
+    float, Field(gt=0.0, description="initial bias of the unit vector, 1-sigma per axis")
 ]
 ScaleFactor = Annotated[
     NonNegative,
@@ -176,20 +191,16 @@ Nonorthogonality = Annotated[
 
 def check_influences(influences: Sequence[Influence], states: Collection[str], kind: str) -> None:
     """Refuse, with an InvalidValue, one twice, or of what has no bias that could follow it."""
-    names = [influence.channel for influence in influences]
+    none = f"none: {kind} has no bias that follows it"
     for i, influence in enumerate(influences):
-        key = f"influences[{i}].channel"
-        expect(
-            influence.state in states, key, names[i], f"none: {kind} has no bias that follows it"
-        )
-        expect(names[i] not in names[:i], key, names[i], "each one once")
+        expect(influence.state in states, f"influences[{i}].channel", influence.channel, none)
+    expect_unique("influences[{}].channel", [influence.channel for influence in influences])
 
 
 def check_considered(considered: Sequence[str], states: Collection[str]) -> None:
     """Refuse, with an InvalidValue, what is none of the states, or twice there."""
+    expect_unique("considered[{}]", considered)
     for i, state in enumerate(considered):
-        key = f"considered[{i}]"
         if state not in states:
-            raise InvalidValue(key, state, f"unknown state{known_names(state, states)}")
-        if state in considered[:i]:
-            raise InvalidValue(key, state, "expected each one once")
+            expected = f"unknown state{known_names(state, states)}"
+            raise InvalidValue(f"considered[{i}]", state, expected)
