@@ -23,7 +23,7 @@ from mgeo.store.run_folder import (
 )
 from mgeo.terminal import pairs
 
-if TYPE_CHECKING:  # every run imports this module, and statistics take most of a second
+if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
     from mgeo.studies.file import Study

@@ -13,16 +13,7 @@ from mgeo.plugins.protocol import ask
 from mgeo.plugins.view import View
 from mgeo.runs.answer import DeadEnd, answer, dead_end, representative_solutions
 from mgeo.store.run import Outcome, Run
-from mgeo.store.run_folder import (
-    ARRAYS_FILE,
-    CHECKPOINT_FILE,
-    FIGURE_FILE,
-    FRONT_FILE,
-    NEAREST_FILE,
-    RECORD_FOLDER,
-    RUN_FILE,
-    run_document,
-)
+from mgeo.store.run_folder import CHECKPOINT_FILE, FIGURE_FILE, RUN_FILES, run_document
 from mgeo.terminal import console, fits, plain, table
 
 _CAUSES = 3  # causes of failed evaluations that are printed
@@ -44,12 +35,10 @@ def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
     best = answer(view) if len(outcome.F) else None
     stuck = dead_end(view) if outcome.nearest else None
     remarks = ask(view, View.remarks) if best else []  # can take seconds
-    names = (FRONT_FILE, ARRAYS_FILE, RUN_FILE, NEAREST_FILE, FIGURE_FILE)
-    files = [*names, CHECKPOINT_FILE, RECORD_FOLDER]
     output.result(
         {
             "folder": str(folder),
-            "files": [name for name in files if (folder / name).exists()],
+            "files": [name for name in RUN_FILES if (folder / name).exists()],
             "answer": None if best is None else asdict(best),
             "dead_end": None if stuck is None else asdict(stuck),
             "remarks": remarks,
