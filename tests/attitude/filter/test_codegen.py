@@ -50,14 +50,6 @@ def test_symbols_mean_what_their_arithmetic_means(expression, expected):
     assert names[result.name] == pytest.approx(expected, rel=1e-15)
 
 
-def test_zeros_and_ones_fold_away():
-    a, *_ = symbols()
-    assert a * 0.0 == 0.0 * a == 0.0
-    for folded in (a * 1.0, 1.0 * a, a + 0.0, 0.0 + a, a - 0.0):
-        assert folded is a
-    assert a.code.lines == []
-
-
 def test_a_loop_reads_the_triangle_by_row_or_column():
     """Only where bounds do not tell which it is, here for k = 3, a comparison is written."""
     code = Code()

@@ -12,9 +12,7 @@ from mgeo_attitude import (
     Magnetometer,
     Scenario,
     Suite,
-    SunSensor,
     TwoAxisSunSensor,
-    evaluate,
 )
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.geometry.rotation import skew, tangents
@@ -56,24 +54,6 @@ def test_a_sample_tells_nothing_along_the_direction(kind):
     np.testing.assert_allclose(information[:, bias, bias], across, atol=1e-9 / r[0] ** 2)
     turned = skew(V.T).transpose(2, 1, 0) / r[0] ** 2
     np.testing.assert_allclose(information[:, attitude, bias], turned, atol=1e-9 / r[0] ** 2)
-
-
-@pytest.mark.slow
-def test_a_third_of_what_three_numbers_tell_of_a_bias_is_not_there():
-    """At rest, with all else known: the part along the Sun stays what it was."""
-    known = {"initial_misalignment_deg": 1e-6, "noise_deg": 1.0}
-    found = {}
-    for sun in (SunSensor(**known), TwoAxisSunSensor(**known)):
-        model = FilterModel.from_scenario(
-            scenario(
-                sun, Magnetometer(initial_bias_nt=1e-3, initial_misalignment_deg=1e-6, noise_nt=1.0)
-            )
-        )
-        P = evaluate(model.endless, np.zeros(12), covariance=True).covariance[0]
-        first, v = 3 * model.suite.blocks.index("sun.bias"), model.references[-1, 0]
-        found[sun.kind] = v @ P[first : first + 3, first : first + 3] @ v
-    assert found["two-axis-sun-sensor"] == pytest.approx(0.02**2, rel=1e-3)
-    assert found["sun-sensor"] < 1e-3 * found["two-axis-sun-sensor"]
 
 
 def test_nadir_is_another_where_the_satellite_is_not_as_believed():

@@ -12,12 +12,9 @@ from mgeo_attitude import (
     Magnetometer,
     NoLimit,
     Scenario,
-    agreement,
     evaluate,
     limit,
-    reference_run,
 )
-from mgeo_attitude.filter.error_budget import error_budget
 from mgeo_attitude.scenario import Channel
 from mgeo_attitude.settings.errors import InvalidValue
 from scipy.integrate import solve_ivp
@@ -72,21 +69,6 @@ def test_the_gyro_counts_the_mean_of_a_step_and_a_sensor_its_sample():
     u = model.channels["current"] - 0.1
     np.testing.assert_array_equal(model.influences[:, 1], u)
     np.testing.assert_allclose(model.influences[1:, 0], 0.5 * (u[1:] + u[:-1]), atol=1e-15)
-
-
-@pytest.mark.slow
-def test_kernel_and_filterpy_agree_and_the_budget_adds_up():
-    of = scenario(
-        (Influence("temp", 1e-3, "degC", 20.0),),
-        (Influence("current", 2000.0, "A"), Influence("temp", 20.0, "degC", 20.0)),
-    )
-    model = FilterModel.from_scenario(of)
-    found = agreement(model, DESIGN)
-    assert found.same_end
-    assert found.difference < 1e-9
-    run = reference_run(model, DESIGN)
-    total = error_budget(model, DESIGN, run.t_end).variances.sum(axis=0)
-    np.testing.assert_allclose(total, run.sigma[-1] ** 2, rtol=1e-9)
 
 
 @pytest.mark.slow

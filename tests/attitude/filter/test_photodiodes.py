@@ -6,16 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from mgeo_attitude import (
-    FilterModel,
     Gyro,
     Magnetometer,
     NoLimit,
     Photodiode,
     Scenario,
     Suite,
-    SunSensor,
     World,
-    evaluate,
     limit,
 )
 from mgeo_attitude.bound.faces import together
@@ -140,21 +137,3 @@ def test_all_faces_together_tell_no_more_than_the_bound_says():
 def test_where_there_is_no_limit_it_says_why(keys, world, message):
     with pytest.raises(NoLimit, match=message):
         limit(scenario(*cube(**keys), Magnetometer(), world=world))
-
-
-@pytest.mark.slow
-def test_a_known_array_knows_the_attitude_as_three_numbers_do():
-    """Of faces without errors, each lit whenever it can be: a Sun sensor of the same noise."""
-    known = {"initial_scale_factor": 1e-6, "initial_misalignment_deg": 1e-5}
-    mag = Magnetometer(initial_bias_nt=1.0, initial_misalignment_deg=1e-5)
-    sigma = {}
-    noise = float(np.degrees(0.02))
-    sun = SunSensor(noise_deg=noise, initial_bias=1e-6, initial_misalignment_deg=1e-5)
-    for what, sensors in {
-        "faces": cube(relative_noise=0.02, half_angle_deg=89.0, **known),
-        "vector": (sun,),
-    }.items():
-        model = FilterModel.from_scenario(scenario(*sensors, mag, eclipse=False))
-        P = evaluate(model.endless, np.zeros(12), covariance=True).covariance[0]
-        sigma[what] = np.sqrt(np.diag(P)[:3])
-    np.testing.assert_allclose(sigma["faces"], sigma["vector"], rtol=0.02)

@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
 from mgeo_attitude.criteria.objectives import OBJECTIVES
-from mgeo_attitude.scenario import PathLimit, Prior
+from mgeo_attitude.scenario import Prior
 from scipy.spatial.transform import Rotation
 
 from .agreement import assert_agrees, designs
-
-CAMERA = PathLimit(boresight=(0.0, 0.2, -1.0), half_angle_deg=20.0, attitude_sigmas=3.0)
 
 
 def scenario(**changes):
@@ -121,31 +119,6 @@ def test_a_run_that_is_cut_in_two_is_the_whole_run():
     found = evaluate(rest, later[None], covariance=True).covariance[0]
     scale = np.sqrt(np.outer(np.diag(whole), np.diag(whole)))
     np.testing.assert_allclose(found / scale, whole / scale, rtol=0, atol=1e-9)
-
-
-@pytest.mark.slow
-def test_a_cone_is_kept_with_the_margin_of_what_is_known():
-    """From the covariance of the attitude, correlated or not, at the first sample and after."""
-    rng = np.random.default_rng(8)
-    of = dataclasses.replace(
-        known(scenario(), rng, 0.1),
-        path_limits=(CAMERA,),
-        eclipse=False,
-        maneuvers=scenario().maneuvers,
-    )
-    model = FilterModel.from_scenario(of)
-    still = np.tile([0.0, 0.0, 0.0, 100.0], 3)
-    angle = evaluate(model, still[None]).path_angle[0, 0]
-    history = reference_run(model, still)
-    axis = np.array(CAMERA.cone().axis)
-    sun = np.einsum("kij,kj->ki", history.attitude, model.direction("sun")[0][: len(history.times)])
-    expected = []
-    for s, P in zip(sun, history.predicted_attitude, strict=True):
-        across = np.cross(axis, s)
-        across /= np.linalg.norm(across)
-        # along the rotation that takes the axis to the Sun
-        expected.append(np.arccos(axis @ s) - 3.0 * np.sqrt(across @ P @ across))
-    assert angle == pytest.approx(min(expected), abs=1e-9)
 
 
 def test_objectives_count_from_what_is_known():

@@ -83,22 +83,6 @@ def test_a_mean_is_known_as_well_as_correlated_samples_tell(time):
 
 
 @pytest.mark.slow
-def test_where_it_is_considered_the_gain_is_that_of_an_error_that_stays_unknown():
-    """One step by hand: the same gain at first; the error itself is never known better."""
-    estimated, considered = (
-        FilterModel.from_scenario(
-            scenario(sensors=(Mean(name="own", considered=names), Magnetometer()))
-        )
-        for names in ((), ("error",))
-    )
-    a, b = (variances(model, "own.constant") for model in (estimated, considered))
-    np.testing.assert_allclose(b[1], a[1], rtol=1e-12)
-    assert (b[2:] > a[2:]).all()
-    np.testing.assert_allclose(variances(considered, "own.error"), 1.0, rtol=1e-12)
-    np.testing.assert_array_equal(considered.suite.considered, [6, 7, 8])
-
-
-@pytest.mark.slow
 def test_sampled_at_an_interval_a_filter_of_any_step_knows_the_same():
     """Whose maneuvers begin at steps of all; the orbit is the same table, sparser."""
     suite = SUITES["orbit error"]

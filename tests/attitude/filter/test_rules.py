@@ -77,17 +77,3 @@ def test_one_plan_may_end_at_several_steps(short, X):
     together = evaluate(model, np.repeat(X[:1], 5, axis=0), until=until)
     alone = [evaluate(model, X[0], until=each).trace[0] for each in until]
     np.testing.assert_array_equal(together.trace, alone)
-
-
-@pytest.mark.parametrize("rule", ["required", "settling"])
-def test_each_variant_ends_by_its_own_run(short, rule, X):
-    model = ruled(short, rule)
-    gyro = dataclasses.replace(model.suite.gyro, angle_random_walk_deg_per_sqrt_h=0.3)
-    other = dataclasses.replace(model, suite=dataclasses.replace(model.suite, gyro=gyro))
-    which = np.arange(len(X)) % 2
-    both = evaluate(model, X, variants=[model, other], which=which)
-    for number, alone in enumerate((model, other)):
-        expected = evaluate(alone, X[which == number])
-        for name in ("t_end", "trace"):
-            found = getattr(both, name)[which == number]
-            np.testing.assert_array_equal(found, getattr(expected, name))

@@ -11,12 +11,6 @@ from scipy.spatial.transform import Rotation
 
 from .agreement import assert_agrees, designs
 
-CAMERAS = [
-    {"boresight": [0.0, 0.2, -1.0], "half_angle_deg": 20.0},
-    {"boresight": [1.0, 0.2, 0.1], "half_angle_deg": 20.0, "attitude_sigmas": 0.0},
-    {"boresight": [0.0, 0.2, -1.0], "half_angle_deg": 150.0, "reference": "earth"}
-    | {"sense": "keep-in", "attitude_sigmas": 1.0},
-]
 PYRAMID = [[1.0, 0.0, 1.0], [-1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, -1.0, 1.0]]
 TURNED = {"quaternion": [0.5, -0.1, 0.7, 0.5]}
 STARTS = {

@@ -42,20 +42,6 @@ def test_a_run_that_is_killed_amid_its_polish_ends_as_one_that_was_not(tmp_path)
     assert expected.hypervolume > search.hypervolume
 
 
-@pytest.mark.slow
-def test_robust_plans_keep_what_their_flights_keep():
-    flown = SHORT | {"flight": {"count": 8, "quantile": 0.75}}
-    search, polished = (
-        prepare("attitude", flown, polish=polish, algorithm="mgeo-staged", **SIZE).solve()
-        for polish in (False, True)
-    )
-    problem = prepare("attitude", flown, **SIZE).problem
-    np.testing.assert_array_equal(problem.evaluate(polished.X), polished.F)
-    assert polished.refined > 0
-    for before in search.F:
-        assert (before >= polished.F).all(axis=1).any()
-
-
 @pytest.mark.parametrize(
     ("given", "expected"),
     [

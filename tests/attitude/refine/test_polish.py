@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, limit, polish
-from mgeo_attitude.refine.at_time import AtTime, slowed
+from mgeo_attitude.refine.at_time import AtTime
 from mgeo_attitude.refine.descent import Descent, descend, descend_from_best
 from mgeo_attitude.refine.polish import polish_steps
 from mgeo_attitude.refine.starts import receding_horizon
@@ -83,13 +83,6 @@ def test_of_several_descents_the_best_goes_on(problem):
         assert (one == each).all(axis=1).any()
         value, _ = at.values(np.vstack([one, each]), int(time) // 2)
         assert value[0] <= np.sort(value[1:])[1]
-
-
-def test_a_slower_plan_comes_through_the_same_attitudes():
-    plan = np.array([0.8, 0.0, -0.2, 100.0, 0.0, 0.4, 0.0, 50.0])
-    (slow,) = slowed(plan[None], 2.0, 150.0, 1.0)
-    np.testing.assert_allclose(slow, [0.4, 0.0, -0.1, 150.0, 0.0, 0.2, 0.0, 100.0])
-    assert slowed(plan[None], 0.5, 150.0, 1.0)[0, 0] == 1.0
 
 
 def test_no_plan_gets_worse_and_some_get_better(problem):
