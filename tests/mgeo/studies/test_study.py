@@ -153,14 +153,15 @@ def mgeo(tmp_path, monkeypatch, stand_in):
     return lambda *arguments: CliRunner().invoke(app, ["study", *map(str, arguments)])
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_study_of_one_objective(tmp_path):
     text = TWO.replace('["pymoo:zdt1", "pymoo:dtlz2"]', '["pymoo:sphere", "pymoo:rastrigin"]')
-    run_study(parse_study(text, tmp_path), tmp_path, n_jobs=1, progress=False)
+    study = parse_study(text, tmp_path).reduced(60, 1)
+    run_study(study, tmp_path, n_jobs=1, progress=False)
     sphere = tmp_path / "sphere"
     assert list(read_comparison(sphere).overview().columns) == ["runs", "best value", "points"]
     assert "Of a run counts the least feasible value" in (sphere / "report.html").read_text()
+    assert list(read_comparisons(tmp_path)) == ["sphere", "rastrigin"]
 
 
 @pytest.mark.slow
