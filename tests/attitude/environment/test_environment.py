@@ -114,15 +114,18 @@ def tables() -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "error", "message"),
+    ("name", "value", "message"),
     [
-        ("position", np.ones((3, 3)), ValueError, r"position: .*shape \(2, 3\), not \(3, 3\)"),
-        ("times", [1.0, 1.0], ValueError, "times: .*increasing"),
-        ("sun", np.ones((2, 3)), ValueError, "sun: expected unit vectors"),
+        (
+            "position",
+            np.ones((3, 3)),
+            r"position: .*shape \(2, 3\) of finite numbers",
+        ),
+        ("velocity", np.full((2, 3), np.nan), "velocity: expected .* finite"),
+        ("times", [1.0, 1.0], "times: .*increasing"),
+        ("sun", np.ones((2, 3)), "sun: expected unit vectors"),
     ],
 )
-def test_bad_tables_are_refused(
-    name: str, value: Any, error: type[Exception], message: str
-) -> None:
-    with pytest.raises(error, match=message):
+def test_bad_tables_are_refused(name: str, value: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         Environment(**{**tables(), name: value})

@@ -16,8 +16,7 @@ from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.geometry.vector import Vec3
 from mgeo_attitude.sensors.errors import (
     Alike,
-    Considered,
-    Influences,
+    Influence,
     State,
     check_considered,
     check_influences,
@@ -42,15 +41,6 @@ if TYPE_CHECKING:
 #: A gyro or a sensor.
 Noisy = TypeVar("Noisy")
 
-Name = Annotated[
-    Identifier, Field(description="name, unique in the suite; prefixes the sensor's states")
-]
-SeesAlbedo = Annotated[
-    bool,
-    Field(
-        description="whether light from the Earth adds to what it measures, if the world has any"
-    ),
-]
 Boresight = Annotated[Direction, Field(description="direction it looks in, body axes (any length)")]
 #: Least angle of the boresight from what blinds a sensor.
 Exclusion = Annotated[Degrees | None, Field(ge=0.0, lt=90.0)]
@@ -102,23 +92,17 @@ class Sensor(Settings, ABC):
     #: Unit of a vector in telemetry.
     channel_unit: ClassVar[Unit] = DIMENSIONLESS
 
-    name: Name
-    sample_interval: Seconds | None = Field(
-        default=None,
-        gt=0.0,
-        kw_only=True,
-        description="time between samples, a multiple of the filter's step; without it one in "
-        "every step",
-    )
-    considered: Considered = Field(default=(), kw_only=True)
-    influences: Influences = Field(default=(), kw_only=True)
-    initial_delay_s: Seconds = Field(
-        default=0.0,
-        ge=0.0,
-        kw_only=True,
-        description="unknown constant time by which its readings are older than their time, "
-        "1-sigma; 0 leaves the states out",
-    )
+    name: Identifier
+    """name, unique in the suite; prefixes the sensor's states"""
+    sample_interval: Seconds | None = Field(default=None, gt=0.0, kw_only=True)
+    """time between samples, a multiple of the filter's step; without it one in every step"""
+    considered: tuple[str, ...] = Field(default=(), kw_only=True)
+    """its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"""
+    influences: tuple[Influence, ...] = Field(default=(), kw_only=True)
+    """channels that its bias follows: a temperature, a current"""
+    initial_delay_s: Seconds = Field(default=0.0, ge=0.0, kw_only=True)
+    """unknown constant time by which its readings are older than their time, 1-sigma; 0 leaves the
+    states out"""
 
     def __post_init__(self) -> None:
         check_considered(self.considered, self.states())

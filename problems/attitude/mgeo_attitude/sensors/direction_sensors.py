@@ -15,12 +15,12 @@ from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.geometry.rotation import cross, direction, dot, rotate, tangents
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import Boresight, Exclusion, Name
-from mgeo_attitude.sensors.errors import Misalignment, State, VectorBias, present
+from mgeo_attitude.sensors.base import Boresight, Exclusion
+from mgeo_attitude.sensors.errors import Misalignment, State, present
 from mgeo_attitude.sensors.vector_sensors import SunSensor, VectorSensor, where_it_is
 from mgeo_attitude.sensors.world import POSITION_UNIT
 from mgeo_attitude.settings.errors import expect
-from mgeo_attitude.settings.types import Degrees, Unit, Usual
+from mgeo_attitude.settings.types import Degrees, Identifier, Unit, Usual
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -92,7 +92,7 @@ class TwoAxisSunSensor(DirectionSensor, SunSensor):
 
     kind: ClassVar[str] = "two-axis-sun-sensor"
 
-    name: Name = "sun"
+    name: Identifier = "sun"
     noise_deg: Annotated[Degrees, Usual(0.001, 10.0)] = Field(default=0.5, gt=0.0)
     """noise per sample, 1-sigma of each angle"""
 
@@ -120,11 +120,12 @@ class HorizonSensor(DirectionSensor):
     needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
 
-    name: Name = "horizon"
+    name: Identifier = "horizon"
     noise_deg: Annotated[Degrees, Usual(0.001, 10.0)] = Field(default=0.1, gt=0.0)
     """noise per sample, 1-sigma of each angle"""
     initial_misalignment_deg: Misalignment = 0.5
-    initial_bias: VectorBias = 0.002
+    initial_bias: float = Field(default=0.002, gt=0.0)
+    """initial bias of the unit vector, 1-sigma per axis"""
     boresight: Boresight = (0.0, 0.0, 1.0)
     half_angle_deg: Degrees = Field(default=180.0, gt=0.0, le=180.0)
     """half-angle of the cone that nadir has to be in; 180 sees everywhere"""

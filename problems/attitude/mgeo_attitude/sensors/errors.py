@@ -151,17 +151,6 @@ def present(**sigmas: float) -> dict[str, State]:
     return {state: sigma for state, sigma in sigmas.items() if sigma}
 
 
-Considered = Annotated[
-    tuple[str, ...],
-    Field(
-        description="its states that are not estimated, but whose uncertainty counts "
-        "(Schmidt-Kalman)"
-    ),
-]
-Influences = Annotated[
-    tuple[Influence, ...],
-    Field(description="channels that its bias follows: a temperature, a current"),
-]
 Misalignment = Annotated[
     Degrees,
     Field(
@@ -169,10 +158,6 @@ Misalignment = Annotated[
         description="initial misalignment, 1-sigma per axis; 0 leaves the states out: it says what "
         "body axes are",
     ),
-]
-#: Error of a unit vector.
-VectorBias = Annotated[
-    float, Field(gt=0.0, description="initial bias of the unit vector, 1-sigma per axis")
 ]
 ScaleFactor = Annotated[
     NonNegative,

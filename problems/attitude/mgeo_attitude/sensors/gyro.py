@@ -15,8 +15,7 @@ from mgeo_attitude.geometry.rotation import rotate, shear, unrotate
 from mgeo_attitude.geometry.vector import Vec3, cross, scale
 from mgeo_attitude.geometry.vector import shear as shear_components
 from mgeo_attitude.sensors.errors import (
-    Considered,
-    Influences,
+    Influence,
     Nonorthogonality,
     ScaleFactor,
     by_axis,
@@ -89,8 +88,10 @@ class Gyro(Settings):
     """greatest rate about an axis that it measures; no plan is faster"""
     quantization_deg_per_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
     """steps in which flights report rates, and calibrations read them"""
-    considered: Considered = ()
-    influences: Influences = ()
+    considered: tuple[str, ...] = ()
+    """its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"""
+    influences: tuple[Influence, ...] = ()
+    """channels that its bias follows: a temperature, a current"""
 
     def __post_init__(self) -> None:
         floor = self.bias_instability_deg_per_h

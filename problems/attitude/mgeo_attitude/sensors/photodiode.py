@@ -15,9 +15,9 @@ from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.geometry.rotation import dot, frame
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import Name, SeesAlbedo, Sensor
+from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.errors import State
-from mgeo_attitude.settings.types import Degrees, Direction, Usual
+from mgeo_attitude.settings.types import Degrees, Direction, Identifier, Usual
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -49,7 +49,7 @@ class Photodiode(Sensor):
     offset: ClassVar[str] = "sensitivity"
     channels: ClassVar[tuple[str, ...]] = ("",)
 
-    name: Name = "diode"
+    name: Identifier = "diode"
     normal: Direction = (0.0, 0.0, 1.0)
     """direction in which the Sun gives all its light, body axes (any length)"""
     relative_noise: Annotated[float, Usual(1e-4, 0.5)] = Field(default=0.02, gt=0.0)
@@ -61,7 +61,8 @@ class Photodiode(Sensor):
     half_angle_deg: Degrees = Field(default=70.0, gt=0.0, le=89.0)
     """angle of the Sun from the normal up to which it is read: beyond, light from the Earth may be
     as bright, and glass reflects"""
-    sees_albedo: SeesAlbedo = True
+    sees_albedo: bool = True
+    """whether light from the Earth adds to what it measures, if the world has any"""
 
     @cached_property
     def axes(self) -> Floats:

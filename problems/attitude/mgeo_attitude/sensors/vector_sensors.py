@@ -13,18 +13,27 @@ from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.geometry.rotation import rotate, shear
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import shear as shear_components
-from mgeo_attitude.sensors.base import Boresight, Name, SeesAlbedo, Sensor
+from mgeo_attitude.sensors.base import Boresight, Sensor
 from mgeo_attitude.sensors.errors import (
     Misalignment,
     Nonorthogonality,
     ScaleFactor,
     State,
-    VectorBias,
     by_axis,
     present,
 )
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, NT, POSITION_UNIT
-from mgeo_attitude.settings.types import ARCMIN, DEG, PPM, Degrees, PerAxis, Positive, Unit, Usual
+from mgeo_attitude.settings.types import (
+    ARCMIN,
+    DEG,
+    PPM,
+    Degrees,
+    Identifier,
+    PerAxis,
+    Positive,
+    Unit,
+    Usual,
+)
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -78,20 +87,18 @@ class SunSensor(VectorSensor):
     needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
 
-    name: Name = "sun"
+    name: Identifier = "sun"
     noise_deg: Annotated[PerAxis[Positive], Unit("deg"), Usual(0.005, 50.0)] = 2.0
     """noise per sample, 1-sigma per axis, alike or of each"""
     initial_misalignment_deg: Misalignment = 1.0
-    initial_bias: VectorBias = 0.02
+    initial_bias: float = Field(default=0.02, gt=0.0)
+    """initial bias of the unit vector, 1-sigma per axis"""
 
     boresight: Boresight = (0.0, 0.0, 1.0)
-    half_angle_deg: Degrees = Field(
-        default=180.0,
-        gt=0.0,
-        le=180.0,
-        description="half-angle of the field of view; 180 sees everywhere",
-    )
-    sees_albedo: SeesAlbedo = True
+    half_angle_deg: Degrees = Field(default=180.0, gt=0.0, le=180.0)
+    """half-angle of the field of view; 180 sees everywhere"""
+    sees_albedo: bool = True
+    """whether light from the Earth adds to what it measures, if the world has any"""
 
     def states(self) -> dict[str, State]:
         tilt = math.radians(self.initial_misalignment_deg)
@@ -150,7 +157,7 @@ class Magnetometer(VectorSensor):
     }
     channel_unit: ClassVar[Unit] = NT
 
-    name: Name = "mag"
+    name: Identifier = "mag"
     noise_nt: Annotated[PerAxis[Positive], Unit("nT"), Usual(1.0, 1e4)] = 500.0
     """noise per sample, 1-sigma per axis, alike or of each"""
     initial_misalignment_deg: Misalignment = 1.0

@@ -15,7 +15,7 @@ from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.sun_moon import above_limb, earthlight
-from mgeo_attitude.sensors.errors import Considered, GaussMarkov, check_considered
+from mgeo_attitude.sensors.errors import GaussMarkov, check_considered
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
 from mgeo_attitude.settings.types import ARCMIN, NonNegative, Seconds, Triple, Unit
@@ -74,7 +74,8 @@ class World(Settings):
     states out"""
     albedo_correlation_time: Seconds = Field(default=600.0, gt=0.0)
     """correlation time of the error by light from the Earth"""
-    considered: Considered = ()
+    considered: tuple[str, ...] = ()
+    """its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"""
 
     def __post_init__(self) -> None:
         size = self.orbit_error_m

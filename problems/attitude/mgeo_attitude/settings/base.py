@@ -77,8 +77,10 @@ class Settings(metaclass=_Checked):
         reference = handler(schema)
         own = handler.resolve_ref_schema(reference)
         own["description"] = " ".join((cls.__doc__ or "").partition("\n\n")[0].split())
-        for entry in own["properties"].values():
-            entry["description"] = " ".join(entry.get("description", "").split())
+        described = [base for base in cls.__mro__ if hasattr(base, "__pydantic_fields__")]
+        for key, entry in own["properties"].items():
+            texts = [declared(base)[key].description for base in described if key in declared(base)]
+            entry["description"] = " ".join(next(filter(None, texts), "").split())
         if name := getattr(cls, cls.selector, ""):
             kind = {"const": name, "description": "class of the table"}
             own["properties"] = {cls.selector: kind} | own["properties"]
