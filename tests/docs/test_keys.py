@@ -37,7 +37,7 @@ def test_every_key_is_there_with_what_it_says(keys, kind):
 def test_ranges_and_defaults_are_those_that_are_checked(keys):
     text = keys.markdown(keys.SCHEMAS["scenario"]())
     assert "| `step` | a number > 0 [s] | `1.0` | time step of the filter |" in text
-    assert "| `eccentricity` | a number in [0, 1) |" in text
+    assert "| `eccentricity` | a number >= 0 and < 1 |" in text
     assert "## `[[sensors]]`, sun sensor" in text
     study = keys.markdown(keys.SCHEMAS["study"]())
     assert "| `evaluations` | an integer >= 1 | needed | of each run |" in study

@@ -157,7 +157,7 @@ def test_a_scenario_of_a_file_keeps_the_elements(tmp_path: Path) -> None:
     [
         (
             {"propagator": "sgp4", "file": "a.omm"},
-            "file: no key of propagator = 'sgp4', but of 'fi",
+            "file: unknown key",
         ),
         ({"line1": ISS_1}, "line2: missing; expected a string (second line of the element set)"),
         ({"file": 3}, "file = 3: expected a string"),
@@ -208,7 +208,7 @@ def test_files_of_lines(tmp_path: Path) -> None:
         ({"MEAN_ELEMENT_THEORY": "DSST"}, "MEAN_ELEMENT_THEORY = 'DSST': expected SGP4 or SGP"),
         ({"EPHEMERIS_TYPE": "4"}, "EPHEMERIS_TYPE = '4': expected 0 or 2 or SGP or SGP4"),
         ({"BSTAR": ""}, "BSTAR = '': expected a number"),
-        ({"ECCENTRICITY": "1.5"}, "ECCENTRICITY = 1.5: expected a number in [0, 1)"),
+        ({"ECCENTRICITY": "1.5"}, "ECCENTRICITY = 1.5: expected a number >= 0 and < 1"),
         ({"MEAN_MOTION": "18"}, "MEAN_MOTION = 18.0: expected a perigee above the Earth's surf"),
         ({"EPOCH": "x"}, "Invalid isoformat string: 'x'"),
     ],
@@ -265,7 +265,7 @@ def test_a_satellite_that_decays_within_the_run() -> None:
     [
         ({"epoch": datetime(2026, 7, 21)}, "epoch = '2026-07-21T00:00:00': expected a UTC offset"),
         ({"mean_motion_rev_day": 17.5}, "mean_motion_rev_day = 17.5: expected a perigee above"),
-        ({"inclination_deg": 181.0}, "inclination_deg = 181.0: expected a number in [0, 180]"),
+        ({"inclination_deg": 181.0}, "inclination_deg = 181.0: expected a number >= 0 and <= 180"),
     ],
 )
 def test_elements_that_are_refused(changes: dict[str, Any], expected: str) -> None:

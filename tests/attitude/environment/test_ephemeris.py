@@ -176,7 +176,7 @@ def test_samples_that_do_not_agree_with_their_neighbors_are_refused_to_runs(chan
             lambda o: {"epoch": datetime(2018, 6, 5)},
             "epoch = '2018-06-05T00:00:00': expected a UTC",
         ),
-        (lambda o: {"degree": 16}, "degree = 16: expected an integer in [1, 15]"),
+        (lambda o: {"degree": 16}, "degree = 16: expected an integer >= 1 and <= 15"),
         (lambda o: {"times": o["times"][:-1]}, "position = '221 vectors': expected 220, one"),
         (lambda o: {"velocity": o["velocity"][1:]}, "velocity = '220 vectors': expected 221, one"),
         (

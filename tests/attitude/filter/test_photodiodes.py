@@ -177,7 +177,11 @@ def test_a_known_array_knows_the_attitude_as_three_numbers_do():
     [
         ({"normal": (0.0, 0.0, 0.0)}, InvalidValue, "normal = .*expected a direction, not zero"),
         ({"relative_noise": 0.0}, InvalidValue, "relative_noise = 0.0: expected a number > 0"),
-        ({"half_angle_deg": 90.0}, InvalidValue, r"half_angle_deg = 90.0: .* in \(0, 89\] \[deg\]"),
+        (
+            {"half_angle_deg": 90.0},
+            InvalidValue,
+            r"half_angle_deg = 90.0: .* > 0 and <= 89 \[deg\]",
+        ),
         ({"initial_scale_factor": 0.0}, InvalidValue, "initial_scale_factor = 0.0"),
         ({"normal": (1.0, 0.0)}, InvalidValue, "normal = .*expected a list of 3 x"),
         ({"normal": "x"}, InvalidValue, "normal = 'x'"),
