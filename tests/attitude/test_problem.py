@@ -78,7 +78,7 @@ def test_options_rebuild_the_problem():
     ("arguments", "error", "message"),
     [
         ({"scenario": "paper"}, TypeError, "scenario = 'paper': expected a Scenario"),
-        ({"n_maneuvers": 0}, ValueError, r"count = 0: expected an integer in \[1, 100\]"),
+        ({"n_maneuvers": 0}, ValueError, r"count = 0: expected an integer >= 1 and <= 100"),
         ({"n_maneuvers": 2.5}, ValueError, "count = 2.5: expected an integer"),
         ({"threads": 0}, ValueError, "threads = 0: expected an integer >= 1"),
     ],

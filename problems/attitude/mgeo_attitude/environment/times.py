@@ -121,18 +121,14 @@ def _parts(stamp: str) -> tuple[date, float]:
     """The day, and seconds since its midnight."""
     found = _STAMP.fullmatch(stamp)
     try:
-        if found is None:
-            raise ValueError("no such format")
-        year, month, day, ordinal, hour, minute, second = found.groups("0")
-        if int(ordinal):
-            when = date(int(year), 1, 1) + timedelta(days=int(ordinal) - 1)
-            if when.year != int(year):
-                raise ValueError("no such day")
-        else:
-            when = date(int(year), int(month), int(day))
+        year, month, day, ordinal, hour, minute, second = found.groups("0") if found else ()
+        first = date(int(year), 1, 1)
+        of_year = first + timedelta(days=int(ordinal) - 1)
+        when = of_year if int(ordinal) else date(int(year), int(month), int(day))
         last = 61.0 if (hour, minute) == ("23", "59") else 60.0
-        if int(hour) > 23 or int(minute) > 59 or float(second) >= last:
-            raise ValueError("no such time of day")
+        day_exists = when.year == first.year
+        if not (day_exists and int(hour) < 24 and int(minute) < 60 and float(second) < last):
+            raise ValueError("no such time")
     except (ValueError, OverflowError):
         raise ValueError(
             f"time {stamp!r:.60}: expected one such as 2018-06-05T00:00:00.000 or 2018-156T00:00:00"

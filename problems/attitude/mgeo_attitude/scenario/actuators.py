@@ -155,15 +155,10 @@ class Wheels(Settings):
                 f"max_torque = {self.max_torque!r} N m need some of it besides that of ramps"
             )
             expect(self.ramp_share < 1.0, "ramp_share", self.ramp_share, rest)
-        limited = self.max_torque is not None or self.max_momentum is not None
-        disturbed = {
-            "residual_dipole": any(self.residual_dipole) and self.residual_dipole,
-            "gravity_gradient": self.gravity_gradient,
-        }
-        for key, value in disturbed.items():
-            expect(
-                limited or not value, key, value, "max_momentum or max_torque to hold it against"
-            )
+        if self.max_torque is None and self.max_momentum is None:
+            limit, dipole = "max_momentum or max_torque to hold it against", self.residual_dipole
+            expect(not any(dipole), "residual_dipole", dipole, limit)
+            expect(not self.gravity_gradient, "gravity_gradient", self.gravity_gradient, limit)
 
     @property
     def budgeted(self) -> bool:

@@ -12,7 +12,7 @@ from pydantic.dataclasses import dataclass
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.settings.base import Settings
-from mgeo_attitude.settings.errors import InvalidValue, expect
+from mgeo_attitude.settings.errors import expect
 from mgeo_attitude.settings.types import Unit, Vector
 
 #: Quaternions and matrices are written with all their digits.
@@ -142,9 +142,5 @@ def check_covariance(matrix: Sequence[Sequence[float]] | ArrayLike, n: int) -> N
         correlation = found / scale / scale[:, None]
     regular = np.isfinite(correlation).all() and np.allclose(correlation, correlation.T, 0, 1e-9)
     if not regular or np.linalg.eigvalsh(correlation)[0] <= 0.0:
-        worst = float(np.diag(found).min())
-        raise InvalidValue(
-            "covariance",
-            f"least variance {worst:.6g}",
-            "expected a symmetric positive definite matrix",
-        )
+        worst = f"least variance {np.diag(found).min():.6g}"
+        expect(False, "covariance", worst, "a symmetric positive definite matrix")

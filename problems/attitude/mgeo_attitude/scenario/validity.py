@@ -104,26 +104,20 @@ def examined(scenario: Scenario) -> list[tuple[str, float, float]]:
     """Initial uncertainties by key, each with the largest at which the map has found it true."""
     faces = any(isinstance(sensor, Photodiode) for sensor in scenario.sensors)
     attitude = MAX_ATTITUDE_OF_FACES_DEG if faces else MAX_ATTITUDE_DEG
+    gyro, key = scenario.gyro, "initial_misalignment_deg"
     limits = [
         ("initial.attitude_deg", scenario.initial.attitude_deg, attitude),
-        ("gyro.initial_bias_deg_s", scenario.gyro.initial_bias_deg_s, MAX_GYRO_BIAS_DEG_S),
-        (
-            "gyro.initial_misalignment_deg",
-            scenario.gyro.initial_misalignment_deg,
-            MAX_MISALIGNMENT_DEG,
-        ),
+        ("gyro.initial_bias_deg_s", gyro.initial_bias_deg_s, MAX_GYRO_BIAS_DEG_S),
+        (f"gyro.{key}", gyro.initial_misalignment_deg, MAX_MISALIGNMENT_DEG),
     ]
     if scenario.world.has_orbit_error and scenario.needs_field:
         along = max(scenario.world.orbit_error_m)
         limits.append(("world.orbit_error_m", along, MAX_ORBIT_ERROR_M))
-    for index, sensor in enumerate(scenario.sensors):
-        if isinstance(sensor, Photodiode):  # whose readings are linear in the tilts of its normal
-            continue
-        misalignment = getattr(sensor, "initial_misalignment_deg", 0.0)
-        limits.append(
-            (f"sensors[{index}].initial_misalignment_deg", misalignment, MAX_MISALIGNMENT_DEG)
-        )
-    return limits
+    return limits + [
+        (f"sensors[{index}].{key}", getattr(sensor, key, 0.0), MAX_MISALIGNMENT_DEG)
+        for index, sensor in enumerate(scenario.sensors)
+        if not isinstance(sensor, Photodiode)  # its readings are linear in the tilts of its normal
+    ]
 
 
 def validity(scenario: Scenario) -> tuple[str, ...]:

@@ -208,7 +208,7 @@ class Sensor(Settings, ABC):
 
         Shape (n_steps + 1, 3, 3), GCRS, for a position in units of `POSITION_UNIT`.
         """
-        raise NotImplementedError(f"{type(self).__name__} does not see an orbit error")
+        raise NotImplementedError
 
     @property
     def n_gradient(self) -> int:
@@ -220,7 +220,7 @@ class Sensor(Settings, ABC):
 
         Shape (n_steps + 1, 3, n_gradient), GCRS.
         """
-        raise NotImplementedError(f"{type(self).__name__} has no gradient")
+        raise NotImplementedError
 
     def views(self) -> tuple[Cone, ...]:
         """Cones about body axes that directions must be inside of, or outside, for it to measure.

@@ -69,11 +69,6 @@ class StarTracker(Sensor):
         """T: the tracker's axes in body axes, row by row, shape (3, 3)."""
         return frame(np.array(unit(self.boresight)))
 
-    @cached_property
-    def _straight(self) -> bool:
-        """Whether T is none."""
-        return bool((self.axes == np.eye(3)).all())
-
     def states(self) -> dict[str, State]:
         return present(misalignment=math.radians(self.initial_misalignment_deg)) | self.delay()
 
@@ -89,16 +84,13 @@ class StarTracker(Sensor):
 
     def with_noise(self, measured: tuple[Any, ...], noise: Floats) -> tuple[Floats, ...]:
         """The axes turned by R(-Tᵀ noise), so that the `innovation` is the noise."""
-        turn = noise if self._straight else noise @ self.axes
-        return tuple(unrotate(turn, axis) for axis in measured)
+        return tuple(unrotate(noise @ self.axes, axis) for axis in measured)
 
     def innovation(self, measured: tuple[Any, ...], predicted: tuple[Any, ...]) -> Any:
         """T y, for the rotation R(-y) that takes the predicted axes to the measured."""
         pairs = list(zip(predicted, measured, strict=True))
         cosines, axis = sum(dot(p, m) for p, m in pairs), sum(cross(p, m) for p, m in pairs)
         y = -2.0 * axis / (1.0 + cosines)
-        if self._straight:
-            return y
         return sum(column * y[..., [k]] for k, column in enumerate(self.axes.T))
 
     def noise(self) -> tuple[float, float, float]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -370,8 +370,7 @@ def units_of(owner: Owner) -> dict[str, Unit]:
     return units
 
 
-@dataclass(frozen=True)
-class BlockUnit:
+class BlockUnit(NamedTuple):
     """How a 3-vector of the state is shown: `unit`, and `factor` from the filter's unit to it."""
 
     label: str

@@ -38,13 +38,12 @@ class Kinds:
         """Convert a table to the settings that it names; return other values unchanged."""
         if not isinstance(value, Mapping):
             return value
-        name = self.name_of(value) or value.get(self.key, self.default)
-        if not name and self.key not in value:
-            raise KeyProblem(self.key, None, f"missing{known_names('', self.classes)}")
-        if not isinstance(name, str) or name not in self.classes:
+        name = self.name_of(value)
+        name = self.default if name is None else name
+        cls = self.classes.get(name) if isinstance(name, str) else None
+        if cls is None:
             expected = f"unknown {self.key}{known_names(name, self.classes)}"
             raise InvalidValue(self.key, name, expected)
-        cls = self.classes[name]
         return cls(**{k: v for k, v in value.items() if k != self.key or k in declared(cls)})
 
     def __get_pydantic_core_schema__(
