@@ -15,8 +15,8 @@ import joblib
 
 from mgeo.benchmarks.coco import CocoProblem
 from mgeo.studies.file import read_study
-from mgeo.studies.labels import folder_name
 from mgeo.studies.run import Task, record
+from mgeo.studies.stored import folder_name
 
 
 class ObservedProblem(CocoProblem):

@@ -16,9 +16,9 @@ import pandas as pd
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.refine.at_time import at_time, ending_at
 from mgeo_attitude.refine.descent import descend
-from mgeo_attitude.refine.roughly import Roughly
 from mgeo_attitude.refine.splitting import split
 from mgeo_attitude.refine.starts import beam, until_converged
+from mgeo_attitude.refine.thinned_samples import ThinnedSamples
 
 from mgeo.runs.prepare import prepare
 
@@ -89,7 +89,7 @@ def best_known(preset, rule, time, count=10, rate=None, starts=300, seed=1):
     exact, limit = at_time(problem), np.minimum.accumulate(problem.limit_curves.ending)
     step, longest = exact.model.step, exact.scenario.maneuvers.max_duration
     until = time - (rule == "trace") * exact.model.window_steps * step
-    at = Roughly(exact).at(until)
+    at = ThinnedSamples(exact).at(until)
     begins = begun_anyhow(at, count - (rule == "trace"), until, starts, seed)
     plans = [descend(at, some, until, 100) for some in np.array_split(begins, len(begins) // 40)]
     plans = ending_at(np.vstack(plans), until, longest)

@@ -11,11 +11,10 @@ from IPython.display import Markdown
 from mgeo.studies import Comparison, Study, read_comparison, read_study
 from mgeo.studies.conclusions import against, control_table
 from mgeo.studies.indicators import indicator_space, parts_of
-from mgeo.studies.labels import folder_name
 from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
 from mgeo.studies.report import average_ranks
 from mgeo.studies.statistics import LEVEL
-from mgeo.studies.stored import PROVENANCE
+from mgeo.studies.stored import PROVENANCE, folder_name
 from mgeo.studies.tables import markdown
 
 HERE = Path(__file__).parent

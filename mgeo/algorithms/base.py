@@ -15,7 +15,7 @@ from pymoo.problems.dyn import DynamicProblem
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.coding import BitCode, RealCode
-from mgeo.algorithms.constructors import call, keywords, named, values
+from mgeo.algorithms.constructors import call, parameters, values
 from mgeo.algorithms.run_state import ArchiveOutput, RunState
 from mgeo.algorithms.starting import SuggestedSampling, given_starts
 from mgeo.algorithms.variables import Variables
@@ -26,24 +26,8 @@ from mgeo.validation.arguments import refuse_unknown, validate_integer
 EXECUTIONS = 5000  # generations of all walkers together, unless a termination is given
 MOST_WALKERS = 100_000  # each has its own random stream, of some kilobytes
 
-_OPTIONS = named(Algorithm)
-_OF_A_RUN = _OPTIONS | {"pf"}  # which pymoo's examples pass on, and pymoo itself does not read
-_OPERATORS = "the algorithm's own parameters say how candidates are made and chosen"
-_WALKERS = "n_walkers is the number of walkers, each of which proposes candidates of its own"
-# Options of pymoo's algorithms, in their constructors and in runs, that examples use.
-_INSTEAD = {
-    "pop_size": _WALKERS,
-    "n_offsprings": _WALKERS,
-    "n_i": "n_walkers is the n_i of the papers",
-    "ref_dirs": "MGEODirected(n_walkers=...) spreads its walkers over the objectives by itself",
-    "x0": "sampling=[x0] lets the first walker begin there",
-    "repair": "repair the design within the problem, or let a constraint measure what is wrong",
-    "eliminate_duplicates": "of equal objective vectors the front keeps one in any case",
-    **dict.fromkeys(("crossover", "mutation", "selection", "survival"), _OPERATORS),
-    "disp": "verbose=True prints a line a generation",
-    "n_gen": "termination=('n_gen', ...) says how long to run",
-    "n_eval": "termination=('n_eval', ...) says how long to run",
-}
+_OPTIONS = parameters(Algorithm, Algorithm).keys()
+_OPTIONS_OF_A_RUN = _OPTIONS | {"pf"}  # in pymoo's examples; pymoo itself does not read it
 
 
 class ExtremalOptimization(Algorithm, ABC):
@@ -95,8 +79,8 @@ class ExtremalOptimization(Algorithm, ABC):
         archive_size: int | None = None,
         **options: Any,
     ) -> None:
-        known = keywords(type(self), ExtremalOptimization)
-        refuse_unknown(options, _OPTIONS, type(self).__name__, known, _INSTEAD)
+        known = parameters(type(self), ExtremalOptimization).keys()
+        refuse_unknown(options, _OPTIONS, type(self).__name__, known)
         options.setdefault("output", ArchiveOutput())
         options.setdefault("evaluator", TolerantEvaluator())
         super().__init__(**options)
@@ -117,7 +101,7 @@ class ExtremalOptimization(Algorithm, ABC):
 
         Raises
         ------
-        TypeError : if the constructor does not keep one under its name, or takes ``*args``.
+        TypeError : if the constructor does not keep one under its name.
         """
         return values(self, ExtremalOptimization, _OPTIONS)
 
@@ -161,10 +145,7 @@ class ExtremalOptimization(Algorithm, ABC):
         RuntimeError : if the algorithm has begun a run already.
         """
         name = type(self).__name__
-        own = keywords(type(self), ExtremalOptimization) - _OPTIONS
-        if misplaced := sorted(own & options.keys()):
-            raise TypeError(f"{misplaced[0]} is a parameter of {name}(...), not of a run")
-        refuse_unknown(options, _OF_A_RUN, f"setup (or minimize) of {name}", instead=_INSTEAD)
+        refuse_unknown(options, _OPTIONS_OF_A_RUN, f"setup (or minimize) of {name}")
         if self.n_iter is not None:
             raise RuntimeError(
                 f"this {name} has begun a run: expected a new one to set up, or a copy.deepcopy of "
@@ -290,20 +271,15 @@ class ExtremalOptimization(Algorithm, ABC):
         The violations come twice: as pymoo judges them, for the archive, and as the individuals'
         configuration does, in which a constraint handling may tolerate more for a while.
         """
-        if self._asked is None or infills is None:
+        if infills is None or not np.array_equal(values_of(infills, "X"), self._asked):
             raise ValueError(
-                f"tell(infills={'...' if infills is not None else None}): expected the "
-                "candidates of the ask() before, once"
+                "tell: expected the candidates of the last ask(), unchanged, in their order and "
+                "only once"
             )
-        X, F = values_of(infills, "X"), values_of(infills, "F")
-        if not np.array_equal(X, self._asked):
+        F = values_of(infills, "F")
+        if F.shape != (len(infills), self.problem.n_obj):
             raise ValueError(
-                f"tell: expected the {len(self._asked)} candidates asked for, unchanged and in "
-                f"their order, got {len(infills)} other ones"
-            )
-        if F.shape != (len(X), self.problem.n_obj):
-            raise ValueError(
-                f"tell: F of shape {F.shape}: expected ({len(X)}, {self.problem.n_obj}), "
+                f"tell: F of shape {F.shape}: expected ({len(infills)}, {self.problem.n_obj}), "
                 "every candidate evaluated"
             )
         if not self.problem.has_constraints():

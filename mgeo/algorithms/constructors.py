@@ -1,4 +1,4 @@
-"""What an algorithm's constructor takes, and the values that the algorithm keeps of it."""
+"""Parameters of an algorithm's constructor, and the values that the algorithm keeps of them."""
 
 import inspect
 import re
@@ -13,26 +13,26 @@ _SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxtuple, _SHORT.maxstring = 1, 6, 6, 60
 
 
 def parameters(cls: type, root: type) -> Mapping[str, inspect.Parameter]:
-    """Parameters that `cls(...)` takes by name, in order.
+    """Return the parameters that `cls(...)` takes by name, in order.
 
-    Those of its constructor and, as far as each passes on what it does not name, those of the
-    constructors that it inherits, `root`'s the last.
+    These are the parameters of its constructor and, as long as each constructor passes on
+    ``**options``, those of the constructors that it inherits, up to that of `root`.
     """
     found: dict[str, inspect.Parameter] = {}
-    for constructor in _constructors(cls, root):
-        found |= {name: p for name, p in _named(constructor).items() if name not in found}
-        if not any(p.kind is p.VAR_KEYWORD for p in _parameters(constructor)):
-            break
+    for ancestor in cls.__mro__[: cls.__mro__.index(root) + 1]:
+        if "__init__" in vars(ancestor):
+            _, *own = inspect.signature(vars(ancestor)["__init__"]).parameters.values()
+            options = [p for p in own if p.kind is p.VAR_KEYWORD]
+            for parameter in own:
+                if parameter not in options:
+                    found.setdefault(parameter.name, parameter)
+            if not options:
+                break
     return found
 
 
-def keywords(cls: type, root: type) -> frozenset[str]:
-    """Names of the `parameters`."""
-    return frozenset(parameters(cls, root))
-
-
 def descriptions(cls: type) -> dict[str, str]:
-    """What the docstrings of a class and of those that it inherits say of parameters, in a line."""
+    """Return what the docstrings of a class and its bases say of each parameter, in a line."""
     found: dict[str, str] = {}
     for each in cls.__mro__:
         text = inspect.cleandoc(each.__doc__ or "").partition("Parameters\n----------\n")[2]
@@ -44,80 +44,42 @@ def descriptions(cls: type) -> dict[str, str]:
 
 
 def values(algorithm: object, root: type, leave_out: Collection[str] = ()) -> dict[str, Any]:
-    """The `parameters` of an algorithm's class by name, as its attributes of these names hold them.
+    """Return the `parameters` of an algorithm by name, as its attributes of these names hold them.
 
     Raises
     ------
-    TypeError : for a constructor with `*args`, or one that does not keep a parameter.
+    TypeError
+        If the constructor does not keep a parameter under its name.
     """
     cls = type(algorithm)
-    for each in _constructors(cls, root):
-        if any(p.kind is p.VAR_POSITIONAL for p in _parameters(each)):
-            raise TypeError(f"{each.__name__}(*...): expected parameters that have names")
-    found = {}
-    for name in parameters(cls, root):
-        if name not in leave_out:
-            try:
-                found[name] = getattr(algorithm, name)
-            except AttributeError:
-                raise TypeError(
-                    f"{cls.__name__} has no attribute {name!r}: expected its constructor to keep "
-                    "each parameter under the parameter's name"
-                ) from None
-    return found
+    names = [name for name in parameters(cls, root) if name not in leave_out]
+    for name in names:
+        if not hasattr(algorithm, name):
+            raise TypeError(
+                f"{cls.__name__} has no attribute {name!r}: expected its constructor to keep each "
+                "parameter under the parameter's name"
+            )
+    return {name: getattr(algorithm, name) for name in names}
 
 
 def call(algorithm: object, root: type) -> str:
-    """``Class(name=value, ...)`` with the parameters that are not what they are by default.
+    """Return ``Class(name=value, ...)`` with the parameters that do not have their default.
 
-    A parameter is the attribute of its name. Where a constructor does not keep it, it is left out,
-    or is ``...`` if it has no default; so is what is too long to show.
+    A parameter that the constructor does not keep is left out, or shown as ``...`` if it has no
+    default.
     """
-    shown: dict[str, str] = {}
+    shown = []
     for parameter in parameters(type(algorithm), root).values():
-        try:
-            value = getattr(algorithm, parameter.name)
-        except Exception:  # not kept, or read by foreign code; to show an object must not fail
-            value = ... if parameter.default is parameter.empty else parameter.default
-        if not _same(value, parameter.default):
-            shown[parameter.name] = _text(value)
-    given = ", ".join(f"{name}={text}" for name, text in shown.items())
-    return f"{type(algorithm).__name__}({given})"
-
-
-def named(constructor: type) -> frozenset[str]:
-    """Parameters that the `__init__` of a class names."""
-    return frozenset(_named(constructor))
-
-
-def _same(a: Any, b: Any) -> bool:
-    try:
-        return a is b or bool(np.array_equal(a, b))
-    except Exception:  # of foreign values, in whatever way they say so
-        return False
+        unknown: Any = ... if parameter.default is parameter.empty else parameter.default
+        value = getattr(algorithm, parameter.name, unknown)
+        if not np.array_equal(value, parameter.default):
+            shown.append(f"{parameter.name}={_text(value)}")
+    return f"{type(algorithm).__name__}({', '.join(shown)})"
 
 
 def _text(value: Any) -> str:
-    if value is ...:
-        return "..."
-    if type(value) is np.ndarray or isinstance(value, np.generic):
+    if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if value is None or isinstance(value, bool | int | float | str | list | tuple | dict):
         return _SHORT.repr(value)
-    return f"{type(value).__name__}(...)"
-
-
-def _named(constructor: type) -> dict[str, inspect.Parameter]:
-    several = inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD
-    return {p.name: p for p in _parameters(constructor) if p.kind not in several}
-
-
-def _parameters(cls: type) -> list[inspect.Parameter]:
-    _, *parameters = inspect.signature(vars(cls)["__init__"]).parameters.values()
-    return parameters
-
-
-def _constructors(cls: type, root: type) -> list[type]:
-    """The classes with an `__init__` of their own from `cls` to `root`, which has one."""
-    ancestors = cls.__mro__[: cls.__mro__.index(root) + 1]
-    return [each for each in ancestors if "__init__" in vars(each)]
+    return "..." if value is ... else f"{type(value).__name__}(...)"

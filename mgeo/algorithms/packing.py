@@ -1,4 +1,4 @@
-"""What a run carries, value by value, as arrays of numbers and JSON values, and back."""
+"""Conversion of the state of a run to arrays and JSON values, and back."""
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
@@ -12,83 +12,97 @@ from pymoo.core.problem import Problem
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.evaluation.individuals import as_numbers
-from mgeo.validation.entries import entry
 
-Arrays = Mapping[str, NDArray[Any]]
+Arrays = dict[str, NDArray[Any]]
 
 _VALUES = ("X", "F", "G", "H", "CV", "n_gen")
 _GENERATORS = {cls.__name__: cls for cls in (np.random.PCG64, np.random.PCG64DXSM)}
 
 
-def pack(name: str, value: Any, problem: Problem) -> tuple[dict[str, NDArray[Any]], Any]:
-    """A field of a `RunState`, called `name`: arrays by name, and a JSON value.
+def pack(name: str, value: Any, problem: Problem, arrays: Arrays) -> Any:
+    """Add the arrays of a value to `arrays`, and return the rest as a JSON value.
 
-    TypeError for a value of a kind that `RunState` does not allow.
+    Raises
+    ------
+    TypeError
+        For a value of a kind that `RunState` does not allow.
     """
     if isinstance(value, np.ndarray) and not value.dtype.hasobject:
-        return {name: value.copy()}, None
+        arrays[name] = value.copy()
+        return None
     if isinstance(value, np.random.Generator):
-        return {}, pack_stream(value)
-    if isinstance(value, list) and all(isinstance(each, np.random.Generator) for each in value):
-        return {}, [pack_stream(each) for each in value]
+        return pack_stream(value)
+    if isinstance(value, list):
+        return [pack(f"{name}[{i}]", each, problem, arrays) for i, each in enumerate(value)]
     if isinstance(value, ParetoArchive):
-        counts = {"violation": value.violation, "n_rejected": value.n_rejected}
-        arrays = {f"{name}.{key}": np.array(count) for key, count in counts.items()}
-        return arrays | pack_population(name, value.individuals, problem), None
-    if is_dataclass(value) and not isinstance(value, type):
-        parts = {f.name: getattr(value, f.name) for f in fields(value)}
-        packed = {key: pack(f"{name}.{key}", part, problem) for key, part in parts.items()}
-        found = {key: array for arrays, _ in packed.values() for key, array in arrays.items()}
-        return found, {key: values for key, (_, values) in packed.items()}
+        pack_population(name, value.individuals, problem, arrays)
+        arrays[f"{name}.violation"] = np.array(value.violation)  # may be infinite
+        return value.n_rejected
+    if is_dataclass(value):
+        return {
+            field.name: pack(f"{name}.{field.name}", getattr(value, field.name), problem, arrays)
+            for field in fields(value)
+        }
     plain = value.item() if isinstance(value, np.generic) else value
     if isinstance(plain, bool | int | float | str):
-        return {}, plain
+        return plain
     raise TypeError(
-        f"{name} = {value!r:.80}: expected an array of numbers, random streams, an archive, a "
-        "number, text or a dataclass of these"
+        f"{name} = {value!r:.80}: expected an array of numbers, a random stream, an archive, a "
+        "number, text, or a list or dataclass of these"
     )
 
 
 def unpack(
-    name: str, arrays: Arrays, values: Any, fresh: Any, algorithm: ExtremalOptimization
+    name: str, fresh: Any, packed: Any, arrays: Mapping[str, Any], algorithm: ExtremalOptimization
 ) -> Any:
-    """The field that was packed, of the kind and shape that `fresh` has in a run that begins.
+    """Return the value that `pack` took apart, of the kind and shape of `fresh`.
 
-    TypeError or ValueError if it is missing, or of another kind or shape.
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If a part is missing, or of another kind or shape.
     """
     if isinstance(fresh, np.ndarray):
-        return _array(arrays, name, fresh.shape).astype(fresh.dtype)
+        if arrays[name].shape != fresh.shape:
+            raise ValueError(f"{name} of shape {arrays[name].shape}: expected {fresh.shape}")
+        return arrays[name].astype(fresh.dtype)
+    if isinstance(fresh, np.random.Generator):
+        return unpack_stream(packed)
+    if isinstance(fresh, list):
+        return [
+            unpack(f"{name}[{i}]", each, part, arrays, algorithm)
+            for i, (each, part) in enumerate(zip(fresh, packed, strict=True))
+        ]
     if isinstance(fresh, ParetoArchive):
         archive = ParetoArchive(fresh.F.shape[1], fresh.max_size)
         archive.individuals = unpack_population(name, arrays, algorithm)
         archive.F = archive.individuals.get("F").reshape(-1, fresh.F.shape[1])
-        archive.violation = float(_array(arrays, f"{name}.violation", ()))
-        archive.n_rejected = int(_array(arrays, f"{name}.n_rejected", ()))
-        if not np.isfinite(archive.F).all():
-            raise ValueError(f"{name}: expected finite objectives")
+        archive.violation = float(arrays[f"{name}.violation"])
+        archive.n_rejected = int(packed)
         return archive
-    where, _, key = name.rpartition(".")
-    if isinstance(fresh, np.random.Generator):
-        return unpack_stream(entry(values, key, dict, f"{where}."))
     if is_dataclass(fresh) and not isinstance(fresh, type):
-        if key not in values:  # of an older version, without it: as where a run begins
-            return fresh
-        of_it = entry(values, key, dict, f"{where}.")
         parts = {
-            f.name: unpack(f"{name}.{f.name}", arrays, of_it, getattr(fresh, f.name), algorithm)
-            for f in fields(fresh)
+            field.name: unpack(
+                f"{name}.{field.name}",
+                getattr(fresh, field.name),
+                packed[field.name],
+                arrays,
+                algorithm,
+            )
+            for field in fields(fresh)
         }
         return type(fresh)(**parts)
-    packed = entry(values, key, type(fresh), f"{where}.")
-    if not isinstance(fresh, list):
-        return packed
-    if len(packed) != len(fresh):
-        raise ValueError(f"{name}: {len(packed)} streams, expected {len(fresh)}")
-    return [unpack_stream(state) for state in packed]
+    return type(fresh)(packed)
 
 
 def pack_stream(stream: np.random.Generator) -> dict[str, Any]:
-    """The state of a random stream as JSON values; TypeError for one of another kind."""
+    """Return the state of a random stream as JSON values, for `unpack_stream`.
+
+    Raises
+    ------
+    TypeError
+        For a generator of another kind than PCG64.
+    """
     bits = stream.bit_generator
     seed = bits.seed_seq  # counts the streams spawned from this one
     if type(bits).__name__ not in _GENERATORS or not isinstance(seed, np.random.SeedSequence):
@@ -97,47 +111,41 @@ def pack_stream(stream: np.random.Generator) -> dict[str, Any]:
 
 
 def unpack_stream(state: Mapping[str, Any]) -> np.random.Generator:
-    """The random stream of such a state; ValueError if it is none."""
-    try:
-        bits = _GENERATORS[state["bits"]["bit_generator"]](np.random.SeedSequence(**state["seed"]))
-        bits.state = state["bits"]
-    except Exception as error:  # of many kinds: NumPy does not check what it is given
-        raise ValueError(f"no state of a random stream: {type(error).__name__}: {error}") from error
+    """Return the random stream of a state."""
+    bits = _GENERATORS[state["bits"]["bit_generator"]](np.random.SeedSequence(**state["seed"]))
+    bits.state = state["bits"]
     return np.random.Generator(bits)
 
 
 def pack_population(
-    prefix: str, population: Population | None, problem: Problem
-) -> dict[str, NDArray[Any]]:
-    """The arrays of evaluated individuals; none if there are none."""
+    name: str, population: Population | None, problem: Problem, arrays: Arrays
+) -> None:
+    """Add the arrays of evaluated individuals to `arrays`; none if there are no individuals."""
     if population is None or not len(population):
-        return {}
+        return
     columns = dict(zip(_VALUES, population.get(*_VALUES), strict=True))
     columns["X"] = as_numbers(problem, columns["X"])
-    return {f"{prefix}_{key}": column for key, column in columns.items() if column.dtype != object}
+    for key, column in columns.items():
+        if column.dtype != object:
+            arrays[f"{name}_{key}"] = column
 
 
-def unpack_population(prefix: str, arrays: Arrays, algorithm: ExtremalOptimization) -> Population:
-    """Individuals of such arrays; ValueError if one is missing or has another shape."""
-    given = {key: arrays[f"{prefix}_{key}"] for key in _VALUES if f"{prefix}_{key}" in arrays}
-    if given:
-        problem = algorithm.problem
-        n = len(np.atleast_1d(_array(arrays, f"{prefix}_X")))
-        shapes = {"X": (n, problem.n_var), "F": (n, problem.n_obj), "G": (n, problem.n_ieq_constr),
-                  "H": (n, problem.n_eq_constr), "CV": (n, 1)}  # fmt: skip
-        for key in {**shapes, **given}:
-            _array(arrays, f"{prefix}_{key}", shapes.get(key, (n,)))
-        if algorithm.variables.names is not None:
-            given["X"] = algorithm.variables.designs(given["X"])
-    population: Population = Population.new(**given)
+def unpack_population(
+    name: str, arrays: Mapping[str, Any], algorithm: ExtremalOptimization
+) -> Population:
+    """Return the individuals of such arrays.
+
+    Raises
+    ------
+    ValueError
+        If the arrays have different lengths.
+    """
+    columns = {key: arrays[f"{name}_{key}"] for key in _VALUES if f"{name}_{key}" in arrays}
+    if len({len(column) for column in columns.values()}) > 1:
+        raise ValueError(f"{name}: expected as many rows in each of {', '.join(columns)}")
+    if columns and algorithm.variables.names is not None:
+        columns["X"] = algorithm.variables.designs(columns["X"])
+    population: Population = Population.new(**columns)
     for individual in population:
         individual.evaluated = {"F", "G", "H"}
     return population
-
-
-def _array(arrays: Arrays, name: str, shape: tuple[int, ...] | None = None) -> NDArray[Any]:
-    if name not in arrays:
-        raise ValueError(f"{name} is missing from the saved state")
-    if shape is not None and arrays[name].shape != shape:
-        raise ValueError(f"{name} of shape {arrays[name].shape}: expected {shape}")
-    return arrays[name]

@@ -15,12 +15,11 @@ from mgeo.algorithms.archive import ParetoArchive
 class RunState:
     """All that a run of the family carries from one generation to the next.
 
-    A checkpoint takes every field (`mgeo.algorithms.state`), and what is not declared here cannot
-    be set here. A variant that carries more declares it in a subclass of the same kind, and makes
-    that in `new_state`. Fields are arrays of numbers whose shape stays, random streams, lists of
-    them, archives, numbers, text, or dataclasses of these, which older checkpoints may not have.
-    Besides, there is only what pymoo's `Algorithm` carries
-    itself: candidates, counters, evaluator, its own random stream.
+    A checkpoint contains every field (`mgeo.algorithms.state`), and attributes that are not fields
+    cannot be set. A variant that carries more declares the fields in a subclass that is a dataclass
+    with slots, too, and creates its state in `new_state`. Fields are arrays of numbers of constant
+    shape, random streams, archives, numbers, text, or lists or dataclasses of these. Candidates,
+    counters, the evaluator and the random stream of the algorithm belong to pymoo's `Algorithm`.
 
     Attributes
     ----------

@@ -52,17 +52,12 @@ class SuggestedSampling(Sampling):
         self, problem: Problem, most: int, random_state: np.random.Generator
     ) -> FloatArray:
         """(n, n_var) numbers within the bounds; an algorithm begins with so many at most."""
-        name = type(problem).__name__
         if self.n > most:
             raise ValueError(f"starts = {self.n}: expected at most {most}, with which it begins")
         suggest = getattr(problem, "starts", None)
-        try:
-            found = None if suggest is None else suggest(self.n, random_state)
-        except Exception as error:
-            raise ValueError(
-                f"starts of problem {name} raised {type(error).__name__}: {error}"
-            ) from error
+        found = None if suggest is None else suggest(self.n, random_state)
         if found is None:
+            name = type(problem).__name__
             raise ValueError(f"{name} has no starts(): expected a run without suggested designs")
         return np.asarray(found, dtype=float)
 
@@ -100,15 +95,10 @@ def given_starts(
             f"sampling = {sampling!r:.80}: expected None, a pymoo Sampling, a population, or an "
             "array of numbers of shape (n, n_var)"
         ) from error
-    if starts.ndim != 2 or not len(starts) or starts.shape[1] != problem.n_var:
+    if np.shape(starts)[1:] != (problem.n_var,) or not 1 <= len(starts) <= n_walkers:
         raise ValueError(
             f"sampling of shape {starts.shape}: expected one row of n_var = {problem.n_var} "
-            "numbers for each point to start at"
-        )
-    if len(starts) > n_walkers:
-        raise ValueError(
-            f"sampling of {len(starts)} points: expected at most one for each of the n_walkers = "
-            f"{n_walkers} walkers (n_walkers={len(starts)} starts at all of them)"
+            f"numbers for each point, and 1 to n_walkers = {n_walkers} of them"
         )
     outside = ~((starts >= variables.xl) & (starts <= variables.xu))
     for walker, variable in np.argwhere(outside):

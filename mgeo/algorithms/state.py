@@ -1,15 +1,16 @@
-"""The complete state of a variant of MGEO between two generations, as plain data.
+"""State of a variant of MGEO between two generations, as plain data.
 
-What `capture` returns can be written with NumPy and JSON alone, and `restore` lets an algorithm of
-the same class and parameters go on from it as if it had never stopped, random streams included.
+`capture` returns what NumPy and JSON can write, and `restore` makes an algorithm of the class and
+parameters of the run that continues exactly, random streams included.
 """
 
 from __future__ import annotations
 
 import copy
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from pymoo.util.misc import termination_from_tuple
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.packing import (
+    Arrays,
     pack,
     pack_population,
     pack_stream,
@@ -33,8 +35,7 @@ from mgeo.algorithms.packing import (
     unpack_stream,
 )
 from mgeo.evaluation.evaluator import TolerantEvaluator
-from mgeo.validation.arguments import validate_integer
-from mgeo.validation.entries import entry, errors_of
+from mgeo.validation.entries import FileError
 
 _BUDGETS: Mapping[str, tuple[type[Termination], str]] = {
     "n_gen": (MaximumGenerationTermination, "n_max_gen"),
@@ -45,9 +46,13 @@ _BUDGETS: Mapping[str, tuple[type[Termination], str]] = {
 
 @dataclass(frozen=True, eq=False)
 class SavedState:
-    """Arrays of numbers by name, and what else there is as JSON values.
+    """State of a run.
 
-    `source` is what errors in them are said to be in: the file that they were read from.
+    Attributes
+    ----------
+    arrays : arrays of numbers by name.
+    data : all other values, as JSON values.
+    source : file that the state was read from, for messages.
     """
 
     arrays: Mapping[str, NDArray[Any]]
@@ -56,90 +61,86 @@ class SavedState:
 
 
 def capture(algorithm: ExtremalOptimization) -> SavedState:
-    """The state of a run between two generations: within a callback, or after `next`.
+    """Return the state of a run between two generations: within a callback, or after `next`.
 
-    It holds all of the algorithm's `RunState` and what pymoo carries: the last candidates, its
-    random stream, the counters, the time used; and the parameters, those of a `TolerantEvaluator`
-    too. Not in it: the problem,
-    callback, display and history, and a termination that is no budget of generations,
-    evaluations or time.
+    The state consists of the `RunState`, the parameters, those of a `TolerantEvaluator`, and of
+    pymoo's `Algorithm` the last candidates, random stream, counters and time used. The problem,
+    callback, display and history are not part of it, nor is a termination that is no budget of
+    generations, evaluations or time.
 
     Raises
     ------
-    ValueError : before `setup`, between ask and tell, or with one of pymoo's archives, whose
-        truncation does not repeat.
-    TypeError : for an algorithm of another family, a parameter that is not kept under its name or
-        is no JSON value, or a state with anything else than `RunState` says.
+    ValueError
+        Before `setup`, between ask and tell, or with one of pymoo's archives, whose truncation is
+        not repeatable.
+    TypeError
+        For an algorithm of another family, a parameter that is not kept under its name or is no
+        JSON value, or a field of the state of another kind than `RunState` allows.
     """
     name = type(algorithm).__name__
     if not isinstance(algorithm, ExtremalOptimization):
         raise TypeError(f"{name} is no variant of MGEO, of which alone states are kept")
-    if algorithm.problem is None:
-        raise ValueError(f"this {name} has no state yet: expected one that was set up")
-    if algorithm._asked is not None:
-        raise ValueError(f"this {name} waits for tell(): expected one between two generations")
+    if algorithm.problem is None or algorithm._asked is not None:
+        raise ValueError(
+            f"this {name} is not between two generations: expected one that was set up and does "
+            "not wait for tell()"
+        )
     if algorithm.archive is not None:
         raise ValueError("archive = ... cannot be kept: expected None (the front itself is kept)")
     started = algorithm.start_time
+    evaluator = algorithm.evaluator
+    is_tolerant = isinstance(evaluator, TolerantEvaluator)
+    arrays: Arrays = {}
+    pack_population("pop", algorithm.pop, algorithm.problem, arrays)
     data = {
         "class": full_name(type(algorithm)),
         "parameters": _parameters(algorithm),
         "random_state": pack_stream(algorithm.random_state),
-        "evaluations": (
-            algorithm.evaluator.counts()
-            if isinstance(algorithm.evaluator, TolerantEvaluator)
-            else {"n_eval": algorithm.evaluator.n_eval}
-        ),
+        "evaluations": evaluator.counts() if is_tolerant else {"n_eval": evaluator.n_eval},
         "elapsed_s": 0.0 if started is None else time.time() - started,
         "termination": _budget(algorithm.termination),
         "return_least_infeasible": bool(algorithm.return_least_infeasible),
+        # an evaluator of another class has to be given again
+        "evaluator": evaluator.settings() if type(evaluator) is TolerantEvaluator else {},
+        "state": pack("state", algorithm.state, algorithm.problem, arrays),
     }
-    if type(algorithm.evaluator) is TolerantEvaluator:  # others the caller has to give again
-        data["evaluator"] = algorithm.evaluator.settings()
-    arrays = pack_population("pop", algorithm.pop, algorithm.problem)
-    state, values = algorithm.state, dict[str, Any]()
-    names = [field.name for field in fields(state)]
-    if undeclared := sorted(getattr(state, "__dict__", {}).keys() - names):
-        raise TypeError(f"{name}.state.{undeclared[0]} is no declared field of {type(state)}")
-    for key in names:
-        found, values[key] = pack(f"state.{key}", getattr(state, key), algorithm.problem)
-        arrays |= found
-    return SavedState(arrays, {**data, "state": values})
+    return SavedState(arrays, data)
 
 
 def restore(
     saved: SavedState, problem: Problem, algorithm: Algorithm, **options: Any
 ) -> ExtremalOptimization:
-    """A copy of an algorithm that goes on where `capture` was called.
+    """Return a copy of an algorithm that continues where `capture` was called.
 
     Parameters
     ----------
-    saved : what `capture` gave.
-    problem : the same problem.
-    algorithm : one of the same class and parameters, not set up; it is left as it is.
-    options : as for `setup`: `callback`, `verbose`, ...; and a `termination`, if another one
-        than the run had (always, if that is not kept). Without an `evaluator` it is a
-        `TolerantEvaluator` with the settings of the run's, if that was one.
+    saved : what `capture` returned.
+    problem : the problem of the run.
+    algorithm : an algorithm of the class and parameters of the run, not set up; it is not changed.
+    options : as for `setup`: `callback`, `verbose`, ...; and a `termination`, to replace that of
+        the run (required if that was not kept). Without an `evaluator`, a `TolerantEvaluator`
+        with the settings of the run.
 
     Raises
     ------
-    ValueError : if the algorithm is another one, the termination is missing, or a part of the
-        state is missing or does not fit; it begins with the `source`. Also for a termination that
-        is none, and for what `setup` refuses: these are not the source's.
-    TypeError : for options that `setup` does not take.
+    ValueError
+        If the algorithm is another one, if the termination is missing or is none, for what
+        `setup` refuses, and if the state is damaged; the message begins with the `source`.
+    TypeError
+        For options that `setup` does not take.
     """
-    with errors_of(saved.source):
+    with _errors_of_state(saved.source):
         data = saved.data
         same = _same(algorithm, data)
-        least = entry(data, "return_least_infeasible", bool)
-        options.setdefault("evaluator", _evaluator(data.get("evaluator", {})))
+        options.setdefault("evaluator", TolerantEvaluator(**data["evaluator"]))
+        options.setdefault("return_least_infeasible", data["return_least_infeasible"])
         if (termination := options.pop("termination", None)) is None:
-            termination = _termination(data.get("termination"))
-    termination = _converted(termination)
-    options = {"return_least_infeasible": least, **options}
+            if data["termination"] is None:
+                raise ValueError("the termination of the run was not kept: expected a new one")
+            termination = tuple(data["termination"])
     run = copy.deepcopy(same)
-    run.setup(problem, termination=termination, **options)
-    with errors_of(saved.source):
+    run.setup(problem, termination=_converted(termination), **options)
+    with _errors_of_state(saved.source):
         _fill(run, saved)
     if run.n_generations:
         run.is_initialized = True
@@ -150,49 +151,6 @@ def restore(
     return run
 
 
-def _evaluator(settings: Any) -> TolerantEvaluator:
-    kinds = {
-        "patience": int,
-        "warn": bool,
-        "skip_already_evaluated": bool,
-        "evaluate_values_of": list[str],
-    }
-    given = {
-        key: entry(settings, key, kind, "evaluator.")
-        for key, kind in kinds.items()
-        if key in settings
-    }
-    if unknown := set(given.get("evaluate_values_of", ())) - {"F", "G", "H"}:
-        raise ValueError(f"evaluator.evaluate_values_of = {min(unknown)!r:.80}: expected F, G, H")
-    return TolerantEvaluator(**given)
-
-
-def _fill(algorithm: ExtremalOptimization, saved: SavedState) -> None:
-    """Let what was saved take the place of what `setup` has made."""
-    data, arrays = saved.data, saved.arrays
-    algorithm.random_state = unpack_stream(entry(data, "random_state", dict))
-    state, values = algorithm.state, entry(data, "state", dict)
-    for field in fields(state):
-        fresh = getattr(state, field.name)
-        value = unpack(f"state.{field.name}", arrays, values, fresh, algorithm)
-        setattr(state, field.name, value)
-    if not np.isfinite(state.walkers).all():
-        raise ValueError("state.walkers: expected finite numbers")
-    validate_integer("state.n_generations", state.n_generations, low=0)
-    algorithm.pop = unpack_population("pop", arrays, algorithm)
-    counts, where = entry(data, "evaluations", dict), "evaluations."
-    validate_integer("evaluations.n_eval", entry(counts, "n_eval", int, where), low=0)
-    for key, kind in (("n_failed", int), ("n_in_a_row", int), ("causes", dict[str, int])):
-        if key in counts:
-            entry(counts, key, kind, where)
-    if isinstance(algorithm.evaluator, TolerantEvaluator):
-        algorithm.evaluator.count_on(counts)
-    else:
-        algorithm.evaluator.n_eval = counts["n_eval"]
-    # a clock that was put back meanwhile must not make a run of less than no time
-    algorithm.start_time = time.time() - max(0.0, entry(data, "elapsed_s", float))
-
-
 def end_at(algorithm: ExtremalOptimization, termination: Any) -> None:
     """Give a run between two generations a new termination, in any form that pymoo takes."""
     algorithm.termination = _converted(termination)
@@ -200,20 +158,6 @@ def end_at(algorithm: ExtremalOptimization, termination: Any) -> None:
         algorithm.n_iter = algorithm.n_generations  # what a termination sees after a generation
         algorithm.termination.update(algorithm)
         algorithm.n_iter += 1
-
-
-def _converted(termination: Any) -> Termination:
-    cause = None
-    try:
-        converted = termination_from_tuple(copy.deepcopy(termination))
-        if isinstance(converted, Termination):
-            return converted
-    except Exception as error:  # pymoo raises Exception itself for a name that it does not know
-        cause = error
-    raise ValueError(
-        f"termination = {termination!r:.80}: expected a pymoo Termination, or what stands for one, "
-        "such as ('n_gen', 200)"
-    ) from cause
 
 
 def full_name(cls: type) -> str:
@@ -232,17 +176,44 @@ def _parameters(algorithm: ExtremalOptimization) -> dict[str, Any]:
 
 
 def _same(algorithm: Algorithm, data: Mapping[str, Any]) -> ExtremalOptimization:
-    """The algorithm, if it is the one of a saved run; or else the first difference is told."""
-    cls, given = entry(data, "class", str), full_name(type(algorithm))
-    if cls != given or not isinstance(algorithm, ExtremalOptimization):
-        raise ValueError(f"class = {cls!r:.80}: the algorithm given is a {given}")
+    """Return the algorithm if it is that of a saved run, else name the first difference."""
+    given = full_name(type(algorithm))
+    if data["class"] != given or not isinstance(algorithm, ExtremalOptimization):
+        raise ValueError(f"class = {data['class']!r:.80}: the algorithm given is a {given}")
     parameters = _parameters(algorithm)
-    for key, value in entry(data, "parameters", dict).items():
-        # what is a constant now was a parameter in older versions
-        found = parameters.get(key, _plain(key, getattr(type(algorithm), key, None)))
-        if found != value:
-            raise ValueError(f"parameters.{key} = {value!r:.80}: that given has {found!r:.80}")
+    for key, value in data["parameters"].items():
+        if parameters[key] != value:
+            raise ValueError(
+                f"parameters.{key} = {value!r:.80}: that given has {parameters[key]!r:.80}"
+            )
     return algorithm
+
+
+def _fill(algorithm: ExtremalOptimization, saved: SavedState) -> None:
+    """Replace what `setup` has made by what was saved."""
+    data, arrays = saved.data, saved.arrays
+    algorithm.random_state = unpack_stream(data["random_state"])
+    algorithm.state = unpack("state", algorithm.state, data["state"], arrays, algorithm)
+    algorithm.pop = unpack_population("pop", arrays, algorithm)
+    if isinstance(algorithm.evaluator, TolerantEvaluator):
+        algorithm.evaluator.count_on(data["evaluations"])
+    else:
+        algorithm.evaluator.n_eval = data["evaluations"]["n_eval"]
+    # the clock may have been put back
+    algorithm.start_time = time.time() - max(0.0, data["elapsed_s"])
+
+
+@contextmanager
+def _errors_of_state(source: Path | str) -> Iterator[None]:
+    """Raise a `FileError` for whatever a damaged state leads to."""
+    try:
+        yield
+    except ValueError as error:
+        raise FileError(f"{source}: {error}") from error
+    except Exception as error:  # of any kind: NumPy does not check the states of its streams
+        raise FileError(
+            f"{source}: the saved state is damaged: {type(error).__name__}: {error}"
+        ) from error
 
 
 def _plain(name: str, value: Any) -> Any:
@@ -266,12 +237,15 @@ def _budget(termination: Termination) -> list[Any] | None:
     return None
 
 
-def _termination(budget: list[Any] | None) -> tuple[str, Any]:
-    if budget is None:
-        raise ValueError(
-            "termination = None: the one of the saved run could not be kept; expected a new one"
-        )
-    if not (isinstance(budget, list) and len(budget) == 2 and budget[0] in _BUDGETS):
-        raise ValueError(f"termination = {budget!r:.80}: expected one of {', '.join(_BUDGETS)}")
-    name, limit = budget
-    return name, limit
+def _converted(termination: Any) -> Termination:
+    cause = None
+    try:
+        converted = termination_from_tuple(copy.deepcopy(termination))
+        if isinstance(converted, Termination):
+            return converted
+    except Exception as error:  # pymoo raises Exception itself for a name that it does not know
+        cause = error
+    raise ValueError(
+        f"termination = {termination!r:.80}: expected a pymoo Termination, or what stands for one, "
+        "such as ('n_gen', 200)"
+    ) from cause

@@ -68,50 +68,36 @@ class Variables:
         ValueError : if a variable is of another kind than those allowed, is not bounded, has
             bounds too large to compute with, or no options or equal ones.
         """
-        name, expected = type(problem).__name__, f"expected {' or '.join(allowed)} variables"
+        name = type(problem).__name__
         declared: dict[str, Variable] | None = getattr(problem, "vars", None)
         options = options_of(problem)
         if declared is None:
-            each = kind_of_type(problem.vtype)
-            if each is None or each not in allowed:
-                takers = _TAKERS if each else ""
-                raise ValueError(f"{name} has vtype = {problem.vtype!r}: {expected}{takers}")
-            kinds = [each] * problem.n_var
-            bounds = (0, 1) if each == "binary" else (problem.xl, problem.xu)
-            xl, xu = (_numbers(np.broadcast_to(bound, problem.n_var)) for bound in bounds)
+            kind = kind_of_type(problem.vtype)
+            kinds = [_require_kind(kind, allowed, f"{name}.vtype", problem.vtype)] * problem.n_var
+            bounds: Sequence[Any] = (0, 1) if kind == "binary" else (problem.xl, problem.xu)
         else:
-            for key, variable in declared.items():
-                if (kind := _OF_VARIABLE.get(type(variable))) not in allowed:
-                    takers = _TAKERS if kind else ""
-                    raise ValueError(
-                        f"{name}.vars[{key!r}] is a {type(variable).__name__}: {expected}{takers}"
-                    )
-            kinds = [_OF_VARIABLE[type(variable)] for variable in declared.values()]
+            kinds = [
+                _require_kind(_OF_VARIABLE.get(cls), allowed, f"{name}.vars[{key!r}]", cls)
+                for key, cls in ((key, type(each)) for key, each in declared.items())
+            ]
             pairs = [_bounds(variable, options.get(key)) for key, variable in declared.items()]
-            xl, xu = (_numbers([pair[side] for pair in pairs]) for side in (0, 1))
+            bounds = list(zip(*pairs, strict=True))
+        xl, xu = (np.array(np.broadcast_to(bound, problem.n_var), dtype=float) for bound in bounds)
         names = None if declared is None else tuple(declared)
         variables = cls(tuple(kinds), xl, xu, names, options)
         variables._check_bounds(problem)
         return variables
 
     def _check_bounds(self, problem: Problem) -> None:
-        name, whole = type(problem).__name__, ~self.real
+        name, real = type(problem).__name__, self.real
+        most = np.where(real, MOST_REAL, MOST_WHOLE)
         for key, bound in (("xl", self.xl), ("xu", self.xu)):
-            if not np.isfinite(bound).all():
-                shown = getattr(problem, key)
+            fits = (np.abs(bound) <= most) & (real | (bound == np.rint(bound)))
+            for i in np.flatnonzero(~fits).tolist():
+                kind = "number" if real[i] else "whole number"
                 raise ValueError(
-                    f"{name}.{key} = {shown}: expected a finite bound for every variable"
-                )
-            if np.any(bound[whole] != np.rint(bound[whole])):
-                raise ValueError(
-                    f"{name}.{key} = {bound}: expected whole numbers for integer variables"
-                )
-            if np.any(large := np.abs(bound) > np.where(whole, MOST_WHOLE, MOST_REAL)):
-                i = int(large.argmax())
-                value, most = (int(bound[i]), MOST_WHOLE) if whole[i] else (bound[i], MOST_REAL)
-                raise ValueError(
-                    f"{name}.{key}[{self.label(i)}] = {value}: expected a bound of at most {most} "
-                    "in size, to compute with it in floats"
+                    f"{name}.{key}[{self.label(i)}] = {bound[i]:g}: expected a finite {kind} of at "
+                    f"most {most[i]:g} in size"
                 )
         if np.any(self.xl > self.xu):
             raise ValueError(f"{name}: expected xl <= xu, got xl = {self.xl}, xu = {self.xu}")
@@ -170,18 +156,14 @@ def designs_of(problem: Problem, X: FloatArray) -> NDArray[Any]:
     return Variables.of(problem, KINDS).designs(X)
 
 
+def _require_kind(kind: Kind | None, allowed: Sequence[Kind], where: str, given: Any) -> Kind:
+    if kind is None or kind not in allowed:
+        takers = _TAKERS if kind else ""
+        raise ValueError(f"{where} = {given!r}: expected {' or '.join(allowed)} variables{takers}")
+    return kind
+
+
 def _bounds(variable: Variable, options: Sequence[Any] | None) -> Any:
     if isinstance(variable, Binary):
         return 0, 1
     return variable.bounds if options is None else (0, len(options) - 1)
-
-
-def _numbers(bounds: Any) -> FloatArray:
-    return np.array([_number(bound) for bound in bounds])
-
-
-def _number(bound: Any) -> float:
-    try:
-        return np.nan if bound is None else float(bound)
-    except OverflowError:  # an integer that no float can hold
-        return np.inf if bound > 0 else -np.inf

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from mgeo.cli import explore, installed, report, runs, study
+from mgeo.cli import explore, installed, report, solve, study
 from mgeo.cli.errors import ExitCode, one_line_errors, raise_on_sigterm
 from mgeo.plugins.discovery import (
     ALGORITHMS,
@@ -26,7 +26,6 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "solve": (
         "mgeo solve attitude",
         "mgeo solve attitude --scenario cubesat_6u --algorithm nsga2 --population 50",
-        "mgeo solve attitude --scenario mine.toml --evaluations 20000 --dry-run",
         "mgeo solve attitude --robust",
         "mgeo solve attitude --algorithm mgeo-canonical --set bits=12",
         "mgeo solve attitude --seed 2 --json | jq .hypervolume.value",
@@ -37,7 +36,6 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
     "report": (
         "mgeo report runs/attitude-mgeo-directed-seed1",
-        "mgeo report runs/attitude-mgeo-directed-seed1 --out review.html",
         "mgeo report runs/attitude-mgeo-directed-seed1 --png --pdf",
         "mgeo report runs/attitude-mgeo-directed-seed1 --figure front --paper",
         "mgeo report runs/first runs/second --out beside.html",
@@ -191,8 +189,8 @@ def _root(
 
 
 for _command in (
-    runs.solve,
-    runs.resume,
+    solve.solve,
+    solve.resume,
     report.report,
     explore.explore,
     installed.problems,

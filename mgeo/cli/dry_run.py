@@ -10,8 +10,7 @@ from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.output import Output
 from mgeo.cli.progress import run_title
 from mgeo.figures.front import MOST_OBJECTIVES
-from mgeo.plugins.protocol import problem_size
-from mgeo.plugins.shown import ask
+from mgeo.plugins.protocol import ask, problem_size
 from mgeo.plugins.view import View, is_own, view_of
 from mgeo.runs.prepare import PreparedRun
 from mgeo.store.run_folder import (
@@ -22,16 +21,15 @@ from mgeo.store.run_folder import (
     RECORD_FOLDER,
     RUN_FILE,
 )
-from mgeo.store.run_persistence import RunPersistence
 from mgeo.terminal import pairs
 
-if TYPE_CHECKING:  # every run imports this module, and statistics take most of a second
+if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
     from mgeo.studies.file import Study
 
 
-def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) -> None:
+def describe_run(run: PreparedRun, folder: Path, output: Output) -> None:
     """Describe a run of ``mgeo solve``."""
     configuration, problem = run.configuration, run.problem
     size, view = problem_size(problem), view_of(problem)
@@ -41,14 +39,14 @@ def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) 
         RUN_FILE: True,
         FIGURE_FILE: is_own(view, View.figures) or problem.n_obj <= MOST_OBJECTIVES,
         CHECKPOINT_FILE: isinstance(run.algorithm, ExtremalOptimization),
-        f"{RECORD_FOLDER}/": persistence.record,
+        f"{RECORD_FOLDER}/": run.record,
     }
     files = [name for name, written in is_written.items() if written]
     notes, facts = ask(view, View.notes), ask(view, View.facts)
     texts = {
         "size": _size(size),
         "budget": f"{configuration.evaluations:,} evaluations",
-        "folder": str(persistence.folder),
+        "folder": str(folder),
         "files": ", ".join(files),
         **({"polish": "in addition"} if configuration.polish else {}),
         **facts,
@@ -62,12 +60,10 @@ def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) 
             **size,
             "facts": dict(facts),
             "notes": notes,
-            "folder": str(persistence.folder),
+            "folder": str(folder),
             "files": files,
         }
     )
-    for why in ask(view, View.impossible):
-        output.note(f"Note: nothing can keep all limits, and nothing would be searched: {why}")
 
 
 def describe_study(

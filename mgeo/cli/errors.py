@@ -77,8 +77,6 @@ def raise_on_sigterm() -> None:
 #: What typer raises for a command line that it cannot read; its place has changed.
 UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
-_LONGEST = 600  # characters of a message
-
 
 class ExitCode(IntEnum):
     """Exit codes of every command."""
@@ -148,7 +146,7 @@ def one_line_errors(ctx: typer.Context, *, debug: bool = False) -> Iterator[None
         message, code = _describe(error, ctx)
         if debug and not isinstance(error, (UsageError, KeyboardInterrupt)):
             traceback.print_exception(error.__cause__ if isinstance(error, Refused) else error)
-        typer.echo(folded(f"Error: {_shortened(message)}", stderr=True), err=True)
+        typer.echo(folded(f"Error: {one_line(message)}", stderr=True), err=True)
         raise typer.Exit(code) from error
 
 
@@ -173,10 +171,3 @@ def _describe(error: BaseException, ctx: typer.Context) -> tuple[str, ExitCode]:
     last = traceback.extract_tb(error.__traceback__)[-1]  # a bug, of mgeo or of a plugin
     place = f"{Path(last.filename).name}, line {last.lineno}; see --debug"
     return f"{type(error).__name__}: {error} ({place})", ExitCode.ERROR
-
-
-def _shortened(message: str) -> str:
-    """Return a message on one line; a quoted value may be a whole file."""
-    line = one_line(message)
-    half = _LONGEST // 2
-    return line if len(line) <= _LONGEST else f"{line[:half]} ... {line[-half:]}"

@@ -5,7 +5,6 @@ Completion imports nothing from plugins.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -74,9 +73,6 @@ def _below(incomplete: str, pattern: str) -> list[Path]:
 
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
-Verbose = Annotated[
-    bool, typer.Option("--verbose", "-v", help="Tell all parameters of the algorithm.")
-]
 Json = Annotated[
     bool,
     typer.Option(
@@ -93,7 +89,7 @@ DryRun = Annotated[
     bool,
     typer.Option(
         "--dry-run",
-        help="Run and write nothing; tell the size, the files, and about how long it would take.",
+        help="Print the size of the run and the files it would write, and do nothing.",
     ),
 ]
 
@@ -171,66 +167,34 @@ def parse_parameters(
     """
     from mgeo.runs.algorithms import complete_parameters, with_parameter
 
-    parameters = {key: value for key, value in flags.items() if value is not None}
-    if "sigma" in parameters:
-        parameters["sigma"] = parse_numbers("--sigma", parameters["sigma"])
-    if "tau" in parameters:
-        parameters["tau"] = _value(parameters["tau"])
-    parameters |= parse_settings(settings)
-    known = complete_parameters(algorithm, {})
-    for key in parameters:
-        if key not in known:
-            taken, others = ", ".join(map(flag, known)), ", ".join(with_parameter(key))
-            raise ValueError(
-                f"{flag(key)} does not apply to {algorithm}, which takes {taken}"
-                f"{f': it is of {others}' if others else ''}"
-            )
-    return parameters
-
-
-def parse_numbers(name: str, text: str) -> float | list[float]:
-    """Return a number, or a list of numbers separated by commas.
-
-    Raises
-    ------
-    ValueError
-        If an entry is not a number.
-    """
-    from mgeo.validation.arguments import decimal_point
-
-    if re.fullmatch(r"0,\d+", text):  # not a list, as no sigma is 0
-        raise ValueError(f"{name} = {text!r}: expected a number{decimal_point(text)}")
-    try:
-        numbers = [float(entry) for entry in text.split(",")]
-    except ValueError as error:
-        raise ValueError(
-            f"{name} = {text!r}: expected a number or numbers separated by commas"
-        ) from error
-    return numbers[0] if len(numbers) == 1 else numbers
-
-
-def parse_settings(settings: Sequence[str]) -> dict[str, Any]:
-    """Return the parameters of NAME=VALUE texts; raises as `parse_parameters`."""
-    parameters: dict[str, Any] = {}
+    given = {key: value for key, value in flags.items() if value is not None}
     for setting in settings:
         name, equals, value = setting.partition("=")
         if not (name and equals and value):
             raise ValueError(f"--set {setting}: expected NAME=VALUE")
         if name in FLAGS:
             raise ValueError(f"--set {setting}: expected {FLAGS[name]} for this parameter")
-        if name in parameters:
-            raise ValueError(f"--set {setting}: {name} is given twice")
-        parameters[name] = _value(value)
-    return parameters
+        given[name] = value
+    known = complete_parameters(algorithm, {})
+    for key in given:
+        if key not in known:
+            taken, others = ", ".join(map(flag, known)), ", ".join(with_parameter(key))
+            raise ValueError(
+                f"{flag(key)} does not apply to {algorithm}, which takes {taken}"
+                f"{f': it is of {others}' if others else ''}"
+            )
+    return {key: _value(value) for key, value in given.items()}
 
 
-def _value(text: str) -> Any:
-    """Return an integer, a float, a boolean or a word, or a list where there are commas."""
-    if "," in text:
-        return [_value(entry) for entry in text.split(",")]
-    if text.lower() in ("true", "false"):
-        return text.lower() == "true"
+def _value(given: Any) -> Any:
+    """Return the integer, float, boolean or word in a text, or a list where there are commas."""
+    if not isinstance(given, str):
+        return given
+    if "," in given:
+        return [_value(entry) for entry in given.split(",")]
+    if given.lower() in ("true", "false"):
+        return given.lower() == "true"
     for kind in (int, float):
         with suppress(ValueError):
-            return kind(text)
-    return text
+            return kind(given)
+    return given

@@ -17,11 +17,10 @@ from mgeo.plugins.protocol import problem_size
 from mgeo.runs.algorithms import complete_parameters
 from mgeo.runs.solve import State
 from mgeo.store.run import RunConfiguration
-from mgeo.store.run_persistence import RunPersistence
 from mgeo.terminal import folded, pairs, plain
 
 if TYPE_CHECKING:
-    from pymoo.core.problem import Problem
+    from mgeo.runs.prepare import PreparedRun
 
 _MAX_SHARE = 0.02  # largest share of the run time that the computation of what is shown may take
 _STOPPING = "stopping after this generation; Ctrl-C again to stop at once"
@@ -38,8 +37,6 @@ class Progress:
         First line.
     request
         Signals received so far.
-    persistence
-        Checkpoints of the run, whose errors are shown.
 
     Attributes
     ----------
@@ -47,17 +44,10 @@ class Progress:
         Shortest time between two updates [s].
     """
 
-    def __init__(
-        self,
-        console: Console | None,
-        title: str,
-        request: StopRequest,
-        persistence: RunPersistence | None = None,
-    ) -> None:
+    def __init__(self, console: Console | None, title: str, request: StopRequest) -> None:
         self._console = console
         self._title = title
         self._request = request
-        self._persistence = persistence
         self._is_live = console is not None and console.is_terminal and not console.is_dumb_terminal
         self.interval = 0.25 if self._is_live else 10.0
         self._next = 0.0
@@ -91,7 +81,7 @@ class Progress:
         if self._console is None or (now < self._next and not state.ended):
             return
         begin = time.process_time()
-        self._quantities = _quantities(state, self._persistence)
+        self._quantities = _quantities(state)
         self._bar.update(
             self._task,
             total=state.budget,
@@ -121,27 +111,25 @@ class Progress:
             self._console.print(plain(folded(line, stderr=True)), soft_wrap=True)
 
 
-def run_title(run: RunConfiguration, *, whole: bool = False) -> str:
-    """Return the title of a run, with the parameters that differ from the defaults, or all."""
-    shown = run.parameters
-    if not whole:
-        defaults = complete_parameters(run.algorithm, {})
-        shown = {
-            key: value for key, value in shown.items() if _json(value) != _json(defaults.get(key))
-        }
-    values = ", ".join(f"{key} = {value}" for key, value in shown.items())
+def run_title(run: RunConfiguration) -> str:
+    """Return the title of a run, with the parameters that differ from the defaults."""
+    # a file has no tuples
+    defaults = json.loads(json.dumps(complete_parameters(run.algorithm, {}), default=str))
+    values = ", ".join(
+        f"{key} = {value}" for key, value in run.parameters.items() if value != defaults.get(key)
+    )
     parts = [run.problem, f"{run.algorithm}{f' ({values})' if values else ''}", f"seed {run.seed}"]
     parts += [f"{run.starts} starts"] if run.starts else []
     parts += ["polished"] if run.polish else []
     return " · ".join(parts)
 
 
-def task(run: RunConfiguration, problem: Problem, *, verbose: bool = False) -> str:
+def heading(run: PreparedRun) -> str:
     """Return a line that describes a run before it begins."""
-    objectives = ", ".join(problem_size(problem)["objectives"])
+    objectives = ", ".join(problem_size(run.problem)["objectives"])
     return (
-        f"{run_title(run, whole=verbose)}: {run.evaluations:,} evaluations of "
-        f"{problem.n_var} variables for {objectives}"
+        f"{run_title(run.configuration)}: {run.configuration.evaluations:,} evaluations of "
+        f"{run.problem.n_var} variables for {objectives}"
     )
 
 
@@ -152,12 +140,7 @@ def clock(seconds: float) -> str:
     return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"
 
 
-def _json(value: Any) -> str:
-    """Return a value as in a file, which has no tuples."""
-    return json.dumps(value, default=str)
-
-
-def _quantities(state: State, persistence: RunPersistence | None) -> dict[str, str]:
+def _quantities(state: State) -> dict[str, str]:
     _, F = state.front()
     shown = {"front": f"{len(F):,}"}
     if state.refinement is not None:
@@ -169,6 +152,6 @@ def _quantities(state: State, persistence: RunPersistence | None) -> dict[str, s
         shown |= {f"best {name}": f"{value:.6g}" for name, value in best}
     if (volume := state.hypervolume(F)) is not None:
         shown["hypervolume"] = f"{volume:.4f}"
-    if persistence is not None and persistence.error is not None:
-        shown["no checkpoint:"] = str(persistence.error)
+    if state.checkpoint_error is not None:
+        shown["no checkpoint:"] = state.checkpoint_error
     return shown

@@ -2,75 +2,243 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
-from rich.table import Table
-from rich.text import Text
+import typer
 
-from mgeo.cli.errors import ExitCode, StopRequest, bad_input, stop_requests
+from mgeo.cli import options
+from mgeo.cli.errors import ExitCode, bad_input, stop_requests
 from mgeo.cli.output import Output
-from mgeo.cli.progress import Progress, clock, run_title, task
-from mgeo.evaluation.evaluator import EvaluationError
-from mgeo.figures.page import page
-from mgeo.plugins.discovery import code_of_others
-from mgeo.plugins.shown import ask
-from mgeo.plugins.view import View, front_of, view_of
-from mgeo.runs.answer import (
-    Answer,
-    DeadEnd,
-    RepresentativeSolution,
-    answer,
-    dead_end,
-    representative_solutions,
-)
-from mgeo.runs.prepare import PreparedRun
-from mgeo.store.atomic import check_writable, lock, write_file
-from mgeo.store.provenance import installed_versions
-from mgeo.store.run import Outcome, Run
-from mgeo.store.run_folder import (
-    ARRAYS_FILE,
-    CHECKPOINT_FILE,
-    FIGURE_FILE,
-    FRONT_FILE,
-    NEAREST_FILE,
-    RECORD_FOLDER,
-    RUN_FILE,
-    check_folder,
-    remove_run,
-    run_document,
-    write_arrays,
-    write_run,
-)
-from mgeo.store.run_persistence import RunPersistence
-from mgeo.terminal import console, fits, plain, table
+from mgeo.terminal import console
 
-if TYPE_CHECKING:
-    import pandas as pd
+if TYPE_CHECKING:  # a run imports pymoo, `mgeo --help` does not
+    from mgeo.plugins.view import View
+    from mgeo.runs.prepare import PreparedRun
+    from mgeo.store.run import Outcome
 
-_CAUSES = 3  # causes of failed evaluations that are printed
+_UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0}
 
 
-def run_to_folder(
-    run: PreparedRun,
-    persistence: RunPersistence,
-    output: Output,
-    *,
-    overwrite: bool,
-    max_time: float | None = None,
-    verbose: bool = False,
+def _duration(text: str) -> float:
+    """Return a time [s] from a number of seconds, or a number with a unit: 90, 10m, 2h."""
+    unit = text[-1:] if text[-1:] in _UNITS else ""
+    try:
+        seconds = float(text.removesuffix(unit)) * _UNITS.get(unit, 1.0)
+    except ValueError:
+        seconds = 0.0
+    if not 0.0 < seconds < float("inf"):
+        raise typer.BadParameter(f"{text!r}: expected seconds above 0, or as 10m or 2h")
+    return seconds
+
+
+MaxTime = Annotated[
+    float | None,
+    typer.Option(
+        metavar="TIME",
+        parser=_duration,
+        help="End the run after this time: seconds, or 10m, 2h. Continue it by `mgeo resume`.",
+    ),
+]
+
+
+def solve(
+    problem: Annotated[
+        str,
+        typer.Argument(
+            help="One of `mgeo problems`, a class of one's own, module:Class, or a test problem, "
+            "pymoo:zdt1.",
+            autocompletion=options.problems,
+        ),
+    ],
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE.toml|PRESET",
+            help="Options of the problem: a file, or a preset's name.",
+            autocompletion=options.scenarios,
+        ),
+    ] = None,
+    after: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.json",
+            help="Go on from a result, such as a calibration, if the problem can; a scenario file "
+            "says only what differs.",
+        ),
+    ] = None,
+    robust: Annotated[
+        bool,
+        typer.Option(
+            "--robust",
+            help="Judge solutions by what they keep where things are not exactly known, if the "
+            "problem can.",
+        ),
+    ] = False,
+    algorithm: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME|MODULE:CLASS",
+            help="One of `mgeo algorithms`, or a class of one's own [default: mgeo-directed, of a "
+            "robust run mgeo-staged].",
+            autocompletion=options.algorithms,
+        ),
+    ] = None,
+    sigma: options.Sigma = None,
+    tau: options.Tau = None,
+    walkers: options.Walkers = None,
+    perturbation: options.Perturbation = None,
+    population: options.Population = None,
+    settings: options.Settings = None,
+    evaluations: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Budget [default: 5000 generations of one candidate per variable]."
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all randomness.")] = 1,
+    starts: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            help="Designs that the problem suggests, to begin with [default: what the problem "
+            "recommends; 0 with --robust, --evaluations, an algorithm or its parameters].",
+        ),
+    ] = None,
+    polish: Annotated[
+        bool | None,
+        typer.Option(
+            "--polish/--no-polish",
+            help="Let the problem refine what was found, in addition to the budget [default: as "
+            "for --starts].",
+        ),
+    ] = None,
+    max_time: MaxTime = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Folder to write [default: runs/PROBLEM-ALGORITHM-seedSEED, of a robust run "
+            "runs/PROBLEM-robust-ALGORITHM-seedSEED].",
+        ),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the run in an existing folder.")
+    ] = False,
+    record: Annotated[
+        bool, typer.Option("--record", help="Save every evaluation, in the folder's evaluations/.")
+    ] = False,
+    dry_run: options.DryRun = False,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    debug: options.Debug = False,
+) -> None:
+    """Search the Pareto front of a problem and write it to a folder.
+
+    The folder gets front.csv, front.npz (constraints of each solution), run.json (how to run it
+    again) and front.html. Ctrl-C ends the run and keeps what was found; a second Ctrl-C does not
+    wait for the end of the generation. Runs of the MGEO family write run.checkpoint: see
+    `mgeo resume`. Parameters of an algorithm and their defaults: `mgeo algorithms NAME`.
+    """
+    from mgeo.plugins.problems import read_scenario
+    from mgeo.runs.algorithms import default_algorithm
+    from mgeo.runs.prepare import prepare
+    from mgeo.store.run_folder import check_folder
+
+    given, algorithm = algorithm, algorithm or default_algorithm(robust)
+    # of a collection, coco:bbob/f1/d10/i1, and of a class, module:Class
+    name = f"{problem}{'-robust' if robust else ''}-{algorithm}".replace(":", "-").replace("/", "-")
+    folder = out or Path("runs", f"{name}-seed{seed}")
+    flags = {
+        "sigma": sigma,
+        "tau": tau,
+        "n_walkers": walkers,
+        "perturbation": perturbation,
+        "population": population,
+    }
+    with bad_input():
+        run = prepare(
+            problem,
+            parameters=options.parse_parameters(algorithm, flags, settings or []),
+            options=read_scenario(problem, scenario, after=after, named=(problem,)),
+            algorithm=given,
+            evaluations=evaluations,
+            seed=seed,
+            robust=robust,
+            starts=starts,
+            polish=polish,
+            record=record,
+        )
+        check_folder(folder, overwrite=overwrite)
+    output = Output(quiet, json)
+    if dry_run:
+        from mgeo.cli.dry_run import describe_run
+
+        describe_run(run, folder, output)
+    else:
+        raise typer.Exit(_run(run, folder, output, overwrite=overwrite, max_time=max_time))
+
+
+def resume(
+    folder: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DIR",
+            help="Folder of the run.",
+            autocompletion=options.runs_with("run.checkpoint"),
+        ),
+    ],
+    evaluations: Annotated[
+        int | None,
+        typer.Option(min=1, help="New budget, counted from the beginning of the run."),
+    ] = None,
+    generations: Annotated[
+        int | None, typer.Option(min=1, help="New budget, in generations from the beginning.")
+    ] = None,
+    algorithm: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODULE:CLASS",
+            help="That of the run, where it is none by name: no file has a module imported.",
+        ),
+    ] = None,
+    problem: options.Problem = None,
+    max_time: MaxTime = None,
+    check: Annotated[
+        bool,
+        typer.Option(
+            "--check/--no-check",
+            help="Refuse other versions of the software, and a problem with other values.",
+        ),
+    ] = True,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    debug: options.Debug = False,
+) -> None:
+    """Continue a run that was interrupted or killed, or make a finished one longer.
+
+    The run continues from run.checkpoint in the folder exactly as if it had not stopped, and
+    writes the same files. A run of another problem or of other versions is refused.
+    """
+    from mgeo.runs.prepare import resume_run
+
+    with bad_input():
+        run = resume_run(
+            folder,
+            evaluations=evaluations,
+            generations=generations,
+            algorithm=algorithm,
+            problem=problem,
+            check=check,
+        )
+    output = Output(quiet, json)
+    raise typer.Exit(_run(run, folder, output, overwrite=True, max_time=max_time))
+
+
+def _run(
+    run: PreparedRun, folder: Path, output: Output, *, overwrite: bool, max_time: float | None
 ) -> int:
     """Run until the budget is used, write the run folder and print the summary.
-
-    Parameters
-    ----------
-    overwrite
-        Whether another run in the folder may be replaced.
-    max_time
-        Time from now after which the run ends [s].
-    verbose
-        Whether to print all parameters of the algorithm.
 
     Returns
     -------
@@ -78,11 +246,20 @@ def run_to_folder(
     constraints or the problem knows that none can, 128 + the number of the signal that stopped the
     run.
     """
+    from mgeo.cli.progress import Progress, heading
+    from mgeo.cli.summary import show_summary
+    from mgeo.evaluation.evaluator import EvaluationError
+    from mgeo.plugins.protocol import ask
+    from mgeo.plugins.view import View, view_of
+    from mgeo.store.atomic import check_writable, lock
+    from mgeo.store.provenance import installed_versions
+    from mgeo.store.run import Run
+    from mgeo.store.run_folder import CHECKPOINT_FILE, check_folder, remove_run, write_run
+
     if impossible := ask(view_of(run.problem), View.impossible):
-        output.print(plain("nothing can keep all limits", "bold"), *(f"  {w}" for w in impossible))
+        output.print("nothing can keep all limits", *(f"  {why}" for why in impossible))
         output.result({"impossible": impossible})
         return ExitCode.INCOMPLETE
-    folder = persistence.folder
     with bad_input():
         folder.mkdir(parents=True, exist_ok=True)
     with stop_requests() as stop, bad_input((ValueError, OSError)), lock(folder):
@@ -90,177 +267,42 @@ def run_to_folder(
         check_writable(folder)
         if run.notes is None:
             remove_run(folder)
-        outcome = _search(run, persistence, output, stop, max_time, verbose=verbose)
-        made = Run(run.configuration, outcome, installed_versions(run.configuration.problem))
+        shown_on = None if output.quiet else console(stderr=True)
+        progress = Progress(shown_on, heading(run), stop)
         try:
+            with progress.shown():
+                outcome = run.solve(progress, folder, max_time)
+            made = Run(run.configuration, outcome, installed_versions(run.configuration.problem))
             write_run(folder, made, overwrite=True)
-        except OSError:
-            if persistence.can_resume:
-                output.note(_resume_hint(persistence))
+        except (EvaluationError, OSError):
+            if (folder / CHECKPOINT_FILE).exists():
+                output.note(f"To go on once that is put right: mgeo resume {folder}")
             raise
-        view = _view(run, outcome)
+        solutions = outcome.nearest or outcome
+        view = view_of(run.problem, solutions.X, solutions.F)
         try:
-            _write_extras(run, outcome, view, persistence)
+            _write_extras(run, outcome, view, folder)
         finally:  # the summary is printed even if a figure fails
-            findings = Findings.of(view, outcome, output)
-            print_results(outcome, findings, persistence, output)
-            output.result(document(made, findings, persistence))
+            show_summary(made, view, folder, output)
     if outcome.stop_reason == "signal":
         return stop.exit_code or ExitCode.INTERRUPTED
     return ExitCode.DONE if len(outcome.F) else ExitCode.INCOMPLETE
 
 
-def _search(
-    run: PreparedRun,
-    persistence: RunPersistence,
-    output: Output,
-    stop: StopRequest,
-    max_time: float | None,
-    *,
-    verbose: bool,
-) -> Outcome:
-    shown = None if output.quiet else console(stderr=True)
-    title = task(run.configuration, run.problem, verbose=verbose)
-    progress = Progress(shown, title, stop, persistence)
-    try:
-        with progress.shown():
-            return run.solve(progress, persistence, max_time)
-    except (EvaluationError, OSError):
-        if persistence.can_resume:
-            output.note(_resume_hint(persistence))
-        raise
-
-
-def _resume_hint(persistence: RunPersistence) -> str:
-    return f"To go on once that is put right: mgeo resume {persistence.folder}"
-
-
-def _view(run: PreparedRun, outcome: Outcome) -> View:
-    """Return a view of the front, or of the nearest solutions if no solution is feasible."""
-    shown = outcome.nearest or outcome
-    return view_of(run.problem, shown.X, shown.F)
-
-
-def _write_extras(
-    run: PreparedRun, outcome: Outcome, view: View, persistence: RunPersistence
-) -> None:
+def _write_extras(run: PreparedRun, outcome: Outcome, view: View, folder: Path) -> None:
     """Write the further arrays of the problem, and the figure of the front."""
-    if len(outcome.F):
-        with code_of_others(f"arrays() of problem {type(run.problem).__name__} raised"):
-            arrays = view.arrays()
-        if arrays:
-            write_arrays(persistence.folder, outcome, arrays)
+    from mgeo.cli.progress import run_title
+    from mgeo.figures.page import page
+    from mgeo.plugins.protocol import ask
+    from mgeo.plugins.view import View, front_of
+    from mgeo.store.atomic import write_file
+    from mgeo.store.run_folder import FIGURE_FILE, write_arrays
+
+    if len(outcome.F) and (arrays := ask(view, View.arrays)):
+        write_arrays(folder, outcome, arrays)
     title, note = run_title(run.configuration), ""
     if outcome.nearest:
         note = f"Nothing that was found keeps all limits. These {len(view.X)} come nearest."
     figure = front_of(view, title)
     if figure is not None:
-        html = page(figure, title, note)
-        write_file(persistence.folder / FIGURE_FILE, html.encode())
-
-
-@dataclass(frozen=True)
-class Findings:
-    """Summary of an outcome: answer, or why no solution is feasible, and remarks of the problem.
-
-    Representative solutions have a row each in a table of the problem.
-    """
-
-    answer: Answer | None = None
-    dead_end: DeadEnd | None = None
-    remarks: list[str] = field(default_factory=list)
-    chosen: list[RepresentativeSolution] = field(default_factory=list)
-    described: pd.DataFrame | None = None
-
-    @classmethod
-    def of(cls, view: View, outcome: Outcome, output: Output) -> Findings:
-        """Return what the output needs. Remarks of a problem can take seconds."""
-        if outcome.nearest:
-            return cls(dead_end=dead_end(view))
-        if not len(outcome.F):
-            return cls()
-        chosen = representative_solutions(view.problem, outcome.F, outcome.objectives)
-        few = view.take([solution.row for solution in chosen])
-        described = ask(few, View.describe) if output.for_people else None
-        remarks = ask(view, View.remarks) if output.json or not output.quiet else []
-        return cls(answer(view), None, remarks, chosen, described)
-
-
-def print_results(
-    outcome: Outcome, findings: Findings, persistence: RunPersistence, output: Output
-) -> None:
-    """Print the answer, or suggestions if no solution is feasible, the statistics and solutions."""
-    if findings.answer is not None:
-        output.print(plain(findings.answer, "bold"))
-    if findings.dead_end is not None:
-        output.print(*_suggestions(findings.dead_end))
-    size = f"solutions: {len(outcome.F):,}"
-    if outcome.hypervolume is not None:
-        size += f"; hypervolume {outcome.hypervolume:.4f}"
-    took = f"{outcome.evaluations:,} evaluations in {clock(outcome.wall_time_s)}"
-    output.print(f"{outcome.end} after {took}; {size}", *findings.remarks)
-    if outcome.refined or outcome.added:
-        output.print(
-            f"polished: {outcome.refined:,} solutions of the search are better by it, "
-            f"{outcome.added:,} more were found"
-        )
-    if outcome.unrefined:
-        output.print(f"not polished to the end: {outcome.unrefined}")
-    if outcome.failures:
-        output.print(_failures(outcome))
-    if findings.described is not None:
-        output.print(_solutions(findings.chosen, findings.described))
-    elif not len(outcome.F) and findings.dead_end is None:
-        output.print("no feasible solution was found")
-    picture = persistence.folder / FIGURE_FILE
-    output.print(f"written: {picture if picture.exists() else persistence.folder}")
-    if persistence.error is not None:
-        output.print(f"no checkpoint: {persistence.error}")
-    elif outcome.stop_reason in ("signal", "max_time") and persistence.can_resume:
-        output.print(f"to go on: mgeo resume {persistence.folder}")
-
-
-def document(made: Run, findings: Findings, persistence: RunPersistence) -> dict[str, Any]:
-    """Return what ``--json`` prints."""
-    results = (FRONT_FILE, ARRAYS_FILE, RUN_FILE, NEAREST_FILE, FIGURE_FILE)
-    names = (*results, CHECKPOINT_FILE, RECORD_FOLDER)
-    return {
-        "folder": str(persistence.folder),
-        "files": [name for name in names if (persistence.folder / name).exists()],
-        "answer": None if findings.answer is None else asdict(findings.answer),
-        "dead_end": None if findings.dead_end is None else asdict(findings.dead_end),
-        "remarks": findings.remarks,
-        "checkpoint_error": None if persistence.error is None else str(persistence.error),
-        **run_document(made),
-    }
-
-
-def _suggestions(found: DeadEnd) -> Iterator[str | Text]:
-    yield plain("nothing that was found keeps all limits; the nearest solutions exceed", "bold")
-    yield from (f"  {line}" for line in found.exceeded)
-    yield plain("ways out", "bold")
-    yield from (f"  {line}" for line in found.ways)
-
-
-def _failures(outcome: Outcome) -> str:
-    causes = [f"{cause} ({count:,})" for cause, count in outcome.failures.items()]
-    more = f" and {len(causes) - _CAUSES} more, see run.json" if len(causes) > _CAUSES else ""
-    total = sum(outcome.failures.values())
-    return f"failed evaluations: {total:,}; {', '.join(causes[:_CAUSES])}{more}"
-
-
-def _solutions(chosen: list[RepresentativeSolution], described: pd.DataFrame) -> Table:
-    """Return a table with one column per solution and one row per quantity.
-
-    Solutions between the extremes and the knee are left out if the terminal is too narrow.
-    """
-
-    def table_of(places: list[int]) -> Table:
-        titles = ["", *(f"{chosen[i].label} ({chosen[i].row})" for i in places)]
-        shown = described.iloc[places]
-        return table(titles, [(str(name), *shown[name]) for name in shown.columns])
-
-    whole = table_of(list(range(len(chosen))))
-    if fits(whole, console().width):
-        return whole
-    return table_of([i for i, solution in enumerate(chosen) if solution.label != "between"])
+        write_file(folder / FIGURE_FILE, page(figure, title, note).encode())

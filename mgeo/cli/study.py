@@ -10,24 +10,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 
 from mgeo.cli import options
 from mgeo.cli.errors import ExitCode, bad_input, of_interrupt
 from mgeo.cli.output import Output
-from mgeo.terminal import console, is_terminal, plain, table
+from mgeo.terminal import plain, table
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
     from mgeo.studies.file import Study
-    from mgeo.studies.progress import Done
 
 
 def study(
@@ -82,12 +73,11 @@ def study(
                         f"Note: {label}: a dry run has no module imported that a file names"
                     )
             return
-        display = False if quiet else _bar if is_terminal(stderr=True) else True
         with _workers(jobs, cluster) as n_jobs, warnings.catch_warnings():
             warnings.simplefilter("ignore", FailedRunsWarning)  # noted below
             try:
                 comparisons = run_study(
-                    read, folder, resume=resume, n_jobs=n_jobs, progress=display
+                    read, folder, resume=resume, n_jobs=n_jobs, progress=not quiet
                 )
             except KeyboardInterrupt as error:
                 output.note(f"interrupted; --resume continues with the runs in {folder}")
@@ -142,36 +132,6 @@ def _show(study: Study, comparisons: dict[str, Comparison], folder: Path, output
     if failed:
         output.note(f"{failed} runs failed; --resume makes them again")
     return ExitCode.INCOMPLETE if failed else ExitCode.DONE
-
-
-@contextmanager
-def _bar(title: str, total: int, reused: int | None) -> Iterator[Done]:
-    """Show the progress of runs as a bar on stderr."""
-    from mgeo.studies.progress import describe_reuse
-
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[failed]}", style="red", markup=False),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(elapsed_when_finished=False),
-    )
-    with Progress(*columns, console=console(stderr=True)) as bar:
-        if reused is not None:
-            bar.console.print(describe_reuse(title, total, reused), markup=False)
-        task = bar.add_task(title, total=total, completed=reused or 0, failed="")
-        failed = 0
-
-        def done(name: str, seed: int, error: str) -> None:
-            nonlocal failed
-            if error:
-                failed += 1
-                bar.update(task, failed=f"{failed} failed")
-                bar.console.print(f"{name}, seed {seed}: {error}", markup=False, style="red")
-            bar.advance(task)
-
-        yield done
 
 
 @contextmanager

@@ -84,7 +84,7 @@ class TolerantEvaluator(Evaluator):
         self.n_in_a_row = 0
         self._any_succeeded = False
         self.causes: dict[str, int] = {}
-        self._first_in_a_row = Failure("")
+        self._first_in_a_row: Failure | None = None
         self._seen: dict[str, tuple[FloatArray, FloatArray]] = {}
 
     @classmethod
@@ -92,12 +92,8 @@ class TolerantEvaluator(Evaluator):
         """Return a tolerant evaluator with the options of a plain one; any other kind as it is."""
         if type(evaluator) is not Evaluator:
             return evaluator
-        tolerant = cls(
-            skip_already_evaluated=evaluator.skip_already_evaluated,
-            evaluate_values_of=evaluator.evaluate_values_of,
-            callback=evaluator.callback,
-        )
-        tolerant.n_eval = evaluator.n_eval
+        tolerant = cls()
+        tolerant.__dict__.update(evaluator.__dict__)
         return tolerant
 
     def settings(self) -> dict[str, Any]:
@@ -172,23 +168,23 @@ class TolerantEvaluator(Evaluator):
             self.n_in_a_row += n
         if self.n_in_a_row >= self.patience:
             raise self._error()
-        raised = [failure.cause for failure in in_order if failure.trace]
-        if raised and self.warn:
-            self.warn = False
-            warnings.warn(
-                f"a candidate failed with {raised[0]}; the run goes on, and its evaluator counts "
-                "the failures in n_failed and causes",
-                RuntimeWarning,
-                stacklevel=2,
-            )
+        for failure in in_order:
+            if failure.trace and self.warn:
+                self.warn = False
+                warnings.warn(
+                    f"a candidate failed with {failure.cause}; the run goes on, and its evaluator "
+                    "counts the failures in n_failed and causes",
+                    RuntimeWarning,
+                    stacklevel=2,
+                )
 
     def _error(self) -> EvaluationError:
         first = self._first_in_a_row
+        cause = first.cause if first else next(iter(self.causes))  # before the run was resumed
         error = EvaluationError(
-            f"all of the last {self.n_in_a_row} candidates failed, the first with "
-            f"{first.cause or next(iter(self.causes))}"  # those of a part of the run before
+            f"all of the last {self.n_in_a_row} candidates failed, the first with {cause}"
         )
-        if first.trace:
+        if first and first.trace:
             error.add_note(f"which was raised as\n{first.trace}")
         return error
 
@@ -231,20 +227,17 @@ def changed_value(problem: Problem, known: Population, options: Mapping[str, Any
     if problem.callback is not None:
         problem = copy.copy(problem)
         problem.callback = None
-    points = known[rows]
-    values, failures = attempt(problem, values_of(points, "X"), ["F", "G", "H"], options)
+    X = values_of(known[rows], "X")
+    values, failures = attempt(problem, X, ["F", "G", "H"], options)
     for name in ("F", "G", "H"):
         kept = values_of(known, name).astype(float).reshape(len(known), -1)
         expected, found = kept[rows], values[name].reshape(len(rows), -1)
         tolerance = _ROUNDING * np.abs(kept).max(axis=0, initial=0.0)
-        with np.errstate(invalid="ignore"):  # infinite constraints
-            same = (found == expected) | (np.abs(found - expected) <= tolerance)
+        same = np.isclose(found, expected, rtol=0.0, atol=tolerance)
         for row, column in np.argwhere(~same):
             why = f" ({failures[row].cause})" if row in failures else ""
-            x = points[row].X
-            x = x.tolist() if isinstance(x, np.ndarray) else x
             return (
-                f"at x = {x!r:.200} {name}[{column}] = {found[row, column]}{why}, "
-                f"expected {expected[row, column]}"
+                f"at x = {X[row : row + 1].tolist()[0]!r:.200} {name}[{column}] = "
+                f"{found[row, column]}{why}, expected {expected[row, column]}"
             )
     return ""

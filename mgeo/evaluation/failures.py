@@ -5,7 +5,6 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -54,6 +53,12 @@ def attempt(
     -------
     values : values by name, n rows each; NaN in rows that raised.
     failures : by row.
+
+    Raises
+    ------
+    Exception
+        The exception of the runner of an elementwise problem, if it is the same for each of
+        several candidates: then evaluation itself does not work.
     """
 
     def evaluate(candidates: NDArray[Any]) -> Part:
@@ -65,16 +70,19 @@ def attempt(
         return values, raised
 
     parts = _by_halves(evaluate, X)
-    pattern = next((part[0] for part in parts if not isinstance(part, Failure)), None)
+    errors = [part for part in parts if isinstance(part, Exception)]
+    pattern = next((part[0] for part in parts if not isinstance(part, Exception)), None)
     if pattern is None:
+        if problem.elementwise and len(X) > 1 and len(set(map(repr, errors))) == 1:
+            raise errors[0]
         shapes = default_shape(problem, 0)
         pattern = {name: np.empty(shapes.get(name, (0,))) for name in names}
     failures: dict[int, Failure] = {}
     pieces: list[Values] = []
     row = 0
     for part in parts:
-        if isinstance(part, Failure):
-            failures[row] = part
+        if isinstance(part, Exception):
+            failures[row] = Failure.of(part)
             pieces.append({name: _missing(value) for name, value in pattern.items()})
             row += 1
         else:
@@ -88,12 +96,28 @@ def attempt(
     return joined, _not_finite(joined) | failures
 
 
-def _by_halves(evaluate: Callable[[NDArray[Any]], Part], X: NDArray[Any]) -> list[Part | Failure]:
+class _TolerantElement:
+    """Function that evaluates one element of a problem, and returns a `Failure` if it raises.
+
+    It is called as pymoo's own function is: `RayParallelization` sends the method ``__call__``.
+    """
+
+    def __init__(self, function: Callable[[Any], dict[str, Any]]) -> None:
+        self.function = function
+
+    def __call__(self, x: Any) -> dict[str, Any] | Failure:
+        try:
+            return self.function(x)
+        except Exception as error:  # a problem may raise anything
+            return Failure.of(error)
+
+
+def _by_halves(evaluate: Callable[[NDArray[Any]], Part], X: NDArray[Any]) -> list[Part | Exception]:
     try:
         return [evaluate(X)]
     except Exception as error:  # a problem may raise anything
         if len(X) == 1:
-            return [Failure.of(error)]
+            return [error]
     half = len(X) // 2
     return _by_halves(evaluate, X[:half]) + _by_halves(evaluate, X[half:])
 
@@ -124,32 +148,24 @@ def _guarded(problem: Problem, failures: dict[int, Failure]) -> Problem:
     """
 
     def run(f: Any, X: Any) -> list[dict[str, Any]]:
-        results = list(problem.elementwise_runner(partial(_evaluated, f), X))
+        results = list(problem.elementwise_runner(f, X))
         done = next((out for out in results if not isinstance(out, Failure)), None)
-        if done is None:
-            shapes = default_shape(problem, 1)
-            pattern = {name: np.empty(shapes[name]) for name in ("F", "G", "H")}
-        else:
-            pattern = {name: np.asarray([value]) for name, value in done.items()}
+        shapes = default_shape(problem, 1)
+        blank = {name: np.empty(shapes[name]) for name in ("F", "G", "H")}
+        if done is not None:
+            blank = {name: np.asarray([value]) for name, value in done.items()}
         for i, out in enumerate(results):
             if isinstance(out, Failure):
                 failures[i] = out
-                results[i] = {name: _missing(value)[0] for name, value in pattern.items()}
+                results[i] = {name: _missing(value)[0] for name, value in blank.items()}
         return results
 
     guarded: Problem = object.__new__(type(problem))  # pymoo's copy leaves the runner out
     vars(guarded).update(
         vars(problem),
-        elementwise_func=lambda _, *args: problem.elementwise_func(problem, *args),
+        elementwise_func=lambda _, *args: _TolerantElement(
+            problem.elementwise_func(problem, *args)
+        ),
         elementwise_runner=run,
     )
     return guarded
-
-
-def _evaluated(f: Any, x: Any) -> dict[str, Any] | Failure:
-    """Evaluate one element, in a worker perhaps; an exception comes back as a `Failure`."""
-    try:
-        out: dict[str, Any] = f(x)
-    except Exception as error:  # a problem may raise anything
-        return Failure.of(error)
-    return out

@@ -143,10 +143,10 @@ def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:
         )
     from mgeo.validation.arguments import did_you_mean  # imports NumPy
 
-    others = f"{_prefixes(group)}; or module:Class" if group == PROBLEMS else ""
+    tests = f"; test problems have names as {', '.join(PREFIXES.values())}"
     raise PluginError(
-        f"no {noun} is called {name!r}: installed are {', '.join(plugins)}{others}"
-        f"{did_you_mean(name, plugins)}"
+        f"no {noun} is called {name!r}: installed are {', '.join(plugins)}"
+        f"{tests if group == PROBLEMS else ''}; or module:Class{did_you_mean(name, plugins)}"
     )
 
 
@@ -187,18 +187,10 @@ def class_of(name: str, group: str) -> Any:
         If the name is not of this form, or the module or class does not load.
     """
     if not _MODULE_AND_CLASS.fullmatch(name):
-        raise PluginError(f"{_KINDS[group][0]} {name!r}: expected module:Class{_prefixes(group)}")
+        raise PluginError(f"{_KINDS[group][0]} {name!r}: expected module:Class")
     if os.getcwd() not in sys.path:
         sys.path.append(os.getcwd())
-    try:
-        return Plugin.of(EntryPoint(name, name, group)).load()
-    except PluginError as error:
-        raise PluginError(f"{error}{_prefixes(group)}") from error
-
-
-def _prefixes(group: str) -> str:
-    known = ", ".join(PREFIXES.values())
-    return f"; test problems have names as {known}" if group == PROBLEMS else ""
+    return Plugin.of(EntryPoint(name, name, group)).load()
 
 
 def _is_problem_class(loaded: object) -> bool:

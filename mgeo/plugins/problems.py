@@ -16,6 +16,10 @@ from mgeo.plugins.discovery import (
     find_plugin,
     installed_plugins,
 )
+from mgeo.plugins.protocol import ProblemMixin, is_own
+from mgeo.store.reading import parse_toml, read_json, read_text
+from mgeo.validation.arguments import did_you_mean
+from mgeo.validation.entries import errors_of
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -49,16 +53,12 @@ def load_problem(
     given = dict(options or {})
     if is_benchmark(name):
         return _built(name, lambda: build_benchmark(name, given))
-    from mgeo.plugins.protocol import ProblemMixin, is_own  # imports NumPy
-
     cls = _problem_class(name, named)
     if is_own(cls, ProblemMixin.from_options):
         return _built(name, (lambda: cls.from_options(given)) if given else cls)
     accepted = sorted(_constructor_keywords(cls))
     unknown = [key for key in given if key not in accepted]
     if unknown:
-        from mgeo.validation.arguments import did_you_mean
-
         raise ValueError(
             f"unknown option {unknown[0]!r} of problem {name!r}: expected "
             f"{' or '.join(accepted) or 'no options'}{did_you_mean(unknown[0], accepted)}"
@@ -66,19 +66,52 @@ def load_problem(
     return _built(name, lambda: cls(**given))
 
 
-def read_files(
-    name: str, options: dict[str, Any], folder: Path, *, named: Collection[str] = ()
+def read_scenario(
+    problem: str,
+    scenario: str | None,
+    folder: Path | str = "",
+    after: Path | None = None,
+    *,
+    named: Collection[str] = (),
 ) -> dict[str, Any]:
-    """Return the options of a scenario file in `folder` with all files that they name read.
+    """Return the options of a problem from a TOML file or a preset.
 
-    A problem without ``read_files``, an unknown name, and a ``module:Class`` that is not `named`
-    leave the options as they are; `load_problem` refuses the latter two.
+    Parameters
+    ----------
+    problem : str
+        Name of the problem. Its method ``read_files`` reads the files that the scenario names.
+    scenario : str or None
+        Path of a TOML file, relative to `folder`, or the name of a preset.
+    after : Path, optional
+        JSON file of an earlier result. Its contents become the option ``after``.
+    named : collection of str
+        As for `load_problem`.
 
     Raises
     ------
-    PluginError
-        If ``read_files`` raises anything but a ValueError or an OSError.
+    OSError
+        If there is no such file.
+    ValueError
+        If a file is not TOML or JSON, or the problem refuses a file that the scenario names.
     """
+    more = {} if after is None else {"after": read_json(after)}
+    if scenario is None:
+        return more
+    path = Path(scenario)
+    if path.suffix != ".toml" and len(path.parts) == 1:
+        return {"preset": scenario, **more}
+    path = Path(folder) / path
+    if not path.is_file():
+        raise FileNotFoundError(f"there is no scenario file {path}")
+    text = read_text(path)
+    with errors_of(path):
+        return _read_files(problem, parse_toml(text) | more, path.parent, named)
+
+
+def _read_files(
+    name: str, options: dict[str, Any], folder: Path, named: Collection[str]
+) -> dict[str, Any]:
+    """Let the problem read the files that a scenario names; `load_problem` refuses bad names."""
     if is_own_class(name):
         cls = _problem_class(name, named) if name in named else None
     else:

@@ -38,7 +38,7 @@ def algorithm_names() -> list[str]:
 
 
 def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
-    """The algorithm of this name, ready to be set up on `problem`.
+    """Build the algorithm of a name for a problem.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
 
 
 def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """All parameters of an algorithm: those given and the defaults of the others.
+    """Return all parameters of an algorithm: those given and the defaults of the others.
 
     Raises
     ------
@@ -96,9 +96,9 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
 
 
 def default_evaluations(algorithm: Algorithm, problem: Problem) -> int:
-    """What `mgeo.MGEOReal` makes by default; the same for every algorithm, so that runs compare.
+    """Return the default budget, the same for every algorithm so that runs compare.
 
-    That is the paper's 5000 generations of one candidate per variable, shared by the walkers:
+    The budget is the paper's 5000 generations of one candidate per variable, shared by the walkers:
     59,760 for 12 variables and 30 walkers, which are also assumed where there are no walkers.
     """
     walkers = getattr(algorithm, "n_walkers", 30)
@@ -134,14 +134,6 @@ def with_parameter(parameter: str) -> list[str]:
     return [name for name in ALGORITHMS if parameter in _parameters(name)]
 
 
-def keeps_checkpoints(name: str) -> bool:
-    """Whether runs of an algorithm can be resumed.
-
-    Of ``module:Class``, which is not imported because a file names it, that is taken for granted.
-    """
-    return ":" in name or issubclass(_class(name), ExtremalOptimization)
-
-
 def _is_pymoos(name: str) -> bool:
     """Return whether only the population can be set."""
     return name in ALGORITHMS and bool(ALGORITHMS[name].population)
@@ -154,7 +146,7 @@ def _class(name: str) -> Any:
 
 
 def _parameters(name: str) -> dict[str, Any]:
-    """All parameters of an algorithm and their defaults, `inspect.Parameter.empty` for none."""
+    """Return the parameters of an algorithm and their defaults, if they have any."""
     if _is_pymoos(name):
         return {"population": 100}
     cls, left_out = _class(name), {*_NOT_SET}
@@ -163,20 +155,20 @@ def _parameters(name: str) -> dict[str, Any]:
         from pymoo.core.algorithm import Algorithm
 
         root = next(each for each in cls.__mro__ if "__init__" in vars(each))
-        left_out |= constructors.named(Algorithm)
+        left_out |= constructors.parameters(Algorithm, Algorithm).keys()
     known = constructors.parameters(cls, root)
     return {key: p.default for key, p in known.items() if key not in left_out}
 
 
 def _is_plain(value: Any) -> bool:
-    """Whether a default can be written into a file; operators and the like cannot."""
+    """Return whether a default can be written into a file; operators and the like cannot."""
     if isinstance(value, list | tuple):
         return all(map(_is_plain, value))
     return value is None or isinstance(value, bool | int | float | str)
 
 
 def _directions(population: int, problem: Problem) -> NDArray[np.float64]:
-    """As many evenly spaced directions (Das and Dennis) as fit into the population."""
+    """Return as many evenly spaced directions (Das and Dennis) as fit into the population."""
     if problem.n_obj < 2:
         raise ValueError("an algorithm with reference directions needs 2 or more objectives")
     from pymoo.util.ref_dirs import get_reference_directions

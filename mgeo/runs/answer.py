@@ -1,7 +1,4 @@
-"""What a run comes to: the solutions that a person would look at first, and the first in a line.
-
-And which limits they keep, by how much; and what to do where nothing keeps them all.
-"""
+"""Summary of a front: the solutions shown first, the limits they exceed, and suggestions."""
 
 from __future__ import annotations
 
@@ -12,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo.plugins.protocol import indicator_space
-from mgeo.plugins.shown import ask
+from mgeo.plugins.protocol import ask, indicator_space
 from mgeo.plugins.view import View, is_own
 from mgeo.runs.hypervolume import scaled
 
@@ -22,18 +18,23 @@ if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
 _FLAT = 1e-9  # bulges smaller than this, of a front of size 1, are rounding
+_MOST_WAYS = 3  # suggestions that are printed
 
 
 @dataclass(frozen=True)
 class Answer:
-    """A solution by its number, of how many, why this one, and what it is worth.
+    """The solution of a front that is shown first.
 
     Attributes
     ----------
+    solution, count
+        Its row, and the number of solutions.
+    label
+        Why it was chosen.
+    text
+        Summary by the problem.
     exceeded
-        Limits of which the problem tells that it exceeds them, though it keeps all constraints.
-    instead
-        Then the nearest solution that exceeds none, by its number, if one is found.
+        Limits that the problem reports as exceeded although all constraints are satisfied.
     """
 
     solution: int
@@ -41,26 +42,21 @@ class Answer:
     label: str
     text: str
     exceeded: tuple[str, ...] = ()
-    instead: int | None = None
 
     def __str__(self) -> str:
-        said = f"solution {self.solution} of {self.count:,}, {self.label}: {self.text}"
-        if not self.exceeded:
-            return said
-        other = "" if self.instead is None else f"; solution {self.instead} keeps all limits"
-        return f"{said}; BUT {'; '.join(self.exceeded)}{other}"
+        line = f"solution {self.solution} of {self.count:,}, {self.label}: {self.text}"
+        return "; ".join([line, *(f"BUT {limit}" for limit in self.exceeded)])
 
 
 def answer(view: View) -> Answer:
-    """The `default_solution` of a front, of at least one solution, in the problem's words."""
+    """Return the `default_solution` of a front of at least one solution, as the problem puts it."""
     shown = default_solution(view.problem, view.F)
     chosen = view.take([shown.row])
     (line,) = ask(chosen, View.answers)
-    # whatever is on a front keeps the constraints: none is evaluated again
+    # a front satisfies the constraints: without limits of its own a problem is not evaluated again
     (known,) = limits(chosen) if is_own(view, View.limits) else [[]]
     exceeded = tuple(str(limit) for limit in known if not limit.kept)
-    instead = nearest_kept(view, shown.row) if exceeded else None
-    return Answer(shown.row, len(view.X), shown.label, line, exceeded, instead)
+    return Answer(shown.row, len(view.X), shown.label, line, exceeded)
 
 
 @dataclass(frozen=True)
@@ -74,7 +70,7 @@ class RepresentativeSolution:
 def representative_solutions(
     problem: Problem, F: ArrayLike, names: tuple[str, ...]
 ) -> list[RepresentativeSolution]:
-    """The best of each objective, the knee, and solutions between, ordered by first objective.
+    """Return the best of each objective, the knee, and solutions between, by first objective.
 
     Five in all (more if there are more than four objectives, fewer if the front is smaller),
     chosen in the problem's indicator space or else with the front scaled to its own extent.
@@ -103,7 +99,7 @@ def representative_solutions(
 
 
 def default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSolution:
-    """What is shown of a front where nobody chose: its knee, or the best of its first objective.
+    """Return the knee of a front, or the best of its first objective if it has none.
 
     Parameters
     ----------
@@ -118,13 +114,13 @@ def default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSolution:
 
 
 def extremes(points: NDArray[np.float64]) -> list[int]:
-    """Row with the least value of each objective; ties go to the least sum of the others."""
+    """Return the row with the least value of each objective, of ties that with the least sum."""
     total = points.sum(axis=1)
     return [int(np.lexsort((total, column))[0]) for column in points.T]
 
 
 def knee(points: NDArray[np.float64]) -> int | None:
-    """Row farthest from the line or plane through the extremes, on the side of the ideal point.
+    """Return the row farthest from the plane through the extremes, toward the ideal point.
 
     None if no row lies on that side (a straight or concave front, or fewer than three points).
     """
@@ -136,13 +132,13 @@ def knee(points: NDArray[np.float64]) -> int | None:
 
 
 def _points(problem: Problem, front: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The front in the problem's indicator space, or else scaled to its own extent."""
+    """Return the front in the problem's indicator space, or else scaled to its own extent."""
     space = indicator_space(problem)
     return space(front) if space else scaled(front, front.min(axis=0), front.max(axis=0))
 
 
 def _normal(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Unit normal, pointing away from the ideal, of the hyperplane through m points in m-space."""
+    """Return the unit normal, pointing away from the ideal, of the plane through m points."""
     diagonal = np.full(corners.shape[1], corners.shape[1] ** -0.5)
     _, sizes, rows = np.linalg.svd(corners[1:] - corners[0])
     if len(sizes) and sizes[-1] < _FLAT:  # extremes coincide: any plane would do
@@ -152,7 +148,7 @@ def _normal(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _spread(points: NDArray[np.float64], chosen: list[int], count: int) -> list[int]:
-    """Rows to add until there are `count`: each time the one farthest from all chosen so far."""
+    """Return rows to add until there are `count`, each the farthest from those chosen before."""
     added: list[int] = []
     while len(chosen) + len(added) < min(count, len(points)):
         taken = points[chosen + added]
@@ -162,22 +158,17 @@ def _spread(points: NDArray[np.float64], chosen: list[int], count: int) -> list[
     return added
 
 
-#: Solutions that `nearest_kept` looks at.
-_NEAREST, _SPREAD = 16, 34
-_MOST_WAYS = 3  # are told
-
-
 @dataclass(frozen=True)
 class Margin:
-    """A limit, and how far one solution is from it.
+    """A limit, and the margin of one solution.
 
     Attributes
     ----------
     margin
-        What is left until the limit, below zero where it is exceeded; NaN if it is not known.
+        Distance to the limit, negative where it is exceeded; NaN if it is not known.
     unit, value, bound, limit
-        Of a problem with ``limits``: ``value`` must be ``bound`` ("at most" or "at least") the
-        ``limit``. Of any other the margin is that of the constraint, in whatever it is computed in.
+        For a problem with ``limits``: ``value`` must be ``bound`` ("at most" or "at least") the
+        ``limit``. Without, the margin is that of the constraint, in the units of the constraint.
     """
 
     name: str
@@ -191,67 +182,52 @@ class Margin:
     def kept(self) -> bool:
         return self.margin >= 0.0
 
+    @property
+    def _unit(self) -> str:
+        return f" {self.unit}" if self.unit not in ("", "-") else ""
+
     def __str__(self) -> str:
-        unit = f" {self.unit}" if self.unit not in ("", "-") else ""
         state = "margin" if self.kept else "exceeded by"
-        off = f"{state} {abs(self.margin):.3g}{unit}"
+        off = f"{state} {abs(self.margin):.3g}{self._unit}"
         if self.value is None:
             return f"{self.name}: {off}"
-        return f"{self.name}: {self.value:.4g}{unit}, {self.bound} {self.limit:.4g}{unit}: {off}"
+        asked = f"{self.bound} {self.limit:.4g}{self._unit}"
+        return f"{self.name}: {self.value:.4g}{self._unit}, {asked}: {off}"
+
+    def relaxed(self) -> str:
+        """Return by how much to relax an exceeded limit, rounded up to three digits."""
+        excess = -self.margin
+        if math.isfinite(excess):
+            unit = 10.0 ** (math.floor(math.log10(excess)) - 2)
+            excess = math.ceil(excess / unit) * unit
+        return f"{self.name} by {excess:.3g}{self._unit}"
 
 
 def limits(view: View) -> list[list[Margin]]:
-    """The limits of each solution of a view, in the problem's order."""
-    return _read(ask(view, View.limits))
+    """Return the limits of each solution of a view, in the problem's order."""
+    return _margins(ask(view, View.limits))
 
 
-def nearest_kept(view: View, row: int) -> int | None:
-    """The row nearest to this one of which the problem tells that it keeps all limits.
-
-    Rows are those of a front, in the order of its first objective. Looked at are the nearest, and
-    others at even distances, `_NEAREST` and `_SPREAD` of them: the limits of one can take a tenth
-    of a second. None if none of these keeps all, or if the problem tells of no limits.
-    """
-    if not is_own(view, View.limits):
-        return None
-    n = len(view.X)
-    rows = sorted(range(n), key=lambda i: (abs(i - row), i))
-    spread = np.linspace(0, n - 1, min(n, _SPREAD)).round().astype(int)
-    looked_at = {*rows[:_NEAREST], *spread.tolist()}
-    for i in filter(looked_at.__contains__, rows):
-        (found,) = limits(view.take([i]))
-        if all(limit.kept for limit in found):
-            return i
-    return None
-
-
-def _read(tables: list[pd.DataFrame]) -> list[list[Margin]]:
+def _margins(tables: list[pd.DataFrame]) -> list[list[Margin]]:
     found = []
     for table in tables:
         columns = [table[key].tolist() for key in ("margin", "unit", "value", "bound", "limit")]
-        rows = zip(table.index, *columns, strict=True)
-        found.append([_limit(str(name), *cells) for name, *cells in rows])
+        rows = zip(map(str, table.index), *columns, strict=True)
+        # a constraint without a limit is known by its margin only
+        found.append([Margin(*row) if row[-1] == row[-1] else Margin(*row[:2]) for row in rows])
     return found
-
-
-def _limit(name: str, margin: float, unit: str, value: float, bound: str, limit: float) -> Margin:
-    """Of a constraint that is no more than a number only the margin is known."""
-    if np.isnan(limit):
-        return Margin(name, margin)
-    return Margin(name, margin, unit, value, bound, limit)
 
 
 @dataclass(frozen=True)
 class DeadEnd:
-    """Lines for people.
+    """Why no solution is feasible.
 
     Attributes
     ----------
     exceeded
-        Each limit that some of the nearest solutions exceed: by how much at least, and how many.
+        Each limit that the nearest solutions exceed: by how much at least, and how many do.
     ways
-        What the problem itself says, then limits that would have to be relaxed together, and to
-        what, the fewest first.
+        Suggestions of the problem, then limits to relax together, the fewest first.
     """
 
     exceeded: tuple[str, ...]
@@ -259,52 +235,24 @@ class DeadEnd:
 
 
 def dead_end(view: View) -> DeadEnd:
-    """What stands in the way of the solutions that come nearest, at least one."""
-    # a problem may be stricter than what it tells
-    pairs = zip(limits(view), _read(View.limits(view)), strict=True)  # as told, as computed
-    exceeded = [_exceeded(told) or _exceeded(computed) for told, computed in pairs]
-    return DeadEnd(tuple(_binding(exceeded)), (*ask(view, View.ways_out), *_ways(exceeded)))
-
-
-def _exceeded(told: list[Margin]) -> list[Margin]:
-    return [limit for limit in told if not limit.kept]
-
-
-def _binding(exceeded: list[list[Margin]]) -> list[str]:
+    """Return the limits that the nearest solutions exceed, at least one, and suggestions."""
+    # where all limits that the problem reports are satisfied, its constraints are not
+    pairs = zip(limits(view), _margins(View.limits(view)), strict=True)
+    rows = [
+        [limit for limit in reported if not limit.kept]
+        or [limit for limit in computed if not limit.kept]
+        for reported, computed in pairs
+    ]
     by_name: dict[str, list[Margin]] = {}
-    for limit in (limit for each in exceeded for limit in each):
-        by_name.setdefault(limit.name, []).append(limit)
-    return [
-        f"{max(found, key=lambda limit: limit.margin)} at least ({len(found)} of {len(exceeded)})"
+    ways: dict[frozenset[str], str] = {}  # by the names of the limits
+    for row in sorted(rows, key=len):
+        for limit in row:
+            by_name.setdefault(limit.name, []).append(limit)
+        names = frozenset(limit.name for limit in row)
+        ways.setdefault(names, f"relax {' and '.join(limit.relaxed() for limit in row)}")
+    exceeded = (
+        f"{max(found, key=lambda limit: limit.margin)} at least ({len(found)} of {len(rows)})"
         for found in by_name.values()
-    ]
-
-
-def _ways(exceeded: list[list[Margin]]) -> list[str]:
-    """Of solutions that exceed the same limits only the first; those with the fewest come first."""
-    first: dict[frozenset[str], int] = {}
-    for row, each in enumerate(exceeded):
-        first.setdefault(frozenset(limit.name for limit in each), row)
-    rows = sorted(first.values(), key=lambda row: (len(exceeded[row]), row))
-    return [
-        f"relax {' and '.join(map(_relaxed, exceeded[row]))} (nearest solution {row})"
-        for row in rows[:_MOST_WAYS]
-    ]
-
-
-def _relaxed(limit: Margin) -> str:
-    """To what a limit that is exceeded would have to be relaxed."""
-    if limit.value is None or limit.limit is None:
-        return f"{limit.name} by {_outward(-limit.margin, up=True)}"
-    unit = f" {limit.unit}" if limit.unit not in ("", "-") else ""
-    value = _outward(limit.value, up=limit.bound == "at most")
-    return f"{limit.name} from {limit.limit:.4g} to {value}{unit}"
-
-
-def _outward(value: float, *, up: bool) -> str:
-    """Three digits, rounded so that the value itself is allowed."""
-    if value == 0.0 or not math.isfinite(value):
-        return f"{value:g}"
-    unit = 10.0 ** (math.floor(math.log10(abs(value))) - 2)
-    steps = math.ceil(value / unit) if up else math.floor(value / unit)
-    return f"{steps * unit:.3g}"
+    )
+    suggestions = (*ask(view, View.ways_out), *list(ways.values())[:_MOST_WAYS])
+    return DeadEnd(tuple(exceeded), suggestions)

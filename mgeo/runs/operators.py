@@ -1,7 +1,7 @@
-"""Pymoo's algorithms with operators for the variables of a problem, and ties drawn by their seed.
+"""Algorithms set up for a problem: operators for its variables, and everything drawn by the seed.
 
-Its algorithms search real numbers unless they are told otherwise, also where a problem says by its
-``vtype`` or its ``vars`` that it takes others.
+Algorithms of pymoo search real numbers by default, also where a problem declares other variables by
+its ``vtype`` or its ``vars``.
 """
 
 from __future__ import annotations
@@ -9,8 +9,6 @@ from __future__ import annotations
 import copy
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
 from pymoo.algorithms.base.genetic import GeneticAlgorithm
 from pymoo.algorithms.moo.nsga3 import comp_by_cv_then_random
 from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
@@ -39,18 +37,22 @@ from pymoo.operators.sampling.rnd import (
     FloatRandomSampling,
     IntegerRandomSampling,
 )
-from pymoo.operators.selection.tournament import TournamentSelection, compare
+from pymoo.operators.selection.tournament import TournamentSelection
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.starting import SuggestedSampling
 from mgeo.algorithms.variables import KINDS, Variables, kind_of_type
+from mgeo.evaluation.evaluator import TolerantEvaluator
+from mgeo.runs.pymoo_algorithms import SeededComparison, seed_archives
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
-    from pymoo.core.population import Population
     from pymoo.core.problem import Problem
 
 T = TypeVar("T")
+
+#: Steps without an evaluation, after which an algorithm has no new candidate.
+IDLE_STEPS = 100
 
 # Exactly these make real numbers: what is made from them may be something else.
 _REAL_SAMPLING = (FloatRandomSampling, LatinHypercubeSampling, LHS)
@@ -60,44 +62,33 @@ _NO_REPAIR = (type(None), NoRepair, ToBoundOutOfBoundsRepair)  # of what a varia
 _UNSEEDED = (comp_by_cv_then_random, comp_by_rank_and_ref_line_dist)
 
 
-class SeededComparison:
-    """A comparison of pairs whose ties of violation are drawn from the algorithm's generator.
-
-    Of two solutions of which one violates constraints the less violating wins; of two feasible
-    ones whichever wins by the `inner` comparison.
+def set_up(
+    problem: Problem, algorithm: Algorithm, evaluations: int, seed: int, starts: int = 0
+) -> Algorithm:
+    """Return a copy of an algorithm, set up for its first step. Nothing is evaluated yet.
 
     Parameters
     ----------
-    inner : comparison of pymoo's `TournamentSelection`.
+    starts
+        Number of initial designs that the problem suggests.
+
+    Raises
+    ------
+    ValueError
+        If `evaluations` or `seed` is out of range, or the algorithm refuses the problem, or the
+        designs.
     """
-
-    def __init__(self, inner: Any) -> None:
-        self.inner = inner
-
-    def __call__(
-        self,
-        pop: Population,
-        P: NDArray[np.int_],
-        random_state: np.random.Generator | None = None,
-        **options: Any,
-    ) -> NDArray[np.int_]:
-        """(n, 1) winners of the (n, 2) pairs `P`, rows of the population."""
-        violation = pop.get("CV")[:, 0]
-        winners = np.empty((len(P), 1), dtype=np.int_)
-        for i, (a, b) in enumerate(P):
-            if max(violation[a], violation[b]) > 0.0:
-                winners[i] = compare(
-                    a,
-                    violation[a],
-                    b,
-                    violation[b],
-                    method="smaller_is_better",
-                    return_random_if_equal=True,
-                    random_state=random_state,
-                )
-            else:
-                winners[i] = self.inner(pop, P[i : i + 1], random_state=random_state, **options)
-        return winners
+    if evaluations < 1:
+        raise ValueError(f"evaluations = {evaluations}: expected >= 1")
+    if seed < 0:
+        raise ValueError(f"seed = {seed}: expected >= 0")
+    ready = fitted(algorithm, problem)
+    ready = copy.deepcopy(with_suggested(ready, starts) if starts else ready)
+    ready.evaluator = TolerantEvaluator.like(ready.evaluator)
+    ready.evaluator.warn = False  # the outcome has the failures
+    ready.setup(problem, termination=("n_eval", evaluations), seed=seed)
+    seed_archives(ready)
+    return ready
 
 
 def fitted(algorithm: Algorithm, problem: Problem, name: str = "") -> Algorithm:

@@ -1,44 +1,56 @@
-"""Runs that are ready to be solved, from names and scenarios or made again."""
+"""Runs prepared from names and options, made again from a configuration, or resumed."""
 
 from __future__ import annotations
 
+import copy
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
-from pymoo.core.algorithm import Algorithm
+from pymoo.core.algorithm import Algorithm, LoopwiseAlgorithm
 from pymoo.core.problem import Problem
 
+from mgeo.algorithms.starting import SuggestedSampling
+from mgeo.algorithms.state import end_at
 from mgeo.plugins import protocol
-from mgeo.plugins.problems import load_problem
+from mgeo.plugins.problems import is_own_class, load_problem
 from mgeo.runs.algorithms import (
     build_algorithm,
     complete_parameters,
     default_algorithm,
     default_evaluations,
 )
-from mgeo.runs.operators import with_suggested
-from mgeo.runs.solve import State, follow, set_up
+from mgeo.runs.operators import set_up, with_suggested
+from mgeo.runs.solve import State
+from mgeo.store.checkpoint import read_notes, resume
 from mgeo.store.run import Notes, Outcome, RunConfiguration
+from mgeo.store.run_folder import CHECKPOINT_FILE
+from mgeo.validation.entries import errors_of
 from mgeo.validation.tables import checked
-
-if TYPE_CHECKING:
-    from mgeo.store.run_persistence import RunPersistence
 
 
 @dataclass(frozen=True, eq=False)
 class PreparedRun:
-    """A configuration and what was built from it.
+    """A configuration with the problem and the algorithm that were built from it.
 
-    It can be solved more than once, unless it has begun: ``notes`` then tell how it went.
+    A new run can be solved more than once.
+
+    Attributes
+    ----------
+    notes : Notes or None
+        Notes of the checkpoint of a resumed run.
+    record : bool
+        Whether every evaluation is recorded if the run is saved in a folder.
     """
 
     configuration: RunConfiguration
     problem: Problem
     algorithm: Algorithm
     notes: Notes | None = None
+    record: bool = False
 
     @classmethod
     def of(cls, configuration: RunConfiguration) -> PreparedRun:
@@ -58,42 +70,56 @@ class PreparedRun:
     def solve(
         self,
         callback: Callable[[State], object] | None = None,
-        persistence: RunPersistence | None = None,
+        folder: Path | None = None,
         max_time: float | None = None,
     ) -> Outcome:
-        """Run the algorithm until its budget is used (see `mgeo.runs.solve.follow`)."""
+        """Run the algorithm until its budget is used or it is stopped (see `State.run`).
+
+        Parameters
+        ----------
+        callback
+            Called with the `State` after every generation.
+        folder
+            Existing folder for checkpoints and the record; by default nothing is saved.
+        max_time
+            Time from now after which the run ends [s].
+        """
         run = self.configuration
-        algorithm = self.algorithm
-        if self.notes is None:
-            algorithm = self._set_up(run.starts)
-        return follow(
+        algorithm = self._set_up(run.starts) if self.notes is None else self.algorithm
+        state = State(
             self.problem,
             algorithm,
             run.evaluations,
             callback,
-            persistence,
-            self.notes,
-            polish=run.polish,
+            notes=self.notes,
             max_time=max_time,
         )
+        if folder is not None:
+            state.save(folder, run, record=self.record)
+        return state.run(polish=run.polish)
 
     def check(self) -> None:
-        """Refuse what could not be run, before anything is evaluated or suggested.
+        """Check that the configuration can be run, before anything is evaluated.
 
         Raises
         ------
         ValueError
-            If a part of it is refused.
+            If the problem or the algorithm refuses a part of it.
         """
         run = self.configuration
         self._set_up()
+        if self.record and isinstance(self.algorithm, LoopwiseAlgorithm):
+            raise ValueError(
+                f"evaluations of {run.algorithm!r} cannot be recorded: expected an algorithm that "
+                "evaluates its candidates a generation at a time"
+            )
         if run.starts:
             with_suggested(self.algorithm, run.starts)
             if not protocol.is_own(self.problem, protocol.ProblemMixin.starts):
                 raise ValueError(
                     f"{run.problem} suggests no designs to begin with: expected starts = 0"
                 )
-        if run.polish:  # a problem refuses of none what it would refuse of any
+        if run.polish:  # without designs, a refinement checks that it is possible
             for _ in protocol.refinement(self.problem, np.empty((0, self.problem.n_var))):
                 pass
 
@@ -114,16 +140,31 @@ def prepare(
     robust: bool = False,
     starts: int | None = 0,
     polish: bool | None = False,
+    record: bool = False,
 ) -> PreparedRun:
-    """A new run whose configuration leaves nothing to defaults that may change.
+    """Prepare a new run. Its configuration leaves nothing to defaults that may change.
 
-    The problem's own ``options()`` are written out, the algorithm's parameters completed; without
-    an algorithm it is the `default_algorithm`, and the budget is `default_evaluations` if none is
-    given. A `robust` run is one of the problem that this problem's ``robust()`` gives. It begins
-    with `starts` of the problem's suggestions and ends, with `polish`, with the problem's
-    refinement. None of these is what the problem recommends, as is the budget of a run that has its
-    polish so; of one that is `robust`, or whose algorithm, its parameters or budget are given,
-    nothing is recommended.
+    Parameters
+    ----------
+    problem, options
+        As for `mgeo.plugins.problems.load_problem`.
+    algorithm, parameters
+        As for `mgeo.runs.algorithms.build_algorithm`. Default: `default_algorithm`.
+    evaluations
+        Budget. Default: `default_evaluations`, or the recommendation for a polished run.
+    seed
+        Seed of all random numbers.
+    robust
+        Whether to solve the problem of the problem's method ``robust()``.
+    starts
+        Number of initial designs that the problem suggests. None: as the problem recommends.
+    polish
+        Whether the problem refines the front. None: as the problem recommends.
+    record
+        Whether to record every evaluation.
+
+    A problem recommends nothing for a robust run, or if the algorithm, its parameters or the budget
+    are given.
 
     Raises
     ------
@@ -154,10 +195,91 @@ def prepare(
         "starts": starts,
         "polish": polish,
     }
-    try:  # as a file gives it, so that a run made now and one made again are the same
+    try:  # values as read from a file, so that a run that is made again is the same
         data = json.loads(json.dumps(data, allow_nan=False))
     except (TypeError, ValueError) as error:
         raise ValueError(f"the options of {problem!r} are no JSON values: {error}") from error
-    run = PreparedRun(checked(RunConfiguration, data), built, optimizer)
+    run = PreparedRun(checked(RunConfiguration, data), built, optimizer, record=record)
     run.check()
     return run
+
+
+def resume_run(
+    folder: Path | str,
+    *,
+    evaluations: int | None = None,
+    generations: int | None = None,
+    algorithm: str | None = None,
+    problem: str | None = None,
+    check: bool = True,
+) -> PreparedRun:
+    """Return the run of a folder in the state of its last checkpoint.
+
+    Parameters
+    ----------
+    folder
+        Folder of a run with a checkpoint, finished or not.
+    evaluations, generations
+        New budget, counted from the beginning of the run; at most one of them.
+    algorithm, problem
+        Class of the run, ``module:Class``. No module is imported because a file names it.
+    check
+        Whether versions and a few values of the problem must be those of the run (see
+        `mgeo.resume`).
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder has no checkpoint.
+    ValueError, TypeError
+        If the checkpoint is damaged; if problem, parameters or versions are not those of the run,
+        naming the difference; or if the new budget is less than what was evaluated already.
+    """
+    path = Path(folder) / CHECKPOINT_FILE
+    if not path.is_file():
+        raise FileNotFoundError(
+            f"{folder} cannot be resumed: there is no {CHECKPOINT_FILE} in it; only algorithms of "
+            "the MGEO family write one"
+        )
+    if evaluations is not None and generations is not None:
+        raise ValueError("evaluations and generations are both given: expected one of them")
+    found = read_notes(path)
+    with errors_of(path):
+        notes = checked(Notes, found)
+        configuration = notes.configuration
+        _check_named("algorithm", configuration.algorithm, algorithm)
+        _check_named("problem", configuration.problem, problem)
+        named = () if problem is None else (problem,)
+        loaded = load_problem(configuration.problem, configuration.options, named=named)
+        same = build_algorithm(configuration.algorithm, configuration.parameters, loaded)
+    budget = configuration.evaluations
+    run = resume(path, loaded, ("n_eval", budget), algorithm=same, check=check)
+    run.evaluator.warn = False  # the outcome has the failures
+    if configuration.starts:
+        run.sampling = SuggestedSampling(configuration.starts)
+    if evaluations is not None:
+        budget = evaluations
+    elif generations is not None:
+        twin = copy.deepcopy(run)
+        twin.n_iter = twin.n_iter or 1
+        # `candidates` leaves out the re-evaluation of the archive; suggested designs are extra
+        budget = generations * len(twin.candidates()) + configuration.starts
+    if budget != configuration.evaluations:
+        if budget < (evaluated := run.evaluator.n_eval):
+            raise ValueError(
+                f"the new budget is {budget} evaluations: expected at least the {evaluated} that "
+                "were made already"
+            )
+        end_at(run, ("n_eval", budget))
+    longer = configuration.model_copy(update={"evaluations": budget})
+    return PreparedRun(longer, loaded, run, notes, notes.record)
+
+
+def _check_named(key: str, name: str, named: str | None) -> None:
+    """Refuse to import a class that is not installed, unless the caller names it, too."""
+    if named not in (None, name):
+        raise ValueError(f"{key} = {name!r}: expected {named!r}, as asked for")
+    if is_own_class(name) and named is None:
+        raise ValueError(
+            f"{key} = {name!r}: its module is imported only if it is named: --{key} {name}"
+        )

@@ -2,14 +2,60 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
 from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
+from pymoo.operators.selection.tournament import compare
 from pymoo.termination.max_eval import MaximumFunctionCallTermination
 from pymoo.util.archive import Archive, RandomTruncation, SurvivalTruncation, Truncation
 from pymoo.util.optimum import filter_optimum
+
+if TYPE_CHECKING:
+    from pymoo.core.population import Population
+
+
+class SeededComparison:
+    """A comparison of pairs whose ties of violation are drawn from the algorithm's generator.
+
+    Of two solutions of which one violates constraints the less violating wins; of two feasible
+    ones whichever wins by the `inner` comparison.
+
+    Parameters
+    ----------
+    inner : comparison of pymoo's `TournamentSelection`.
+    """
+
+    def __init__(self, inner: Any) -> None:
+        self.inner = inner
+
+    def __call__(
+        self,
+        pop: Population,
+        P: NDArray[np.int_],
+        random_state: np.random.Generator | None = None,
+        **options: Any,
+    ) -> NDArray[np.int_]:
+        """(n, 1) winners of the (n, 2) pairs `P`, rows of the population."""
+        violation = pop.get("CV")[:, 0]
+        winners = np.empty((len(P), 1), dtype=np.int_)
+        for i, (a, b) in enumerate(P):
+            if max(violation[a], violation[b]) > 0.0:
+                winners[i] = compare(
+                    a,
+                    violation[a],
+                    b,
+                    violation[b],
+                    method="smaller_is_better",
+                    return_random_if_equal=True,
+                    random_state=random_state,
+                )
+            else:
+                winners[i] = self.inner(pop, P[i : i + 1], random_state=random_state, **options)
+        return winners
 
 
 class SeededTruncation(Truncation):

@@ -1,4 +1,4 @@
-"""What a search has found, refined by the problem's own means: the last stage of a run."""
+"""Refinement of the front by the problem: the last stage of a run."""
 
 from __future__ import annotations
 
@@ -23,21 +23,20 @@ if TYPE_CHECKING:
 
 
 class Refinement:
-    """Takes what a problem gives in the place of the solutions of a front, if it is as good.
+    """Refinement of a front by the problem's method ``refine``.
 
-    That is, if it is feasible and in no objective worse; else the solution stays as it is. What it
-    gives beyond these is taken if it is feasible. Nothing is random: of the same front it is the
-    same.
+    A refined design replaces a solution of the front if it is feasible and no objective is worse.
+    Further designs are added if they are feasible. The refinement is deterministic.
 
     Parameters
     ----------
-    front : evaluated individuals that keep all constraints.
+    front : evaluated individuals that satisfy all constraints.
 
     Attributes
     ----------
-    solutions : of the front, each of them or what has taken its place; then those added.
-    changed : (n,) mask of the places of the front that were taken.
-    error : why it has come to no end, empty if it has or is under way.
+    solutions : the solutions of the front or their replacements, then those added.
+    changed : (n,) mask of the solutions of the front that were replaced.
+    error : why the refinement ended early, empty if it did not.
     """
 
     def __init__(self, problem: Problem, front: Population) -> None:
@@ -45,13 +44,13 @@ class Refinement:
         self.changed = np.zeros(len(front), dtype=np.bool_)
         self.error = ""
         self._problem = problem
-        # not that of the search, whose budget this is no part of
+        # the refinement is not part of the budget of the search
         self._evaluator = TolerantEvaluator(warn=False)
-        # row of the tables that each solution is from
+        # row of each solution in the tables of the problem
         self._row = np.arange(len(front))
 
     def __iter__(self) -> Iterator[Population]:
-        """What was evaluated, after each step."""
+        """Yield the evaluated designs after each step."""
         if not len(self.solutions):
             return
         last = as_numbers(self._problem, self.solutions.get("X")).astype(float)
@@ -68,12 +67,12 @@ class Refinement:
 
     @property
     def added(self) -> int:
-        """How many were taken beyond those of the front."""
+        """Number of solutions added to those of the front."""
         return len(self.solutions) - len(self.changed)
 
     @property
     def front(self) -> Population:
-        """Those of the solutions that none of the others is better than."""
+        """Nondominated solutions."""
         archive = ParetoArchive(self._problem.n_obj)
         archive.add(self._objectives(self.solutions), self.solutions)
         return archive.individuals

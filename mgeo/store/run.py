@@ -102,6 +102,7 @@ class Outcome(Table):
     rough : number of the first evaluations that gave estimates only (see `mgeo.MGEOStaged`).
     refined, added : number of solutions that the refinement replaced, and added.
     unrefined : why the refinement ended early, empty if it did not.
+    checkpoint_error : error of the last checkpoint, None if it was written.
     hypervolume : in the indicator space of the problem; None if it has none.
     started : UTC.
     wall_time_s : duration [s].
@@ -116,6 +117,7 @@ class Outcome(Table):
     refined: int = 0
     added: int = 0
     unrefined: str = ""
+    checkpoint_error: str | None = None
     hypervolume: float | None
     variables: Names
     objectives: Names

@@ -32,6 +32,11 @@ FIGURE_FILE, REPORT_FILE = "front.html", "report.html"
 CHECKPOINT_FILE, RECORD_FOLDER = "run.checkpoint", "evaluations"
 #: Solutions nearest to feasibility, of a run without a feasible solution.
 NEAREST_FILE = "nearest.csv"
+#: Files that a run may write into its folder.
+RUN_FILES = (
+    *(FRONT_FILE, ARRAYS_FILE, RUN_FILE, NEAREST_FILE, FIGURE_FILE),
+    *(CHECKPOINT_FILE, RECORD_FOLDER),
+)
 #: Problems and algorithms of a study, see `mgeo.studies.stored`.
 STUDY_FILE = "study.json"
 #: Verifications of a solution by the tools of its problem, see `mgeo.report.build`.
@@ -227,7 +232,7 @@ def check_verification(found: Any) -> None:
 
 def remove_run(folder: Path) -> None:
     """Remove the files of a run. Other files in the folder are kept."""
-    names = (RUN_FILE, FRONT_FILE, ARRAYS_FILE, NEAREST_FILE, FIGURE_FILE, REPORT_FILE)
-    for name in (*names, CHECKPOINT_FILE):
-        (folder / name).unlink(missing_ok=True)
+    for name in (RUN_FILE, *RUN_FILES, REPORT_FILE):  # without run.json a folder holds no run
+        if name != RECORD_FOLDER:
+            (folder / name).unlink(missing_ok=True)
     remove_record(folder / RECORD_FOLDER)

@@ -79,8 +79,8 @@ def _known(document: Any) -> tuple[str, Mapping[str, Any], Any] | None:
 def _own(
     document: Mapping[str, Any], named: Collection[str]
 ) -> tuple[Problem, Mapping[str, Any], FloatArray]:
-    if document.get("version") != VERSION or document["version"] is True:
-        raise ValueError(f"version = {document.get('version')!r:.80}: expected {VERSION}")
+    if (found := entry(document, "version", int)) != VERSION:
+        raise ValueError(f"version = {found}: expected {VERSION}")
     options = entry(document, "options", dict[str, Any])
     name = entry(document, "problem", str)
     problem = load_problem(name, options, named=named)

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from mgeo.studies.record import StudyRun
 
 _LINE = 80  # characters
-_RIVALS = 5  # in figures: each adds up to 1 MB to a page
 
 
 class FailedRunsWarning(RuntimeWarning):
@@ -54,17 +53,6 @@ class Tests:
     indicator: str
     pairs: pd.DataFrame
     kruskal_wallis: KruskalWallis | None
-
-
-class Overview(pd.DataFrame):
-    """A table that prints all its columns, wrapped if there is no room."""
-
-    @property
-    def _constructor(self) -> type[Overview]:
-        return Overview
-
-    def __repr__(self) -> str:
-        return self.to_string(line_width=_LINE)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -104,7 +92,8 @@ class Comparison:
 
     def __repr__(self) -> str:
         name = type(self.problem).__name__
-        return f"{name}, {self.n_eval:,} evaluations, mean ± sd\n{self.overview()!r}"
+        table = self.overview().to_string(line_width=_LINE)
+        return f"{name}, {self.n_eval:,} evaluations, mean ± sd\n{table}"
 
     @property
     def indicators(self) -> list[Indicator]:
@@ -231,7 +220,7 @@ class Comparison:
             mean, sd = summary[(name, "mean")], summary[(name, "sd")]
             columns[name] = [_mean_and_sd(m, s) for m, s in zip(mean, sd, strict=True)]
         titles = {each.name: each.title for each in [*self.indicators, *self.parts]}
-        return Overview(columns, index=summary.index).rename(columns=titles)
+        return pd.DataFrame(columns, index=summary.index).rename(columns=titles)
 
     def to_latex(self) -> str:
         """Return the `overview` as a booktabs table and a note.
@@ -248,8 +237,8 @@ class Comparison:
     def figures(self) -> dict[str, go.Figure]:
         """Draw all figures that apply: anytime, boxes, fronts, each, attainment, difference.
 
-        Fronts need two or three objectives, all after them two. The difference is that of the best
-        algorithm with a front and each of the five next.
+        Fronts need two or three objectives, all after them two. The difference is that of the two
+        best algorithms with a front.
         """
         from mgeo.studies.figures import fronts, indicators
 
@@ -257,20 +246,15 @@ class Comparison:
             "anytime": indicators.anytime_figure(self),
             "boxes": indicators.boxes_figure(self),
         }
-        ranked = self.order_with_fronts()
+        ranked = [name for name in self.order() if any(map(len, self.fronts(name)))]
         if ranked and self.problem.n_obj in (2, 3):
             figures["fronts"] = fronts.fronts_figure(self)
         if ranked and self.problem.n_obj == 2:
             figures["each"] = fronts.each_figure(self)
             figures["attainment"] = fronts.attainment_figure(self)
             if len(ranked) > 1:
-                rivals = ranked[1 : _RIVALS + 1]
-                figures["difference"] = fronts.difference_figure(self, ranked[0], rivals)
+                figures["difference"] = fronts.difference_figure(self, *ranked[:2])
         return figures
-
-    def order_with_fronts(self) -> list[str]:
-        """Return the algorithms of `order` of which a run has a front."""
-        return [name for name in self.order() if any(map(len, self.fronts(name)))]
 
 
 def _mean_and_sd(mean: float, sd: float) -> str:

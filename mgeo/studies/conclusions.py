@@ -17,9 +17,10 @@ if TYPE_CHECKING:
 
 
 def conclusions(comparison: Comparison, control: str | None = None) -> list[str]:
-    """Which algorithm ranks first by the first indicator, from which others it differs
-    significantly and in what direction, and whether the other indicators and the number of points
-    on a front agree.
+    """Return sentences on the algorithm that ranks first, and from which others it differs.
+
+    The first two sentences are about the first indicator, the others about where another indicator
+    or a part of the front disagrees. There are none for fewer than two algorithms.
 
     Parameters
     ----------
@@ -30,26 +31,38 @@ def conclusions(comparison: Comparison, control: str | None = None) -> list[str]
     if len(order) < 2:
         return []
     first, second = order[:2]
-    indicator = comparison.indicator()
-    values = comparison.overview()[indicator.title]
-    means = indicator.better(comparison.summary()[(indicator.name, "mean")])
+    is_control = first == control
+    title = comparison.indicator().title
+    values = comparison.overview()[title]
+    rivals = against(comparison, first, control=is_control)
+    differs, is_ahead = rivals["p_holm"] < LEVEL, rivals["A"] > 0.5
+    groups = {
+        "significantly better than": rivals[differs & is_ahead],
+        "significantly worse than": rivals[differs & ~is_ahead],
+        "not significantly different from": rivals[~differs],
+    }
+    differences = [f"{words} {_names(rows)}" for words, rows in groups.items() if len(rows)]
     sentences = [
-        f"By {indicator.title}, {first} ranks first: {values[first]}, then {second}: "
-        f"{values[second]}."
+        f"By {title}, {first} ranks first: {values[first]}, then {second}: {values[second]}.",
+        f"{first} is {'; '.join(differences)}. A is the probability that a run of {first} beats "
+        "one of the other; Mann-Whitney test with Holm's correction for "
+        f"{'its rivals' if is_control else 'all pairs'}, {100 * LEVEL:g} %.",
     ]
-    if means.max() > means[first]:
-        highest = str(means.idxmax())
-        sentences.append(
-            f"The best mean is that of {highest}, {values[highest]}; ranks say how often a run is "
-            "better, means also by how much."
-        )
-    named = first == control
-    sentences.append(_differences(against(comparison, first, control=named), named))
-    sentences += _other_indicators(comparison, first, control)
-    if comparison.parts:
-        sentences.append(_parts(comparison, first, named))
-    if comparison.problem.n_obj > 1:
-        sentences.append(_points(comparison, order))
+    for indicator in comparison.indicators[1:]:
+        best = comparison.order(indicator.name)[0]
+        sentence = f"By {indicator.title}, {best} ranks first"
+        if best != first:
+            rivals = against(comparison, first, indicator.name, control=is_control)
+            effect, p = rivals.loc[best].to_numpy(float)
+            sentence += f"; {first} against {best}: A = {effect:.2f}, p = {p:.2g}"
+        sentences.append(f"{sentence}.")
+    for part in comparison.parts:
+        rivals = against(comparison, first, part.name, control=is_control)
+        ahead = rivals[(rivals["p_holm"] < LEVEL) & (rivals["A"] < 0.5)]
+        if len(ahead):
+            sentences.append(
+                f"By {part.title}, {first} is significantly worse than {_names(ahead)}."
+            )
     return sentences
 
 
@@ -96,84 +109,8 @@ def control_table(
     return pd.DataFrame(columns).loc[rivals].rename_axis(f"{control} against")
 
 
-def _differences(rivals: pd.DataFrame, named: bool) -> str:
-    differs, behind = rivals["p_holm"] < LEVEL, rivals["A"] > 0.5
-    alike, worse, better = rivals[~differs], rivals[differs & behind], rivals[differs & ~behind]
-    parts = []
-    if len(alike):
-        whom = _whom(alike, len(rivals), "any other")
-        parts.append(f"it is not significantly different from {whom}")
-    if len(worse):
-        rest = "every other" if len(worse) == len(rivals) else "all others"
-        parts.append(f"it is significantly better than {rest} ({_range(worse['A'])})")
-    if len(better):
-        parts.append(f"it is significantly worse than {_whom(better, len(rivals), 'every other')}")
-    text = "; ".join(parts)
-    return (
-        f"{text[0].upper()}{text[1:]}. A is the probability that a run of it beats one of the "
-        f"other; Mann-Whitney test with Holm's correction for {'its' if named else 'all'} "
-        f"{'rivals' if named else 'pairs'}, {100 * LEVEL:g} %."
-    )
-
-
-def _whom(rivals: pd.DataFrame, count: int, everyone: str) -> str:
-    if len(rivals) == count:
-        return f"{everyone} ({_range(rivals['A'])})"
-    return ", ".join(f"{name} (A = {a:.2f})" for name, a in rivals["A"].items())
-
-
-def _range(values: pd.Series[float]) -> str:
-    low, high = f"{values.min():.2f}", f"{values.max():.2f}"
-    return f"A = {low}" if low == high else f"A from {low} to {high}"
-
-
-def _other_indicators(comparison: Comparison, best: str, control: str | None) -> list[str]:
-    sentences = []
-    overview = comparison.overview()
-    for indicator in comparison.indicators[1:]:
-        order = comparison.order(indicator.name)
-        first = order[0]
-        if first == best:
-            sentences.append(f"By {indicator.title}, {best} ranks first, too.")
-            continue
-        values = overview[indicator.title]
-        one, other = (best, first) if best == control else (first, best)
-        rivals = against(comparison, one, indicator.name, control=one == control)
-        effect, p = rivals.loc[other].to_numpy(float)
-        effect = effect if one == first else 1.0 - effect
-        better, share = (first, effect) if effect > 0.5 else (best, 1.0 - effect)
-        found = "these two are not significantly different"
-        if p < LEVEL:
-            found = f"{better} is significantly better (A = {share:.2f})"
-        sentences.append(
-            f"By {indicator.title}, {first} ranks first: {values[first]}, and {best} number "
-            f"{order.index(best) + 1}: {values[best]}; {found}."
-        )
-    return sentences
-
-
-def _parts(comparison: Comparison, first: str, named: bool) -> str:
-    """Where on the front the first is behind: one number for a front does not tell."""
-    behind = []
-    for part in comparison.parts:
-        rivals = against(comparison, first, part.name, control=named)
-        ahead = rivals[(rivals["p_holm"] < LEVEL) & (rivals["A"] < 0.5)]
-        behind += [f"{', '.join(ahead.index)} by {part.title}"] if len(ahead) else []
-    if not behind:
-        return f"In no part of the front is another one significantly better than {first}."
-    return f"In a part of the front are significantly better than {first}: {'; '.join(behind)}."
-
-
-def _points(comparison: Comparison, order: list[str]) -> str:
-    means = comparison.summary()[("points", "mean")][order]
-    most, highest = str(means.idxmax()), means.max()
-    text = f"The most points are on the fronts of {most}: {highest:.0f} on average."
-    if (place := order.index(most) + 1) == 1:
-        return text
-    return (
-        f"{text} By {comparison.indicator().title} it is number {place} of {len(order)}: "
-        "points say how finely a front was traced, not how far it reaches."
-    )
+def _names(rivals: pd.DataFrame) -> str:
+    return ", ".join(f"{name} (A = {effect:.2f})" for name, effect in rivals["A"].items())
 
 
 def published_table(study: Study, comparison: Comparison) -> pd.DataFrame | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from itertools import product
 from pathlib import Path
@@ -18,12 +18,11 @@ from pymoo.core.algorithm import Algorithm
 from mgeo.runs.operators import fitted
 from mgeo.studies.comparison import Comparison, FailedRunsWarning
 from mgeo.studies.indicators import NothingToCompareError, check_space, indicator_space, trace
-from mgeo.studies.labels import folder_name
 from mgeo.studies.plan import claim, describe_algorithm, describe_problem, installed_versions
-from mgeo.studies.progress import Progress, choose
+from mgeo.studies.progress import show_progress
 from mgeo.studies.record import StudyRun
-from mgeo.studies.run import Failure, Task, run
-from mgeo.studies.stored import provenance, write_comparison
+from mgeo.studies.run import Task, run
+from mgeo.studies.stored import folder_name, provenance, write_comparison
 from mgeo.validation.arguments import validate_integer
 
 if TYPE_CHECKING:
@@ -34,7 +33,7 @@ MOST = 100_000  # seeds, or algorithms of a sweep: more are a slip
 RECORDS = "runs"  # folder of the finished runs
 
 Key = tuple[str, int]
-Result = StudyRun | Failure
+Result = StudyRun | str  # a failed run is its error
 
 
 def compare(
@@ -50,7 +49,7 @@ def compare(
     reference_front: ArrayLike | None = None,
     parts: Sequence[float] | None = None,
     n_jobs: int | None = None,
-    progress: bool | Progress | None = None,
+    progress: bool = True,
     title: str | None = None,
 ) -> Comparison:
     """Run every algorithm with every seed, and measure all fronts in one space.
@@ -80,8 +79,8 @@ def compare(
     grid : how many equal steps, or at which numbers of evaluations; `n_eval` always belongs to it.
     bounds, reference_front, parts : of the indicators' space, see `mgeo.studies.indicators`.
     n_jobs : processes, as joblib counts them: -1 for one per processor.
-    progress : False for no display; None for one only if stderr is a terminal.
-    title : of that display; default: the problem's class.
+    progress : whether to show, on stderr, failed runs and, on a terminal, a bar (with rich).
+    title : name of the problem there; default: the problem's class.
 
     Warns
     -----
@@ -116,7 +115,7 @@ def compare(
         "steps": grid_steps(grid, n_eval),
         "space": {"bounds": bounds, "reference_front": reference_front, "parts": parts},
         "n_jobs": n_jobs,
-        "progress": choose(progress),
+        "progress": progress,
         "title": title or type(problem).__name__,
     }
     if folder is None:
@@ -149,7 +148,7 @@ def make_comparison(
     steps: Sequence[int],
     space: Mapping[str, Any],
     n_jobs: int | None,
-    progress: Progress,
+    progress: bool,
     title: str,
 ) -> Comparison:
     """Make the runs of checked arguments, and measure them; see `compare`.
@@ -170,8 +169,8 @@ def make_comparison(
     results = _make_runs(tasks, runs, resume, n_jobs, progress, title)
     records = {key: r for key in keys if isinstance(r := results[key], StudyRun)}
     if not records:
-        first = next(r.error for r in results.values() if isinstance(r, Failure))
-        raise NothingToCompareError(f"all {len(keys)} runs failed, one of them with {first}")
+        error = results[keys[0]]
+        raise NothingToCompareError(f"all {len(keys)} runs failed, the first with {error}")
     measured = indicator_space(problem, [record.front_F for record in records.values()], **space)
     rows = [
         {"algorithm": label, "seed": seed, **row}
@@ -191,7 +190,7 @@ def _make_runs(
     runs: Path | None,
     resume: bool,
     n_jobs: int | None,
-    progress: Progress,
+    progress: bool,
     title: str,
 ) -> dict[Key, Result]:
     """Return the result of each run; store each run as it finishes."""
@@ -203,21 +202,18 @@ def _make_runs(
     for key, path in files.items() if resume else ():
         with suppress(FileNotFoundError):
             results[key] = StudyRun.read(path)
-    with progress(title, len(tasks), len(results) if resume else None) as done:
+    reused = len(results) if resume else None
+    with show_progress(title, len(tasks), reused, shown=progress) as done:
         missing = {key: task for key, task in tasks.items() if key not in results}
-        for key, result in _run_all(missing, n_jobs):
+        calls = [joblib.delayed(_run_with_key)(key, task) for key, task in missing.items()]
+        parallel: Any = joblib.Parallel(n_jobs, return_as="generator_unordered", batch_size=1)
+        for (name, seed), result in parallel(calls):
             # written by this process: workers need not share a file system
             if isinstance(result, StudyRun) and files:
-                result.write(files[key])
-            results[key] = result
-            done(*key, result.error if isinstance(result, Failure) else "")
+                result.write(files[name, seed])
+            results[name, seed] = result
+            done(name, seed, result if isinstance(result, str) else "")
     return results
-
-
-def _run_all(tasks: Mapping[Key, Task], n_jobs: int | None) -> Iterator[tuple[Key, Result]]:
-    """Yield the result of each run as it ends."""
-    calls = [joblib.delayed(_run_with_key)(key, task) for key, task in tasks.items()]
-    yield from joblib.Parallel(n_jobs, return_as="generator_unordered", batch_size=1)(calls)
 
 
 def _run_with_key(key: Key, task: Task) -> tuple[Key, Result]:
@@ -225,14 +221,15 @@ def _run_with_key(key: Key, task: Task) -> tuple[Key, Result]:
 
 
 def _run_row(key: Key, result: Result) -> dict[str, Any]:
-    return {
-        "algorithm": key[0],
-        "seed": key[1],
-        "status": "finished" if isinstance(result, StudyRun) else "failed",
-        "wall_time": result.wall_time if isinstance(result, StudyRun) else np.nan,
-        "failed_evaluations": result.failed if isinstance(result, StudyRun) else 0,
-        "error": result.error if isinstance(result, Failure) else "",
-    }
+    outcome: dict[str, Any] = {"status": "failed", "wall_time": np.nan, "failed_evaluations": 0}
+    if isinstance(result, StudyRun):
+        outcome = {
+            "status": "finished",
+            "wall_time": result.wall_time,
+            "failed_evaluations": result.failed,
+        }
+    error = result if isinstance(result, str) else ""
+    return {"algorithm": key[0], "seed": key[1], **outcome, "error": error}
 
 
 def _label(algorithms: Mapping[str, Algorithm] | Iterable[Algorithm]) -> dict[str, Algorithm]:
@@ -251,21 +248,12 @@ def _label(algorithms: Mapping[str, Algorithm] | Iterable[Algorithm]) -> dict[st
     for name, algorithm in labeled.items():
         if isinstance(algorithm, str) or not hasattr(algorithm, "setup"):
             raise TypeError(f"algorithms[{name!r}] = {algorithm!r}: expected a pymoo Algorithm")
-        if _has_run(algorithm):
+        if algorithm.problem is not None or algorithm.is_initialized:
             raise ValueError(
                 f"algorithms[{name!r}] is set up or has run, and would continue from there: "
                 f"expected a new {type(algorithm).__name__}"
             )
     return labeled
-
-
-def _has_run(algorithm: Algorithm) -> bool:
-    """Return whether an algorithm, or one that it holds, is set up or has run."""
-    state = [getattr(algorithm, name, None) for name in ("problem", "pop", "n_iter")]
-    if any(each is not None for each in state) or getattr(algorithm, "is_initialized", False):
-        return True
-    held = [each for each in vars(algorithm).values() if isinstance(each, Algorithm)]
-    return any(_has_run(each) for each in held if each is not algorithm)
 
 
 def seed_numbers(seeds: int | Iterable[int]) -> tuple[int, ...]:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
@@ -13,13 +14,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mgeo.benchmarks.collections import expanded, short_name
-from mgeo.plugins.problems import load_problem
+from mgeo.plugins.problems import load_problem, read_scenario
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.store.reading import parse_toml, read_text
-from mgeo.store.scenario_file import read_scenario
 from mgeo.studies.execute import MOST
-from mgeo.studies.labels import filled
-from mgeo.studies.pooled import KEYS
 from mgeo.studies.schema import AlgorithmTable, ProblemTable, PublishedTable, StudyTable
 from mgeo.validation.arguments import validate_integer
 from mgeo.validation.entries import errors_of
@@ -224,11 +222,6 @@ def parse_study(text: str, folder: Path, *, imports: bool = True) -> Study:
                     f"{key}: {label!r} is there twice; expected different ones, by the key label"
                 )
     known = labels["algorithms"]
-    for label in set(known) & set(KEYS):
-        raise ValueError(
-            f"algorithms: the label {label!r} is that of another column of the tables over "
-            "problems; expected another one"
-        )
     mentioned = {
         "published.table": list(table.published.table) if table.published else [],
         "control": [] if table.control is None else [table.control],
@@ -261,7 +254,7 @@ def _problems(
             values["scenario"] = Path(scenario).stem
             label = f"{label} {values['scenario']}"
         if table.label is not None:
-            label = filled(table.label, where, values)
+            label = _fill_label(table.label, where, values)
         parts = None if table.parts is None else tuple(table.parts)
         yield ProblemConfiguration(label, full, options, parts)
 
@@ -285,8 +278,21 @@ def _algorithms(
             chosen = dict(zip(given, values, strict=True))
             label = ", ".join([name, *(f"{key} = {chosen[key]}" for key in swept)])
             if table.label is not None:
-                label = filled(table.label, where, {"name": name, **chosen})
+                label = _fill_label(table.label, where, {"name": name, **chosen})
             yield AlgorithmConfiguration(label, name, chosen)
+
+
+def _fill_label(text: str, where: str, values: Mapping[str, Any]) -> str:
+    """Replace each ``{name}`` in a label by the value of that name."""
+    # not str.format, which looks into objects: {name.__class__}, {name:>999999999}
+    parts = re.split(r"\{(.*?)\}", text)
+    if set(parts[1::2]) - set(values):
+        raise ValueError(
+            f"{where}label = {text!r:.80}: expected text in which braces hold only "
+            f"{', '.join(values)}"
+        )
+    parts[1::2] = (str(values[name]) for name in parts[1::2])
+    return "".join(parts)
 
 
 @contextmanager

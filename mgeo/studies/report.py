@@ -10,11 +10,10 @@ import plotly.graph_objects as go
 
 from mgeo.figures.page import LIBRARY, render, report_page
 from mgeo.studies.conclusions import conclusions, control_table, published_table
-from mgeo.studies.figures.fronts import difference_figure
 from mgeo.studies.figures.indicators import anytime_figure, ranks_figure, targets_figure
-from mgeo.studies.labels import folder_name
 from mgeo.studies.pooled import friedman_over_problems, problem_values
 from mgeo.studies.statistics import LEVEL
+from mgeo.studies.stored import folder_name
 from mgeo.studies.tables import problems_table
 from mgeo.studies.targets import targets_reached
 from mgeo.validation.arguments import did_you_mean
@@ -34,11 +33,8 @@ def problem_page(study: Study, label: str, comparison: Comparison) -> str:
     published = published_table(study, comparison)
     against = None
     if study.control in comparison.order():
-        against = control_table(comparison, study.control, comparison.indicators)
-    order, parts = comparison.order(), None
-    if comparison.parts and len(order) > 1:
-        one = study.control if study.control in order else order[0]
-        parts = control_table(comparison, one, comparison.parts)
+        measures = [*comparison.indicators, *comparison.parts]
+        against = control_table(comparison, study.control, measures)
     results = render(
         "studies/assets/results.html",
         study=study,
@@ -47,7 +43,6 @@ def problem_page(study: Study, label: str, comparison: Comparison) -> str:
         conclusions=" ".join(conclusions(comparison, study.control)),
         published=published,
         against=against,
-        parts=parts,
         failed=runs[runs["status"] == "failed"].to_dict("records"),
     )
     formats = {"A": "{:.3f}".format, "p": "{:.2g}".format, "p_holm": "{:.2g}".format}
@@ -88,9 +83,7 @@ def study_page(
         folders={label: folder_name(label) for label in comparisons},
         failed=failed,
     )
-    figures = [ranks_figure(ranked, labels)] if ranked else []
-    if len(reached):
-        figures.append(targets_figure(reached, len(comparisons)))
+    figures = _pooled_figures(ranked, reached, labels, len(comparisons)).values()
     head = render("studies/assets/head.html", study=study)
     return report_page(study.title, [head, *figures, problems], LIBRARY)
 
@@ -120,53 +113,52 @@ def average_ranks(standings: pd.DataFrame, per_variable: bool) -> pd.DataFrame:
 def study_figures(
     comparisons: Mapping[str, Comparison], only: Sequence[str] = ()
 ) -> dict[str, go.Figure]:
-    """Figures of a study, each without a menu, under names that files can have.
+    """Return the figures of a study, under names that files can have.
 
     Of several problems they are ``ranks`` and ``targets``, and those of each problem by the name of
-    its folder: ``zdt1-anytime``. Indicators but the first and rivals but the first have figures of
-    their own: ``anytime-igd_plus``, ``difference-2``.
+    its folder: ``zdt1-anytime``. Indicators but the first have figures of their own:
+    ``anytime-igd_plus``.
 
     Parameters
     ----------
-    only : names of figures; that of a problem's figure without the problem stands for that of
-        every problem. None for all.
+    only : names of figures; the name of a problem's figure without the problem stands for the
+        figures of all problems. Empty for all figures.
 
     Raises
     ------
     ValueError
-        For a figure that there is not.
+        For the name of no figure.
     """
     found: dict[str, go.Figure] = {}
     if len(comparisons) > 1:
         every = next(iter(comparisons.values())).algorithms
-        ranked = friedman_over_problems(problem_values(comparisons))
-        reached = targets_reached(comparisons)
-        if ranked:
-            found["ranks"] = ranks_figure(ranked, every)
-        if len(reached):
-            found["targets"] = targets_figure(reached, len(comparisons))
-    short: dict[str, list[str]] = {name: [name] for name in found}
+        found = _pooled_figures(
+            friedman_over_problems(problem_values(comparisons)),
+            targets_reached(comparisons),
+            every,
+            len(comparisons),
+        )
+    named = {name: [name] for name in found}
     for label, comparison in comparisons.items():
         prefix = f"{folder_name(label)}-" if len(comparisons) > 1 else ""
-        for name, figure in _problem_figures(comparison).items():
+        figures = comparison.figures()
+        for indicator in comparison.indicators[1:]:
+            figures[f"anytime-{indicator.name}"] = anytime_figure(comparison, indicator.name)
+        for name, figure in figures.items():
             found[f"{prefix}{name}"] = figure
-            short.setdefault(name, []).append(f"{prefix}{name}")
-    known = short | {name: [name] for name in found}
+            named.setdefault(name, []).append(f"{prefix}{name}")
+    known = named | {name: [name] for name in found}
     for name in only:
         if name not in known:
-            expected = f"expected {', '.join(short)}{did_you_mean(name, known)}"
+            expected = f"expected {', '.join(named)}{did_you_mean(name, known)}"
             raise ValueError(f"the study has no figure {name!r}: {expected}")
-    chosen = [full for name in only or found for full in known[name]]
-    return {name: found[name] for name in dict.fromkeys(chosen)}
+    return {full: found[full] for name in only or found for full in known[name]}
 
 
-def _problem_figures(comparison: Comparison) -> dict[str, go.Figure]:
-    figures = comparison.figures()
-    for indicator in comparison.indicators[1:]:
-        figures[f"anytime-{indicator.name}"] = anytime_figure(comparison, indicator.name)
-    ranked = comparison.order_with_fronts()
-    if "difference" in figures:
-        figures["difference"] = difference_figure(comparison, ranked[0], ranked[1:2])
-        for number, other in enumerate(ranked[2:], 2):
-            figures[f"difference-{number}"] = difference_figure(comparison, ranked[0], [other])
+def _pooled_figures(
+    ranked: Friedman | None, reached: pd.DataFrame, algorithms: tuple[str, ...], n_problems: int
+) -> dict[str, go.Figure]:
+    figures = {"ranks": ranks_figure(ranked, algorithms)} if ranked else {}
+    if len(reached):
+        figures["targets"] = targets_figure(reached, n_problems)
     return figures

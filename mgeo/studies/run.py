@@ -24,7 +24,7 @@ from mgeo.algorithms.staged import MGEOStaged, is_rough
 from mgeo.evaluation.dominance import not_weakly_dominated
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import succeeded
-from mgeo.runs.setup import IDLE_STEPS, set_up
+from mgeo.runs.operators import IDLE_STEPS, set_up
 from mgeo.studies.record import StudyRun
 
 if TYPE_CHECKING:
@@ -44,19 +44,12 @@ class Task:
     seed: int
 
 
-@dataclass(frozen=True)
-class Failure:
-    """A run that ended in an exception."""
-
-    error: str
-
-
-def run(task: Task) -> StudyRun | Failure:
-    """Make a run; return an exception as a `Failure`, so that other runs continue."""
+def run(task: Task) -> StudyRun | str:
+    """Make a run; return an exception as a message, so that other runs continue."""
     try:
         return record(task)
     except Exception as error:  # algorithms and problems of others may raise anything
-        return Failure(f"{type(error).__name__}: {one_line(str(error))}")
+        return f"{type(error).__name__}: {one_line(str(error))}"
 
 
 def record(task: Task) -> StudyRun:

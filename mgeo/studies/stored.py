@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import re
 from collections.abc import Collection, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,15 +18,17 @@ from mgeo.plugins.problems import load_problem
 from mgeo.store.atomic import to_json, write_file
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.indicators import OBJECTIVE_SPACE, POINTS, IndicatorSpace, applicable
-from mgeo.studies.labels import folder_name
 from mgeo.studies.plan import PLAN
 from mgeo.studies.record import StudyRun
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
-TABLE, FINAL, RUNS, FRONTS = "table.csv", "final.csv", "runs.csv", "fronts.csv"
+TABLE, RUNS, FRONTS = "table.csv", "runs.csv", "fronts.csv"
 PROVENANCE = "provenance.json"
+
+_LONGEST = 60  # characters of a folder's name, but for what makes it unique
+_TAKEN = ("runs",)  # what else is in a study's folder
 
 
 def write_comparison(
@@ -37,12 +41,7 @@ def write_comparison(
         front.insert(0, "algorithm", name)
         front.insert(1, "seed", seed)
         fronts.append(front)
-    tables = {
-        TABLE: comparison.table,
-        FINAL: comparison.final(),
-        RUNS: comparison.runs,
-        FRONTS: pd.concat(fronts),
-    }
+    tables = {TABLE: comparison.table, RUNS: comparison.runs, FRONTS: pd.concat(fronts)}
     (folder / PROVENANCE).unlink(missing_ok=True)
     for name, table in tables.items():
         text = table.to_csv(index=False, na_rep="nan", lineterminator="\n")
@@ -116,13 +115,11 @@ def read_comparison(
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
     indicators = [indicator.name for indicator in applicable(problem.n_obj)]
-    table = _read_table(folder / TABLE, algorithms, ["evaluations", "points", *indicators])
-    runs = _read_table(
-        folder / RUNS, algorithms, ["status", "wall_time", "failed_evaluations", "error"]
-    )
+    table = _read_table(folder / TABLE, ["evaluations", "points", *indicators])
+    runs = _read_table(folder / RUNS, ["status", "wall_time", "failed_evaluations", "error"])
     records = {}
     if (folder / FRONTS).exists():
-        fronts = _read_table(folder / FRONTS, algorithms, protocol.column_names(problem)[1])
+        fronts = _read_table(folder / FRONTS, protocol.column_names(problem)[1])
         records = {
             (str(row["algorithm"]), int(row["seed"])): _record(row, fronts, n_eval)
             for row in runs.to_dict("records")
@@ -170,6 +167,20 @@ def problem_folder(folder: Path, label: str, n_problems: int) -> Path:
     return folder if n_problems == 1 else folder / folder_name(label)
 
 
+def folder_name(label: str) -> str:
+    """Return the name of a label's folder; different labels have different folders.
+
+    The name of a label of lower-case words, digits and underscores is these words with hyphens
+    between them. The name of any other label lacks its other characters, and ends in ``~`` and
+    eight hexadecimal digits.
+    """
+    plain = re.fullmatch(r"[a-z0-9_]+( [a-z0-9_]+)*", label) and len(label) <= _LONGEST
+    if plain and label not in _TAKEN:
+        return label.replace(" ", "-")
+    readable = re.sub(r"[\W-]+", "-", label.lower())[:_LONGEST].strip("-") or "problem"
+    return f"{readable}~{hashlib.sha256(label.encode()).hexdigest()[:8]}"
+
+
 def _read_json(path: Path) -> Any:
     try:
         return json.loads(path.read_text("utf-8"))
@@ -190,9 +201,6 @@ def _space(problem: Problem, about: Mapping[str, Any]) -> IndicatorSpace:
     if n_obj == 1:
         return OBJECTIVE_SPACE
     points = {key: np.array(about[key], float) for key in POINTS}
-    for key, point in points.items():
-        if point.shape != (n_obj,):
-            raise ValueError(f"space.{key} = {point.tolist()!r:.80}: expected {n_obj} numbers")
     return IndicatorSpace(
         **points,
         reference_front=np.empty((0, n_obj)),
@@ -207,7 +215,7 @@ _TEXTS = ("algorithm", "status", "error", "versions")  # columns that are not nu
 _TYPES: dict[str, Any] = dict.fromkeys(_TEXTS, str)
 
 
-def _read_table(path: Path, algorithms: Collection[str], columns: Collection[str]) -> pd.DataFrame:
+def _read_table(path: Path, columns: Collection[str]) -> pd.DataFrame:
     """Read a table of runs; floats exactly."""
     try:
         table = pd.read_csv(
@@ -226,8 +234,6 @@ def _read_table(path: Path, algorithms: Collection[str], columns: Collection[str
     for name in set(table.columns) - set(_TEXTS):
         if not pd.api.types.is_numeric_dtype(table[name]):
             raise ValueError(f"{path}: column {name}: expected numbers")
-    for name in set(table["algorithm"]) - set(algorithms):
-        raise ValueError(f"{path}: algorithm {name!r}: expected one of {', '.join(algorithms)}")
     return table
 
 

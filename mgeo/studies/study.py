@@ -19,7 +19,6 @@ from mgeo.studies.file import Study
 from mgeo.studies.indicators import NothingToCompareError, check_space
 from mgeo.studies.plan import claim, installed_versions
 from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
-from mgeo.studies.progress import Progress, choose
 from mgeo.studies.report import problem_page, study_page
 from mgeo.studies.stored import problem_folder, provenance, write_comparison
 from mgeo.studies.tables import markdown, problems_table
@@ -41,17 +40,17 @@ def run_study(
     *,
     resume: bool = False,
     n_jobs: int | None = None,
-    progress: bool | Progress | None = None,
+    progress: bool = True,
 ) -> dict[str, Comparison]:
     """Make the runs of a study, and write tables and pages.
 
     The tables of a problem are written when its runs are done: ``table.csv`` (indicators over
-    evaluations), ``final.csv`` (after all evaluations), ``fronts.csv``, ``runs.csv``,
-    ``tests.csv``, ``summary.md``, ``summary.tex``, ``report.html`` and ``provenance.json``. They
-    are in `folder`, or with several problems in a folder each below it. Then `folder` also has
-    ``report.html``, ``summary.md``, ``summary.tex``, ``summary.csv``, ``values.csv``, ``ranks.csv``
-    (see `mgeo.studies.pooled`), ``targets.csv`` (see `mgeo.studies.targets`) and the plotting
-    library that the pages share. ``runs/`` has each run as it finishes.
+    evaluations), ``fronts.csv``, ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``,
+    ``report.html`` and ``provenance.json``. They are in `folder`, or with several problems in a
+    folder each below it. Then `folder` also has ``report.html``, ``summary.md``, ``summary.tex``,
+    ``values.csv``, ``ranks.csv`` (see `mgeo.studies.pooled`), ``targets.csv`` (see
+    `mgeo.studies.targets`) and the plotting library that the pages share. ``runs/`` has each run
+    as it finishes.
 
     Parameters
     ----------
@@ -114,7 +113,7 @@ def run_study(
                     steps=grid_steps(grid, n_eval),
                     space={"parts": configuration.parts},
                     n_jobs=n_jobs,
-                    progress=choose(progress),
+                    progress=progress,
                     title=label,
                 )
             except NothingToCompareError as error:
@@ -173,7 +172,6 @@ def _over_problems(
     return {
         "summary.md": marked.markdown() + "".join(f"\n{text}\n" for text in failed),
         "summary.tex": marked.latex(),
-        "summary.csv": marked.table.to_csv(lineterminator="\n"),
         VALUES: values.to_csv(index=False, lineterminator="\n"),
         RANKS: standings.to_csv(index=False, lineterminator="\n"),
         TARGETS: reached.to_csv(index=False, lineterminator="\n"),

@@ -85,9 +85,12 @@ class _Trial:
         require(self.algorithm.problem is None, "minimize must leave the algorithm as it was")
         return result, np.concatenate(self.problem.seen)
 
-    def set_up(self) -> Algorithm:
-        """A copy of the algorithm, ready to be run step by step."""
-        return copy.deepcopy(self.algorithm).setup(self.problem, **self._options())
+    def set_up(self, generations: int = 0) -> Algorithm:
+        """Return a copy of the algorithm after some generations, to be run step by step."""
+        run = copy.deepcopy(self.algorithm).setup(self.problem, **self._options())
+        for _ in range(generations):
+            run.next()
+        return run
 
     def _options(self) -> dict[str, Any]:
         return {"termination": ("n_gen", self.n_gen), "seed": self.seed}
@@ -129,10 +132,9 @@ def _check_seeds(trial: _Trial, result: Result, visited: FloatArray) -> None:
     )
 
 
-def _global_state() -> tuple[list[int], int]:
+def _global_state() -> bytes:
     # The legacy state is not used here, only watched.
-    state = np.random.get_state(legacy=False)["state"]  # noqa: NPY002
-    return state["key"].tolist(), state["pos"]
+    return pickle.dumps(np.random.get_state())  # noqa: NPY002
 
 
 def _check_ask_and_tell(trial: _Trial, result: Result) -> None:
@@ -147,9 +149,7 @@ def _check_ask_and_tell(trial: _Trial, result: Result) -> None:
 
 def _check_copies(trial: _Trial, result: Result) -> None:
     with no_error("deepcopy in the middle of a run"):
-        run = trial.set_up()
-        run.next()
-        run.next()
+        run = trial.set_up(2)
         duplicate = copy.deepcopy(run)
         _require_same(run.run(), result, "a run that was copied midway")
         _require_same(duplicate.run(), result, "the copy of a run made midway")
@@ -159,11 +159,8 @@ def _check_copies(trial: _Trial, result: Result) -> None:
 
 
 def _check_restored(trial: _Trial, result: Result) -> None:
-    run = trial.set_up()
-    run.next()
-    run.next()
     try:
-        saved = capture(run)
+        saved = capture(trial.set_up(2))
     except TypeError:  # it says itself that it cannot be kept
         return
     with no_error("a run that was kept and restored midway"):

@@ -52,11 +52,13 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
     >>> check_problem(ZDT1(n_var=4))
     """
     require(isinstance(problem, Problem), f"{problem!r} is not a pymoo Problem")
-    _check_bounds(problem)
+    with no_error("variables"):
+        code = RealCode(Variables.of(problem, KINDS))
     with no_error("names"):
         protocol.column_names(problem)
         protocol.constraint_names(problem)
-    X = _points(problem, np.random.default_rng(seed), n_points)
+    points = code.draw([np.random.default_rng(seed)] * n_points)
+    X = np.vstack([points, code.variables.xl, code.variables.xu])
     values = _check_evaluation(problem, X)
     _check_batches(problem, X, values, rtol)
     _check_copies(problem, X, values)
@@ -66,33 +68,6 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
     _check_refinement(problem, X)
     _check_stages(problem, X, values)
     _check_options(problem, X, values)
-
-
-def _check_bounds(problem: Problem) -> None:
-    for name in ("n_var", "n_obj"):
-        require(getattr(problem, name) >= 1, f"{name} = {getattr(problem, name)}: expected >= 1")
-    if getattr(problem, "vars", None) is not None:
-        with no_error("vars"):
-            Variables.of(problem, KINDS)
-        return
-    for name in ("xl", "xu"):
-        bound = getattr(problem, name)
-        require(
-            np.shape(bound) == (problem.n_var,) and np.isfinite(bound).all(),
-            f"{name} = {bound}: expected {problem.n_var} finite numbers",
-        )
-    require(
-        np.all(problem.xl <= problem.xu), f"expected xl <= xu, got {problem.xl} and {problem.xu}"
-    )
-
-
-def _points(problem: Problem, rng: np.random.Generator, n: int) -> FloatArray:
-    """Return n random points and both corners of the bounds as numbers, shape (n + 2, n_var)."""
-    if getattr(problem, "vars", None) is not None:
-        code = RealCode(Variables.of(problem, KINDS))
-        return np.vstack([code.draw([rng] * n), code.variables.xl, code.variables.xu])
-    unit = rng.random((n, problem.n_var))
-    return np.vstack([problem.xl + (problem.xu - problem.xl) * unit, problem.xl, problem.xu])
 
 
 def _evaluate(problem: Problem, X: FloatArray) -> Values:
@@ -118,12 +93,9 @@ def _check_evaluation(problem: Problem, X: FloatArray) -> Values:
     for key, count in counts.items():
         shape = values[key].shape
         require(shape == (len(X), count), f"{key} of shape {shape}: expected {(len(X), count)}")
-        rows = np.flatnonzero(~np.isfinite(values[key]).all(axis=1))
-        require(
-            len(rows) == 0,
-            f"{key} of {len(rows)} of {len(X)} points is not finite (or was never set), such as "
-            f"{values[key][rows[:1]]} at x = {X[rows[:1]]}",
-        )
+        finite = np.isfinite(values[key]).all(axis=1)
+        bad = f"{key} of {np.count_nonzero(~finite)} of {len(X)} points is not finite"
+        require(finite.all(), f"{bad} (or was never set), such as at x = {X[~finite][:1]}")
     _require_values(problem, X, values, "evaluated again")
     return values
 
@@ -149,49 +121,43 @@ def _check_indicator_space(problem: Problem, F: FloatArray) -> None:
     with no_error("indicator_space(F)"):
         found = ask(problem, ProblemMixin.indicator_space, given)
     require_equal(given, F, "indicator_space(F) must not modify F")
-    if found is None:
-        return
-    space = np.asarray(found)
-    require(space.shape == F.shape, f"indicator_space(F) of shape {space.shape}: not {F.shape}")
-    require(np.isfinite(space).all(), "indicator_space(F) must be finite where F is")
-    require(
-        np.array_equal(nondominated(space), nondominated(F)),
-        "indicator_space(F) must keep which points dominate which",
-    )
+    if found is not None:
+        space = np.asarray(found)
+        require(space.shape == F.shape, f"indicator_space(F) of shape {space.shape}: {F.shape}")
+        require(
+            np.array_equal(nondominated(space), nondominated(F)),
+            "indicator_space(F) must keep which points dominate which",
+        )
 
 
 def _check_starts(problem: Problem, seed: int) -> None:
-    for n in (1, 3):
-        with no_error("starts(n, random_state)"):
-            found = ask(problem, ProblemMixin.starts, n, np.random.default_rng(seed))
-            again = ask(problem, ProblemMixin.starts, n, np.random.default_rng(seed))
-        if found is None or again is None:
-            return
-        shape = np.shape(found)
-        require(
-            shape == (n, problem.n_var),
-            f"starts(n, random_state) of shape {shape}: expected {(n, problem.n_var)}",
+    with no_error("starts(n, random_state)"):
+        found, again = (
+            ask(problem, ProblemMixin.starts, 3, np.random.default_rng(seed)) for _ in range(2)
         )
-        require_equal(again, found, "starts(n, random_state), of the same seed")
-        _evaluate(problem, np.asarray(found, dtype=float))
+    if found is None or again is None:
+        return
+    shape, expected = np.shape(found), (3, problem.n_var)
+    require(shape == expected, f"starts(n, random_state) of shape {shape}: expected {expected}")
+    require_equal(again, found, "starts(n, random_state), of the same seed")
+    _evaluate(problem, np.asarray(found, dtype=float))
 
 
 def _check_refinement(problem: Problem, X: FloatArray) -> None:
     with no_error("recommended()"):
         advised = protocol.recommended(problem)
-    for name, wanted, method in (
-        ("starts", advised.starts > 0, ProblemMixin.starts),
-        ("refine", advised.polish, ProblemMixin.refine),
+    for wanted, method in (
+        (advised.starts, ProblemMixin.starts),
+        (advised.polish, ProblemMixin.refine),
     ):
         require(
             not wanted or is_own(problem, method),
-            f"recommended() = {advised._asdict()}: the problem has no {name}()",
+            f"recommended() = {advised._asdict()}: the problem has no {method.__name__}()",
         )
-    if not is_own(problem, ProblemMixin.refine):
-        return
-    for rows in (X[:0], X[:2]):
+    if is_own(problem, ProblemMixin.refine):
         with no_error("refine(X)"):
-            next(protocol.refinement(problem, rows), None)
+            next(protocol.refinement(problem, X[:0]), None)
+            next(protocol.refinement(problem, X[:2]), None)
 
 
 def _check_stages(problem: Problem, X: FloatArray, values: Values) -> None:
@@ -200,16 +166,16 @@ def _check_stages(problem: Problem, X: FloatArray, values: Values) -> None:
             level = ask(problem, ProblemMixin.at_stage, stage)
         require(isinstance(level, Problem), f"at_stage({stage}) is no pymoo Problem: {level!r}")
         for key, found in _evaluate(level, X).items():
-            shape, expected = found.shape, values[key].shape
-            require(shape == expected, f"{key} of at_stage({stage}) of shape {shape}: {expected}")
+            expected = values[key].shape
+            require(found.shape == expected, f"{key} of at_stage({stage}): expected {expected}")
     _require_values(problem, X, values, "evaluated after at_stage(k)")
 
 
 def _check_options(problem: Problem, X: FloatArray, values: Values) -> None:
     with no_error("options(), a dict that survives JSON"):
         options = protocol.options(problem)
-        revived: dict[str, Any] | None = json.loads(json.dumps(options, allow_nan=False))
-    if options is None or revived is None:
+        revived = json.loads(json.dumps(options, allow_nan=False))
+    if options is None:
         return
     require(revived == options, f"options() = {options!r}: comes back from JSON as {revived!r}")
     cls: Any = type(problem)

@@ -12,6 +12,7 @@ from mgeo.plugins.shown import Review
 from mgeo.plugins.view import View, view_of
 from mgeo.testing.check import no_error, require, require_equal
 
+_FIGURES = ("solution_figures", "drawings")
 _LINES = ("remarks", "ways_out", "impossible", "notes")
 _LIMIT_COLUMNS = {"unit", "value", "bound", "limit", "margin"}
 
@@ -32,13 +33,13 @@ def check_view(problem: Problem, X: FloatArray, F: FloatArray) -> None:
         table = _call(view, name)
         is_table = isinstance(table, pd.DataFrame) and len(table) == n
         _require(is_table, name, table, f"a DataFrame of {n} rows")
-    for name in ("answers", "limits", "solution_figures", "drawings"):
-        each = _call(view, name)
+    lists = {name: _call(view, name) for name in ("answers", "limits", *_FIGURES)}
+    for name, each in lists.items():
         is_list = isinstance(each, list) and len(each) == n
         _require(is_list, name, each, f"a list with an entry for each of {n} solutions")
-    for table in _call(view, "limits"):
+    for table in lists["limits"]:
         _require(set(table.columns) >= _LIMIT_COLUMNS, "limits", table, f"{_LIMIT_COLUMNS}")
-    for figures in _call(view, "solution_figures"):
+    for figures in lists["solution_figures"]:
         for name, figure in figures.items():
             with no_error(f"solution_figures(), {name!r} as a figure that moves or does not"):
                 check_motion(figure)
@@ -46,9 +47,9 @@ def check_view(problem: Problem, X: FloatArray, F: FloatArray) -> None:
         lines = _call(view, name)
         are_texts = isinstance(lines, list) and all(isinstance(line, str) for line in lines)
         _require(are_texts, name, lines, "a list of texts")
-    _require(isinstance(_call(view, "figures"), dict), "figures", view.figures(), "a dict")
-    review = _call(view.take([0]), "review")
-    _require(isinstance(review, Review), "review", review, "a Review")
+    for given, name, kind in ((view, "figures", dict), (view.take([0]), "review", Review)):
+        found = _call(given, name)
+        _require(isinstance(found, kind), name, found, f"a {kind.__name__}")
     for name in ("impossible", "notes", "facts"):
         _call(empty, name)
     with no_error("front_summary(F), numbers as JSON has them"):

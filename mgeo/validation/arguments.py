@@ -3,9 +3,8 @@
 import difflib
 import math
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable
 from numbers import Integral, Real
-from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -43,10 +42,7 @@ def validate_number(
     expected = f"a finite number {f'> {above:g}' if above > -math.inf else f'>= {low:g}'}"
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
         raise TypeError(f"{name} = {value!r}: expected {expected}")
-    try:
-        converted = float(value)
-    except OverflowError:  # an integer that no float can hold
-        converted = math.inf
+    converted = float(value)
     if not (math.isfinite(converted) and converted > above and converted >= low):
         raise ValueError(f"{name} = {value!r}: expected {expected}")
     return converted
@@ -106,7 +102,6 @@ def refuse_unknown(
     known: Collection[str],
     where: str,
     others: Collection[str] = (),
-    instead: Mapping[str, str] = MappingProxyType({}),
 ) -> None:
     """Refuse keywords that nobody reads.
 
@@ -116,19 +111,18 @@ def refuse_unknown(
     known : those that are read.
     where : they came in.
     others : what the same place takes besides, and has taken already.
-    instead : what to do instead of giving some others.
 
     Raises
     ------
-    TypeError : naming the first unknown keyword, where it came in, and what to do instead or the
-        likeliest known one.
+    TypeError : naming the first unknown keyword, where it came in, and the likeliest known one.
     """
     for name in given:
         if name not in known:
             expected = sorted({*known, *others})
-            what = f"{did_you_mean(name, expected)}; known are {', '.join(expected)}"
-            what = f": {instead[name]}" if name in instead else what
-            raise TypeError(f"{where} got an unknown keyword {name!r}{what}")
+            raise TypeError(
+                f"{where} got an unknown keyword {name!r}{did_you_mean(name, expected)}; known are "
+                f"{', '.join(expected)}"
+            )
 
 
 def did_you_mean(value: Any, known: Collection[str]) -> str:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import os
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, get_args, get_origin
@@ -64,7 +64,7 @@ def _check(value: Any, kind: Any, where: str) -> None:
     if base is Any:
         return
     if base is float:
-        fits = isinstance(value, int | float) and _is_finite(value)
+        fits = isinstance(value, int | float) and abs(value) <= sys.float_info.max
     else:
         fits = isinstance(value, base)
     if not fits or (isinstance(value, bool) and base is not bool):
@@ -76,10 +76,3 @@ def _check(value: Any, kind: Any, where: str) -> None:
     elif parts and base is dict:
         for name, each in value.items():
             _check(each, parts[1], f"{where}.{name}")
-
-
-def _is_finite(value: float) -> bool:
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # an integer that no float can hold
-        return False

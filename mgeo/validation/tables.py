@@ -47,12 +47,6 @@ class Table(BaseModel):
             if key not in known:
                 expected = f"expected {', '.join(known)}{did_you_mean(key, known)}"
                 raise PydanticCustomError("key", f"{key!s:.80} is unknown: {expected}")
-        required = [k for k in known if cls.model_fields[k].is_required()]
-        for key in required:
-            if key not in data:
-                *others, last = required
-                expected = f"the keys {', '.join(others)} and {last}" if others else "this key"
-                raise PydanticCustomError("key", f"{key} is missing: expected {expected}")
         return data
 
 
@@ -79,6 +73,8 @@ def _in_words(caught: ValidationError) -> str:
     error = caught.errors()[0]
     places = (f"[{key}]" if isinstance(key, int) else f".{key}" for key in error["loc"])
     where = "".join(places).lstrip(".")
+    if error["type"] == "missing":
+        return f"{where} is missing"
     if error["type"] == "key":
         return f"{where}.{error['msg']}".lstrip(".")
     if error["type"] == "value_error":  # of functions whose messages name key and value

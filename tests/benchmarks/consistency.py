@@ -134,8 +134,8 @@ def run(case: Case) -> dict[str, Any]:
         "seconds": round(seconds, 1),
         "t_end": result.t_end,
         "nees_first_300s": float(result.nees[:, first].mean() / result.n_states),
-        "passed": report.passed,
-        "criteria": {c.name: [c.value, c.low, c.high] for c in report.criteria},
+        "passed": bool(report["passed"].all()),
+        "criteria": report[["value", "low", "high"]].T.to_dict("list"),
         "ratio_at_t_end": [
             float(extreme) for extreme in np.quantile(result.table()["ratio"], (0.0, 1.0))
         ],

@@ -1,8 +1,9 @@
 """One run of an algorithm on a problem, in a line."""
 
-from mgeo.runs.solve import follow, set_up
+from mgeo.runs.operators import set_up
+from mgeo.runs.solve import State
 
 
-def solve(problem, algorithm, evaluations, seed, callback=None, persistence=None):
+def solve(problem, algorithm, evaluations, seed, callback=None, max_time=None):
     ready = set_up(problem, algorithm, evaluations, seed)
-    return follow(problem, ready, evaluations, callback, persistence)
+    return State(problem, ready, evaluations, callback, max_time=max_time).run()

@@ -77,8 +77,8 @@ class Outer(Table):
     [
         ({"parts": [{"size": "1"}]}, "parts[0].size = '1': expected a finite number"),
         ({"parts": [{"siz": 1}]}, "parts[0].siz is unknown: expected size; did you mean 'size'?"),
-        ({"parts": [{}]}, "parts[0].size is missing: expected this key"),
-        ({}, "parts is missing: expected this key"),
+        ({"parts": [{}]}, "parts[0].size is missing"),
+        ({}, "parts is missing"),
         ({"parts": 3}, "parts = 3: expected a list"),
     ],
 )

@@ -25,13 +25,3 @@ def test_a_link_at_a_guessed_name_is_not_written_through(tmp_path, monkeypatch):
     with pytest.raises(FileExistsError):
         write(tmp_path / "a")
     assert precious.read_text() == "old"
-
-
-def test_a_link_at_the_name_itself_is_replaced_and_not_followed(tmp_path):
-    precious = tmp_path / "precious"
-    precious.write_text("old")
-    (tmp_path / "a").symlink_to(precious)
-    write(tmp_path / "a")
-    assert precious.read_text() == "old"
-    assert (tmp_path / "a").read_text() == "new"
-    assert not (tmp_path / "a").is_symlink()

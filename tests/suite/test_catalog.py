@@ -1,7 +1,6 @@
 """The catalog: what is in ours, and what is said of one that is not right."""
 
 import copy
-import re
 from pathlib import Path
 
 import mgeo_suite.catalog
@@ -9,17 +8,6 @@ import pytest
 from mgeo_suite import Catalog
 
 TEXT = Path(mgeo_suite.catalog.__file__).with_name("catalog.toml").read_text(encoding="utf-8")
-
-
-def test_every_figure_of_ours_says_where_it_is_from():
-    figures = re.findall(r"^(\w+) = [\d.e-]+(.*)$", TEXT, re.MULTILINE)
-    assert len(figures) > 60
-    for key, comment in figures:
-        assert re.match(r" # \S", comment), key
-    for section in ("gyros", "magnetometers", "sun_sensors", "star_trackers"):
-        for grade in getattr(Catalog.default(), section):
-            source = grade.entry.source
-            assert source == "typical" or "https://" in source or "http://" in source
 
 
 def test_better_grades_of_ours_cost_more():
@@ -52,17 +40,10 @@ def changed(table, place, value):
     [
         (("gyroes",), [], r"gyroes: unknown key; did you mean 'gyros'"),
         (("gyros",), None, r"gyros = \[\]: expected at least one entry \[\[gyros\]\]"),
-        (("magnetometers",), [], "magnetometers = .*at least one entry"),
-        (("gyros",), {"name": "x"}, r"gyros = .*expected entries \[\[gyros\]\]"),
-        (("gyros", 0, "price"), 3.0, r"gyros\[0\]\.price: unknown key; did you mean 'price_keur'"),
         (("gyros", 1, "mass_g"), None, r"gyros\[1\]\.mass_g: missing; expected a number >= 0 \[g"),
-        (("gyros", 1, "mass_g"), -1.0, r"gyros\[1\]\.mass_g = -1\.0: expected a number >= 0 \[g"),
         (("gyros", 1, "mass_g"), "5 g", r"gyros\[1\]\.mass_g = '5 g': expected a number"),
         (("gyros", 1, "name"), "poor", r"gyros\[1\]\.name = 'poor': expected a name other than"),
         (("sun_sensors", 0, "name"), "none", r"sun_sensors\[0\]\.name = 'none': expected a name"),
-        (("gyros", 0, "source"), None, r"gyros\[0\]\.source: missing"),
-        (("gyros", 0, "noise_nt"), 1.0, r"gyros\[0\]\.noise_nt: unknown key"),
-        (("sun_sensors", 0, "boresight"), [1, 0, 0], r"sun_sensors\[0\]\.boresight: unknown key"),
         (
             ("sun_sensors", 1, "half_angle_deg"),
             180.0,
@@ -78,13 +59,7 @@ def changed(table, place, value):
             20.0,
             r"sun_sensors\[1\], its sample_interval, = 20\.0: expected None, as sun_sensors\[0\]",
         ),
-        (
-            ("gyros", 1, "initial_scale_factor"),
-            1e-3,
-            r"gyros\[1\], its states, = \['bias', 'scale_factor'\]: expected \['bias'\], as",
-        ),
         (("faces",), ["+x", "up"], r"faces = \['\+x', 'up'\]: expected a list of '\+x', '-x'"),
-        (("faces",), ["+x", "+x"], "faces = .*each once"),
     ],
 )
 def test_what_is_wrong_is_named(table, place, value, message):

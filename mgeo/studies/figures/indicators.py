@@ -78,11 +78,9 @@ def boxes_figure(comparison: Comparison) -> go.Figure:
                 marker={"color": look.color, "size": 4, "opacity": 0.7},
                 line={"width": 1.2},
                 fillcolor=look.faint(0.2),
-                hovertext=[
-                    f"<b>{literal(name)}</b>, seed {seed}<br>{indicator.title}: {value:.5g}"
-                    for seed, value in zip(rows["seed"][shown], values[shown], strict=True)
-                ],
-                hoverinfo="text",
+                customdata=rows["seed"][shown],
+                hovertemplate=f"<b>{literal(name)}</b>, seed %{{customdata}}<br>{indicator.title}: "
+                "%{x:.5g}<extra></extra>",
                 hoveron="points",
                 showlegend=False,
             )
@@ -105,11 +103,10 @@ def boxes_figure(comparison: Comparison) -> go.Figure:
 def _curve(name: str, look: Look, x: FloatArray, values: FloatArray) -> list[go.Scatter]:
     mean = values.mean(axis=0)
     low, high = bootstrap_band(values)
-    texts = [
-        f"<b>{literal(name)}</b><br>after {n:,} evaluations<br>mean of {len(values)} runs: {m:.5g}"
-        f"<br>95 % interval: {a:.5g} to {b:.5g}"
-        for n, m, a, b in zip(x, mean, low, high, strict=True)
-    ]
+    hover = (
+        f"<b>{literal(name)}</b><br>after %{{x:,d}} evaluations<br>mean of {len(values)} runs: "
+        "%{y:.5g}<br>95 % interval: %{customdata[0]:.5g} to %{customdata[1]:.5g}<extra></extra>"
+    )
     band = go.Scatter(
         x=np.concatenate([x, x[::-1]]),
         y=np.concatenate([high, low[::-1]]),
@@ -127,8 +124,8 @@ def _curve(name: str, look: Look, x: FloatArray, values: FloatArray) -> list[go.
         name=literal(name),
         legendgroup=name,
         line={"color": look.color, "dash": look.dash, "width": 2},
-        hovertext=texts,
-        hoverinfo="text",
+        customdata=np.column_stack([low, high]),
+        hovertemplate=hover,
     )
     return [band, line]
 
@@ -165,8 +162,8 @@ def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...]) -> go.Figure:
             mode="lines+markers",
             line={"width": 1, "color": look.faint(0.5)},
             marker={"size": [0, 12], "color": look.color, "symbol": look.symbol, "opacity": 1},
-            hovertext=f"<b>{literal(name)}</b><br>average rank {rank:.3f} over {over}",
-            hoverinfo="text",
+            hovertemplate=f"<b>{literal(name)}</b><br>average rank %{{x:.3f}} over {over}"
+            "<extra></extra>",
         )
     k = len(names)
     figure.update_xaxes(title="average rank (1 is the best)", range=[0.8, k + 0.2], dtick=1)

@@ -6,7 +6,6 @@ import copy
 import dataclasses
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
-from importlib import import_module
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -185,11 +184,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
     def flights(self) -> FlightSamples | None:
         """Flights over which plans are judged; None if they are flown exactly."""
         errors = self.scenario.flight
-        return None if errors is None else self.flights_of(errors)
-
-    def flights_of(self, errors: FlightErrors) -> FlightSamples:
-        """Flights drawn of other errors than the scenario's."""
-        return FlightSamples(self.scenario, self.model, errors)
+        return None if errors is None else FlightSamples(self.scenario, self.model, errors)
 
     def at_stage(self, stage: int) -> AttitudeManeuverProblem:
         """The problem as a stage of a search judges it, from 0; see `mgeo.MGEOStaged`.
@@ -258,9 +253,10 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     def document_of(self, x: ArrayLike) -> dict[str, Any]:
         """A plan's file of a design, shape (n_var,), as JSON values; see `plan.to_json`."""
-        files = import_module("mgeo_attitude.plan.files")  # plans are above: they know the problem
-        document: dict[str, Any] = files.document(files.ManeuverPlan.from_design(self, x))
-        return document
+        from mgeo_attitude.plan.files import document
+        from mgeo_attitude.plan.plan import ManeuverPlan
+
+        return document(ManeuverPlan.from_design(self, x))
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:

@@ -5,12 +5,14 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mgeo_calibration.calibration.alone import StrengthCalibration, calibrate_alone
     from mgeo_calibration.calibration.calibration import Calibration
+    from mgeo_calibration.calibration.diagnosis import CannotCalibrate
     from mgeo_calibration.calibration.from_telemetry import calibrate
-    from mgeo_calibration.calibration.refused import CannotCalibrate
+    from mgeo_calibration.calibration.strength_calibration import (
+        StrengthCalibration,
+        calibrate_alone,
+    )
     from mgeo_calibration.flight.own import fly
-    from mgeo_calibration.simulation.calibrations import simulate_calibrations
     from mgeo_calibration.simulation.filter import Estimator
     from mgeo_calibration.simulation.flights import simulate
     from mgeo_calibration.simulation.monte_carlo import MonteCarlo, consistency
@@ -34,7 +36,6 @@ __all__ = [
     "fly",
     "read_telemetry",
     "simulate",
-    "simulate_calibrations",
     "verify",
 ]
 
@@ -42,20 +43,19 @@ __all__ = [
 #: line starts quickly.
 _MODULES = {
     "Calibration": "mgeo_calibration.calibration.calibration",
-    "CannotCalibrate": "mgeo_calibration.calibration.refused",
+    "CannotCalibrate": "mgeo_calibration.calibration.diagnosis",
     "Estimator": "mgeo_calibration.simulation.filter",
     "MonteCarlo": "mgeo_calibration.simulation.monte_carlo",
-    "StrengthCalibration": "mgeo_calibration.calibration.alone",
+    "StrengthCalibration": "mgeo_calibration.calibration.strength_calibration",
     "Telemetry": "mgeo_calibration.telemetry.telemetry",
     "TelemetryMapping": "mgeo_calibration.telemetry.mapping",
     "Verification": "mgeo_calibration.verification",
     "calibrate": "mgeo_calibration.calibration.from_telemetry",
-    "calibrate_alone": "mgeo_calibration.calibration.alone",
+    "calibrate_alone": "mgeo_calibration.calibration.strength_calibration",
     "consistency": "mgeo_calibration.simulation.monte_carlo",
     "fly": "mgeo_calibration.flight.own",
     "read_telemetry": "mgeo_calibration.telemetry.reading",
     "simulate": "mgeo_calibration.simulation.flights",
-    "simulate_calibrations": "mgeo_calibration.simulation.calibrations",
     "verify": "mgeo_calibration.verification",
 }
 

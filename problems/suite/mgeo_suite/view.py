@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
-from mgeo_attitude import Scenario
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.constraints import constraints
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
@@ -15,27 +14,17 @@ from numpy.typing import ArrayLike
 
 from mgeo.plugins.view import View
 from mgeo_suite.catalog import NONE
-from mgeo_suite.suites import SuiteModels
 
 if TYPE_CHECKING:
     import pandas as pd
     import plotly.graph_objects as go
     from mgeo_attitude import Evaluation
 
+    from mgeo_suite.problem import SensorSuiteProblem
+
 #: Accuracies [deg] of which a front's least price is told.
 BUDGETED_DEG = (1.0, 0.1, 0.03)
 _TOGETHER = 50  # histories held in memory at once
-
-
-class SuiteProblem(Protocol):
-    """A problem whose designs are a suite of sensors each, and maneuvers of one scenario."""
-
-    scenario: Scenario
-    suites: SuiteModels
-    objectives: tuple[str, ...]
-
-    def split(self, X: ArrayLike) -> tuple[Ints, Floats]: ...
-    def evaluation(self, X: ArrayLike, history: bool = False) -> Evaluation: ...
 
 
 class SuiteView(View):
@@ -44,7 +33,7 @@ class SuiteView(View):
     See `mgeo.View`.
     """
 
-    problem: SuiteProblem
+    problem: SensorSuiteProblem
 
     @cached_property
     def choices(self) -> Ints:
@@ -144,7 +133,7 @@ class SuiteView(View):
         }
 
 
-def conclusions(problem: SuiteProblem, X: ArrayLike, F: Floats, budgets: Floats) -> list[str]:
+def conclusions(problem: SensorSuiteProblem, X: ArrayLike, F: Floats, budgets: Floats) -> list[str]:
     """What a front of price against accuracy says, in sentences.
 
     For each budget [kEUR] the best suite within it; and for each of the accuracies `BUDGETED_DEG`

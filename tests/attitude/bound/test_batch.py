@@ -8,7 +8,7 @@ from mgeo_attitude import FilterModel, Scenario, evaluate
 from mgeo_attitude.bound.assembly import limit
 from scipy.spatial.transform import Rotation
 
-from ..filter.suites import FAST, SUITES, of_suites
+from ..filter.suites import SUITES
 from .batch import mean_covariance
 
 #: What a sample tells of a delay depends on the rate: there is no limit with one, nor with what
@@ -17,13 +17,6 @@ LIMITED = [
     name
     for name, suite in SUITES.items()
     if not any(s.delay() for s in suite.sensors) and not suite.gyro.influences
-]
-#: Of a thousand rotations; the others say the same of more states.
-OFTEN = ("paper", "considered", "oblique star tracker")
-OF_MANY = [
-    name if name in OFTEN else pytest.param(name, marks=pytest.mark.campaign)
-    for name in FAST
-    if name in LIMITED
 ]
 #: Rotations of a cube: their mean of a vector is zero, and of a matrix the share of its trace.
 CUBE = Rotation.create_group("O").as_matrix()
@@ -72,9 +65,9 @@ def compare(name, rotations):
     }, found
 
 
-@pytest.mark.cases(0, 3)
+@pytest.mark.slow
 @pytest.mark.usefixtures("any_attitude")
-@pytest.mark.parametrize("name", of_suites(LIMITED))
+@pytest.mark.parametrize("name", LIMITED)
 def test_the_limit_is_the_mean_information_over_a_cube(name):
     ratios, found = compare(name, CUBE)
     varies = SUITES[name].processes
@@ -90,9 +83,9 @@ def test_the_limit_is_the_mean_information_over_a_cube(name):
             assert ratio == pytest.approx(1.0, rel=1e-9), block
 
 
-@pytest.mark.cases(0, 1)
+@pytest.mark.slow
 @pytest.mark.usefixtures("any_attitude")
-@pytest.mark.parametrize("name", OF_MANY)
+@pytest.mark.parametrize("name", ["paper", "considered"])
 def test_the_limit_is_not_above_the_mean_information_over_random_rotations(name):
     rotations = Rotation.random(1000, random_state=1).as_matrix()
     ratios, found = compare(name, rotations)
@@ -101,8 +94,7 @@ def test_the_limit_is_not_above_the_mean_information_over_random_rotations(name)
         assert ratio > 0.9 or found.given_away or SUITES[name].processes, block
 
 
-@pytest.mark.cases(2)
-@pytest.mark.parametrize("name", ["paper", "full gyro", "varying errors", "star tracker"])
+@pytest.mark.parametrize("name", ["paper", "full gyro"])
 def test_the_slow_one_has_the_covariance_of_the_kernel(name):
     _, model = of_suite(name)
     plan = np.degrees(np.append(RATE, np.radians(300.0)))[None]

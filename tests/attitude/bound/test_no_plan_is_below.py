@@ -16,10 +16,9 @@ ALL["photodiodes.toml"] = without_albedo(ALL["photodiodes.toml"])
 
 
 #: Each other has a kernel of its own to compile.
-FAST = ("paper", "cubesat_6u", "limits.toml", "iss.toml")
+FAST = ("paper", "cubesat_6u")
 
 
-@pytest.mark.cases(2, 12)
 @pytest.mark.parametrize(
     "name", [n if n in FAST else pytest.param(n, marks=pytest.mark.slow) for n in ALL]
 )

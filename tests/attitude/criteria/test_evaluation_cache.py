@@ -1,8 +1,6 @@
 """Designs of the batch before are looked up, not run."""
 
 import dataclasses
-import pickle
-from copy import deepcopy
 
 import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
@@ -30,14 +28,6 @@ def test_only_what_the_batch_before_had_not_is_run():
         np.testing.assert_array_equal(cache.complete(designs, run), 10.0 * designs)
         assert runs == ran
         runs.clear()
-
-
-def test_a_copy_knows_nothing():
-    cache, designs = EvaluationCache(), np.ones((2, 1))
-    cache.complete(designs, np.copy)
-    np.testing.assert_array_equal(cache.complete(designs, np.zeros_like), designs)
-    for copy in (pickle.loads(pickle.dumps(cache)), deepcopy(cache)):
-        np.testing.assert_array_equal(copy.complete(designs, np.zeros_like), 0.0 * designs)
 
 
 def test_values_of_a_problem_with_limits_do_not_depend_on_what_was_run_before(monkeypatch):

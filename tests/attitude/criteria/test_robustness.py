@@ -236,13 +236,16 @@ def test_promises_are_those_of_the_plan_and_of_other_flights():
     np.testing.assert_array_equal(table.filter(regex="^promised"), own)
     np.testing.assert_array_equal(table.filter(regex="^kept (?!/)"), kept)
     np.testing.assert_allclose(table.filter(regex="^kept /"), kept / own)
-    many = problem.view(X).promises(flights=40, seed=5)  # more than are drawn at once
-    others = dataclasses.replace(of, flight=FlightErrors(count=40, seed=5))
-    kept = AttitudeManeuverProblem(others).evaluate(X, return_values_of=["F"])
-    np.testing.assert_array_equal(many.filter(regex="^kept (?!/)"), kept)
 
 
-@pytest.mark.parametrize(("stage", "flights"), [(0, None), (1, 3), (2, 8), (7, 8)])
+@pytest.mark.parametrize(
+    ("stage", "flights"),
+    [
+        (0, None),
+        (1, 3),
+        (2, 8),
+    ],
+)
 def test_a_stage_of_a_search_has_as_many_flights_as_it_says(stage, flights):
     X = designs(3)
     problem = AttitudeManeuverProblem(scenario(count=8, grow=(0, 3)))

@@ -45,8 +45,6 @@ def test_a_slew_back_has_to_be_over_too():
     ("windows", "key", "words"),
     [
         ([LATER], "epoch", "a start in one of the windows, 2018-06-05T06:00:00Z"),
-        ([OPEN | {"end": "2018-06-05T00:00:30Z"}], "windows[0].end", "60 s or more"),
-        ([OPEN | {"end": "2018-06-04T23:00:00Z"}], "windows[0].end", "later than start"),
         ([OPEN | {"start": "2018-06-04T23:50:00"}], "windows[0].start", "a UTC offset"),
     ],
 )

@@ -23,13 +23,6 @@ def test_from_far_it_is_the_phase_function_of_a_lambert_sphere():
     np.testing.assert_allclose(found[:, :2], 0.0, atol=1e-14)
 
 
-def test_on_the_ground_it_is_a_lambert_plane_below():
-    zenith = np.radians([0.0, 45.0, 80.0, 100.0])
-    found = earthlight(np.tile(EARTH_RADIUS * UP, (4, 1)), sun_at(zenith))
-    np.testing.assert_allclose(-found[:, 2], np.maximum(np.cos(zenith), 0.0), atol=1e-12)
-    np.testing.assert_allclose(found[:, :2], 0.0, atol=1e-12)
-
-
 @pytest.mark.parametrize("height", [400e3, 750e3, 20_000e3])
 def test_in_orbit_it_is_the_sum_over_the_lit_and_visible_surface(height):
     """Bhanderi & Bak's cells, small enough: 600 by 1200 of them."""

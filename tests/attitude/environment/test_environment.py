@@ -17,7 +17,6 @@ from mgeo_attitude.environment.times import instants
 from mgeo_attitude.scenario import Convergence, Scenario, TLEOrbit
 
 EPOCH = datetime(2020, 6, 19, 21, 30, tzinfo=UTC)  # the run passes midnight
-TABLES = ("times", "position", "velocity", "sun", "field", "sunlit")
 
 
 @pytest.fixture(scope="module")
@@ -80,8 +79,6 @@ def test_orbit_by_an_element_set(scenario: Scenario) -> None:
     ("changes", "message"),
     [
         ({"epoch": EPOCH + timedelta(days=1)}, r"epoch = '2020-06-19T21:30:00Z': .*'2020-06-20T"),
-        ({"duration": 6000.0}, r"duration = 12000\.0: expected the scenario's 6000\.0"),
-        ({"step": 10.0}, r"step = 20\.0: expected the scenario's 10\.0"),
         (
             {"orbit": dataclasses.replace(Scenario.paper().orbit, raan_deg=1.5)},
             r"orbit\.raan_deg = 230\.297: expected the scenario's 1\.5",
@@ -93,13 +90,6 @@ def test_it_is_of_no_other_scenario(
 ) -> None:
     with pytest.raises(ValueError, match=rf"^environment\.{message}"):
         FilterModel.from_scenario(dataclasses.replace(scenario, **changes), environment)
-
-
-def test_it_is_of_every_scenario_of_the_same_orbit(
-    scenario: Scenario, environment: Environment
-) -> None:
-    other = dataclasses.replace(Scenario.cubesat_6u(), epoch=EPOCH, step=20.0, duration=12000.0)
-    assert FilterModel.from_scenario(other, environment).n_steps == scenario.n_steps
 
 
 def test_tables_of_ones_own_need_the_scenarios_times(scenario: Scenario) -> None:
@@ -124,17 +114,18 @@ def tables() -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "error", "message"),
+    ("name", "value", "message"),
     [
-        ("position", np.ones((3, 3)), ValueError, r"position: .*shape \(2, 3\), not \(3, 3\)"),
-        ("velocity", np.full((2, 3), np.nan), ValueError, "velocity: expected finite"),
-        ("times", [1.0, 1.0], ValueError, "times: .*increasing"),
-        ("sun", np.ones((2, 3)), ValueError, "sun: expected unit vectors"),
-        ("sunlit", [1, 0], TypeError, r"sunlit: expected bool, not int\d+"),
+        (
+            "position",
+            np.ones((3, 3)),
+            r"position: .*shape \(2, 3\) of finite numbers",
+        ),
+        ("velocity", np.full((2, 3), np.nan), "velocity: expected .* finite"),
+        ("times", [1.0, 1.0], "times: .*increasing"),
+        ("sun", np.ones((2, 3)), "sun: expected unit vectors"),
     ],
 )
-def test_bad_tables_are_refused(
-    name: str, value: Any, error: type[Exception], message: str
-) -> None:
-    with pytest.raises(error, match=message):
+def test_bad_tables_are_refused(name: str, value: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         Environment(**{**tables(), name: value})

@@ -104,21 +104,15 @@ def test_a_fixed_attitude_is_the_same_in_both_words(at: Place) -> None:
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"pointing": "down"}, "pointing = 'down': expected one of 'inertial', 'nadir'"),
         ({"clock_deg": 5}, "clock_deg = 5.0: expected nothing with pointing = 'inertial'"),
         (
             {"pointing": "sun", "quaternion": (0, 0, 0, 1)},
             "quaternion = (0.0, 0.0, 0.0, 1.0): expected nothing with pointing = 'sun'",
         ),
-        ({"quaternion": (1, 0, 0, 1)}, "quaternion = (1.0, 0.0, 0.0, 1.0): expected a length of 1"),
         (
             {"axes": ((1, 0, 0), (0, 1, 0), (0, 0, -1))},
             "axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0)): expected three "
             "right-handed unit vectors",
-        ),
-        (
-            {"axes": ((1, 0, 0), (0, 1, 0), (0, 0, 1)), "quaternion": (0, 0, 0, 1)},
-            "axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)): expected nothing beside",
         ),
     ],
 )

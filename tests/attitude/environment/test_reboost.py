@@ -10,7 +10,6 @@ import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.environment.thrust import find_thrust
 from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile, TLEOrbit
-from mgeo_attitude.settings.errors import InvalidValue
 
 from .integration import integrated
 
@@ -39,21 +38,6 @@ def test_a_run_with_the_maneuver_is_refused(tmp_path: Path, epoch: datetime) -> 
         ValueError, match=r"orbit\.file = .*: a maneuver, .* from 2023-07-04T21:17:00"
     ):
         Scenario.from_toml(path)
-
-
-def test_the_refusal_tells_what_to_do() -> None:
-    with pytest.raises(InvalidValue) as caught:
-        orbit_of(START - timedelta(minutes=47), 7200.0)
-    message = str(caught.value)
-    assert "from 2023-07-04T21:17:00.000Z to 2023-07-04T21:35:52.102Z (0.0017 m/s²" in message
-    assert message.endswith("Begin after it, or cut the file before it and shorten the run")
-
-
-def test_no_sample_of_the_thrust_is_used_beside_it() -> None:
-    before = orbit_of(START - timedelta(hours=1), 3600.0)
-    assert before.times[-1] == 3600.0
-    after = orbit_of(END, 4200.0)
-    assert after.times[0] == 0.0
 
 
 def test_from_the_end_of_thrust_on_it_is_the_motion_of_a_free_body() -> None:

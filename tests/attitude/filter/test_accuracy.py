@@ -19,17 +19,6 @@ def test_it_is_the_longest_axis_of_the_ellipsoid_however_that_lies():
     assert body.min() < 0.25  # the worst body axis hides a fifth of it
 
 
-@pytest.mark.slow
-def test_it_is_the_greatest_spread_of_drawn_errors_along_any_axis():
-    rng = np.random.default_rng(2)
-    root = np.radians(rng.normal(size=(3, 3)))
-    errors = np.degrees(rng.normal(size=(200_000, 3)) @ root.T)
-    axes = rng.normal(size=(2_000, 3))
-    axes /= np.linalg.norm(axes, axis=1)[:, None]
-    greatest = max((errors @ axis).std() for axis in axes)
-    assert attitude_accuracy_deg(root @ root.T) == pytest.approx(greatest, rel=5e-3)
-
-
 def test_a_lost_covariance_has_none():
     lost = np.full((2, 6, 6), np.nan)
     lost[1] = np.eye(6)

@@ -21,7 +21,7 @@ def test_random_designs_agree(paper):
     assert_agrees(paper, designs(np.random.default_rng(2), COUNT))
 
 
-@pytest.mark.cases(0, 10)
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SUITES)
 def test_every_suite_agrees(name, short):
     suite = SUITES[name]

@@ -12,15 +12,11 @@ from mgeo_attitude import (
     Magnetometer,
     Scenario,
     Suite,
-    SunSensor,
     TwoAxisSunSensor,
-    evaluate,
-    limit,
 )
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.geometry.rotation import skew, tangents
 from mgeo_attitude.sensors.world import POSITION_UNIT
-from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
 
 V = Rotation.random(20, random_state=1).as_matrix()[:, 0]
@@ -60,34 +56,6 @@ def test_a_sample_tells_nothing_along_the_direction(kind):
     np.testing.assert_allclose(information[:, attitude, bias], turned, atol=1e-9 / r[0] ** 2)
 
 
-@pytest.mark.slow
-def test_a_third_of_what_three_numbers_tell_of_a_bias_is_not_there():
-    """At rest, with all else known: the part along the Sun stays what it was."""
-    known = {"initial_misalignment_deg": 1e-6, "noise_deg": 1.0}
-    found = {}
-    for sun in (SunSensor(**known), TwoAxisSunSensor(**known)):
-        model = FilterModel.from_scenario(
-            scenario(
-                sun, Magnetometer(initial_bias_nt=1e-3, initial_misalignment_deg=1e-6, noise_nt=1.0)
-            )
-        )
-        P = evaluate(model.endless, np.zeros(12), covariance=True).covariance[0]
-        first, v = 3 * model.suite.blocks.index("sun.bias"), model.references[-1, 0]
-        found[sun.kind] = v @ P[first : first + 3, first : first + 3] @ v
-    assert found["two-axis-sun-sensor"] == pytest.approx(0.02**2, rel=1e-3)
-    assert found["sun-sensor"] < 1e-3 * found["two-axis-sun-sensor"]
-
-
-@pytest.mark.slow
-def test_no_plan_is_below_the_limit():
-    of = scenario(TwoAxisSunSensor(), HorizonSensor(), Magnetometer())
-    bound = limit(of)
-    X = np.random.default_rng(2).uniform(-1.0, 1.0, (20, 12))
-    X[:, 3::4] = np.random.default_rng(3).uniform(0.0, 900.0, (20, 3))
-    found = evaluate(FilterModel.from_scenario(of), X)
-    assert (found.trace > np.interp(found.t_end, bound.times, bound.trace)).all()
-
-
 def test_nadir_is_another_where_the_satellite_is_not_as_believed():
     """Against the position itself, moved by 100 m along each axis of GCRS."""
     of = scenario(HorizonSensor(), Magnetometer())
@@ -125,18 +93,3 @@ def test_the_sun_and_an_earth_out_of_sight_blind_it():
     dark = ~sun.any(axis=1)
     assert 0 < dark.sum() < len(dark)
     np.testing.assert_array_equal(seen, (to_nadir <= 60.0) & (dark | (to_sun > 50.0)))
-
-
-@pytest.mark.parametrize(
-    ("keys", "message"),
-    [
-        ({"boresight": (0.0, 0.0, 0.0)}, "expected a direction, not zero"),
-        (
-            {"lowest_altitude_km": 400.0, "highest_altitude_km": 300.0},
-            "expected more than lowest_altitude_km = 400.0",
-        ),
-    ],
-)
-def test_what_a_horizon_sensor_cannot_be(keys, message):
-    with pytest.raises(InvalidValue, match=message):
-        HorizonSensor(**keys)

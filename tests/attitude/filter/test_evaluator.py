@@ -1,8 +1,6 @@
 """The compiled kernel against the filterpy reference."""
 
 import dataclasses
-import pickle
-from datetime import UTC, datetime
 
 import numpy as np
 import pydantic.dataclasses
@@ -25,18 +23,6 @@ def test_any_number_of_maneuvers_agrees(count, short):
     X = np.tile(rng.uniform(-1.0, 1.0, (10, 4)), count)
     X[:, 3::4] = rng.uniform(0.0, 900.0 / count, (10, count))
     assert_agrees(FilterModel.from_scenario(short), X)
-
-
-@pytest.mark.slow
-def test_eclipse_agrees(short):
-    """A run that begins in the shadow and leaves it."""
-    scenario = dataclasses.replace(
-        short, eclipse=True, epoch=datetime(2018, 6, 5, 0, 35, tzinfo=UTC)
-    )
-    model = FilterModel.from_scenario(scenario)
-    assert model.available.any(axis=0).all()
-    assert model.gated == (True, False)
-    assert_agrees(model, designs(np.random.default_rng(4), 20, max_duration=300.0))
 
 
 def test_ramps_shorter_than_a_step_agree(short):
@@ -76,11 +62,6 @@ def test_a_sensor_of_ones_own_needs_nothing_but_its_declaration(short):
     model = FilterModel.from_scenario(dataclasses.replace(short, sensors=sensors))
     assert model.suite.blocks[2] == "earth.bias"
     assert_agrees(model, designs(np.random.default_rng(12), 20, 300.0))
-
-
-def test_weighted_trace_agrees(short):
-    scenario = dataclasses.replace(short, trace_weights={"attitude": 0.0, "gyro.bias": 1e6})
-    assert_agrees(FilterModel.from_scenario(scenario), designs(np.random.default_rng(5), 5, 300.0))
 
 
 def test_result_does_not_depend_on_batch_order_or_threads(paper):
@@ -128,12 +109,6 @@ def test_lost_positivity_is_reported_not_optimized_upon(paper):
 def test_empty_batch(paper):
     result = evaluate(paper, np.empty((0, 12)))
     assert result.t_end.shape == result.trace.shape == (0,)
-
-
-def test_model_survives_pickling(paper):
-    copy = pickle.loads(pickle.dumps(paper))
-    X = designs(np.random.default_rng(11), 3)
-    np.testing.assert_array_equal(evaluate(copy, X).trace, evaluate(paper, X).trace)
 
 
 def test_threads_are_limited_by_the_variable_that_joblib_sets(monkeypatch):

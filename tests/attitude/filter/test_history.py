@@ -10,7 +10,7 @@ from mgeo_attitude.scenario import Convergence
 from .agreement import assert_same_history, designs, special_designs
 
 
-@pytest.mark.cases(0)
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", ["trace", "settling", "required"])
 def test_a_history_is_that_of_the_reference(rule, short):
     scenario = dataclasses.replace(

@@ -8,19 +8,13 @@ from mgeo_attitude import (
     AttitudeManeuverProblem,
     Environment,
     FilterModel,
-    Gyro,
     Influence,
     Magnetometer,
     NoLimit,
-    Photodiode,
     Scenario,
-    SunSensor,
-    agreement,
     evaluate,
     limit,
-    reference_run,
 )
-from mgeo_attitude.filter.error_budget import error_budget
 from mgeo_attitude.scenario import Channel
 from mgeo_attitude.settings.errors import InvalidValue
 from scipy.integrate import solve_ivp
@@ -78,21 +72,6 @@ def test_the_gyro_counts_the_mean_of_a_step_and_a_sensor_its_sample():
 
 
 @pytest.mark.slow
-def test_kernel_and_filterpy_agree_and_the_budget_adds_up():
-    of = scenario(
-        (Influence("temp", 1e-3, "degC", 20.0),),
-        (Influence("current", 2000.0, "A"), Influence("temp", 20.0, "degC", 20.0)),
-    )
-    model = FilterModel.from_scenario(of)
-    found = agreement(model, DESIGN)
-    assert found.same_end
-    assert found.difference < 1e-9
-    run = reference_run(model, DESIGN)
-    total = error_budget(model, DESIGN, run.t_end).variances.sum(axis=0)
-    np.testing.assert_allclose(total, run.sigma[-1] ** 2, rtol=1e-9)
-
-
-@pytest.mark.slow
 def test_a_channel_that_rests_cannot_be_told_from_the_bias():
     """At one unit above its reference: the bias then is the sum of both."""
     still = Channel(name="temp", times=(0.0,), values=(21.0,))
@@ -121,19 +100,6 @@ def test_a_sensors_influence_has_a_limit_and_the_gyros_says_why_not():
         limit(scenario((Influence("temp", 1e-3),)))
 
 
-def test_a_file_says_it_and_its_units_follow():
-    of = scenario((Influence("temp", 1e-3, "degC", 20.0),), (Influence("current", 500.0, "A"),))
-    assert Scenario.from_toml(of.to_toml()) == of
-    assert Scenario.from_dict(of.to_dict()) == of
-    units = {block: unit.text for block, unit in of.suite.units.items()}
-    assert units["gyro.bias_per_temp"] == "deg/h per degC"
-    assert units["mag.bias_per_current"] == "nT per A"
-    sigma = of.suite.initial_sigma(0.1)
-    blocks = of.suite.blocks
-    assert sigma[3 * blocks.index("gyro.bias_per_temp")] == pytest.approx(np.radians(1e-3))
-    assert sigma[3 * blocks.index("mag.bias_per_current")] == pytest.approx(500.0 / 50_000.0)
-
-
 def test_an_influence_of_no_channel_is_refused_with_the_way_out():
     of = scenario(mag=(Influence("tmp", 1.0),))
     message = (
@@ -148,42 +114,3 @@ def test_an_influence_of_no_channel_is_refused_with_the_way_out():
         FilterModel.from_scenario(
             dataclasses.replace(scenario((Influence("tmp", 1.0),)), channels=())
         )
-
-
-@pytest.mark.parametrize(
-    ("keys", "message"),
-    [
-        ({}, "in_sunlight = None: expected a number, or a table"),
-        ({"in_sunlight": 1.0, "in_shadow": 0.0}, "time_constant = None"),
-        ({"times": (0.0, 1.0), "values": (1.0,)}, "values = .*expected as many as times: 2"),
-        ({"times": (1.0, 1.0), "values": (1.0, 2.0)}, "times = .*expected times that increase"),
-        (
-            {"times": (0.0,), "values": (1.0,), "in_shadow": 2.0},
-            "in_shadow = 2.0: expected nothing",
-        ),
-        ({"times": (0.0,), "values": (1.0,), "initial": 2.0}, "initial = 2.0: expected nothing"),
-        ({"name": "a b", "times": (0.0,), "values": (1.0,)}, "name = 'a b': expected letters"),
-    ],
-)
-def test_what_a_channel_cannot_be(keys, message):
-    with pytest.raises(InvalidValue, match=message):
-        Channel(**{"name": "temp", **keys})
-
-
-def test_two_channels_of_a_name_are_refused():
-    with pytest.raises(InvalidValue, match=r"channels\[1\]\.name = 'temp'"):
-        dataclasses.replace(scenario(), channels=(TEMP, TEMP))
-
-
-@pytest.mark.parametrize("owner", [Gyro, SunSensor])
-def test_an_influence_twice_is_refused(owner):
-    twice = (Influence("temp", 1.0), Influence("temp", 2.0))
-    with pytest.raises(InvalidValue, match=r"influences\[1\]\.channel = 'temp': expected each one"):
-        owner(influences=twice)
-
-
-def test_what_has_no_bias_has_nothing_that_follows():
-    with pytest.raises(InvalidValue, match=r"influences\[0\].*photodiode has no bias that follows"):
-        Photodiode(influences=(Influence("temp", 1.0),))
-    with pytest.raises(InvalidValue, match=r"initial_sigma = 0.0: expected a number > 0"):
-        Influence("temp", 0.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mgeo_attitude.filter.jobs import separate, shared
+from mgeo_attitude.filter.jobs import shared
 from mgeo_attitude.maneuvers.schedule import decode, maneuver_steps
 
 
@@ -82,23 +82,6 @@ def test_random_designs_share_nothing():
 def test_equal_designs_are_run_once():
     X = np.tile(np.linspace(0.1, 40.0, 12), (7, 1))
     assert len(check(X, n_steps=400).design) == 1
-
-
-def test_designs_may_lie_column_by_column():
-    X = np.random.default_rng(3).uniform(0.0, 30.0, (5, 4))
-    X[1] = X[0]
-    by_columns = check(np.asfortranarray(X), 40)
-    for one, other in zip(check(X, 40), by_columns, strict=True):
-        np.testing.assert_array_equal(one, other)
-
-
-def test_separate_jobs():
-    jobs = separate(np.array([0, 2, 1]))
-    assert jobs.design.tolist() == jobs.twin.tolist() == [0, 1, 2]
-    assert (jobs.begin == 0).all()
-    assert (jobs.end == -1).all()
-    assert jobs.parent.tolist() == [-1, -3, -2]
-    assert len(separate(np.empty(0, dtype=np.int64)).design) == 0
 
 
 def test_variants_of_the_model_share_nothing():

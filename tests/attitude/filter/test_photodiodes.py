@@ -6,20 +6,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from mgeo_attitude import (
-    FilterModel,
     Gyro,
     Magnetometer,
     NoLimit,
     Photodiode,
     Scenario,
     Suite,
-    SunSensor,
     World,
-    evaluate,
     limit,
 )
 from mgeo_attitude.bound.faces import together
-from mgeo_attitude.settings.errors import InvalidValue
 from scipy.spatial.transform import Rotation
 
 V = Rotation.random(20, random_state=1).as_matrix()[:, 0]
@@ -131,17 +127,6 @@ def test_all_faces_together_tell_no_more_than_the_bound_says():
     assert 1.0 < together(cube(relative_noise=1.0)) < 1.06
 
 
-@pytest.mark.slow
-def test_no_plan_is_below_the_limit():
-    of = scenario(*cube(sees_albedo=False), Magnetometer())
-    bound = limit(of)
-    X = np.random.default_rng(2).uniform(-1.0, 1.0, (20, 12))
-    X[:, 3::4] = np.random.default_rng(3).uniform(0.0, 900.0, (20, 3))
-    found = evaluate(FilterModel.from_scenario(of), X)
-    assert (found.trace > np.interp(found.t_end, bound.times, bound.trace)).all()
-    assert any("the Sun is where all together tell most" in line for line in bound.given_away)
-
-
 @pytest.mark.parametrize(
     ("keys", "world", "message"),
     [
@@ -152,38 +137,3 @@ def test_no_plan_is_below_the_limit():
 def test_where_there_is_no_limit_it_says_why(keys, world, message):
     with pytest.raises(NoLimit, match=message):
         limit(scenario(*cube(**keys), Magnetometer(), world=world))
-
-
-@pytest.mark.slow
-def test_a_known_array_knows_the_attitude_as_three_numbers_do():
-    """Of faces without errors, each lit whenever it can be: a Sun sensor of the same noise."""
-    known = {"initial_scale_factor": 1e-6, "initial_misalignment_deg": 1e-5}
-    mag = Magnetometer(initial_bias_nt=1.0, initial_misalignment_deg=1e-5)
-    sigma = {}
-    noise = float(np.degrees(0.02))
-    sun = SunSensor(noise_deg=noise, initial_bias=1e-6, initial_misalignment_deg=1e-5)
-    for what, sensors in {
-        "faces": cube(relative_noise=0.02, half_angle_deg=89.0, **known),
-        "vector": (sun,),
-    }.items():
-        model = FilterModel.from_scenario(scenario(*sensors, mag, eclipse=False))
-        P = evaluate(model.endless, np.zeros(12), covariance=True).covariance[0]
-        sigma[what] = np.sqrt(np.diag(P)[:3])
-    np.testing.assert_allclose(sigma["faces"], sigma["vector"], rtol=0.02)
-
-
-@pytest.mark.parametrize(
-    ("keys", "error", "message"),
-    [
-        ({"normal": (0.0, 0.0, 0.0)}, InvalidValue, "normal = .*expected a direction, not zero"),
-        ({"relative_noise": 0.0}, InvalidValue, "relative_noise = 0.0: expected a number > 0"),
-        ({"half_angle_deg": 90.0}, InvalidValue, r"half_angle_deg = 90.0: .* in \(0, 89\] \[deg\]"),
-        ({"initial_scale_factor": 0.0}, InvalidValue, "initial_scale_factor = 0.0"),
-        ({"normal": (1.0, 0.0)}, InvalidValue, "normal = .*expected a list of 3 x"),
-        ({"normal": "x"}, InvalidValue, "normal = 'x'"),
-        ({"considered": ("bias",)}, InvalidValue, "unknown state"),
-    ],
-)
-def test_what_a_photodiode_cannot_be(keys, error, message):
-    with pytest.raises(error, match=message):
-        Photodiode(**keys)

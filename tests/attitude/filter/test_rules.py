@@ -4,8 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
-from mgeo_attitude.scenario import Convergence
+from mgeo_attitude import FilterModel, evaluate, reference_run
 
 from .agreement import assert_agrees, designs
 
@@ -23,7 +22,7 @@ def X():
     return designs(np.random.default_rng(21), 16, max_duration=300.0)
 
 
-@pytest.mark.cases(0)
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", ["required", "settling", "end"])
 def test_the_kernel_ends_where_the_reference_does(short, rule, X):
     model = ruled(short, rule)
@@ -34,19 +33,6 @@ def test_the_kernel_ends_where_the_reference_does(short, rule, X):
         expected = reference_run(model, x).covariance
         scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
         np.testing.assert_allclose(covariance / scale, expected / scale, atol=1e-9)
-
-
-@pytest.mark.slow
-def test_settled_is_within_the_factor_of_the_last_trace_and_was_not_before(short, X):
-    model = ruled(short, "settling", factor=1.1)
-    result = evaluate(model, X)
-    over = model.schedule(X).over
-    for x, t_end, trace, earliest in zip(X, result.t_end, result.trace, over, strict=True):
-        whole = reference_run(model.endless, x).trace
-        k = round(t_end / model.step)
-        assert trace == pytest.approx(whole[k], rel=1e-9)
-        assert (whole[k:] <= 1.1 * whole[-1]).all()
-        assert k == min(earliest, model.n_steps) or whole[k - 1] > 1.1 * whole[-1]
 
 
 def test_required_is_the_time_from_which_on_all_is_met(short, X):
@@ -91,40 +77,3 @@ def test_one_plan_may_end_at_several_steps(short, X):
     together = evaluate(model, np.repeat(X[:1], 5, axis=0), until=until)
     alone = [evaluate(model, X[0], until=each).trace[0] for each in until]
     np.testing.assert_array_equal(together.trace, alone)
-
-
-@pytest.mark.parametrize("rule", ["required", "settling", "end"])
-def test_results_do_not_depend_on_batch_or_threads(short, rule):
-    model = ruled(short, rule)
-    X = np.repeat(designs(np.random.default_rng(22), 10, 400.0), 3, axis=0)
-    X[1::3, 8:] = X[0, 8:]  # designs that begin with the same maneuvers
-    together = evaluate(model, X, threads=1)
-    for name in ("t_end", "trace", "t_required"):
-        values = getattr(together, name)
-        np.testing.assert_array_equal(getattr(evaluate(model, X[::-1], 2), name), values[::-1])
-        alone = [getattr(evaluate(model, x), name)[0] for x in X]
-        np.testing.assert_array_equal(alone, values)
-
-
-@pytest.mark.parametrize("rule", ["required", "settling"])
-def test_each_variant_ends_by_its_own_run(short, rule, X):
-    model = ruled(short, rule)
-    gyro = dataclasses.replace(model.suite.gyro, angle_random_walk_deg_per_sqrt_h=0.3)
-    other = dataclasses.replace(model, suite=dataclasses.replace(model.suite, gyro=gyro))
-    which = np.arange(len(X)) % 2
-    both = evaluate(model, X, variants=[model, other], which=which)
-    for number, alone in enumerate((model, other)):
-        expected = evaluate(alone, X[which == number])
-        for name in ("t_end", "trace"):
-            found = getattr(both, name)[which == number]
-            np.testing.assert_array_equal(found, getattr(expected, name))
-
-
-def test_a_rule_is_a_key_of_the_scenario(short):
-    scenario = dataclasses.replace(short, convergence=Convergence(rule="settling", factor=2.0))
-    assert Scenario.from_toml(scenario.to_toml()) == scenario
-    assert AttitudeManeuverProblem(scenario).model.factor == 2.0
-    with pytest.raises(ValueError, match=r"convergence.rule = 'required': expected another rule"):
-        dataclasses.replace(short, convergence=Convergence(rule="required"))
-    with pytest.raises(ValueError, match="one of 'trace', 'required', 'settling'"):
-        Convergence(rule="plateau")

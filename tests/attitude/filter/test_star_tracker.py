@@ -16,11 +16,8 @@ from mgeo_attitude import (
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence
-from mgeo_attitude.settings.errors import InvalidValue
-from mgeo_calibration import consistency, simulate
-from mgeo_calibration.flight.flight import draw, fly_run
 
-from .agreement import assert_agrees, designs
+from .agreement import assert_agrees
 
 TRACKER = StarTracker(
     boresight=(0.0, 1.0, -1.0),
@@ -84,50 +81,12 @@ def test_it_measures_below_its_rate(model):
     assert_agrees(model, design[None])
 
 
-@pytest.mark.slow
-def test_kernel_measures_when_the_reference_does(model):
-    X = designs(np.random.default_rng(4), 8, max_duration=600.0)
-    X[:, np.arange(12) % 4 != 3] *= 0.4
-    seen = []
-    for x in X:
-        motion = Motion.of(model, x, model.n_steps)
-        seen.append(can_measure(model, 0, motion.attitude, motion.rates).mean())
-    assert max(seen) > 2.0 * min(seen)
-    assert_agrees(model, X)
-
-
 def test_where_it_is_blind_the_plan_decides(model):
     """What it sees within its rate and away from Sun, Earth and Moon is what it calibrates by."""
     away = FilterModel.from_scenario(scenario(dataclasses.replace(TRACKER, max_rate_deg_s=1e-3)))
     design = [0.3, 0.1, 0.0, 100.0, 0.0, 0.2, 0.0, 100.0, 0.1, 0.0, 0.3, 2900.0]
     blind, seeing = reference_run(away, design), reference_run(model, design)
     assert seeing.sigma[-1, 2] < 0.7 * blind.sigma[-1, 2]
-
-
-def test_flights_report_when_it_measures(model):
-    x = designs(np.random.default_rng(5), 1, max_duration=600.0)[0]
-    x[np.arange(12) % 4 != 3] *= 0.3
-    motion = Motion.of(model, x, model.n_steps)
-    draws = draw(model, model.n_steps, np.random.default_rng(6))
-    draws.errors[:3] = 0.0
-    flight = fly_run(model, motion, draws)
-    reported = ~np.isnan(flight.readings.sensors[0]).any(axis=(1, 2))
-    expected = can_measure(model, 0, motion.attitude, motion.rates)
-    expected[0] = False
-    np.testing.assert_array_equal(reported, expected)
-    assert set(reported[1:].tolist()) == {True, False}
-
-
-@pytest.mark.campaign
-@pytest.mark.slow
-def test_flights_with_it_are_consistent():
-    """Whatever way it looks, noise is about the axes in which the estimator believes it."""
-    x = [0.2, 0.3, -0.1, 300.0, 0.0, -0.6, 0.6, 200.0, 0.1, 0.1, 0.3, 300.0]
-    result = simulate(scenario(), x, 100, seed=2)
-    report = consistency(result, since=100.0)
-    assert result.updates[:, :, 0].sum() > 10_000
-    assert report["nees"].passed, report.table()
-    assert report["nis tracker"].passed, report.table()
 
 
 @pytest.mark.parametrize("boresight", [(0.0, 0.0, 1.0), (0.0, 0.0, -2.0), (1.0, -2.0, 0.5)])
@@ -141,21 +100,3 @@ def test_information_is_isotropic_across_the_boresight(boresight):
     expected = (np.eye(3) - along) / cross**2 + along / roll**2
     found = H.T @ np.diag(np.array(tracker.noise()) ** -2.0) @ H
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * expected.max())
-
-
-def test_along_z_its_axes_are_the_bodys():
-    np.testing.assert_array_equal(StarTracker().axes, np.eye(3))
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"boresight": (0.0, 0.0, 0.0)}, "boresight .* a direction, not zero"),
-        ({"max_rate_deg_s": 0.0}, "max_rate_deg_s = 0.0: expected nothing or a number > 0"),
-        ({"earth_exclusion_deg": 90.0}, r"earth_exclusion_deg = 90.0: .* in \[0, 90\)"),
-        ({"sun_exclusion_deg": -1.0}, r"sun_exclusion_deg = -1.0: .* \[0, 90\)"),
-    ],
-)
-def test_bad_values_are_named(changes, message):
-    with pytest.raises(InvalidValue, match=message):
-        StarTracker(**changes)

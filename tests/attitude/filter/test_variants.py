@@ -119,22 +119,22 @@ def test_trackers_and_path_limits_may_differ_in_numbers_but_not_in_what_they_loo
         np.testing.assert_array_equal(found.trace[which == k], alone.trace)
         np.testing.assert_array_equal(found.path_angle[which == k], alone.path_angle)
     moon = dataclasses.replace(tracker, sun_exclusion_deg=None, moon_exclusion_deg=40.0)
-    with pytest.raises(ValueError, match=r"variants\[0\] looks at .*'moon', False.*expected .*sun"):
+    with pytest.raises(ValueError, match="differs from the model in directions in view"):
         evaluate(model, X, variants=[variant(model, Suite(Gyro(), (moon, Magnetometer())))])
     aslant = dataclasses.replace(tracker, boresight=(0.0, 1.0, 0.5))
-    with pytest.raises(ValueError, match=r"variants\[0\]: tracker measures otherwise .*boresight"):
+    with pytest.raises(ValueError, match=r"variants\[0\] differs from the model in measurements"):
         evaluate(model, X, variants=[variant(model, Suite(Gyro(), (aslant, Magnetometer())))])
 
 
 def test_variants_of_another_form_are_refused(models):
     full, X = models[0], designs(np.random.default_rng(3), 2, max_duration=300.0)
     tracker = variant(full, Suite(Gyro(), (*full.suite.sensors[:2], StarTracker())))
-    with pytest.raises(ValueError, match=r"variants\[1\] has the states .*tracker\.misalignment"):
+    with pytest.raises(ValueError, match=r"variants\[1\] differs from the model in states"):
         evaluate(full, X, variants=[full, tracker])
     everywhere = SunSensor(name="a"), *full.suite.sensors[1:]
-    with pytest.raises(ValueError, match=r"variants\[1\] has .* constants of a filter step"):
+    with pytest.raises(ValueError, match=r"variants\[1\] .* directions in view"):
         evaluate(full, X, variants=[full, variant(full, Suite(Gyro(), everywhere))])
     unsure = dataclasses.replace(full.suite.sensors[0], considered=("bias",))
     suite = Suite(Gyro(), (unsure, *full.suite.sensors[1:]))
-    with pytest.raises(ValueError, match=r"variants\[1\] considers other states than the model"):
+    with pytest.raises(ValueError, match=r"variants\[1\] .* considered states"):
         evaluate(full, X, variants=[full, variant(full, suite)])

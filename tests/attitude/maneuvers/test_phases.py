@@ -39,11 +39,6 @@ def test_what_is_not_flown_leaves_its_number_out():
     ]
 
 
-def test_rates_are_those_of_the_design_to_the_last_bit():
-    ((*_, rates), *_) = seen([0.75, -0.7, 0.1, 10.0], 20.0)
-    assert rates == (0.75, -0.7, 0.1)
-
-
 def test_ramps_are_phases_of_their_own():
     """0.02 deg/s²: 20 s from rest to 0.4 deg/s, then 25 s down, cut short at 10 s."""
     slow = SlewLimits(np.radians(0.02), np.inf, np.eye(3))

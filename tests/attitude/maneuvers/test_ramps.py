@@ -91,13 +91,6 @@ def test_the_attitude_after_ramps_about_one_axis_is_the_integral_of_the_rate(acc
     np.testing.assert_allclose(turns, turned[-1], rtol=0, atol=1e-12)
 
 
-def test_without_limits_a_maneuver_is_one_stretch():
-    plan = schedule([TURN], STEP)
-    assert plan.starts.tolist() == [[0, 100]]
-    assert plan.maneuver.tolist() == [[0, 1]]
-    assert plan.over.tolist() == [160]
-
-
 @pytest.mark.parametrize("acceleration", [1e-9, 1e-300])
 def test_a_ramp_that_takes_for_ever_is_flown_until_the_end(acceleration):
     """And no longer: the steps of the rest would fill the memory."""
@@ -130,11 +123,3 @@ def test_designs_of_a_batch_do_not_depend_on_each_other():
         np.testing.assert_array_equal(rates_deg_s(together, 900, row), rates_deg_s(alone, 900))
         assert together.over[row] == alone.over[0]
         assert np.all(np.diff(together.starts[row]) >= 0)
-
-
-def test_flown_names_the_maneuver_of_every_stretch():
-    flight = flown(TURN, 130.0, STEP, SLOW)
-    assert flight.times[0] == 0.0
-    assert flight.times[-1] == 130.0
-    assert flight.numbers[flight.times[:-1] < 100.0].tolist() == [0] * 21
-    assert flight.numbers[flight.times[:-1] >= 100.0].tolist() == [1] * 26

@@ -75,12 +75,7 @@ def test_from_rest_about_one_axis_by_hand(limits, rate, angle, seconds):
     assert np.degrees(ends[:, 2].min()) >= -scene.maneuvers.max_rate_deg_s * (1 + 2e-9)
 
 
-@pytest.mark.cases(1)
-@pytest.mark.parametrize(
-    ("limits", "pointing"),
-    [(limits, "nadir") for limits in LIMITS]
-    + [("acceleration", pointing) for pointing in ("inertial", "velocity", "sun")],
-)
+@pytest.mark.parametrize(("limits", "pointing"), [("none", "nadir"), ("wheels", "velocity")])
 def test_it_arrives_at_the_law_within_all_limits(limits, pointing):
     """Attitude and rate; all steps flown by scipy, from the start of the plan."""
     scene = scenario(limits, {"pointing": pointing})
@@ -147,17 +142,6 @@ def test_phases_have_names():
     _, sharp = back_of(scenario("none"), QUARTER, 1200.0)
     (only,) = sharp.phases(1.0, None)
     assert (only.label, only.swept_deg) == ("slew back", pytest.approx(90.0))
-
-
-def test_maneuvers_that_the_run_did_not_reach_are_left_out():
-    scene = scenario("none")
-    long = [0.0, 0.0, 0.5, 180.0, 0.2, 0.0, 0.0, 5000.0, 0.3, 0.3, 0.3, 10.0]
-    model, back = back_of(scene, long, 3000.0)
-    assert len(back.design) == 16
-    rates, _ = step_rates(model, back.design, 3000)
-    np.testing.assert_allclose(
-        np.degrees(rates[[0, 179, 180, -1]]).max(axis=1), [0.5, 0.5, 0.2, 0.2]
-    )
 
 
 def test_a_way_that_is_too_long_is_refused():

@@ -16,7 +16,7 @@ from mgeo_attitude.plan.aem import aem_text
 from mgeo_attitude.plan.attitudes import gcrf_to_eme2000, stk_text
 from mgeo_attitude.plan.files import write_plan
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.plan.spice import ck_bytes, sclk_text
+from mgeo_attitude.plan.spice import ck_bytes
 from scipy.spatial.transform import Rotation
 
 from .test_aem import ramped
@@ -113,14 +113,6 @@ def test_spice_finds_attitude_and_rates_at_an_instant_in_utc(plan, problem, kern
             np.testing.assert_allclose(C @ velocity, np.radians(phase.rates_deg_s), atol=1e-9)
     with pytest.raises(spiceypy.utils.exceptions.NotFoundError):
         spiceypy.ckgpav(-123_000, 1e6 * (plan.duration + 1.0), 0.0, "J2000")
-
-
-def test_spice_is_told_whose_it_is(plan):
-    for wrong in (0, 5):
-        with pytest.raises(ValueError, match=rf"naif_id = {wrong}: expected an integer below 0"):
-            ck_bytes(plan, naif_id=wrong)
-        with pytest.raises(ValueError, match="naif_id"):
-            sclk_text(plan, naif_id=wrong)
 
 
 def test_without_spiceypy_it_says_what_to_install(plan, monkeypatch):

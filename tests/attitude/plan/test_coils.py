@@ -9,7 +9,6 @@ from mgeo_attitude.criteria.robustness import draw_flights
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan.aem import aem_text
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.plan.uplink import commands
 from mgeo_attitude.scenario import FlightErrors
 from mgeo_attitude.view.describe import two_digits
 from scipy.spatial.transform import Rotation
@@ -24,16 +23,6 @@ def plan():
     limit = {"boresight": [0.0, 0.0, 1.0], "half_angle_deg": 10.0, "attitude_sigmas": 0.0}
     limit |= {"reference": "nadir"}
     return ManeuverPlan(Scenario.from_dict(table | {"path_limits": [limit]}), DESIGN)
-
-
-def test_commands_are_what_is_asked_for_not_what_is_flown(plan):
-    table = commands(plan)
-    begun = int((table["start_s"] < plan.duration).sum())
-    assert table["what"].tolist() == ["maneuver 1", "maneuver 2", "maneuver 3"][:begun]
-    rates = table[[f"rate_{axis}_deg_s" for axis in "xyz"]].to_numpy()
-    np.testing.assert_array_equal(rates, np.reshape(DESIGN, (-1, 4))[:begun, :3])
-    assert table["start_s"].tolist() == [0.0, 300.0, 500.0][:begun]
-    assert table["duration_s"].sum() == plan.duration
 
 
 def test_the_exported_attitude_is_that_of_the_motion(plan):

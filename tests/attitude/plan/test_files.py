@@ -33,12 +33,6 @@ def test_the_suffix_selects_the_format(plan, file, tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_another_suffix_is_refused(plan, tmp_path):
-    with pytest.raises(ValueError, match=r"plan\.txt: expected .* \.uplink\.csv, \.csv, \.aem"):
-        write_plan(plan, tmp_path / "plan.txt")
-    assert not list(tmp_path.iterdir())
-
-
 def test_json_round_trip(plan, text, tmp_path):
     path = tmp_path / "plan.json"
     write_plan(plan, path)
@@ -69,11 +63,6 @@ def test_any_scenario_and_design_round_trip(scenario, count, data):
     ("change", "message"),
     [
         (lambda t: t.update(format="plan"), "format = 'plan'"),
-        (lambda t: t.update(version=2), "version = 2: expected 3"),
-        (lambda t: t.pop("scenario"), "scenario is missing"),
-        (lambda t: t.update(design="x"), "design = 'x'"),
-        (lambda t: t["design"].pop(), "design = .* expected 12 numbers"),
-        (lambda t: t["design"].__setitem__(0, None), r"design\[0\] = None"),
         (lambda t: t["design"].__setitem__(0, 60.0), r"design\[0\] = 60\.0: expected -1 to 1"),
         (
             lambda t: t["scenario"]["orbit"].update(eccentricity=1.2),
@@ -96,20 +85,13 @@ def test_an_invalid_entry_is_named(text, change, message, tmp_path):
 
 @pytest.mark.parametrize(
     ("content", "message"),
-    [(b"", "Expecting value"), (b"[1]", "format = None"), (b"\xff\xfe{}", "utf-8")],
+    [(b"", "Expecting value"), (b"\xff\xfe{}", "utf-8")],
 )
 def test_a_file_that_is_no_plan(content, message, tmp_path):
     path = tmp_path / "no-plan.json"
     path.write_bytes(content)
     with pytest.raises(ValueError, match=rf"no-plan\.json: .*{message}"):
         read_json(path)
-
-
-def test_the_design_is_the_plan_whatever_else_the_file_says(plan, text):
-    table = json.loads(text)
-    table["predicted"]["t_end [s]"] = 1.0
-    table["timeline"] = []
-    assert from_json(json.dumps(table)).t_end == plan.t_end
 
 
 @pytest.fixture(scope="module")

@@ -23,11 +23,6 @@ def plan():
 
 
 @pytest.fixture(scope="module")
-def exact():
-    return ManeuverPlan(Scenario.from_dict(TABLE | {"flight": None}), DESIGN)
-
-
-@pytest.fixture(scope="module")
 def back():
     table = TABLE | {"maneuvers": {"slew_back": True}}
     return ManeuverPlan(Scenario.from_dict(table), DESIGN)
@@ -63,11 +58,6 @@ def test_the_ephemeris_goes_on_turning_at_the_last_rate(plan):
     *_, last = first_edition.body.segment
     assert last.metadata.start_time == utc_texts(plan.scenario.epoch, plan.t_end)[0]
     assert last.metadata.stop_time == utc_texts(plan.scenario.epoch, plan.duration)[0]
-
-
-def test_what_the_filter_learns_is_told_until_it_has_converged(plan, exact):
-    for name in ("accuracy", "contributions", "least_observable", "compare"):
-        assert getattr(plan, name)().equals(getattr(exact, name)())
 
 
 def test_the_slew_back_waits_for_late_flights(back):

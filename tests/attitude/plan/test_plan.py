@@ -13,9 +13,6 @@ from scipy.spatial.transform import Rotation
 from .conftest import DESIGN
 
 HALF = np.sqrt(0.5)
-BLOCKS = [
-    *("attitude", "gyro bias", "sun misalignment", "sun bias", "mag misalignment", "mag bias")
-]
 
 
 def test_one_maneuver_of_90_degrees_about_z():
@@ -90,10 +87,7 @@ def test_a_plan_is_its_scenario_and_its_design(plan, problem):
     [
         (DESIGN[:8], r"design = .*expected 12 numbers, 4 for each of the scenario's 3 maneuvers"),
         ((1.1, *DESIGN[1:]), r"design\[0\] = 1\.1: expected -1 to 1 for omega_x_1 \[deg/s\]"),
-        ((*DESIGN[:11], -1.0), r"design\[11\] = -1\.0: expected 0 to 2000 for duration_3 \[s\]"),
-        ((np.nan, *DESIGN[1:]), r"design\[0\] = nan"),
         (("0.5", *DESIGN[1:]), r"design\[0\] = '0\.5'"),
-        (0.5, r"design = 0\.5"),
     ],
 )
 def test_bad_designs_are_named(problem, design, message):

@@ -55,24 +55,6 @@ def test_picks(run, written):
         assert front.plan(seconds).t_end == nearest
 
 
-@pytest.mark.parametrize("column", [-1, -2])
-def test_objectives_that_the_filter_does_not_give_are_refused(folder, column):
-    path = folder / "front.csv"
-    lines = path.read_text().splitlines()
-    row = read_front(folder).row("best")
-    cells = lines[row + 1].split(",")
-    cells[column] = repr(float(cells[column]) * (1.0 - 1e-5))
-    lines[row + 1] = ",".join(cells)
-    path.write_text("\n".join(lines) + "\n")
-    with pytest.raises(ValueError, match=rf"front\.csv: row {row + 1}, .*the filter gives"):
-        read_front(folder).plan("best")
-
-
-def resize(folder, n):
-    edit(folder, lambda d: d.update(solutions=n))
-    np.savez(folder / "front.npz", G=np.empty((n, 0)), H=np.empty((n, 0)))
-
-
 def edit(folder, change):
     path = folder / "run.json"
     data = json.loads(path.read_text(encoding="utf-8"))
@@ -83,7 +65,6 @@ def edit(folder, change):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda d: d["configuration"].update(problem="zdt1"), r"configuration\.problem = 'zdt1'"),
         (
             lambda d: d["configuration"]["options"]["gyro"].update(initial_bias_deg_s=-1.0),
             r"configuration\.options\.gyro\.initial_bias_deg_s = -1\.0",

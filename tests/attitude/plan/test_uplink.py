@@ -6,7 +6,7 @@ import io
 import numpy as np
 import pandas as pd
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
+from mgeo_attitude import Scenario, evaluate
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan import ManeuverPlan, commands, to_uplink_csv, write_plan
 from mgeo_attitude.scenario import InitialConditions
@@ -88,13 +88,3 @@ def test_rounded_commands_fly_the_same_plan():
     flown = Motion.of(plan.problem.model, again, n).attitude
     off = Rotation.from_matrix(flown @ plan.attitude.transpose(0, 2, 1)).magnitude()
     assert np.degrees(off).max() < 1e-8 * plan.duration
-
-
-def test_violations_stand_before_the_header():
-    scenario = Scenario.from_dict(
-        {"preset": "paper", "duration": 400.0, "required_sigma": {"attitude_deg": 1e-9}}
-    )
-    plan = ManeuverPlan.from_design(AttitudeManeuverProblem(scenario, 1), [0.5, 0.0, 0.0, 100.0])
-    first, header, *_ = to_uplink_csv(plan).splitlines()
-    assert first.startswith("# VIOLATED CONSTRAINT: ")
-    assert header.startswith("command,what,start_utc,")

@@ -4,14 +4,14 @@ import threading
 
 import numpy as np
 import pytest
-from mgeo_attitude.refine.quasi_newton import minimizing
-from mgeo_attitude.refine.within_limits import minimizing_within
+from mgeo_attitude.refine.quasi_newton import minimize_bounded
+from mgeo_attitude.refine.slsqp import minimize_constrained
 from scipy.optimize import minimize, rosen, rosen_der
 
 BOUNDS = np.array([(-2.0, 2.0)] * 4)
 
 
-def minimized(known, *given, method=minimizing):
+def minimized(known, *given, method=minimize_bounded):
     way = method(*given)
     z = next(way)
     while True:
@@ -65,7 +65,7 @@ def test_within_limits_it_goes_as_scipy_does_each_of_several_by_itself():
         ).x
         for start in starts
     ]
-    ways = {k: minimizing_within(start, BOUNDS, 30, 1e-10) for k, start in enumerate(starts)}
+    ways = {k: minimize_constrained(start, BOUNDS, 30, 1e-10) for k, start in enumerate(starts)}
     asked, found = {k: next(way) for k, way in ways.items()}, {}
     while asked:
         for k, z in list(asked.items()):
@@ -79,7 +79,7 @@ def test_within_limits_it_goes_as_scipy_does_each_of_several_by_itself():
 
 def test_a_way_that_is_left_leaves_no_thread_and_what_goes_wrong_is_told():
     before = threading.active_count()
-    way = minimizing_within(np.zeros(4), BOUNDS, 30, 1e-10)
+    way = minimize_constrained(np.zeros(4), BOUNDS, 30, 1e-10)
     way.send(None)
     assert threading.active_count() == before + 1
     way.close()
@@ -88,6 +88,6 @@ def test_a_way_that_is_left_leaves_no_thread_and_what_goes_wrong_is_told():
         minimized(
             lambda z: (np.ones(2), np.ones((2, 3))),
             *(np.zeros(4), BOUNDS, 5, 1e-9),
-            method=minimizing_within,
+            method=minimize_constrained,
         )
     assert threading.active_count() == before

@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import split, without_unneeded
-from mgeo_attitude.refine.splitting import n_commands
 
 from .conftest import short
 
@@ -26,17 +25,6 @@ def test_a_plan_of_two_is_a_plan_of_more(count, rule):
     more = split(X, count)
     assert more.shape == (20, 4 * count)
     np.testing.assert_array_equal(short(count, rule).evaluate(more, return_values_of=["F"]), F)
-
-
-def test_rates_that_change_slowly_do_not_mind_a_split():
-    slow = {"max_acceleration_deg_s2": 0.05}
-    X = plans(10, 2)
-    few, many = (short(2, "end"), short(5, "end"))
-    few, many = (type(p)(with_limits(p.scenario, slow)) for p in (few, many))
-    F = few.evaluate(X, return_values_of=["F"])
-    found = many.evaluate(split(X, 5), return_values_of=["F"])
-    np.testing.assert_array_equal(found[:, 0], F[:, 0])
-    np.testing.assert_allclose(found, F, rtol=1e-13)  # rates at the ends of ramps are rounded
 
 
 def with_limits(scenario, limits):
@@ -61,7 +49,6 @@ def test_what_was_split_is_joined_again(problem):
     before = problem.evaluate(X, return_values_of=["F"])
     found = without_unneeded(problem, X)
     assert (problem.evaluate(found, return_values_of=["F"]) <= before).all()
-    assert (n_commands(found) <= 2).all()
     assert (found[:, 3::4] == 0.0).sum() >= 2 * len(X)
     assert ((found >= problem.xl) & (found <= problem.xu)).all()
 
@@ -83,24 +70,3 @@ def test_no_maneuver_gets_longer_than_the_longest():
     problem = type(problem)(with_limits(problem.scenario, {"max_duration": 250.0}))
     X = np.tile([0.5, -0.5, 0.2, 200.0], (1, 3))
     np.testing.assert_array_equal(without_unneeded(problem, X), X)
-
-
-def test_plans_that_need_all_they_have_stay_as_they_are():
-    problem = short(2, "end")
-    X = np.array([[1.0, 0.0, 1.0, 600.0, -1.0, 1.0, 0.0, 600.0]])
-    np.testing.assert_array_equal(without_unneeded(problem, X), X)
-    assert without_unneeded(problem, X[:0]).shape == (0, 8)
-
-
-@pytest.mark.parametrize(
-    ("rates", "durations", "expected"),
-    [
-        ([0.1, 0.1, 0.1], [5.0, 5.0, 5.0], 1),
-        ([0.1, 0.2, 0.1], [5.0, 0.0, 5.0], 1),
-        ([0.1, 0.2, 0.1], [5.0, 5.0, 0.0], 3),
-        ([0.1, 0.2, 0.3], [0.0, 0.0, 0.0], 1),
-    ],
-)
-def test_commands_are_counted_by_what_is_flown(rates, durations, expected):
-    design = np.column_stack([np.array(rates)[:, None] * [1.0, 1.0, 1.0], durations]).ravel()
-    assert n_commands(design).tolist() == [expected]

@@ -40,13 +40,6 @@ def test_a_beam_as_wide_as_all_plans_has_the_best_of_them(problem):
     assert values[0] <= few[0] < at.values(beam(at, 3, 360.0, n_levels=2), 180)[0][0] + 1e-12
 
 
-def test_stages_of_a_beam_may_become_shorter(problem):
-    at = AtTime(problem.scenario, problem.model)
-    plans = beam(at, 3, 400.0, n_levels=2, width=5, shorter=0.5)
-    # 400 s in shares of 4, 2 and 1, of whole steps of 2 s
-    assert (plans[:, 3::4] == [228.0, 114.0, 56.0]).all()
-
-
 def test_rates_are_held_until_a_plan_has_converged():
     problem = short(4, "trace")
     at = AtTime(problem.scenario, problem.model)

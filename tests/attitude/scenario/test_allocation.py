@@ -58,10 +58,3 @@ def test_three_wheels_leave_no_choice(axes):
     else:
         assert (loads["minimax"] <= loads["pseudo-inverse"] * (1.0 + 1e-12)).all()
         assert (loads["minimax"] < 0.99 * loads["pseudo-inverse"]).any()
-
-
-def test_a_pyramid_by_hand():
-    """Along its axis four wheels at 45 deg share alike; across, the two in that plane."""
-    axes = PYRAMID / np.sqrt(2.0)
-    assert np.abs(minimax(axes) @ [0.0, 0.0, 1.0]).max() == pytest.approx(np.sqrt(2.0) / 4.0)
-    assert np.abs(minimax(axes) @ [1.0, 0.0, 0.0]).max() == pytest.approx(np.sqrt(2.0) / 2.0)

@@ -28,7 +28,6 @@ def test_a_scenario_without_gyro_is_told_in_a_line(gyro):
     assert "\n" not in str(no.value)
 
 
-@pytest.mark.cases(0)
 @pytest.mark.parametrize(
     "sensors", [TRACKER, HORIZON, DIODES], ids=["tracker", "horizon", "photodiodes"]
 )

@@ -40,23 +40,6 @@ def test_geostationary_period_is_the_sidereal_day() -> None:
     assert orbit.period == pytest.approx(86164.09, abs=0.1)
 
 
-@pytest.mark.parametrize(
-    ("element", "value", "expected"),
-    [
-        ("eccentricity", 1.0, "expected a number in [0, 1)"),
-        ("eccentricity", -0.1, "expected a number in [0, 1)"),
-        ("inclination_deg", 180.1, "expected a number in [0, 180] [deg]"),
-        ("raan_deg", 2302.97, "expected a number in [-360, 360] [deg]"),
-        ("semi_major_axis", float("nan"), "expected a number > 0 [m]"),
-        ("propagator", "j4", "expected one of 'two-body', 'j2'"),
-    ],
-)
-def test_elements_out_of_range(element: str, value: Any, expected: str) -> None:
-    with pytest.raises(InvalidValue) as caught:
-        Orbit(**ELEMENTS | {element: value})
-    assert str(caught.value).startswith(f"{element} = {value!r}: {expected}")
-
-
 @pytest.mark.parametrize(("axis", "eccentricity"), [(6378136.3, 0.0), (7e6, 0.1), (7130.982, 0.0)])
 def test_a_perigee_inside_the_earth_is_refused(axis: float, eccentricity: float) -> None:
     with pytest.raises(InvalidValue) as caught:
@@ -96,14 +79,12 @@ def test_day_one_is_the_first_of_january() -> None:
         ("line1", ISS_2, "TLE format error"),
         ("line1", ISS_1[:-1] + "8", "TLE line gives its checksum as 8 but in fact tallies to 7"),
         ("line2", VANGUARD_2, "Object numbers in lines 1 and 2 do not match"),
-        ("line1", with_checksum(ISS_1[:20] + "abc" + ISS_1[23:]), "could not convert string"),
         ("line2", with_checksum(ISS_2[:8] + " 5x.6416" + ISS_2[16:]), "could not convert string"),
         (
             "line2",
             with_checksum(ISS_2[:52] + "18.72125391" + ISS_2[63:]),
             "expected a perigee above the Earth's surface",
         ),
-        ("line2", with_checksum(ISS_2[:52] + " 0.00000000" + ISS_2[63:]), "division by zero"),
     ],
 )
 def test_lines_that_are_no_element_set(key: str, line: str, expected: str) -> None:
@@ -111,9 +92,3 @@ def test_lines_that_are_no_element_set(key: str, line: str, expected: str) -> No
         TLEOrbit(**{"line1": ISS_1, "line2": ISS_2} | {key: line})
     assert expected in str(caught.value)
     assert repr(line) in str(caught.value)
-
-
-def test_a_line_that_is_no_string() -> None:
-    number: Any = 1
-    with pytest.raises(InvalidValue, match=r"^line1 = 1: expected a string"):
-        TLEOrbit(line1=number, line2=ISS_2)

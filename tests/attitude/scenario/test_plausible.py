@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import warnings
 from datetime import timedelta
 
 import pytest
@@ -47,13 +46,6 @@ def test_a_file_that_says_so_is_read_and_told(text: str, message: str) -> None:
         scenario = Scenario.from_toml(f'preset = "paper"\n{text}\n')
     assert [line for line in implausible(scenario) if line.startswith(message)]
     assert any(message in str(each.message) for each in told)
-
-
-def test_without_a_magnetometer_the_field_is_nobody_s() -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        text = "[[sensors]]\nkind = 'sun-sensor'\n[orbit]\nsemi_major_axis = 26560e3"
-        Scenario.from_toml(f'preset = "paper"\n{text}\n')
 
 
 def test_an_element_set_ages_within_a_run() -> None:

@@ -13,7 +13,6 @@ from mgeo_attitude import (
     SunSensor,
     agreement,
 )
-from mgeo_attitude.scenario import scenario_schema
 from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.settings.errors import InvalidValue
 
@@ -67,10 +66,3 @@ def test_what_is_neither_a_number_nor_three_is_refused(noise):
     words = r"sensors\[1\]\.noise_nt = .*a number > 0 or a list of 3 x \(a number > 0\) \[nT\]"
     with pytest.raises((InvalidValue), match=words):
         scenario(noise_nt=noise)
-
-
-def test_the_schema_knows_both():
-    properties = scenario_schema()["$defs"]["Magnetometer"]["properties"]
-    number, three = properties["noise_nt"]["anyOf"]
-    assert number == {"exclusiveMinimum": 0.0, "type": "number"}
-    assert (three["type"], three["minItems"], three["maxItems"]) == ("array", 3, 3)

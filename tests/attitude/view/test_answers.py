@@ -57,25 +57,3 @@ def test_where_the_end_is_the_plans_own_what_is_kept_is_how_well_the_attitude_is
         assert "converge" not in line
     ratio = view.promises()["kept / promised trace [-]"]
     assert f"trace [-] of these samples is {ratio.median():.3g} times" in view.remarks()[0]
-
-
-def test_what_is_promised_over_flights_comes_first(problem, X):
-    """As it is what to rely on; the same table gives it that the search has for its objective."""
-    robust = AttitudeManeuverProblem(problem.scenario, flights=4)
-    promised = robust.evaluate(X, return_values_of=["F"])[:, 0]
-    table = robust.view(X).describe()
-    np.testing.assert_array_equal(table["promised t_end [s]"], promised)
-    first = ["promised t_end [s]", "kept t_end [s]", "promised trace [-]", "kept trace [-]"]
-    assert list(table.columns[:4]) == first
-    exactly = problem.view(X).describe()["t_end [s]"]
-    np.testing.assert_array_equal(table["t_end [s] flown exactly"], exactly)
-    assert "t_end [s]" not in table.columns
-    lines = zip(robust.view(X).answers(), promised, table["kept t_end [s]"], exactly, strict=True)
-    for line, *expected in lines:
-        found = re.fullmatch(
-            r"robust time (.*); 9 of 10 Monte Carlo samples converge within (.*); "
-            r"flown exactly (.*), then attitude .* \(1-sigma, worst body axis\)",
-            line,
-        )
-        assert found, line
-        assert [in_seconds(text) for text in found.groups()] == expected

@@ -9,7 +9,6 @@ from mgeo_attitude.scenario import FlightErrors
 from mgeo_attitude.view.at_best import holds_over_flights, under
 
 from mgeo.plugins.view import view_of
-from mgeo.runs.answer import default_solution
 
 DESIGN = np.array([[0.4, -0.2, 0.1, 700.0, 0.3, 0.5, -0.4, 500.0, -0.6, 0.1, 0.2, 300.0]])
 
@@ -70,17 +69,3 @@ def test_no_flight_is_below_the_limit_that_is_shown_under_its_front():
     for flight in problem.flights:
         ran = evaluate(flight.model, flight.flown(DESIGN))
         assert ran.trace[0] > np.interp(ran.t_end[0], times, trace)
-
-
-def test_remarks_tell_of_the_solution_that_is_shown_first():
-    problem = AttitudeManeuverProblem(asking(mag__bias_nt=1e4), flights=0)
-    designs = np.vstack([0.9 * DESIGN, DESIGN])
-    told = problem.view(designs).remarks()[-2]
-    F = problem.evaluate(designs, return_values_of=["F"])
-    least = problem.limit_curves.trace[np.rint(F[:, 0] / 8.0).astype(int)]
-    ratios = F[:, 1] / least
-    first = default_solution(problem, F).row
-    assert ratios[first] > ratios.min()
-    assert told.startswith(f"no maneuver can have a trace of less than {least[first]:.3g} after ")
-    assert f"solution {first} has {ratios[first]:.2f} times that limit" in told
-    assert told.endswith(f"half of 2 plans have {np.median(ratios):.2f} times theirs or less")

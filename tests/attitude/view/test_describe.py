@@ -3,7 +3,6 @@
 import dataclasses
 
 import numpy as np
-import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from mgeo_attitude.view.describe import BESIDE, front_summary
@@ -55,11 +54,6 @@ def test_the_trace_stands_beside_what_no_maneuver_can_beat(problem, table):
     least = np.interp(table["t_end [s]"], limit.times, limit.trace)
     np.testing.assert_allclose(table[BESIDE], table["trace [-]"] / least, rtol=1e-12)
     assert (table[BESIDE] > 1.0).all()
-
-
-def test_a_row_does_not_depend_on_the_others(problem, table):
-    alone = pd.concat([problem.view(x[None]).describe() for x in X], ignore_index=True)
-    pd.testing.assert_frame_equal(alone, table)
 
 
 def test_lost_positivity_shows_as_nan():

@@ -2,18 +2,13 @@
 
 import dataclasses
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import UTC, datetime
 
 import numpy as np
 from mgeo_attitude import Scenario
-from mgeo_attitude.environment.frames import gcrs_to_itrs
-from mgeo_attitude.environment.times import instants
-from mgeo_calibration import Telemetry
 
 from .flights import PLAN, short
-from .independent import Craft, fly, steady
+from .independent import steady
 
 
 def says(cause: str, line: str) -> bool:
@@ -23,29 +18,6 @@ def says(cause: str, line: str) -> bool:
 
 SCENARIO = short(Scenario.cubesat_6u(), 3000.0)
 MOTION = steady(PLAN)
-
-
-@dataclass(frozen=True)
-class Fault:
-    """A way to be wrong, by a random generator, and the words that name its cause.
-
-    Attributes
-    ----------
-    craft : function
-        What the satellite does.
-    spoil : function
-        Of telemetry, what is sent down.
-    cause : str
-        Regular expression that the first line begins with.
-    """
-
-    cause: str
-    craft: Callable[[np.random.Generator], Craft] = lambda rng: Craft()
-    spoil: Callable[[Telemetry, np.random.Generator], Telemetry] = lambda telemetry, rng: telemetry
-
-    def fly(self, seed: int) -> Telemetry:
-        rng = np.random.default_rng([seed, 48])
-        return self.spoil(fly(SCENARIO, MOTION, seed, self.craft(rng)), rng)
 
 
 def sign(rng):
@@ -76,10 +48,6 @@ def gyro(change):
         return dataclasses.replace(telemetry, gyro_deg_s=rates)
 
     return spoil
-
-
-def late(name, low, high):
-    return lambda rng: Craft(late={name: rng.uniform(low, high)})
 
 
 def scaled(size):
@@ -135,26 +103,6 @@ def warmed(size):
     return lambda t, rows, rng: rows + changed(size, temperature(t) / 16.0, rng)
 
 
-#: Of about the least sizes that matter.
-SCORED = {
-    "magnetometer late": Fault(r"mag is 0\.\d+ ± 0\.\d+ s late", late("mag", 0.15, 0.4)),
-    "magnetometer early": Fault(r"mag is 0\.\d+ ± 0\.\d+ s early", late("mag", -0.4, -0.15)),
-    "Sun sensor late": Fault(r"sun is 0\.\d+ ± 0\.\d+ s late", late("sun", 0.2, 0.5)),
-    "magnetometer's scale": Fault(r"mag\.scale_factor is ", spoil=sensor("mag", scaled(0.004))),
-    "soft iron": Fault(r"mag\.nonorthogonality is ", spoil=sensor("mag", sheared(0.25))),
-    "gyro's scale": Fault(r"gyro\.scale_factor is ", spoil=gyro(scaled(0.006))),
-    "gyro's axes": Fault(r"gyro\.nonorthogonality is ", spoil=gyro(sheared(0.4))),
-    "step of the magnetometer": Fault(r"mag\.bias changes by ", spoil=sensor("mag", stepped(250))),
-    "step of the Sun sensor": Fault(r"sun\.bias changes by ", spoil=sensor("sun", stepped(0.01))),
-    "step of the gyro": Fault(r"gyro\.bias drifts by ", spoil=gyro(stepped(0.004))),
-    "walk of the gyro": Fault(r"gyro\.bias drifts by ", lambda rng: Craft(walk=1.6e-6)),
-    "orbit": Fault(
-        r"the satellite is \d+\.?\d* ± 0\.\d+ s (behind|ahead of) its orbit",
-        lambda rng: Craft(behind=sign(rng) * rng.uniform(2.0, 6.0)),
-    ),
-}
-
-
 def shifted(seconds):
     """With other times."""
     return lambda telemetry, rng: dataclasses.replace(
@@ -173,12 +121,6 @@ def swapped(rows, rng):
     return rows[:, order]
 
 
-def frozen(t, rows, rng):
-    a = int(rng.integers(200, 1500))
-    rows[a : a + int(rng.integers(300, 1200))] = rows[a]
-    return rows
-
-
 def filled(t, rows, rng):
     rows[rng.random(len(rows)) < rng.uniform(0.05, 0.2)] = -9999.0
     return rows
@@ -195,67 +137,51 @@ def clipped(t, rows, rng):
     return rows
 
 
-def in_itrf(telemetry, rng):
-    position, _ = SCENARIO.orbit.propagate(SCENARIO.epoch, telemetry.times)
-    rotation = gcrs_to_itrs(instants(SCENARIO.epoch, telemetry.times))
-    return dataclasses.replace(telemetry, position=np.einsum("nij,nj->ni", rotation, position))
-
-
 def days_since(*date):
     since = (SCENARIO.epoch - datetime(*date, tzinfo=UTC)).total_seconds()
     return shifted(lambda t, rng: (t + since) / 86400.0)
 
 
-#: Of telemetry that cannot be calibrated, or ends wrong.
+#: Words that name the cause, and what spoils telemetry so that it cannot be calibrated.
 GROSS = {
-    "magnetometer frozen": Fault("mag does not change from ", spoil=sensor("mag", frozen)),
-    "fill values": Fault(r"mag_\w is -9999 in .*fill value", spoil=sensor("mag", filled)),
-    "fill values of a channel": Fault(
-        r"mag_\w is -99999 in .*fill value", spoil=sensor("mag", filled_in_one)
-    ),
-    "magnetometer clipped": Fault(r"mag_\w is .*it is clipped", spoil=sensor("mag", clipped)),
-    "magnetometer flipped": Fault(
+    "fill values": (r"mag_\w is -9999 in .*fill value", sensor("mag", filled)),
+    "fill values of a channel": (r"mag_\w is -99999 in .*fill value", sensor("mag", filled_in_one)),
+    "magnetometer clipped": (r"mag_\w is .*it is clipped", sensor("mag", clipped)),
+    "magnetometer flipped": (
         "mag agrees with all else if its axes are ",
-        spoil=sensor("mag", lambda t, rows, rng: flipped(rows, rng)),
+        sensor("mag", lambda t, rows, rng: flipped(rows, rng)),
     ),
-    "Sun sensor flipped": Fault(
+    "Sun sensor flipped": (
         "sun agrees with all else if its axes are ",
-        spoil=sensor("sun", lambda t, rows, rng: flipped(rows, rng)),
+        sensor("sun", lambda t, rows, rng: flipped(rows, rng)),
     ),
-    "magnetometer swapped": Fault(
+    "magnetometer swapped": (
         "mag agrees with all else if its axes are ",
-        spoil=sensor("mag", lambda t, rows, rng: swapped(rows, rng)),
+        sensor("mag", lambda t, rows, rng: swapped(rows, rng)),
     ),
-    "gyro flipped": Fault(
+    "gyro flipped": (
         "gyro agrees with all else if its axes are ",
-        spoil=gyro(lambda t, rows, rng: flipped(rows, rng)),
+        gyro(lambda t, rows, rng: flipped(rows, rng)),
     ),
-    "gyro of the other sign": Fault(
+    "gyro of the other sign": (
         r"gyro agrees with all else if its axes are \(-x, -y, -z\)",
-        spoil=gyro(lambda t, rows, rng: -rows),
+        gyro(lambda t, rows, rng: -rows),
     ),
-    "gyro times ten": Fault(
+    "gyro times ten": (
         "gyro: the vectors turn as if its rates were a tenth as large",
-        spoil=gyro(lambda t, rows, rng: 10.0 * rows),
+        gyro(lambda t, rows, rng: 10.0 * rows),
     ),
-    "gyro in deg/h": Fault(
+    "gyro in deg/h": (
         "gyro: the vectors turn as if its rates were in deg/h",
-        spoil=gyro(lambda t, rows, rng: 3600.0 * rows),
+        gyro(lambda t, rows, rng: 3600.0 * rows),
     ),
-    "minutes": Fault("times are in minutes", spoil=shifted(lambda t, rng: t / 60.0)),
-    "milliseconds": Fault("times are in milliseconds", spoil=shifted(lambda t, rng: 1e3 * t)),
-    "days": Fault("times are in days", spoil=shifted(lambda t, rng: t / 86400.0)),
-    "Excel": Fault("times are days of Excel", spoil=days_since(1899, 12, 30)),
-    "MJD": Fault("times are modified Julian dates", spoil=days_since(1858, 11, 17)),
-    "local time": Fault(
+    "minutes": ("times are in minutes", shifted(lambda t, rng: t / 60.0)),
+    "milliseconds": ("times are in milliseconds", shifted(lambda t, rng: 1e3 * t)),
+    "days": ("times are in days", shifted(lambda t, rng: t / 86400.0)),
+    "Excel": ("times are days of Excel", days_since(1899, 12, 30)),
+    "MJD": ("times are modified Julian dates", days_since(1858, 11, 17)),
+    "local time": (
         r"times are \d+(\.5)? h (ahead of|behind) UTC",
-        spoil=shifted(lambda t, rng: t + 1800.0 * sign(rng) * rng.integers(2, 24)),
-    ),
-    "ITRF": Fault("position turns with the Earth", spoil=in_itrf),
-    "a late sensor": Fault(r"mag is \d.* s late", late("mag", 1.5, 3.0)),
-    "far along the orbit": Fault(
-        r"the satellite is .* (behind|ahead of) its orbit",
-        lambda rng: Craft(behind=sign(rng) * rng.uniform(100.0, 1000.0)),
+        shifted(lambda t, rng: t + 1800.0 * sign(rng) * rng.integers(2, 24)),
     ),
 }
-FAULTS = SCORED | GROSS

@@ -27,30 +27,16 @@ from .flights import PLAN
 def test_the_table_has_a_row_for_each_constant_and_axis(calibration, telemetry):
     table = calibration.table()
     assert list(table) == ["block", "axis", "unit", "estimate", "sigma", "prior_sigma"]
-    assert list(table["block"].unique()) == [
-        "gyro.bias",
-        "sun.misalignment",
-        "sun.bias",
-        "mag.misalignment",
-        "mag.bias",
-    ]
     assert list(table["axis"]) == list("xyz") * 5
-    units = dict(zip(table["block"], table["unit"], strict=True))
-    assert units == {
+    first = table.drop_duplicates("block").set_index("block")
+    assert first["unit"].to_dict() == {
         "gyro.bias": "deg/s",
         "sun.misalignment": "deg",
         "sun.bias": "-",
         "mag.misalignment": "deg",
         "mag.bias": "nT",
     }
-    prior = table.drop_duplicates("block").set_index("block")["prior_sigma"]
-    assert prior.round(12).to_dict() == {
-        "gyro.bias": 0.01,
-        "sun.misalignment": 1.0,
-        "sun.bias": 0.02,
-        "mag.misalignment": 1.0,
-        "mag.bias": 2000.0,
-    }
+    np.testing.assert_allclose(first["prior_sigma"], [0.01, 1.0, 0.02, 1.0, 2000.0], rtol=1e-12)
     truth = telemetry.truth.states[-1]
     true = {
         "gyro.bias": np.degrees(truth[3:6]),
@@ -115,32 +101,20 @@ def test_json_reads_back_exactly(calibration, tmp_path):
 
 
 def edited(text, **changes):
-    table = json.loads(text)
-    for key, value in changes.items():
-        if value is None:
-            del table[key]
-        else:
-            table[key] = value
-    return json.dumps(table)
+    return json.dumps(json.loads(text) | changes)
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"format": "x"}, "format = 'x': expected 'mgeo-attitude-calibration'"),
         ({"version": 1}, "version = 1: expected 2"),
-        ({"time_s": None}, "time_s is missing"),
-        ({"time_s": "1"}, "time_s = '1': expected a finite number"),
         (
             {"quaternion": [1.0, 1.0, 0.0, 0.0]},
             "quaternion = .*: expected four numbers of unit length",
         ),
         ({"states": {}}, r"states = \[\]: expected gyro.bias"),
-        ({"covariance": [[1.0]]}, "covariance = .*: expected 18 x 18 numbers"),
         ({"covariance": [[0.0] * 18] * 18}, "symmetric positive definite"),
         ({"tests": [{}]}, r"tests\[0\].sensor is missing"),
-        ({"rejected": [1.0]}, r"rejected\[0\] = 1.0"),
-        ({"scenario": {}}, "scenario.epoch: missing|scenario"),
     ],
 )
 def test_files_that_are_no_calibrations(calibration, changes, message):

@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import HorizonSensor, Scenario, TwoAxisSunSensor
+from mgeo_attitude import Scenario, TwoAxisSunSensor
 from mgeo_attitude.settings.base import declared
-from mgeo_calibration import calibrate, consistency, read_telemetry, simulate
+from mgeo_calibration import calibrate, read_telemetry
 from mgeo_calibration.telemetry.mapping import SensorChannels, TelemetryMapping
 
 from .flights import PLAN, check_claimed, normalized, short
@@ -73,14 +73,3 @@ def test_two_angles_of_a_mounted_sensor_are_read_as_its_directions():
         read_telemetry(
             frame, scenario, TelemetryMapping(sensors=(SensorChannels(name="sun", columns=("a",)),))
         )
-
-
-@pytest.mark.slow
-def test_the_filter_of_two_angles_is_consistent():
-    """Many simulated flights, with a horizon sensor that the Sun blinds."""
-    of = two_axis(SCENARIOS["paper"])
-    sensors = (*of.sensors, HorizonSensor(sun_exclusion_deg=40.0))
-    of = short(dataclasses.replace(of, sensors=sensors), 300.0)
-    report = consistency(simulate(of, PLAN, 30, seed=3), since=200.0)
-    for name in ("nees", "nis sun", "nis mag", "nis horizon"):
-        assert report[name].passed, report.table()

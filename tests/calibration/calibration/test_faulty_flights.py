@@ -2,18 +2,18 @@
 
 import pytest
 
-from . import faulty_flights
+from .faulty_flights import KINDS, run_case
 
 
 @pytest.mark.slow
 def test_faults_of_independent_flights_are_named_or_estimated():
-    """One flight of every sixth kind of fault; the module runs as many as wanted."""
-    results = faulty_flights.campaign(range(4, len(faulty_flights.KINDS), 6))
+    """One flight of every fourth kind of fault; the module runs as many as wanted."""
+    results = [run_case(number) for number in range(2, len(KINDS), 4)]
     assert {result.outcome for result in results} <= {"right", "named"}, results
 
 
-@pytest.mark.cases(2)
-@pytest.mark.parametrize("number", [813, 923, 1450])
+@pytest.mark.cases(1)
+@pytest.mark.parametrize("number", [813, 923])
 def test_fault_that_resembles_another_is_named(number):
-    """A field in µT resembles times in ms, point samples a spin, and minutes another orbit."""
-    assert faulty_flights.run_case(number).outcome == "named"
+    """A field in µT resembles times in ms, and point samples resemble a spin."""
+    assert run_case(number).outcome == "named"

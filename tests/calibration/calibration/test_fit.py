@@ -60,15 +60,10 @@ def test_a_first_attitude_whatever_it_is(scenario):
     [
         "two Sun sensors",
         "star tracker",
-        "oblique star tracker",
         "full gyro",
-        "random-walk bias",
-        "no Sun sensor",
-        "soft iron",
         "varying errors",
         "orbit error",
         "considered",
-        "cubesat_6u_full",
     ],
 )
 def test_any_suite(name):
@@ -76,7 +71,7 @@ def test_any_suite(name):
     of = dataclasses.replace(
         Scenario.paper(), gyro=suite.gyro, sensors=suite.sensors, world=suite.world
     )
-    of = short(of, 6000.0 if name == "no Sun sensor" else 1500.0)
+    of = short(of, 1500.0)
     telemetry = flown(of, 7)
     found = calibrate(of, telemetry)
     check_claimed([normalized(found, telemetry)], 0.998)
@@ -123,7 +118,6 @@ LOST = "beyond the chi-square gate|does not settle"
         (scaled("mag", 1e-3), r"mag: .* are they in uT\?"),
         (scaled("sun", 57.3), r"sun: vectors of the length 56.9 .* what is their unit\?"),
         (scaled("gyro", np.radians(1.0)), "gyro: .* in rad/s"),
-        (scaled("gyro", 3600.0), "gyro: .* in deg/h"),
         (lambda f: scaled("sun", np.nan)(f)[:100], "no attitude follows"),
         (scaled("mag_x", -1.0), LOST),
         (scaled("gyro", -1.0), LOST),

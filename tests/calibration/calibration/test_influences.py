@@ -11,7 +11,7 @@ from mgeo_calibration import (
     calibrate,
     fly,
 )
-from mgeo_calibration.calibration.added import calibrate_with
+from mgeo_calibration.calibration.recalibration import calibrate_with
 from mgeo_calibration.estimation.kinematics import discretized
 from scipy.linalg import expm
 

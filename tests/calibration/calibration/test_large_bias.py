@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
@@ -20,16 +19,15 @@ def believed(deg_s):
     return dataclasses.replace(SCENARIO, gyro=gyro)
 
 
-@pytest.mark.cases(2)
-@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(
     ("bias", "step"), [((0.5, 1.0, -0.5), 1.0), ((3.0, -3.0, 3.0), 1.0), ((2.0, 2.0, -2.0), 4.0)]
 )
-def test_a_large_bias_that_is_believed_possible_is_found(bias, step, motion):
+def test_a_large_bias_that_is_believed_possible_is_found(bias, step):
     """They were refused as rates in deg/h, or did not settle."""
     scenario = believed(max(bias))
     craft = Craft(gyro_bias_deg_s=bias)
-    telemetry = fly(scenario, MOTIONS[motion], 3, craft, duration=1500.0, step=step)
+    telemetry = fly(scenario, MOTIONS["turning"], 3, craft, duration=1500.0, step=step)
     found = calibrate(scenario, telemetry)
     assert found.supported, found.conclusion
     check_claimed([normalized(found, telemetry)], 0.98)
@@ -45,15 +43,3 @@ def test_a_large_bias_that_is_known_is_no_other_unit():
     rest = dataclasses.replace(telemetry, times=telemetry.times - half.time, truth=None)
     again = calibrate(after, rest)
     assert again.supported, again.conclusion
-
-
-@pytest.mark.cases(1)
-@pytest.mark.parametrize(("deg_s", "factor"), [(2.0, 3600.0), (0.01, 1e3), (0.01, np.pi / 180.0)])
-def test_another_unit_is_named_whatever_the_bias(deg_s, factor):
-    """Unless the bias that is believed possible explains the same rates."""
-    scenario = believed(deg_s)
-    telemetry = fly(scenario, MOTIONS["plan"], 3, duration=1500.0)
-    wrong = dataclasses.replace(telemetry, gyro_deg_s=factor * telemetry.gyro_deg_s)
-    units = {3600.0: "deg/h", 1e3: "mdeg/s", np.pi / 180.0: "rad/s"}
-    with pytest.raises(ValueError, match=f"gyro: .* in {units[factor]}"):
-        calibrate(scenario, wrong)

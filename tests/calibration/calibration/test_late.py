@@ -5,9 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario, StarTracker
-from mgeo_calibration import calibrate, consistency, simulate
+from mgeo_calibration import calibrate
 
-from ...attitude.filter.suites import SUITES
 from .flights import PLAN, short
 from .independent import Craft, fly, fly_tracked, steady
 
@@ -77,14 +76,3 @@ def beside_a_noisy_gyro(late, noise_arcsec, seed):
 def test_the_delay_of_a_tracker_that_is_better_than_the_gyro_is_right(late):
     """What is read is between two samples: it was off by 2 to 11 sigma, or not supported."""
     assert np.abs(beside_a_noisy_gyro(late, 1.0, 1)).max() < 3.0
-
-
-@pytest.mark.campaign
-@pytest.mark.slow
-def test_the_filter_knows_delays_as_it_claims():
-    """Drawn from the scenario, of a Sun sensor, a star tracker and a magnetometer."""
-    suite = SUITES["late"]
-    of = dataclasses.replace(Scenario.paper(), gyro=suite.gyro, sensors=suite.sensors)
-    report = consistency(simulate(short(of, 240.0), PLAN, 30, seed=3), since=100.0)
-    for name in ("nees", "nis sun", "nis tracker", "nis mag"):
-        assert report[name].passed, report.table()

@@ -29,10 +29,9 @@ def flown(scenario, seed, motion="plan", **craft):
     return fly(scenario, MOTIONS[motion], seed, Craft(**craft), duration=1500.0)
 
 
-@pytest.mark.cases(1)
-@pytest.mark.parametrize("size", [0.3, 1.0])
-def test_a_bias_that_is_constant_is_told_from_one_that_decays(size):
+def test_a_bias_that_is_constant_is_told_from_one_that_decays():
     """It ended 10 sigma wrong at 0.3 deg/s, supported."""
+    size = 0.3
     scenario = believed(PAPER, initial_bias_deg_s=size)
     telemetry = flown(scenario, 1, gyro_bias_deg_s=[size, -size, size], **CONSTANT)
     found = calibrate(scenario, telemetry)
@@ -40,7 +39,7 @@ def test_a_bias_that_is_constant_is_told_from_one_that_decays(size):
     assert not found.supported
     assert found.failures[0].startswith("gyro.bias decays by ")
     assert found.failures[0].endswith(": gyro.bias_decay")
-    assert found.conclusion.startswith("the model ") or size > 0.5
+    assert found.conclusion.startswith("the model ")
     row = found.model_table().loc["gyro.bias_decay"]
     assert row["named"]
     assert row["p"] < 1e-6
@@ -61,21 +60,18 @@ def test_a_bias_that_walks_by_more_than_is_said_is_told():
     assert again.supported, again.conclusion
 
 
-@pytest.mark.cases(1)
-@pytest.mark.parametrize("motion", MOTIONS)
-@pytest.mark.parametrize("scenario", [PAPER, CUBESAT], ids=lambda each: each.name)
+@pytest.mark.parametrize(("scenario", "motion"), [(PAPER, "plan"), (CUBESAT, "turning")])
 def test_nothing_is_named_of_what_is_as_it_is_said(scenario, motion):
-    for seed in (1, 2):
-        found = calibrate(scenario, flown(scenario, seed, motion))
-        assert found.supported, found.conclusion
-        assert not found.model_table()["named"].any()
+    found = calibrate(scenario, flown(scenario, 1, motion))
+    assert found.supported, found.conclusion
+    assert not found.model_table()["named"].any()
 
 
 TURNS = [-0.1, 0.2, -0.4, 300.0, 0.3, -0.4, 0.3, 500.0, -0.2, 0.4, 0.3, 600.0,
          0.3, 0.3, -0.2, 200.0, -0.3, -0.3, 0.4, 300.0]  # fmt: skip
 
 
-@pytest.mark.cases(0)
+@pytest.mark.slow
 @pytest.mark.parametrize("late", [0.0, 0.1])
 def test_a_tracker_that_is_better_than_the_gyro_is_late_only_where_it_is(late):
     """The gyro's noise of a step is three times its own, and is in the rate and in the attitude."""

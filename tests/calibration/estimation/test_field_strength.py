@@ -1,7 +1,6 @@
 """Magnetometers by the strength of the field, beside scipy and by an independent simulation."""
 
 import dataclasses
-import itertools
 
 import numpy as np
 import pytest
@@ -81,10 +80,10 @@ def with_bias(seed, bias):
 
 
 @pytest.mark.cases(1)
-@pytest.mark.parametrize(("seed", "bias"), [*itertools.product((0, 4), LARGE)])
-def test_a_bias_as_large_as_the_field_is_found(seed, bias):
+@pytest.mark.parametrize("bias", LARGE)
+def test_a_bias_as_large_as_the_field_is_found(bias):
     """The start is by strength: directions with such a bias in them say that the gyro is wrong."""
-    of, telemetry, sent = with_bias(seed, bias)
+    of, telemetry, sent = with_bias(4, bias)
     found, alone = calibrate(of, telemetry), calibrate_alone(of, telemetry)
     first = 3 * found.suite.blocks.index("mag.bias")
     true = sent.truth.states[-1, first : first + 3] * of.sensors[0].channel_unit.factor

@@ -31,17 +31,14 @@ class Own(SunSensor):
 
 
 OWN = Suite(Gyro(), (Own(),))
-CASES = [(OWN, 0)]
-CASES += [
-    (SUITES[name], i)
-    for name in ("paper", "star tracker", "oblique star tracker")
-    for i in range(2)
+CASES = [
+    (OWN, 0),
+    (SUITES["late"], 2),
+    (SUITES["two angles"], 0),
+    (SUITES["star tracker"], 0),
+    (SUITES["orbit error"], 2),
+    (SUITES["soft iron"], 1),
 ]
-CASES += [(SUITES["soft iron"], 1)]
-CASES += [(SUITES["varying errors"], 0), (SUITES["varying errors"], 1)]
-CASES += [(SUITES["orbit error"], 2), (SUITES["considered"], 1)]
-CASES += [(SUITES["two angles"], 0), (SUITES["two angles"], 1)]
-CASES += [(SUITES["late"], index) for index in range(3)]
 
 
 def look(suite, sensor):
@@ -127,7 +124,7 @@ def in_space(suite, index, y, C, x):
     return tuple(np.tensordot(axes, each, 1) for each in found)
 
 
-@pytest.mark.cases(3, 5)
+@pytest.mark.cases(3)
 @pytest.mark.parametrize(("suite", "index"), CASES)
 def test_derivatives_of_the_innovation_are_those_of_finite_differences(suite, index):
     sensor = suite.sensors[index]
@@ -164,7 +161,7 @@ def test_derivatives_of_the_innovation_are_those_of_finite_differences(suite, in
     np.testing.assert_allclose(at(e)[0], 0.0, atol=1e-14)
 
 
-@pytest.mark.cases(3, 5)
+@pytest.mark.cases(3)
 @pytest.mark.parametrize(("suite", "index"), CASES)
 def test_moments_of_second_order_are_those_of_samples(suite, index):
     """Mean and covariance of ½ eᵀ B e by the traces of dense matrices."""

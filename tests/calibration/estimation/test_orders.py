@@ -39,9 +39,8 @@ def reordered(telemetry, order):
     return dataclasses.replace(telemetry, sensors=sensors)
 
 
-@pytest.mark.cases(1)
-@pytest.mark.parametrize("order", [words for words, *_ in ORDERS])
-def test_another_order_is_named_and_not_the_sun_sensor(scenario, order):
+def test_another_order_is_named_and_not_the_sun_sensor(scenario):
+    order = "from the body to GCRF"
     message = rf"^tracker: its quaternions agree .* as {order}: expected scalar last, from GCRF"
     with pytest.raises(ValueError, match=message):
         calibrate(scenario, reordered(sent(scenario), order))

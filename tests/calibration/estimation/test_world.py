@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Scenario, World
 from mgeo_attitude.scenario import Convergence
-from mgeo_calibration import consistency, simulate
+from mgeo_calibration import simulate
 
 PLAN = np.array([0.5, -0.3, 0.8, 300.0, -0.7, 0.9, 0.1, 300.0, 0.2, 0.4, -0.9, 400.0])
 
@@ -24,27 +24,12 @@ def with_magnetometers(number, world, duration=1500.0):
     )
 
 
-@pytest.mark.campaign
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [1, 2, 4])
-def test_more_magnetometers_promise_no_more_than_they_achieve(number):
+def test_more_magnetometers_promise_no_more_than_they_achieve():
     """Where each had a field error of its own, four promised 0.083 deg and achieved 0.138."""
-    scenario = with_magnetometers(number, World(field_error_nt=150.0))
+    scenario = with_magnetometers(4, World(field_error_nt=150.0))
     found = simulate(scenario, PLAN, 240, seed=11)
     late = found.times >= 600.0
     achieved = np.sqrt(np.mean(found.errors[:, late, :3] ** 2))
     promised = np.sqrt(np.mean(found.predicted[late, :3] ** 2))
     assert achieved / promised == pytest.approx(1.0, abs=0.05)
-
-
-@pytest.mark.campaign
-@pytest.mark.slow
-def test_every_error_of_the_world_at_once_is_estimated_consistently():
-    """Fifty flights, within 99 % bounds."""
-    world = World(
-        earth_albedo=0.3, albedo=0.05, field_error_nt=150.0, orbit_error_m=(2000.0, 200.0, 200.0)
-    )
-    scenario = with_magnetometers(2, world)
-    report = consistency(simulate(scenario, PLAN, 50, seed=1), since=600.0)
-    names = ("nees", "nis sun", "nis mag0", "nis mag1")
-    assert all(report[name].passed for name in names), report.table()

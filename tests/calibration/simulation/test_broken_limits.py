@@ -1,15 +1,12 @@
 """How often path limits truly are broken, steered by the estimate and open loop."""
 
 import dataclasses
-from math import erfc, sqrt
 
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence, PathLimit
-from mgeo_attitude.settings.errors import InvalidValue
-from mgeo_calibration import simulate
 
 from ...attitude.geometry.test_rotation import as_scipy
 from ..flight.runs import estimated, none
@@ -72,29 +69,3 @@ def test_counts_are_those_of_the_errors():
     assert (record.broken[0, 0] != record.broken[0, 1]).any()
     assert (record.broken > 0).any(axis=(0, 1)).sum() >= 4
     assert (record.broken < 1).all(axis=(0, 1)).sum() >= 4
-
-
-@pytest.mark.slow
-def test_what_passes_a_cone_by_a_degree_is_inside_it_unless_it_keeps_the_margin():
-    """10 deg of initial attitude: flights start inside when an error of a degree says so."""
-    bare = toward_sun(21.0, 20.0, attitude_sigmas=0.0)
-    wide = toward_sun(51.0, 20.0)
-    away = np.zeros(12)
-    margin = scenario(bare, dataclasses.replace(bare, attitude_sigmas=3.0))
-    message = r"path_limits\[1\]\.half_angle_deg = 20\.0: expected another attitude .* 21 deg"
-    with pytest.raises(InvalidValue, match=message):
-        AttitudeManeuverProblem(margin)
-    kept = AttitudeManeuverProblem(scenario(bare, wide)).evaluate(away, return_values_of=["G"])
-    assert (kept < 0.0).all()
-    n = 150
-    table = simulate(scenario(bare, wide), away, n_runs=n, seed=2).broken_limits()
-    beyond = [100.0 * 0.5 * erfc(k / sqrt(2.0)) for k in (0.1, 3.1)]
-    for way in ("steered", "open loop"):
-        flights = table[f"{way}: flights [%]"].to_numpy()
-        chance = 3.0 * np.sqrt(np.multiply(beyond, np.subtract(100.0, beyond)) / n)
-        assert abs(flights[0] - beyond[0]) < chance[0] + 5.0  # the error across adds a little
-        assert flights[1] <= beyond[1] + chance[1]
-    # what is steered leaves the cone when its filter has seen the Sun, the other one never does
-    time = table.loc[:, [f"{way}: time [%]" for way in ("steered", "open loop")]].to_numpy()
-    assert time[0, 0] < 0.2 * time[0, 1]
-    assert time[0, 1] == pytest.approx(table["open loop: flights [%]"].iloc[0], rel=0.05)

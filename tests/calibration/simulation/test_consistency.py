@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_calibration import MonteCarlo, consistency
-from scipy.stats import chi2
 
 N, M = 200, 40
 
@@ -35,8 +34,8 @@ def result():
 
 def test_true_claims_pass(result):
     report = consistency(result)
-    assert report.passed, report.table()
-    assert list(report.table().index) == [
+    assert report["passed"].all(), report
+    assert list(report.index) == [
         "nees",
         "nis sun",
         "beyond 3 sigma",
@@ -47,7 +46,7 @@ def test_true_claims_pass(result):
 
 def test_bounds_are_those_of_chi_square(result):
     """99 % of sums over N runs of 6 squares, by the normal limit of Wilson and Hilferty."""
-    bounds = consistency(result)["nees"]
+    bounds = consistency(result).loc["nees"]
     dof, z = 6 * N, 2.5758293035489004
     expected = [(1 - 2 / (9 * dof) + sign * z * np.sqrt(2 / (9 * dof))) ** 3 for sign in (-1, 1)]
     np.testing.assert_allclose([bounds.low, bounds.high], expected, rtol=1e-4)
@@ -68,17 +67,8 @@ def test_bounds_are_those_of_chi_square(result):
 def test_false_claims_do_not(result, criterion, changes):
     wrong = {name: factor * getattr(result, name) for name, factor in changes.items()}
     report = consistency(dataclasses.replace(result, **wrong))
-    assert not report[criterion].passed
-    assert not report.passed
-
-
-def test_a_true_claim_is_refused_as_rarely_as_said():
-    """100 sets of runs at 90 % confidence: about ten refusals."""
-    rng = np.random.default_rng(9)
-    low, high = (chi2.ppf(p, 6 * N) / (6 * N) for p in (0.05, 0.95))
-    means = rng.chisquare(6, (100, N)).mean(axis=1) / 6
-    refused = ((means < low) | (means > high)).sum()
-    assert 2 <= refused <= 20
+    assert not report.loc[criterion, "passed"]
+    assert not report["passed"].all()
 
 
 def test_bad_arguments_are_named(result):
@@ -86,5 +76,3 @@ def test_bad_arguments_are_named(result):
         consistency(result, since=50.0)
     with pytest.raises(ValueError, match="confidence = 99"):
         consistency(result, confidence=99)
-    with pytest.raises(KeyError):
-        consistency(result)["nothing"]

@@ -1,6 +1,4 @@
-import copy
 import math
-import pickle
 
 import numpy as np
 import pytest
@@ -85,15 +83,6 @@ def test_weakly_dominated_rows_are_those_that_any_new_point_reaches(n_obj):
             new = rng.integers(0, levels, (5, n_obj)).astype(float)
             expected = [i for i, f in enumerate(front) if (new <= f).all(axis=1).any()]
             assert weakly_dominated_rows(front, new).tolist() == expected
-
-
-def test_individuals_move_with_their_objectives():
-    rng = np.random.default_rng(2)
-    archive = ParetoArchive(2)
-    for _ in range(20):
-        F = np.round(rng.random((30, 2)), 2)
-        archive.add(F, Population.new("F", F))
-        assert np.array_equal(archive.individuals.get("F"), archive.F)
 
 
 @pytest.mark.parametrize("n_obj", [2, 3, 5])
@@ -226,28 +215,6 @@ def test_truncated_fronts_of_many_objectives_are_evenly_spread(n_obj, most):
     assert np.array_equal(truncated.max(axis=0), F.max(axis=0))
 
 
-def test_a_limited_archive_of_three_objectives_is_evenly_spread():
-    rng = np.random.default_rng(5)
-    F = np.abs(rng.standard_normal((4000, 3)))
-    F /= np.linalg.norm(F, axis=1, keepdims=True)
-    assert spread_of(filled(F, cuts=range(80, 4000, 80), max_size=100).F) < 0.2
-
-
-def test_truncated_line_is_evenly_spread():
-    x = np.sort(np.random.default_rng(0).random(400))
-    kept = x[truncate(np.column_stack([x, 1 - x]), 20)]
-    assert np.diff(kept).max() < 3 * np.diff(kept).min()
-
-
-def test_archive_survives_copy_and_pickle():
-    archive = filled(np.random.default_rng(0).random((50, 2)))
-    for clone in (copy.deepcopy(archive), pickle.loads(pickle.dumps(archive))):
-        assert np.array_equal(clone.F, archive.F)
-        assert clone.individuals.tolist() == archive.individuals.tolist()
-        clone.add(np.zeros((1, 2)), labels(1))
-        assert (len(clone), len(archive) > 1) == (1, True)
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [((0,), "n_obj = 0"), ((2, 3), "max_size = 3: expected at least 4")],
@@ -255,20 +222,6 @@ def test_archive_survives_copy_and_pickle():
 def test_impossible_archives_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         ParetoArchive(*arguments)
-
-
-@pytest.mark.parametrize(
-    ("F", "individuals", "violation", "message"),
-    [
-        (np.zeros((2, 3)), labels(2), None, r"F of shape \(2, 3\): expected \(k, 2\)"),
-        (np.zeros(2), labels(1), None, r"F of shape \(2,\)"),
-        (np.zeros((2, 2)), labels(3), None, r"individuals of shape \(3,\): expected \(2,\)"),
-        (np.zeros((2, 2)), labels(2), np.zeros(1), r"violation of shape \(1,\)"),
-    ],
-)
-def test_shapes_that_disagree_are_refused(F, individuals, violation, message):
-    with pytest.raises(ValueError, match=message):
-        ParetoArchive(2).add(F, individuals, violation)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -286,7 +239,3 @@ def test_front_rows_are_those_of_the_definition_in_order(seed):
     rows = front_rows(F)
     assert sorted(rows) == expected
     assert (np.diff(F[rows, 0]) > 0.0).all()
-
-
-def test_a_front_of_nothing_has_no_rows():
-    assert len(front_rows(np.empty((0, 2)))) == 0

@@ -122,14 +122,3 @@ def test_only_clipped_steps_end_on_the_bounds(algorithm):
         shares[name] = ((X == 0) | (X == 1)).mean()
     assert shares["clip"] > 0.1
     assert shares["reflect"] == shares["resample"] == 0.0
-
-
-@pytest.mark.parametrize("algorithm", [MGEOReal, MGEOReal2, MGEODirected])
-def test_clipping_is_the_default(algorithm):
-    F = [
-        minimize(ZDT1(n_var=4), made, ("n_gen", 10), seed=2).F
-        for made in (algorithm(), algorithm(bounds="clip"))
-    ]
-    assert np.array_equal(*F)
-    with pytest.raises(ValueError, match=r"bounds = 'reflec'.*did you mean 'reflect'"):
-        algorithm(bounds="reflec")

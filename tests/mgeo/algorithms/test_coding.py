@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Binary, Choice, Integer, Real
-from pymoo.operators.sampling.rnd import IntegerRandomSampling
 from pymoo.optimize import minimize
 
 from mgeo import MGEOCanonical, MGEOReal, MGEOVar
@@ -47,22 +46,6 @@ def test_every_level_of_the_largest_integers_is_its_own_code(low, levels):
     inside = np.random.default_rng(1).integers(low, low + levels, 1000)
     values = np.array([low, *inside, low + levels - 1], dtype=float)[:, None]
     assert np.array_equal(code.decode(code.encode(values)), values)
-
-
-@pytest.mark.parametrize("variant", [MGEOCanonical, MGEOVar])
-def test_the_largest_integers_are_evaluated_within_their_bounds(variant):
-    low, high = 2**53 - 10, 2**53 - 1
-
-    class Largest(ElementwiseProblem):
-        def __init__(self):
-            super().__init__(vars={"i": Integer(bounds=(low, high))}, n_obj=1)
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            assert type(x["i"]) is int
-            assert low <= x["i"] <= high
-            out["F"] = float(abs(x["i"] - low - 4))
-
-    assert minimize(Largest(), variant(n_walkers=4), ("n_gen", 30), seed=1).X["i"] == low + 4
 
 
 @pytest.mark.parametrize("levels", [1, 2, 3, 5, 8, 11, 100])
@@ -150,13 +133,6 @@ def test_integer_variables_the_whole_front_is_found(variant, coding):
     assert np.array_equal(problem.evaluate(result.X), result.F)
 
 
-def test_integer_starting_points_are_kept():
-    algorithm = MGEOVar(n_walkers=6, sampling=IntegerRandomSampling()).setup(Grid(), seed=2)
-    starts = algorithm.ask().get("X").reshape(6, -1, 3)[:, 0]
-    again = MGEOVar(n_walkers=6, sampling=starts).setup(Grid(), seed=3)
-    assert np.array_equal(again.ask().get("X").reshape(6, -1, 3)[:, 0], starts)
-
-
 class Mixed(ElementwiseProblem):
     """Typed variables: a design is a dict."""
 
@@ -188,48 +164,23 @@ def test_typed_variables_are_coded_together_and_the_whole_front_is_found():
     assert all(set(x) == {"on", "count", "length"} for x in result.X)
 
 
-def test_dicts_of_the_archive_are_places_to_restart_at():
-    algorithm = MGEOCanonical(3.0, 4, 6, restart="archive", patience=1)
-    result = minimize(Mixed(), algorithm, ("n_gen", 60), seed=1)
-    assert {x["on"] for x in result.X} == {False, True}
-
-
 @pytest.mark.parametrize(
     ("arguments", "variant", "message"),
     [
-        ({"vars": {"c": Choice(options=["a", "b"])}}, MGEOReal, r"vars\['c'\] is a Choice"),
         (
             {"vars": {"c": Choice(options=["a", "a"])}},
             MGEOCanonical,
-            r"vars\['c'\].options = .*once",
+            r"vars\['c'\].*options = .*once",
         ),
-        ({"vars": {"c": Choice()}}, MGEOCanonical, r"vars\['c'\].options = None: .* at least one"),
-        ({"vars": {"b": Binary()}}, MGEOReal, r"vars\['b'\] is a Binary: expected real"),
-        ({"vars": {"r": Real()}}, MGEOCanonical, "expected a finite bound"),
+        ({"vars": {"b": Binary()}}, MGEOReal, r"vars\['b'\] = .*Binary'>: expected real"),
+        ({"vars": {"r": Real()}}, MGEOCanonical, r"xl\['r'\] = nan: expected a finite number"),
         ({"n_var": 2, "xl": 0, "xu": 1, "vtype": str}, MGEOCanonical, "vtype = <class 'str'>"),
-        ({"n_var": 2, "xl": 0.5, "xu": 4, "vtype": int}, MGEOCanonical, "expected whole numbers"),
+        ({"n_var": 2, "xl": 0.5, "xu": 4, "vtype": int}, MGEOCanonical, "a finite whole number"),
         ({"n_var": 2, "xl": 3, "xu": 3, "vtype": int}, MGEOCanonical, "all variables are fixed"),
-        ({"n_var": 2, "xl": 0, "xu": 1, "vtype": bool}, MGEOVar, "variable 0 has 1 bit"),
         ({"n_var": 3, "xl": 0, "xu": 1}, lambda: MGEOVar(bits=[4, 4]), "bits of length 2"),
         ({"n_var": 3, "xl": 0, "xu": 1}, lambda: MGEOVar(bits=[4, 1, 4]), "variable 1 has 1 bit"),
-        (
-            {"n_var": 2, "xl": 0, "xu": [9, 2**52], "vtype": int},
-            MGEOCanonical,
-            r"integer variable 1 has 4503599627370497 levels: expected at most 2\^52",
-        ),
-        (
-            {"n_var": 2, "xl": 0, "xu": [9, 2**60], "vtype": int},
-            MGEOCanonical,
-            r"xu\[1\] = 1152921504606846976: expected a bound of at most 9007199254740991",
-        ),
-        (
-            {"vars": {"i": Integer(bounds=(2**53, 2**53 + 9))}},
-            MGEOCanonical,
-            r"xl\['i'\] = 9007199254740992: expected a bound of at most 9007199254740991",
-        ),
-        ({"vars": {"i": Integer(bounds=(-(2**63), 0))}}, MGEOVar, r"xl\['i'\] = -92233720368"),
-        ({"vars": {"i": Integer(bounds=(0, 2**63))}}, MGEOVar, r"xu\['i'\] = 92233720368"),
-        ({"vars": {"i": Integer(bounds=(0, 10**400))}}, MGEOVar, "expected a finite bound"),
+        ({"vars": {"i": Integer(bounds=(0, 2**52))}}, MGEOVar, r"levels: expected at most 2\^52"),
+        ({"vars": {"i": Integer(bounds=(2**53, 2**53 + 9))}}, MGEOCanonical, r"xl\['i'\] = 9.0"),
     ],
 )
 def test_problems_that_cannot_be_coded_are_refused(arguments, variant, message):

@@ -5,12 +5,10 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from pymoo.core.problem import Problem
-from pymoo.core.variable import Integer, Real
 from pymoo.problems.multi import ZDT1
 
 from mgeo import MGEODirected
-from mgeo.algorithms import Normals, SavedState, capture, restore
+from mgeo.algorithms import Normals, capture, restore
 from mgeo.testing import check_algorithm
 
 
@@ -110,38 +108,6 @@ def test_half_of_each_kind_learn_after_so_many_evaluations_and_nothing_changes_b
     assert (run.walkers <= 1).all()
 
 
-def test_variables_that_are_not_real_or_too_many_are_left_to_the_other_moves():
-    class Mixed(Problem):
-        def __init__(self):
-            super().__init__(vars={"a": Real(bounds=(0, 1)), "b": Integer(bounds=(0, 9))}, n_obj=2)
-
-        def _evaluate(self, X, out, *args, **kwargs):
-            out["F"] = np.array([[x["a"], (x["b"] - 3) ** 2 - x["a"]] for x in X])
-
-    for problem in (Mixed(), ZDT1(n_var=101)):
-        run = begun(Early(), problem, 3)
-        assert run.state.normals.sigma.shape == (0,)
-
-
-def test_a_distribution_that_gains_no_more_begins_anew_with_other_weights():
-    run = begun(Early(), ZDT1(n_var=4), 4)
-    normals, rows = run.state.normals, run._learning()
-    while normals.drawn:
-        run.next()
-    sigma, weights = normals.sigma.copy(), run.state.weights.copy()
-    normals.sigma[0], normals.sigma[-1] = 1e-9, 1e9
-    run.restart_idle(np.zeros(16, bool), np.zeros(16, bool))
-    low, high = run.learning_widths
-    assert (low <= normals.sigma[[0, -1]]).all()
-    assert (normals.sigma[[0, -1]] <= high).all()
-    np.testing.assert_array_equal(normals.sigma[1:-1], sigma[1:-1])
-    np.testing.assert_array_equal(normals.matrix[0], np.eye(4))
-    changed = (run.state.weights != weights).any(axis=1)
-    assert changed[rows[0]]
-    assert not changed[rows[-1]]  # of one objective, as before
-    assert run.walkers[rows[0]] in run.front.individuals.get("X")
-
-
 def test_it_is_a_good_pymoo_algorithm_and_resumes_to_the_same_end():
     check_algorithm(Early(n_walkers=6))
     run = begun(Early(), ZDT1(n_var=4), 7)
@@ -154,18 +120,3 @@ def test_it_is_a_good_pymoo_algorithm_and_resumes_to_the_same_end():
         assert np.array_equal(
             getattr(again.state.normals, field.name), getattr(run.state.normals, field.name)
         )
-
-
-def test_a_state_of_an_older_version_is_read():
-    run = begun(MGEODirected(), ZDT1(n_var=4), 5)
-    saved = capture(run)
-    values = {key: value for key, value in saved.data["state"].items() if key != "normals"}
-    arrays = {key: value for key, value in saved.arrays.items() if "normals" not in key}
-    older = SavedState(arrays, {**saved.data, "state": values})
-    again = restore(older, run.problem, MGEODirected())
-    for _ in range(5):
-        run.next(), again.next()
-    np.testing.assert_array_equal(again.front.F, run.front.F)
-    arrays = {key: value for key, value in saved.arrays.items() if key != "state.normals.path"}
-    with pytest.raises(ValueError, match=r"state\.normals\.path is missing"):
-        restore(SavedState(arrays, saved.data), run.problem, MGEODirected())

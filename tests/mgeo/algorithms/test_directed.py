@@ -4,16 +4,13 @@ import copy
 
 import numpy as np
 import pytest
-from pymoo.core.population import Population
 from pymoo.core.problem import Problem
-from pymoo.core.variable import Choice, Real
 from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
-from scipy.spatial.distance import cdist
 from scipy.stats import kstest
 
-from mgeo import MGEODirected, ParetoArchive
+from mgeo import MGEODirected
 from mgeo.algorithms import (
     Attraction,
     distance,
@@ -35,10 +32,6 @@ WITHOUT = {"momentum": (0.0, 0.0)}
 
 class Freely(MGEODirected):
     coupling, widths, return_to_best, migrate = (0.0, 1.0), (0.1, 0.1), 1.0, (0.0, 0.0)
-
-
-class AnyTargets(MGEODirected):
-    targets, progress = (0.5, 0.0), (1e-3, 1e-3)
 
 
 def directed(*args, **given):
@@ -68,9 +61,8 @@ def candidates(run):
         MGEODirected(n_walkers=3, extreme_weights=1.0, archive_size=10),
         Freely(1.0, 6, 0.0, (1.0, 1.0), max_candidates=2),
         MGEODirected(difference=(0.65, 0.65), **WITHOUT),
-        AnyTargets(),
     ],
-    ids=["default", "ends", "differences", "without momentum", "any targets"],
+    ids=["default", "ends", "differences", "without momentum"],
 )
 def test_it_is_a_good_pymoo_algorithm(algorithm):
     check_algorithm(algorithm)
@@ -100,26 +92,6 @@ def test_directions_fill_the_simplex(n_obj):
     assert weights.var(axis=0) == pytest.approx(np.full(n_obj, variance), abs=0.01)
 
 
-@pytest.mark.parametrize(
-    ("n_obj", "n", "least", "most_varied"),
-    [
-        (3, 5, 0.35, 0.15), (3, 18, 0.16, 0.15), (3, 300, 0.035, 0.12),
-        (5, 5, 0.28, 0.25), (5, 18, 0.18, 0.20), (5, 300, 0.065, 0.18),
-        (9, 18, 0.20, 0.20), (9, 300, 0.10, 0.17), (15, 18, 0.18, 0.15), (15, 300, 0.10, 0.17),
-    ],
-)  # fmt: skip
-def test_directions_of_many_objectives_keep_apart(n_obj, n, least, most_varied):
-    def nearest(weights):
-        return np.sort(cdist(weights, weights), axis=1)[:, 1]
-
-    ours = nearest(weight_vectors(n, n_obj, 0.0))
-    random = [
-        nearest(random_weights(n, n_obj, np.random.default_rng(seed))).min() for seed in range(20)
-    ]
-    assert ours.min() > max(least, np.median(random))
-    assert ours.std() < most_varied * ours.mean()
-
-
 @pytest.mark.parametrize("n_obj", [1, 2, 4])
 def test_drawn_directions_are_uniform_on_the_simplex(n_obj):
     weights = random_weights(20_000, n_obj, np.random.default_rng(1))
@@ -135,20 +107,6 @@ def test_distance_is_the_largest_weighted_objective_of_the_scaled_space():
     found = distance(F, np.array([0.25, 0.75]), np.array([1.0, 10.0]), np.array([5.0, 50.0]))
     assert found[:2] == pytest.approx([0.75 * 0.5, 0.25 * 0.5], abs=2e-3)
     assert np.isnan(found[2])
-
-
-def test_of_equally_distant_points_the_dominating_one_is_nearer():
-    F = np.array([[0.5, 0.9], [0.5, 0.1]])
-    near = distance(F, np.array([1.0, 0.0]), np.zeros(2), np.ones(2))
-    assert near[1] < near[0]
-
-
-def test_distance_is_the_same_in_other_units():
-    rng = np.random.default_rng(0)
-    F, weights = rng.random((20, 3)), weight_vectors(20, 3, 0.2)
-    unit, offset = np.array([1e-6, 1.0, 1e4]), np.array([3.0, -2.0, 1e3])
-    one = distance(F, weights, np.zeros(3), np.ones(3))
-    assert distance(F * unit + offset, weights, offset, offset + unit) == pytest.approx(one)
 
 
 @pytest.mark.parametrize("n_obj", [1, 2, 3, 5])
@@ -218,37 +176,6 @@ def test_normal_steps_are_as_wide_as_said():
     assert np.log(sizes).mean() == pytest.approx(expected, abs=0.03)
 
 
-def test_of_many_variables_each_has_its_turn():
-    run = begun(directed(n_walkers=40, coupling=(0.0, 0.0), max_candidates=3), ZDT1(n_var=9), 0)
-    X, walkers = candidates(run)
-    assert X.shape == (40, 3, 9)
-    own = walkers[:, None] != X
-    assert (own.sum(axis=2) <= 1).all()
-    assert (own.sum(axis=1) <= 1).all()  # no variable twice for one walker
-    assert (own.sum(axis=(0, 1)) > 3).all()
-
-
-def test_differences_lie_between_points_of_the_donor_pool():
-    free = {"difference": (1.0, 1.0), "coupling": (0.0, 1.0), "attract": (0.0, 0.0)}
-    algorithm = directed(n_walkers=4, **free, **STILL, **WITHOUT)
-    run = begun(algorithm, ZDT1(n_var=3), 3)
-    pool = np.vstack([run.front.individuals.get("X"), run.state.incumbents])
-    between = (pool[:, None] - pool[None]).reshape(-1, 3)
-    X, walkers = candidates(run)
-    assert ((X > 0) & (X < 1)).any(axis=2).mean() > 0.5
-    for start, points in zip(walkers, X, strict=True):
-        for point in points:
-            step = point - start
-            inside = (point > 0) & (point < 1)  # others were clipped
-            if not inside.any():
-                continue
-            share = np.linalg.norm(step[inside]) / np.maximum(
-                np.linalg.norm(between[:, inside], axis=1), 1e-300
-            )
-            aligned = np.abs(share[:, None] * between[:, inside] - step[inside]).max(axis=1) < 1e-9
-            assert (aligned & (share <= 1)).any()
-
-
 def test_attraction_adds_a_part_of_the_way_to_a_point():
     rng = np.random.default_rng(4)
     own = np.tile(np.arange(5), 6000)
@@ -276,25 +203,6 @@ def test_attraction_adds_a_part_of_the_way_to_a_point():
             assert ((solved > -1e-12) & (solved < 1.0)).all()
 
 
-def test_walkers_are_attracted_by_the_archived_point_nearest_along_their_weights():
-    free = {"difference": (1.0, 1.0), "attract": (1.0, 1.0), "n_walkers": 6, **STILL, **WITHOUT}
-    run = begun(directed(**free, coupling=(0.0, 0.0)), ZDT1(n_var=4), 5)
-    archive = run.front
-    X, F = archive.individuals.get("X"), archive.F
-    far = distance(F, run.state.weights[:, None], F.min(axis=0), F.max(axis=0))
-    target = X[far.argmin(axis=1)][:, None]
-    run._donors = lambda shape: (np.zeros((*shape, 4)), np.zeros((*shape, 4)))
-    points, walkers = candidates(run)
-    step, way = points - walkers[:, None], target - walkers[:, None]
-    away = (way != 0.0).any(axis=2)[:, 0]
-    assert away.sum() > 2
-    step, way = step[away], way[away]
-    part = (step * way).sum(axis=2) / (way**2).sum(axis=2)
-    np.testing.assert_allclose(part[..., None] * way, step, atol=1e-12)
-    assert ((part >= 0.0) & (part < 1.0)).all()
-    assert part.std() > 0.1
-
-
 def test_steps_with_momentum_are_parts_of_the_step_before_and_of_the_way_to_a_target():
     rng = np.random.default_rng(6)
     x, before, target = (0.1 * rng.random((5000, 4)) for _ in range(3))
@@ -318,130 +226,6 @@ def test_a_step_with_momentum_is_at_most_a_fifth_of_the_bounds():
     assert {-0.2, 0.2} <= set((steps / extent).ravel())
 
 
-@pytest.mark.parametrize("share", [(1.0, 0.0), (0.0, 1.0), (0.5, 0.2)])
-def test_as_many_candidates_are_made_by_differences_as_said(share, monkeypatch):
-    seen = []
-
-    def spy(*arguments):
-        seen.append(joint_steps(*arguments))
-        return seen[-1]
-
-    monkeypatch.setattr("mgeo.algorithms.moves.joint_steps", spy)
-    run = begun(MGEODirected(n_walkers=200, difference=share, **WITHOUT), ZDT1(n_var=4), 2)
-    candidates(run)
-    made = (seen[-1][1] == 0.0).all(axis=2)  # normal steps have a standard deviation
-    for kind, expected in zip((run._between(), ~run._between()), share, strict=True):
-        assert made[kind].mean() == pytest.approx(expected, abs=0.06)
-
-
-def anywhere(x, targets, extent):
-    return np.ones(len(x), dtype=bool)
-
-
-@pytest.mark.parametrize("share", [(1.0, 0.0), (0.0, 1.0), (0.5, 0.2)])
-def test_as_many_candidates_have_momentum_as_said(share, monkeypatch):
-    monkeypatch.setattr(
-        "mgeo.algorithms.moves.momentum_steps", lambda x, *others: np.full(x.shape, 0.07)
-    )
-    monkeypatch.setattr("mgeo.algorithms.moves.within_a_step", anywhere)
-    run = begun(MGEODirected(n_walkers=200, momentum=share), ZDT1(n_var=4), 2)
-    points, walkers = candidates(run)
-    marked = np.isclose(points - walkers[:, None], 0.07).any(axis=2)  # others are at the bound
-    for kind, expected in zip((run._between(), ~run._between()), share, strict=True):
-        assert marked[kind].mean() == pytest.approx(expected, abs=0.06)
-
-
-def test_a_target_is_an_archived_point_or_the_nearest_one(monkeypatch):
-    seen = []
-
-    def spy(x, before, targets, *others):
-        seen.append((x, targets))
-        return np.zeros_like(x)
-
-    either = {"momentum": (1.0, 1.0), "targets": (0.5, 0.0)}
-    run = begun(directed(n_walkers=40, **either), ZDT1(n_var=4), 5)
-    archived, nearest = run.front.individuals.get("X"), run.archived(run._nearest())
-    monkeypatch.setattr("mgeo.algorithms.moves.momentum_steps", spy)
-    monkeypatch.setattr("mgeo.algorithms.moves.within_a_step", anywhere)
-    walkers = candidates(run)[1]
-    ((x, targets),) = seen
-    np.testing.assert_array_equal(x, np.repeat(walkers, 3, axis=0))
-    assert (targets[:, None] == archived).all(axis=2).any(axis=1).all()
-    among = (targets == np.repeat(nearest, 3, axis=0)).all(axis=1).mean()
-    assert 0.35 < among < 0.75  # half of them, and some by chance
-    assert len(np.unique(targets, axis=0)) > 0.3 * len(archived)
-
-
-@pytest.mark.parametrize(("share", "crowd"), [(0.0, 0.0), (0.0, 1.0), (0.4, 1.0), (1.0, 0.5)])
-def test_other_targets_are_the_nearest_of_a_few_drawn(share, crowd, monkeypatch):
-    seen, few = [], []
-
-    def spy(drawn, *others):
-        few.append((drawn, nearest_drawn(drawn, *others)))
-        return few[-1][1]
-
-    run = begun(MGEODirected(n_walkers=60, momentum=(1.0, 1.0)), ZDT1(n_var=4), 8)
-    run.targets = [share, crowd]
-    archived, nearest = run.front.individuals.get("X"), run.archived(run._nearest())
-    monkeypatch.setattr("mgeo.algorithms.moves.nearest_drawn", spy)
-    monkeypatch.setattr(
-        "mgeo.algorithms.moves.momentum_steps", lambda x, b, t, *o: seen.append(t) or 0.0 * x
-    )
-    monkeypatch.setattr("mgeo.algorithms.moves.within_a_step", anywhere)
-    candidates(run)
-    ((drawn, found),) = few
-    assert drawn.shape == (180, max(1, int(crowd * len(archived) ** 0.5)))
-    assert len(archived) > 8
-    assert 0 <= drawn.min() < drawn.max() < len(archived)
-    of_all = (seen[0] == np.repeat(nearest, 3, axis=0)).all(axis=1)
-    of_few = (seen[0] == archived[found]).all(axis=1)
-    assert (of_all | of_few).all()
-    lucky = (archived[found] == np.repeat(nearest, 3, axis=0)).all(axis=1)
-    assert of_all[~lucky].mean() == pytest.approx(share, abs=0.15)
-
-
-@pytest.mark.parametrize(
-    ("progress", "size", "least"),
-    [((1e-3, 1e-3), 1000, 1e-3), ((1e-5, 1e-3), 1000, 1e-4), ((1e-5, 1e-3), 11, 1e-3),
-     ((2e-4, 1e-3), 1000, 2e-4)],
-)  # fmt: skip
-def test_what_is_progress_depends_on_how_full_the_front_is(progress, size, least):
-    run = begun(directed(n_walkers=6, progress=progress, **STILL), ZDT1(n_var=3), 1)
-    line = np.linspace(0.0, 1.0, size)
-    state, weights = run.state, run.state.weights
-    state.front = ParetoArchive(2)
-    state.front.add(np.column_stack([line, 1.0 - line]), Population.new(X=np.zeros((size, 3))))
-    assert len(state.front) == size
-    state.incumbent_violation[:] = 0.0
-    for share, idle in ((0.9, 1), (1.1, 0)):
-        state.idle[:] = 0
-        state.marked_F = np.full((6, 2), 0.5)
-        nearer = share * least / (weights.max(axis=1) + 2e-3)  # in both objectives alike
-        state.incumbent_F = 0.5 - np.column_stack([nearer, nearer])
-        run.restart_idle(np.zeros(6, dtype=bool), np.zeros(6, dtype=bool))
-        assert state.idle.tolist() == [idle] * 6
-
-
-def test_walkers_at_the_extremes_are_drawn_to_points_within_a_step_alone(monkeypatch):
-    def spy(x, before, targets, extent, rng):
-        seen.append((np.abs(targets - x) / extent).max(axis=1))
-        return np.full(x.shape, 0.07)
-
-    run, seen = begun(MGEODirected(n_walkers=60, momentum=(1.0, 1.0)), ZDT1(n_var=4), 5), []
-    monkeypatch.setattr("mgeo.algorithms.moves.momentum_steps", spy)
-    points, walkers = candidates(run)
-    far = np.abs(run.front.individuals.get("X") - walkers[:, None]).max(axis=2) > 0.2
-    alone, between = far.all(axis=1) & ~run._between(), run._between()
-    assert alone.any()
-    assert (far.any(axis=1) & ~far.all(axis=1) & ~between).any()
-    marked = np.isclose(points - walkers[:, None], 0.07).any(axis=2)
-    assert marked[between].all()
-    assert not marked[alone].any()
-    assert (seen[0] <= 0.2).sum() >= len(seen[0]) - 3 * between.sum()
-    assert 0.0 < marked[~between].mean() < 1.0
-    assert (seen[0] > 0.2).any()  # of those between the extremes
-
-
 def test_the_momentum_is_the_step_that_led_to_the_incumbent():
     run = begun(directed(n_walkers=6, **STILL), ZDT1(n_var=5), 0)
     assert not run.state.momentum.any()
@@ -455,54 +239,6 @@ def test_the_momentum_is_the_step_that_led_to_the_incumbent():
         np.testing.assert_array_equal(run.state.momentum[~new], before.momentum[~new])
         changed += new.sum()
     assert 20 < changed < 25 * 6
-
-
-def test_a_walker_that_migrates_goes_on_as_it_jumped_and_one_that_restarts_stands():
-    run = begun(MGEODirected(n_walkers=6), ZDT1(n_var=5), 5)
-    run.state.walkers[4:] = 0.5
-    run._migrate(np.array([4, 5]))
-    np.testing.assert_array_equal(run.state.momentum[4:], run.walkers[4:] - 0.5)
-    run.restart_walkers(np.array([5]))
-    assert run.state.momentum[4].any()
-    assert not run.state.momentum[5].any()
-
-
-def test_a_choice_does_not_go_on(monkeypatch):
-    class Pick(Problem):
-        def __init__(self):
-            kinds = {"a": Choice(options=list("abcdefgh")), "x": Real(bounds=(0.0, 1.0))}
-            super().__init__(vars=kinds, n_obj=2)
-
-        def _evaluate(self, X, out, *args, **kwargs):
-            out["F"] = np.array([[ord(x["a"]) + x["x"], -ord(x["a"]) - x["x"] ** 2] for x in X])
-
-    seen = []
-
-    def spy(x, before, *others):
-        seen.append(before)
-        return momentum_steps(x, before, *others)
-
-    monkeypatch.setattr("mgeo.algorithms.moves.momentum_steps", spy)
-    run = begun(MGEODirected(n_walkers=30, momentum=(1.0, 1.0)), Pick(), 6)
-    assert run.state.momentum.any(axis=0).all()
-
-    def near(x, targets, extent):
-        np.testing.assert_array_equal(targets[:, 0], x[:, 0])
-        return anywhere(x, targets, extent)
-
-    monkeypatch.setattr("mgeo.algorithms.moves.within_a_step", near)
-    run.ask()
-    np.testing.assert_array_equal(seen[-1][:, 0], np.zeros(60))
-    np.testing.assert_array_equal(seen[-1][:, 1], np.repeat(run.state.momentum[:, 1], 2))
-
-
-def test_a_walker_takes_one_of_its_candidates_whole():
-    run = begun(directed(n_walkers=6, max_candidates=5, **STILL), ZDT1(n_var=5), 4)
-    infills = run.ask()
-    run.evaluator.eval(run.problem, infills)
-    X = infills.get("X").reshape(6, 5, 5).copy()
-    run.tell(infills=infills)
-    assert (run.walkers[:, None] == X).all(axis=2).any(axis=1).all()
 
 
 def test_walkers_under_high_pressure_take_the_nearest_candidate_along_their_direction():
@@ -595,25 +331,6 @@ def test_less_violation_is_progress():
     assert np.isinf(run.state.incumbent_violation).any()
 
 
-def test_a_walker_that_makes_progress_does_not_restart():
-    run = begun(
-        directed(n_walkers=1, restart=(1, 2), return_to_best=1.0, migrate=(0, 0)),
-        Rosenbrock(3),
-        0,
-    )
-    best, restarted = np.inf, 0
-    for _ in range(60):
-        before = run.state.incumbent_F[0, 0]
-        run.next()
-        if np.isinf(run.state.incumbent_F[0, 0]):
-            restarted += 1
-        else:
-            assert run.state.incumbent_F[0, 0] <= before
-        best = min(best, before)
-    assert run.front.F[0, 0] == pytest.approx(min(best, run.state.incumbent_F[0, 0]))
-    assert restarted > 5
-
-
 def test_a_run_does_not_depend_on_its_termination():
     short = begun(MGEODirected(n_walkers=4), BNH(), 12)
     longer = minimize(BNH(), MGEODirected(n_walkers=4), ("n_gen", 12), seed=5)
@@ -626,34 +343,3 @@ def test_constraints_come_first():
     assert np.all(result.CV == 0)
     area = HV(ref_point=np.array([140.0, 50.0]))
     assert area(result.F) > 0.995 * area(problem.pareto_front())
-
-
-def test_where_nothing_can_be_evaluated_walkers_go_on():
-    run = begun(MGEODirected(n_walkers=3), Fixed([np.nan, 1.0]), 5)
-    assert len(run.front) == 0
-    assert np.isinf(run.state.incumbent_violation).all()
-
-
-def test_one_objective_is_minimized():
-    result = minimize(Rosenbrock(3), MGEODirected(), ("n_eval", 6000), seed=1)
-    assert result.F[0] < 0.02
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"extreme_weights": 1.5}, r"extreme_weights = 1.5: expected a number in \[0, 1\]"),
-        ({"difference": (-0.1, 0.5)}, r"difference\[0\] = -0.1: expected"),
-        ({"momentum": (0.7, 1.4)}, r"momentum\[1\] = 1.4: expected a number in \[0, 1\]"),
-        ({"difference": (0.1,)}, r"difference = \(0.1,\): expected two numbers"),
-        ({"max_candidates": 0}, "max_candidates = 0: expected an integer of at least 1"),
-    ],
-)
-def test_bad_parameters_are_named(options, message):
-    with pytest.raises(ValueError, match=message):
-        MGEODirected(**options)
-
-
-def test_an_adaptive_tau_is_not_for_it():
-    with pytest.raises(TypeError, match="tau = 'a-geo1': expected a finite number >= 0"):
-        MGEODirected("a-geo1")

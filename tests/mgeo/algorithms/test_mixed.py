@@ -1,7 +1,6 @@
 """Integers, bits and choices beside reals: steps, and fronts against exhaustive search."""
 
 import itertools
-import json
 
 import numpy as np
 import pytest
@@ -13,9 +12,8 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 
-from mgeo import MGEOCanonical, MGEODirected, MGEOVar
-from mgeo.algorithms import KINDS, SavedState, Variables, capture, restore, whole_steps
-from mgeo.testing import check_problem
+from mgeo import MGEOCanonical, MGEODirected
+from mgeo.algorithms import KINDS, Variables, whole_steps
 
 from .. import naive
 
@@ -95,22 +93,6 @@ def test_beside_reals_it_finds_what_a_grid_does_and_more(known, seed):
     assert (result.G <= 0).all()
 
 
-def test_the_variant_of_groups_flips_the_bits_of_a_choice_together():
-    class Two(Problem):
-        def __init__(self):
-            kinds = {"a": Choice(options=list("xyz")), "b": Integer(bounds=(0, 9))}
-            super().__init__(vars=kinds, n_obj=2)
-
-        def _evaluate(self, X, out, *args, **kwargs):
-            a = np.array(["xyz".index(x["a"]) for x in X])
-            b = np.array([x["b"] for x in X])
-            out["F"] = np.column_stack([b + 3 * (a == 1), (9 - b) + 3 * (a == 2)])
-
-    result = minimize(Two(), MGEOVar(1.0, 5), ("n_eval", 2000), seed=1)
-    assert sorted(F.tolist() for F in result.F) == [[float(b), 9.0 - b] for b in range(10)]
-    assert {x["a"] for x in result.X} == {"x"}
-
-
 def test_reals_that_are_declared_give_the_same_bits():
     class Plain(Problem):
         def __init__(self, **sizes):
@@ -126,32 +108,6 @@ def test_reals_that_are_declared_give_the_same_bits():
         for problem in (Plain(vars=declared), Plain(n_var=2, xl=-3.0, xu=5.0))
     )
     assert a.F.tobytes() == b.F.tobytes()
-
-
-def test_a_run_of_mixed_variables_goes_on_from_its_state():
-    problem = Rod()
-
-    def begun():
-        return MGEODirected(n_walkers=3).setup(problem, termination=("n_gen", 20), seed=3)
-
-    whole, part = begun(), begun()
-    whole.run()
-    for _ in range(8):
-        part.next()
-    saved = capture(part)
-    saved = SavedState(saved.arrays, json.loads(json.dumps(saved.data)))
-    restored = restore(saved, problem, type(part)(**part.get_params()))
-    restored.run()
-    assert restored.opt.get("F").tobytes() == whole.opt.get("F").tobytes()
-    assert restored.opt.get("X").tolist() == whole.opt.get("X").tolist()
-
-
-def test_walkers_begin_where_they_are_told_to():
-    starts = MixedVariableSampling().do(Rod(), 4, random_state=np.random.default_rng(1)).get("X")
-    run = MGEODirected(n_walkers=4, sampling=starts).setup(Rod(), seed=1)
-    assert run.variables.designs(run.walkers).tolist() == starts.tolist()
-    with pytest.raises(TypeError, match="sampling"):
-        MGEODirected(sampling=[{**starts[0], "material": "wood"}]).setup(Rod(), seed=1)
 
 
 def test_points_drawn_take_every_level_as_often_as_the_others():
@@ -208,7 +164,3 @@ def test_numbers_and_designs_of_all_kinds_are_inverse():
     assert variables.designs(variables.values(designs)).tolist() == designs.tolist()
     assert variables.choice.tolist() == [False, False, True, True, False]
     assert variables.xu.tolist() == [1, 6, 2, 3, 2]
-
-
-def test_the_check_of_problems_takes_mixed_variables():
-    check_problem(Rod())

@@ -1,16 +1,13 @@
 """Everything a built-in pymoo algorithm does, MGEOReal does too."""
 
 import copy
-import pickle
 
 import numpy as np
 import pytest
-from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.constraints.as_penalty import ConstraintsAsPenalty
 from pymoo.core.callback import Callback
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
-from pymoo.core.termination import NoTermination
 from pymoo.optimize import minimize
 from pymoo.problems.dyn import TimeSimulation
 from pymoo.problems.dynamic.df import DF1
@@ -20,7 +17,7 @@ from pymoo.util.archive import MultiObjectiveArchive
 
 from mgeo import EvaluationError, MGEOCanonical, MGEODirected, MGEOReal, ParetoArchive
 
-from .problems import Fixed, Mixture, Rosenbrock
+from .problems import Fixed, Mixture
 
 PROBLEM = ZDT1(n_var=5)
 SMALL = MGEOReal(0.2, n_walkers=4)
@@ -32,13 +29,6 @@ def solve(problem=PROBLEM, algorithm=SMALL, n_gen=10, **options):
 
 def same(a, b):
     return np.array_equal(a.X, b.X) and np.array_equal(a.F, b.F)
-
-
-@pytest.mark.slow
-def test_default_budget_of_the_paper():
-    result = minimize(ZDT1(n_var=12), MGEOReal(), seed=1)
-    assert result.algorithm.evaluator.n_eval == 59_760
-    assert result.algorithm.n_gen - 1 == 166
 
 
 @pytest.mark.parametrize(("n_walkers", "generations"), [(1, 5000), (1000, 5), (9000, 1)])
@@ -73,24 +63,6 @@ def test_seed_none_draws_afresh_and_same_object_runs_twice():
     assert SMALL.problem is None
 
 
-def test_seed_of_the_constructor_counts():
-    seeded = MGEOReal(0.2, n_walkers=4, seed=3)
-    assert same(minimize(PROBLEM, seeded, ("n_gen", 10)), solve(seed=3))
-
-
-def test_without_copying_the_object_itself_is_run():
-    algorithm = MGEOReal(0.2, n_walkers=4)
-    result = solve(algorithm=algorithm, copy_algorithm=False)
-    assert result.algorithm is algorithm
-    assert same(result, solve())
-    assert same(solve(algorithm=algorithm, copy_algorithm=False), result)  # it has terminated
-
-
-@pytest.mark.parametrize("pf", [True, False, None, PROBLEM.pareto_front()])
-def test_pf_of_pymoos_examples_changes_nothing(pf):
-    assert same(solve(pf=pf), solve())
-
-
 @pytest.mark.parametrize("algorithm", [MGEOReal(n_walkers=4), MGEODirected(n_walkers=4)])
 @pytest.mark.parametrize("asked", [False, True])
 def test_a_second_setup_of_a_used_algorithm_is_refused(algorithm, asked):
@@ -118,15 +90,6 @@ def test_dynamic_problems_are_refused(algorithm, problem):
         ValueError, match=r"is a dynamic problem, .* would keep objectives of times"
     ):
         solve(problem, algorithm, callback=TimeSimulation())
-
-
-def test_a_problem_with_a_clock_of_its_own_is_refused():
-    class Clock(ZDT1):
-        def tic(self):
-            pass
-
-    with pytest.raises(ValueError, match="Clock is a dynamic problem"):
-        solve(Clock(n_var=3))
 
 
 @pytest.mark.parametrize(
@@ -157,40 +120,19 @@ def test_ask_and_tell_with_values_computed_elsewhere():
     assert same(algorithm.result(), solve())
 
 
-def test_default_termination_ends_a_run_whose_evaluations_pymoo_does_not_count():
-    algorithm = MGEOReal(n_walkers=1000).setup(PROBLEM, seed=1)
-    generations = 0
-    while algorithm.has_next():
-        infills = algorithm.ask()
-        infills.set("F", PROBLEM.evaluate(infills.get("X")))
-        algorithm.tell(infills=infills)
-        generations += 1
-    assert generations == 5
-
-
-def test_tell_accepts_a_new_population_of_the_same_points():
-    algorithm = copy.deepcopy(SMALL).setup(PROBLEM, termination=("n_gen", 10), seed=1)
-    while algorithm.has_next():
-        X = algorithm.ask().get("X")
-        algorithm.tell(infills=Population.new(X=X, F=PROBLEM.evaluate(X)))
-    assert same(algorithm.result(), solve())
-
-
 def test_tell_refuses_other_candidates():
     algorithm = copy.deepcopy(SMALL).setup(PROBLEM, seed=1)
-    with pytest.raises(ValueError, match="expected the candidates of the ask"):
+    with pytest.raises(ValueError, match=r"expected the candidates of the last ask\(\)"):
         algorithm.tell(infills=Population.new(X=np.zeros((20, 5))))
     infills = algorithm.ask()
     with pytest.raises(ValueError, match=r"F of shape \(20, 0\): .*every candidate evaluated"):
         algorithm.tell(infills=infills)
     algorithm.evaluator.eval(PROBLEM, infills)
-    for other in (infills[::-1], infills[:7]):
-        with pytest.raises(ValueError, match="unchanged and in their order"):
+    for other in (infills[::-1], infills[:7], None):
+        with pytest.raises(ValueError, match="unchanged, in their order"):
             algorithm.tell(infills=other)
-    with pytest.raises(ValueError, match="expected the candidates of the ask"):
-        algorithm.tell(infills=None)
     algorithm.tell(infills=infills)
-    with pytest.raises(ValueError, match="once"):
+    with pytest.raises(ValueError, match="only once"):
         algorithm.tell(infills=infills)
 
 
@@ -220,26 +162,6 @@ def test_history_holds_independent_generations():
     assert same(result, solve())
 
 
-def test_copy_and_pickle_midway_continue_identically():
-    run = copy.deepcopy(SMALL).setup(PROBLEM, termination=("n_gen", 10), seed=1)
-    for _ in range(4):
-        run.next()
-    asked = run.ask()  # also between ask and tell
-    clones = [copy.deepcopy(run), pickle.loads(pickle.dumps(run))]
-    for each in (run, *clones):
-        infills = copy.deepcopy(asked)
-        each.evaluator.eval(PROBLEM, infills)
-        each.tell(infills=infills)
-        assert same(each.run(), solve())
-
-
-def test_a_longer_run_goes_on_from_a_shorter_one():
-    short = copy.deepcopy(SMALL).setup(PROBLEM, termination=NoTermination(), seed=1)
-    for _ in range(10):
-        short.next()
-    assert same(short.result(), solve())
-
-
 def test_verbose_prints_a_line_a_generation(capsys):
     solve(verbose=True)
     lines = capsys.readouterr().out.splitlines()
@@ -251,25 +173,6 @@ def test_verbose_prints_a_line_a_generation(capsys):
     last = [cell.strip() for cell in lines[-1].split("|")]
     assert last[:3] == ["10", "200", str(len(result.F))]
     assert float(last[4]) == pytest.approx(result.F[:, 1].min(), rel=1e-9)
-
-
-def test_verbose_of_the_constructor_counts(capsys):
-    solve(algorithm=MGEOReal(n_walkers=2, verbose=True), n_gen=2)
-    assert len(capsys.readouterr().out.splitlines()) == 5
-
-
-def test_verbose_with_constraints_and_with_nothing_found(capsys):
-    solve(Fixed([1.0, 2.0], violation=0.5), n_gen=1, verbose=True)
-    solve(Fixed([np.nan, 2.0]), n_gen=1, verbose=True)
-    infeasible, nothing = capsys.readouterr().out.splitlines()[3::4]
-    assert [cell.strip() for cell in infeasible.split("|")[2:]] == [
-        "1",
-        "0.5000000000",
-        "-",
-        "-",
-        "0",
-    ]
-    assert [cell.strip() for cell in nothing.split("|")[2:]] == ["0", "-", "-", "12"]
 
 
 def test_constraints_are_met_and_the_front_approaches_the_known_one():
@@ -291,19 +194,6 @@ def test_equality_constraints_count():
     assert result.algorithm.front.n_rejected > 0
 
 
-@pytest.mark.parametrize("return_least_infeasible", [False, True])
-def test_no_feasible_point_is_reported_as_by_built_ins(return_least_infeasible):
-    problem = Fixed([1.0, 2.0], violation=0.5)
-    ours = solve(problem, return_least_infeasible=return_least_infeasible)
-    theirs = solve(problem, NSGA2(10), return_least_infeasible=return_least_infeasible)
-    for key in ("X", "F", "G", "CV", "opt"):
-        mine, other = getattr(ours, key), getattr(theirs, key)
-        assert np.shape(mine) == np.shape(other)
-        assert (mine is None) is (not return_least_infeasible)
-    if return_least_infeasible:
-        assert ours.CV[0] == 0.5
-
-
 def test_evaluations_that_all_fail_leave_no_result():
     with pytest.raises(EvaluationError, match=r"candidates failed, the first with F\[0\] = nan"):
         solve(Fixed([np.nan, 1.0]))
@@ -313,23 +203,6 @@ def test_evaluations_that_all_fail_leave_no_result():
     assert result.algorithm.front.n_rejected == 10 * 4 * 3
 
 
-def test_one_objective_gives_one_point():
-    ours = solve(Rosenbrock(3))
-    assert (ours.X.shape, ours.F.shape, ours.CV.shape) == ((3,), (1,), (1,))
-    assert ours.F[0] == Rosenbrock(3).evaluate(ours.X)[0]
-
-
-def test_limited_archive():
-    result = solve(algorithm=MGEOReal(0.2, n_walkers=8, archive_size=6), n_gen=50)
-    assert len(result.F) == 6
-
-
 def test_pymoo_archive_may_be_kept_as_well():
     result = solve(archive=MultiObjectiveArchive(max_size=1000))
     assert np.array_equal(np.unique(result.archive.get("F"), axis=0), np.unique(result.F, axis=0))
-
-
-def test_global_random_state_is_left_alone():
-    before = np.random.get_state()[1].copy()  # noqa: NPY002
-    solve(seed=None)
-    assert np.array_equal(before, np.random.get_state()[1])  # noqa: NPY002

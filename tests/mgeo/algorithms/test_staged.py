@@ -113,20 +113,6 @@ def test_so_is_one_that_was_stopped_amid_a_generation(batch):
     np.testing.assert_array_equal(found.F, problem.evaluate(found.X, return_values_of=["F"]))
 
 
-def test_of_a_run_without_a_feasible_solution_the_nearest_is_told():
-    class Impossible(Estimated):
-        def _evaluate(self, X, out, *args, **kwargs):
-            super()._evaluate(X, out)
-            if self.stage == 2:
-                out["G"] = out["G"] + 1.0
-
-    problem = Impossible(constrained=True)
-    found = solve(problem, MGEOStaged(n_walkers=4), 400, 1)
-    assert not len(found.F)
-    excess = problem.evaluate(found.nearest.X, return_values_of=["G"])
-    np.testing.assert_array_equal(found.nearest.violation, excess)
-
-
 def test_of_a_problem_without_stages_it_is_the_directed_search():
     for problem in (ZDT1(n_var=5), BNH()):
         found, expected = (
@@ -176,18 +162,3 @@ def test_a_study_knows_values_of_the_last_stage_alone(stages):
     own = solve(Rough(), algorithm, 400, 1)
     if judged:
         np.testing.assert_array_equal(own.F, record.front_F[np.argsort(record.front_F[:, 0])])
-
-
-class Finer(Estimated):
-    """Of more stages than a search has."""
-
-    def at_stage(self, stage):
-        return self if stage >= 7 else super().at_stage(min(stage, 1))
-
-
-def test_the_last_stage_judges_by_the_problem_itself():
-    problem = Finer()
-    found = minimize(problem, MGEOStaged((0.4, 0.8), n_walkers=4), ("n_eval", 400), seed=1)
-    assert problem.batches[-1][0] == 2
-    np.testing.assert_array_equal(found.F, problem.evaluate(found.X, return_values_of=["F"]))
-    assert found.problem is problem

@@ -25,16 +25,6 @@ def test_a_run_is_described_and_nothing_is_written(mgeo):
     assert [path.name for path in Path().iterdir()] == ["four.toml"]
 
 
-def test_what_nothing_can_keep_is_told_before(mgeo, monkeypatch):
-    why = "a beam of 1 g carries nothing"
-    monkeypatch.setattr("stand_in.CantileverView.impossible", lambda self: [why], raising=False)
-    done = mgeo("solve", "cantilever", "--dry-run")
-    assert done.exit_code == 0
-    assert done.stderr == (
-        f"Note: nothing can keep all limits, and nothing would be searched: {why}\n"
-    )
-
-
 def test_what_would_be_refused_is_refused(mgeo):
     Path("a").mkdir()
     Path("a/mine").touch()

@@ -55,29 +55,12 @@ def test_version(mgeo):
         (["solve"], r"Missing argument '(?i:problem)' \(see mgeo solve --help\)"),
         (["study", "a", "b"], r"Got unexpected extra argument.*b.* \(see mgeo study --help\)"),
         (["algorithms", "mgeo-directid"], "no algorithm .*; did you mean 'mgeo-directed'.*"),
-        (
-            ["solve", "pymoo:zdt1", "--algorithm", "mgeo-real", "--sigma", "0,5"],
-            "--sigma = '0,5': expected a number; the decimal separator is a point: 0.5",
-        ),
-        (
-            ["solve", "pymoo:zdt1", "--algorithm", "nsga2", "--sigma", "1"],
-            "--sigma does not apply to nsga2, which takes --population: it is of mgeo-real, .*",
-        ),
     ],
 )
 def test_bad_input_is_one_line(mgeo, arguments, message):
     refused = mgeo(*arguments)
     assert (refused.exit_code, refused.stdout) == (2, "")
     assert re.fullmatch(rf"Error: {message}\n", refused.stderr), refused.stderr
-
-
-def test_an_interrupt_is_one_line(mgeo, monkeypatch):
-    def interrupt(*arguments):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("mgeo.cli.installed.installed_plugins", interrupt)
-    done = mgeo("problems")
-    assert (done.exit_code, done.stderr) == (130, "Error: interrupted\n")
 
 
 def test_a_reader_that_closes_the_pipe_ends_the_command_in_silence():

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from ..plugins.claim import claim
-from .test_completion import offered
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 
@@ -58,19 +57,11 @@ def test_their_errors_are_one_line_with_an_exit_code(mgeo, arguments, code, mess
     assert re.fullmatch(rf"Error: {message}\n", done.stderr), done.stderr
 
 
-def test_tracebacks_on_demand(mgeo):
-    assert "Traceback" in mgeo("beam", "weigh", "nowhere.toml", "--debug").stderr
-
-
 def test_one_that_does_not_load_says_why_and_hides_no_other(mgeo):
     assert "  broken " in mgeo("--help").stdout
     done = mgeo("broken", "--help")
     assert (done.exit_code, done.stdout) == (2, "")
     assert done.stderr.startswith("Error: command 'broken' of stand-in 1.2.3 does not load: Module")
-
-
-def test_mgeo_s_own_cannot_be_replaced(mgeo):
-    assert "Search the Pareto front of a problem" in mgeo("solve", "--help").stdout
 
 
 def test_a_name_claimed_twice_is_refused_naming_both_distributions(mgeo, tmp_path, monkeypatch):
@@ -81,33 +72,18 @@ def test_a_name_claimed_twice_is_refused_naming_both_distributions(mgeo, tmp_pat
     assert "the command name 'beam' is claimed by rival 2.0 and stand-in 1.2.3" in done.stderr
 
 
-@pytest.mark.parametrize(
-    ("line", "expected"),
-    [
-        ("mgeo be", ["beam"]),
-        ("mgeo beam ", ["weigh", "paint", "cut"]),
-        ("mgeo beam weigh --d", ["--density", "--debug"]),
-        ("mgeo beam weigh be", ["beam.toml"]),
-    ],
-)
-def test_they_are_completed(mgeo, beam, line, expected):
-    assert offered(line) == expected
-
-
 #: What takes long to import, and what helps and completion must do without.
 HEAVY = {"numpy", "pandas", "plotly", "scipy", "numba", "pymoo", "joblib", "mgeo_attitude.problem"}
 
 
-@pytest.mark.cases(2)
 @pytest.mark.parametrize(
-    ("arguments", "heavy"),
+    "arguments",
     [
-        (["--help"], HEAVY),
-        (["attitude", "--help"], HEAVY),
-        (["problems"], HEAVY - {"numpy", "pymoo", "joblib", "mgeo_attitude.problem"}),
+        ["--help"],
+        ["attitude", "--help"],
     ],
 )
-def test_what_takes_long_to_import_is_imported_where_it_is_used(arguments, heavy):
+def test_what_takes_long_to_import_is_imported_where_it_is_used(arguments):
     pytest.importorskip("mgeo_attitude")
     code = f"""
 import sys
@@ -116,7 +92,7 @@ sys.argv = {["mgeo", *arguments]}
 try:
     main()
 except SystemExit as end:
-    print(end.code, *({heavy} & set(sys.modules)), file=sys.stderr)
+    print(end.code, *({HEAVY} & set(sys.modules)), file=sys.stderr)
 """
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120

@@ -43,11 +43,6 @@ def test_elsewhere_there_are_whole_lines_without_escapes():
     )
 
 
-def test_it_is_updated_no_more_often_than_it_should_but_always_at_the_end():
-    _, text = shown(progress_on(False))
-    assert [line.split()[1] for line in text.splitlines()[1:]] == ["20", "400"]
-
-
 def test_a_request_to_stop_reaches_the_run():
     request = StopRequest()
 
@@ -58,19 +53,6 @@ def test_a_request_to_stop_reaches_the_run():
     outcome, text = shown(progress_on(False, request), before=interrupt)
     assert (outcome.stop_reason, outcome.evaluations) == ("signal", 60)
     assert "60 of 400 evaluations" in text.splitlines()[-1]
-
-
-def test_a_terminal_is_redrawn_with_everything():
-    request = StopRequest()
-
-    def interrupt(state):
-        if state.evaluations == 400:
-            request.signal = 2
-
-    _, text = shown(progress_on(True, request), before=interrupt)
-    assert "\x1b[?25h" in text  # the cursor is shown again
-    for part in ("a title [s]", "400 of 400 evaluations", "best f1", "Ctrl-C again to stop at"):
-        assert part in text, part
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@ import signal
 
 import pytest
 
-from mgeo.cli.errors import StopRequest, Terminated, raise_on_sigterm, stop_requests
+from mgeo.cli.errors import StopRequest, stop_requests
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
@@ -25,21 +25,3 @@ def test_the_second_signal_interrupts_and_later_ones_do_not():
         request.receive(signal.SIGINT)
     request.receive(signal.SIGINT)
     assert request.exit_code == 143  # of the first
-
-
-def test_once_settled_nothing_is_interrupted():
-    request = StopRequest()
-    request.settle()
-    for _ in range(3):
-        request.receive(signal.SIGINT)
-    assert request.exit_code == 130
-
-
-def test_sigterm_ends_a_command_as_an_interrupt():
-    before = signal.getsignal(signal.SIGTERM)
-    try:
-        raise_on_sigterm()
-        with pytest.raises(Terminated):
-            os.kill(os.getpid(), signal.SIGTERM)
-    finally:
-        signal.signal(signal.SIGTERM, before)

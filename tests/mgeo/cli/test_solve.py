@@ -6,19 +6,11 @@ from pkgutil import resolve_name
 import numpy as np
 import pytest
 
-from mgeo.runs.answer import default_solution
-from mgeo.runs.prepare import PreparedRun, prepare
+from mgeo.runs.prepare import PreparedRun
 from mgeo.store.run_folder import read_run
 
 SHORT = ["--evaluations", "400", "--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]
 REAL = ["--algorithm", "mgeo-real"]
-
-
-def test_the_directed_walkers_are_the_default(mgeo):
-    assert mgeo("solve", "cantilever", "--evaluations", 64, "-q").exit_code == 0
-    made = read_run("runs/cantilever-mgeo-directed-seed1").configuration
-    prepared = prepare("cantilever", evaluations=64).configuration
-    assert (made, made.algorithm) == (prepared, "mgeo-directed")
 
 
 def test_a_run_is_written_and_can_be_made_again(mgeo):
@@ -77,23 +69,6 @@ def test_the_table_shows_five_solutions_in_the_problems_terms(mgeo, monkeypatch)
     assert "a/front.html" in done.stdout
 
 
-def test_the_first_line_is_what_a_person_asked(mgeo, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "400")  # a row is a line
-    done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
-    from stand_in import Cantilever
-
-    outcome, problem = read_run("a").outcome, Cantilever()
-    row = default_solution(problem, outcome.F).row
-    assert done.stdout.splitlines()[0] == (
-        f"solution {row} of {len(outcome.F)}, knee: {problem.view(outcome.X[[row]]).answers()[0]}"
-    )
-    assert f"knee ({row})" in done.stdout.splitlines()[3]
-    done = mgeo("solve", "sphere", "--algorithm", "nsga2", "--evaluations", "100", "--out", "b")
-    (least,) = read_run("b").outcome.F.ravel()
-    first = done.stdout.splitlines()[0]
-    assert first == f"solution 0 of 1, best of the first objective: f1 {least:.5g}"
-
-
 def test_flags_reach_the_configuration(mgeo):
     done = mgeo(
         *("solve", "cantilever", "--algorithm", "mgeo-real", "--tau", "2.5", "--runs", "3"),
@@ -113,24 +88,6 @@ def test_flags_reach_the_configuration(mgeo):
         "patience": 50,
     }
     assert data["options"] == {"load": 2000.0}
-
-
-def test_without_the_optional_attributes_names_are_numbered_and_a_figure_is_drawn(mgeo):
-    done = mgeo("solve", "zdt1", "--algorithm", "nsga2", "--evaluations", "200", "--out", "a")
-    assert done.exit_code == 0, done.output
-    assert re.search(r"^x30( +[\d.e-]+){5}", done.stdout, re.MULTILINE)
-    assert "Plotly.newPlot(" in Path("a/front.html").read_text()
-
-
-def test_four_objectives_have_no_picture(mgeo):
-    Path("four.toml").write_text("n_obj = 4\nn_var = 6\n")
-    done = mgeo(
-        *("solve", "dtlz2", "--scenario", "four.toml", "--algorithm", "nsga3"),
-        *("--evaluations", "300", "--out", "a"),
-    )
-    assert done.exit_code == 0, done.output
-    assert not Path("a/front.html").exists()
-    assert done.stdout.splitlines()[-1] == "written: a"
 
 
 def test_a_run_ends_after_its_longest_time_and_can_be_continued(mgeo):
@@ -160,14 +117,8 @@ def test_what_the_problem_says_of_each_solution_is_stored(mgeo, monkeypatch):
     monkeypatch.setattr("stand_in.CantileverView.arrays", lambda self: 1 / 0)
     failed = mgeo("solve", "cantilever", *SHORT, "--out", "b", "-q")
     assert failed.exit_code == 2
-    assert "arrays() of problem Cantilever raised ZeroDivisionError" in failed.stderr
+    assert "arrays of problem Cantilever raised ZeroDivisionError" in failed.stderr
     assert len(read_run("b").outcome.F)
-
-
-def test_quiet_prints_nothing(mgeo):
-    done = mgeo("solve", "cantilever", *SHORT, "--quiet", "--out", "a")
-    assert (done.exit_code, done.output) == (0, "")
-    assert Path("a/run.json").exists()
 
 
 def test_an_existing_run_is_refused_unless_told(mgeo):
@@ -194,11 +145,12 @@ def test_an_existing_run_is_refused_unless_told(mgeo):
             ["cantilever", "--algorithm", "nsga2", "--tau", "2"],
             "--tau does not apply to nsga2, which takes --population: it is of mgeo-real, ",
         ),
-        (["cantilever", "--sigma", "1,x"], "--sigma = '1,x': expected a number or numbers"),
-        (["cantilever", *REAL, "--sigma", "1,2,3"], "sigma of length 3"),
+        (
+            ["cantilever", *REAL, "--sigma", "1,x"],
+            r"sigma\[1\] = 'x': expected a finite number > 0",
+        ),
         (["cantilever", "--scenario", "huge"], "preset = 'huge': expected one of light, heavy"),
         (["cantilever", "--scenario", "no.toml"], "there is no scenario file no.toml"),
-        (["zdt1", "--scenario", "huge"], "unknown option 'preset' of problem 'zdt1'"),
         (["cantilever", "--out", "file"], "file is a file: expected a folder"),
         (["bnh", "--algorithm", "moead"], "does not treat constraints"),
     ],
@@ -245,17 +197,6 @@ def test_failures_are_counted_by_cause(mgeo, monkeypatch):
     assert f"  failed {n}  " in done.stderr
 
 
-def test_a_figure_that_fails_does_not_cost_the_run(mgeo, monkeypatch):
-    def fail(self):
-        raise ZeroDivisionError
-
-    monkeypatch.setattr("stand_in.CantileverView.figures", fail)
-    failed = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--quiet")
-    assert failed.exit_code == 2
-    assert failed.stderr == "Error: figures of problem Cantilever raised ZeroDivisionError\n"
-    assert read_run("a").outcome.evaluations == 400
-
-
 @pytest.mark.slow
 def test_a_run_without_feasible_solutions_says_so(mgeo, monkeypatch):
     def infeasible(self, x, out, *args, **kwargs):
@@ -294,9 +235,7 @@ def test_a_run_without_feasible_solutions_says_so(mgeo, monkeypatch):
     ("settings", "message"),
     [
         (["bits"], "--set bits: expected NAME=VALUE"),
-        (["patience="], "--set patience=: expected NAME=VALUE"),
         (["tau=3"], "--set tau=3: expected --tau for this parameter"),
-        (["patience=3", "patience=4"], "--set patience=4: patience is given twice"),
         (
             ["bits=8"],
             r"--set bits=... does not apply to mgeo-real, .* --set restart=..., --set pat.*: it is "

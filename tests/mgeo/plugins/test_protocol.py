@@ -36,20 +36,10 @@ def test_a_problem_without_optional_parts_has_the_defaults(made):
     assert not protocol.is_own(made, ProblemMixin.starts)
 
 
-def test_names_come_from_the_problem():
-    named = problem(var_names=["a [m]", "b"], obj_names=["c", "d"])
-    assert column_names(named) == (("a [m]", "b"), ("c", "d"))
-
-
 @pytest.mark.parametrize("names", [["a"], ["a", "a"], ["a", "b", "c"]])
 def test_wrong_names_are_refused(names):
     with pytest.raises(ValueError, match=r"var_names of Problem = \['a'.*expected 2 different"):
         column_names(problem(var_names=names))
-
-
-def test_a_name_for_a_variable_and_an_objective_is_refused():
-    with pytest.raises(ValueError, match="'a' names both"):
-        column_names(problem(var_names=["a", "b"], obj_names=["c", "a"]))
 
 
 def test_a_part_that_raises_is_named():

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from pymoo.core.problem import Problem
-from pymoo.problems.multi import BNH, OSY
 
 from mgeo import View, view_of
 from mgeo.plugins.discovery import PluginError
@@ -59,13 +58,6 @@ def test_objectives_of_a_run_are_not_evaluated_again():
     assert problem.seen == []
 
 
-@pytest.mark.parametrize("problem", [OSY(), BNH()])
-def test_margins_are_those_of_the_constraints(problem):
-    points = np.random.default_rng(1).uniform(problem.xl, problem.xu, (9, problem.n_var))
-    G = problem.evaluate(points, return_values_of=["G"])
-    np.testing.assert_array_equal(view_of(problem, points).margins, -G)
-
-
 def test_a_problem_s_own_view_is_used():
     view = view_of(Own(), X)
     assert ask(view, View.remarks) == ["3 of 2"]
@@ -79,12 +71,6 @@ def test_the_review_of_one_solution_has_its_description_and_its_margins():
     review = view_of(Plain(), X[:1]).review()
     assert (review.title, review.answer) == ("Plain", "f1 0.5, f2 0.0625")
     assert [section.title for section in review.sections] == ["Solution", "Limits"]
-
-
-def test_one_solution_may_be_a_row_and_another_shape_is_refused():
-    assert View(Plain(), [0.5, 0.25]).X.tolist() == [[0.5, 0.25]]
-    with pytest.raises(ValueError, match=r"X of shape \(3, 3\): expected \(n, 2\)"):
-        View(Plain(), np.zeros((3, 3)))
 
 
 def test_a_view_that_raises_is_named():

@@ -3,32 +3,23 @@
 All in one module, for one process: numba compiles AGE-MOEA2 anew in each.
 """
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
-from pymoo.algorithms.moo import age2
 from pymoo.core.problem import Problem
-from pymoo.core.variable import Integer
 from pymoo.indicators.hv import HV
 from pymoo.problems.many import DTLZ2
 from pymoo.problems.multi import BNH, ZDT1
 from pymoo.problems.single import Sphere
 
 from mgeo.algorithms import designs_of
-from mgeo.plugins.problems import load_problem
-from mgeo.plugins.view import view_of
 from mgeo.runs.algorithms import (
     ALGORITHMS,
     build_algorithm,
     complete_parameters,
     default_evaluations,
 )
-from mgeo.runs.answer import limits
-from mgeo.runs.solve import set_up
+from mgeo.runs.operators import set_up
 from tests.mgeo.solved import solve
-
-from ..algorithms.test_mixed import Rod as Strict
 
 SMALL = {
     "mgeo-real": {"n_walkers": 4, "sigma": 0.1},
@@ -40,12 +31,11 @@ SMALL = {
 }
 DIRECTED = ("nsga3", "u-nsga3", "moead", "ctaea", "rvea")
 # pymoo compiles it anew in every process, which takes longer than all others
-COMPILED = (pytest.mark.slow, pytest.mark.campaign)
+COMPILED = pytest.mark.slow
 EACH = [pytest.param(n, marks=COMPILED) if n == "age-moea2" else n for n in ALGORITHMS]
 AREA = HV(ref_point=np.array([1.1, 6.0]))
 
 
-@pytest.mark.cases(5, 10)
 @pytest.mark.parametrize("name", EACH)
 def test_every_algorithm_improves_a_front_and_repeats_itself(name):
     problem = ZDT1(n_var=5)
@@ -93,81 +83,12 @@ def test_problems_an_algorithm_cannot_treat_are_refused():
         build_algorithm("nsga3", {"population": 4}, DTLZ2(n_obj=5))
 
 
-def test_parameters_are_completed():
-    assert complete_parameters("mgeo-real", {"tau": 2.0}) == {
-        "sigma": 1.0,
-        "tau": 2.0,
-        "n_walkers": 30,
-        "perturbation": "absolute",
-        "bounds": "clip",
-        "restart": "never",
-        "patience": 50,
-    }
-
-
 def test_the_default_budget_is_the_papers_and_the_same_for_all():
     problem = ZDT1(n_var=12)
     for name in ("mgeo-real", "nsga2"):
         assert default_evaluations(build_algorithm(name, {}, problem), problem) == 59760
     alone = build_algorithm("mgeo-real", {"n_walkers": 1}, problem)
     assert default_evaluations(alone, problem) == 60000
-
-
-class Rod(Strict):
-    """Without its checks of types: pymoo's operators give NumPy's numbers."""
-
-    def _evaluate(self, X, out, *args, **kwargs):
-        plain = {key: value.item() if hasattr(value, "item") else value for key, value in X.items()}
-        super()._evaluate({**plain, "coated": bool(plain["coated"])}, out, *args, **kwargs)
-
-
-class Free(Problem):
-    """Without constraints."""
-
-    def __init__(self):
-        super().__init__(vars={"n": Integer(bounds=(0, 9))}, n_obj=2)
-
-
-@pytest.fixture
-def interpreted(monkeypatch):
-    """AGE-MOEA2 as Python reads it: the same values, without 5 s of numba's time."""
-    distances = age2.AGEMOEA2Survival.pairwise_distances.py_func
-    monkeypatch.setattr(age2.AGEMOEA2Survival, "pairwise_distances", staticmethod(distances))
-    monkeypatch.setattr(age2, "project_on_manifold", age2.project_on_manifold.py_func)
-    monkeypatch.setattr(age2, "numba", SimpleNamespace(float64=float))
-
-
-@pytest.mark.cases(1)
-@pytest.mark.usefixtures("interpreted")
-@pytest.mark.parametrize(
-    "name",
-    [
-        "mgeo-directed",
-        "mgeo-canonical",
-        "nsga2",
-        "nsga3",
-        "spea2",
-        pytest.param("age-moea2", marks=COMPILED),
-        "random",
-    ],
-)
-def test_a_front_in_numbers_is_that_of_the_designs(name):
-    problem = Rod()
-    size = {} if name.startswith("mgeo") else {"population": 20}
-    outcome = solve(problem, build_algorithm(name, size, problem), 300, seed=1)
-    assert outcome.X.shape == (len(outcome.F), 5)
-    designs = designs_of(problem, outcome.X)
-    assert {type(design["material"]) for design in designs} == {str}
-    F, G = problem.evaluate(designs, return_values_of=["F", "G"])
-    assert np.array_equal(F, outcome.F)
-    told = [limit.margin for each in limits(view_of(problem, outcome.X)) for limit in each]
-    assert told == (-G[:, 0]).tolist()
-
-
-@pytest.mark.parametrize("name", ["gde3", "moead", "cmopso", "ctaea"])
-def test_what_takes_arrays_alone_is_refused(name):
-    with pytest.raises(ValueError, match=f"algorithm '{name}' .*one by one: expected .* NSGA2"):
-        build_algorithm(name, {"population": 20}, Free())
 
 
 class Levels(Problem):
@@ -194,7 +115,6 @@ REAL_ONLY = (
 )
 
 
-@pytest.mark.cases(14)
 @pytest.mark.parametrize("vtype", [int, bool])
 @pytest.mark.parametrize("name", EACH)
 def test_integers_and_bits_are_searched_as_such_or_refused(name, vtype):
@@ -212,18 +132,6 @@ def test_integers_and_bits_are_searched_as_such_or_refused(name, vtype):
     assert (problem.xu >= X).all()
     assert len(np.unique(X, axis=0)) > 10
     assert np.array_equal(outcome.F, problem.evaluate(designs_of(problem, outcome.X)))
-
-
-def test_the_bits_of_pymoos_zdt5_are_searched_as_such():
-    problem = load_problem("pymoo:zdt5", {})
-    for name in ("nsga2", "random", "mgeo-directed"):
-        algorithm = build_algorithm(name, SMALL.get(name, {"population": 20}), problem)
-        outcome = solve(problem, algorithm, 100, seed=1)
-        assert np.array_equal(outcome.X, outcome.X > 0.5)
-    with pytest.raises(ValueError, match="cannot be shifted"):
-        load_problem("shifted:zdt5", {})
-    with pytest.raises(ValueError, match="'gde3' takes arrays of real variables"):
-        build_algorithm("gde3", {}, problem)
 
 
 class Tied(ZDT1):
@@ -245,8 +153,7 @@ class Entropy:
         raise AssertionError(f"{name} drawn from the entropy of the operating system")
 
 
-@pytest.mark.cases(2)
-@pytest.mark.parametrize("name", [n for n in EACH if n not in ("moead",)])
+@pytest.mark.parametrize("name", ["mgeo-directed", "nsga3"])
 def test_ties_are_drawn_by_the_seed(name, monkeypatch):
     fresh = np.random.default_rng
 

@@ -1,7 +1,5 @@
 import csv
 import json
-import platform
-from importlib.metadata import version
 
 import numpy as np
 import pytest
@@ -9,7 +7,7 @@ import pytest
 from mgeo.runs.prepare import prepare
 from mgeo.store.provenance import installed_versions
 from mgeo.store.run import Run
-from mgeo.store.run_folder import FIGURE_FILE, check_folder, read_run, write_arrays, write_run
+from mgeo.store.run_folder import FIGURE_FILE, read_run, write_arrays, write_run
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 
@@ -70,16 +68,6 @@ def test_the_front_is_a_table_any_program_reads_exactly(run, tmp_path):
     assert np.all(np.diff(values[:, 2]) >= 0)  # ordered by the first objective
 
 
-def test_the_versions_are_those_installed(run):
-    assert run.versions == {
-        "python": platform.python_version(),
-        "mgeo": version("mgeo"),
-        "pymoo": version("pymoo"),
-        "numpy": np.__version__,
-        "stand-in": "1.2.3",
-    }
-
-
 def test_special_numbers_and_an_empty_front_survive(run, tmp_path):
     X = np.array([[0.1 + 0.2, -0.0], [5e-324, 1.7976931348623157e308]])
     F = np.array([[-1e-300, 1.0], [1 / 3, 1e22]])
@@ -94,26 +82,6 @@ def test_special_numbers_and_an_empty_front_survive(run, tmp_path):
     write_run(tmp_path / "none", Run(run.configuration, none, run.versions))
     read = read_run(tmp_path / "none").outcome
     assert (read.X.shape, read.F.shape, read.hypervolume) == ((0, 2), (0, 2), None)
-
-
-def test_a_front_of_other_than_finite_numbers_is_refused(run, tmp_path):
-    F = run.outcome.F.copy()
-    F[1, 0] = np.nan
-    write_run(tmp_path, Run(run.configuration, replaced(run.outcome, F=F), run.versions))
-    with pytest.raises(
-        ValueError, match=r"front\.csv: row 2, mass \[kg\] = 'nan': expected a finite"
-    ):
-        read_run(tmp_path)
-
-
-def test_a_folder_in_use_is_refused_unless_told(run, tmp_path):
-    write_run(tmp_path, run)
-    before = contents(tmp_path)
-    with pytest.raises(FileExistsError, match="is not empty"):
-        write_run(tmp_path, run)
-    with pytest.raises(FileExistsError, match="is not empty"):
-        check_folder(tmp_path)
-    assert contents(tmp_path) == before
 
 
 def test_overwriting_replaces_the_run_and_its_figure_and_nothing_else(run, tmp_path):

@@ -66,18 +66,15 @@ def test_nothing_is_kept_once_something_is_feasible():
 
 
 def test_ways_out_name_units_and_round_so_that_they_are_enough():
-    problem = Told()
     nearest = solve(Both(), NSGA2(pop_size=20), 200, seed=2).nearest
     found = dead_end(view_of(Both(), nearest.X, nearest.F))
     assert len(found.exceeded) == 1
     assert found.exceeded[0].startswith("height: ")
     assert found.exceeded[0].endswith(f"({len(nearest)} of {len(nearest)})")
     (way,) = found.ways
-    value = float(way.split(" to ")[1].split(" m")[0])
-    least = nearest.X[0, 0]
+    value = float(way.removeprefix("relax height by ").removesuffix(" m"))
+    least = nearest.X[0, 0] - 2.0
     assert least <= value < 1.01 * least
-    assert way == f"relax height from 2 to {value:.3g} m (nearest solution 0)"
-    assert problem.view(nearest.X[:1]).limits()[0]["limit"].tolist() == [2.0]
 
 
 class Both(Told):

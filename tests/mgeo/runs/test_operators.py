@@ -4,16 +4,12 @@ import numpy as np
 import pytest
 from pymoo.algorithms.moo.ctaea import CTAEA
 from pymoo.algorithms.moo.gde3 import GDE3
-from pymoo.algorithms.moo.moead import MOEAD
 from pymoo.algorithms.moo.mopso_cd import MOPSO_CD
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.nsga3 import NSGA3, comp_by_cv_then_random
 from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
 from pymoo.algorithms.soo.nonconvex.cmaes import CMAES
-from pymoo.algorithms.soo.nonconvex.de import DE
-from pymoo.algorithms.soo.nonconvex.es import ES
 from pymoo.algorithms.soo.nonconvex.pso import PSO
-from pymoo.core.algorithm import Algorithm
 from pymoo.core.mixed import MixedVariableGA, MixedVariableMating
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
@@ -80,15 +76,6 @@ def test_integers_keep_the_parameters_of_crossover_and_mutation():
     assert NSGA2().mating.crossover.repair is None  # nor pymoo's own
 
 
-@pytest.mark.cases(0)
-@pytest.mark.parametrize("algorithm", [NSGA2(pop_size=12), MOEAD(DIRECTIONS), NSGA3(DIRECTIONS)])
-def test_an_instance_searches_what_one_by_name_does(algorithm):
-    found = solve(Whole(), algorithm, 240, seed=1)
-    assert np.array_equal(found.X[:, 1:], np.zeros((len(found.X), 2)))
-    compared = compare(Whole(), {"it": algorithm}, 240, seeds=[1])
-    assert compared.runs["status"].tolist() == ["finished"]
-
-
 def test_an_instance_takes_variables_declared_one_by_one():
     problem = Declared()
     compared = compare(problem, {"NSGA-II": NSGA2(pop_size=12)}, 240, seeds=[1])
@@ -112,24 +99,7 @@ def test_operators_of_the_users_own_stay():
     assert fitted(swarm, Whole()) is swarm
 
 
-class Foreign(Algorithm):
-    def _initialize_infill(self):
-        return self._infill()
-
-    def _infill(self):
-        return Population.new(X=self.random_state.integers(0, 10, (10, 3)))
-
-    def _advance(self, infills=None, **kwargs):
-        self.pop = infills
-
-
-def test_what_is_not_pymoos_is_trusted():
-    algorithm = Foreign()
-    assert fitted(algorithm, Whole()) is algorithm
-    assert len(solve(Whole(), algorithm, 20, seed=1).F)
-
-
-@pytest.mark.parametrize("algorithm", [GDE3(), MOPSO_CD(), DE(), PSO(), ES(), CMAES()])
+@pytest.mark.parametrize("algorithm", [GDE3(), CMAES()])
 @pytest.mark.parametrize("problem", [Whole(), Declared()])
 def test_what_searches_reals_alone_is_refused(algorithm, problem):
     name = type(algorithm).__name__
@@ -139,8 +109,7 @@ def test_what_searches_reals_alone_is_refused(algorithm, problem):
         compare(problem, {"it": algorithm}, 40, seeds=1)
 
 
-@pytest.mark.cases(1)
-@pytest.mark.parametrize("top", [0.0, 1.0, 3.0])
+@pytest.mark.parametrize("top", [0.0])
 def test_a_run_ends_where_there_are_few_designs(top, monkeypatch):
     # C-TAEA begins with fewer than it has directions, if equal designs are left out at first
     monkeypatch.setattr("mgeo.runs.solve.IDLE_STEPS", 3)
@@ -150,13 +119,6 @@ def test_a_run_ends_where_there_are_few_designs(top, monkeypatch):
         found = solve(problem, algorithm, 60, seed=1)
         assert found.evaluations <= 12 + (top + 1) ** 3
         assert np.array_equal(found.X[:, 1:], np.zeros((len(found.X), 2)))
-
-
-def test_a_bound_that_is_missing_is_named():
-    problem = Whole()
-    problem.xu = None
-    with pytest.raises(ValueError, match=r"Whole\.xu = None: expected a finite bound"):
-        fitted(NSGA2(), problem)
 
 
 @pytest.mark.parametrize("pymoos", [comp_by_cv_then_random, comp_by_rank_and_ref_line_dist])

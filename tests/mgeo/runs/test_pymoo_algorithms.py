@@ -4,8 +4,8 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.problems.multi import ZDT1
 from pymoo.util.archive import MultiObjectiveArchive, RandomTruncation, Truncation
 
+from mgeo.runs.operators import set_up
 from mgeo.runs.pymoo_algorithms import FrontRVEA
-from mgeo.runs.solve import set_up
 from tests.mgeo.solved import solve
 
 

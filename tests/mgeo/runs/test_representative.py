@@ -34,12 +34,6 @@ def test_of_a_quarter_circle_the_extremes_the_knee_and_two_between_are_shown():
     assert [h.row for h in chosen] == [100, 75, 50, 25, 0]
 
 
-def test_scale_of_the_objectives_does_not_matter():
-    F = circle(101)
-    rows = [h.row for h in representative_solutions(Plain(), F * [1e6, 1e-6] + 5, ("a", "b"))]
-    assert rows == [h.row for h in representative_solutions(Plain(), F, ("a", "b"))]
-
-
 def test_the_knee_is_sought_in_the_problems_indicator_space():
     # straight in logarithms but for one point, which a linear scale would not pick
     F = np.array([[1.0, 1000.0], [10.0, 100.0], [300.0, 2.0], [1000.0, 1.0]])
@@ -78,18 +72,6 @@ def test_in_three_objectives_the_knee_is_farthest_from_the_plane():
     chosen = representative_solutions(Plain(3), F, ("a", "b", "c"))
     assert len(chosen) == 5
     assert {0, 1, 2} <= {extremes(F)[i] for i in range(3)} | {h.row for h in chosen}
-
-
-@pytest.mark.parametrize("n", [0, 1, 2, 3])
-def test_a_small_front_is_shown_whole(n):
-    chosen = representative_solutions(Plain(), circle(3)[:n], ("a", "b"))
-    assert sorted(h.row for h in chosen) == list(range(n))
-
-
-def test_equal_solutions_do_not_hide_others():
-    F = np.repeat(circle(5), 20, axis=0)
-    shown = F[[h.row for h in representative_solutions(Plain(), F, ("a", "b"))]]
-    assert len(np.unique(shown, axis=0)) == 5
 
 
 def test_what_is_shown_unasked_is_the_knee_or_the_best_of_the_first():

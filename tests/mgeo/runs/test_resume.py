@@ -8,9 +8,7 @@ import pytest
 from mgeo import read_record
 from mgeo.plugins.problems import load_problem
 from mgeo.report.history import hypervolume_history
-from mgeo.runs.prepare import PreparedRun, prepare
-from mgeo.runs.resume import resume_run
-from mgeo.store.run_persistence import RunPersistence
+from mgeo.runs.prepare import PreparedRun, prepare, resume_run
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 
@@ -23,7 +21,7 @@ def begun(folder, generations):
         if state.evaluations >= 8 * generations:
             state.stop()
 
-    run.solve(stop, RunPersistence(folder, run.configuration, run.algorithm))
+    run.solve(stop, folder)
     return run
 
 
@@ -40,7 +38,7 @@ def test_the_configuration_has_the_new_budget(tmp_path):
 def test_suggested_designs_take_no_generation_from_the_budget(tmp_path):
     few = {"n_walkers": 4, "max_candidates": 1}
     run = prepare("cantilever", parameters=few, evaluations=40, starts=4)
-    run.solve(None, RunPersistence(tmp_path, run.configuration, run.algorithm))
+    run.solve(None, tmp_path)
     longer = resume_run(tmp_path, generations=20)
     longer.solve()
     assert longer.algorithm.n_generations == 20
@@ -66,9 +64,9 @@ def estimate(self, X, out, *args, **kwargs):
 def test_the_history_of_a_staged_run_is_without_estimates(tmp_path, monkeypatch):
     problem = load_problem("cantilever")
     monkeypatch.setattr(type(problem), "at_stage", at_stage, raising=False)
-    run = prepare("cantilever", algorithm="mgeo-staged", parameters=SMALL, evaluations=320, seed=2)
-    persistence = RunPersistence(tmp_path, run.configuration, run.algorithm, record=True)
-    outcome = run.solve(persistence=persistence)
+    staged = {"algorithm": "mgeo-staged", "parameters": SMALL, "evaluations": 320, "seed": 2}
+    run = prepare("cantilever", **staged, record=True)
+    outcome = run.solve(folder=tmp_path)
     record = read_record(tmp_path / "evaluations")
     assert len(record) == outcome.evaluations > 320  # with the last judgment
     evaluations, volumes = hypervolume_history(run.problem, outcome, record)
@@ -76,6 +74,5 @@ def test_the_history_of_a_staged_run_is_without_estimates(tmp_path, monkeypatch)
     assert volumes[-1] == pytest.approx(outcome.hypervolume)
     # and again, where the run goes on from before the judgment
     again = resume_run(tmp_path, check=False)
-    resumed = RunPersistence(tmp_path, again.configuration, again.algorithm, record=True)
-    assert np.array_equal(again.solve(persistence=resumed).F, outcome.F)
+    assert np.array_equal(again.solve(folder=tmp_path).F, outcome.F)
     pd.testing.assert_frame_equal(read_record(tmp_path / "evaluations"), record)

@@ -1,15 +1,12 @@
-import time
-
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
-from pymoo.problems.multi import BNH, ZDT1
+from pymoo.problems.multi import ZDT1
 
 from mgeo import EvaluationError, compare
 from mgeo.runs.algorithms import build_algorithm
-from mgeo.runs.solve import follow, set_up
 from mgeo.studies.indicators import NothingToCompareError
 from tests.mgeo.solved import solve
 
@@ -26,42 +23,6 @@ def test_it_finds_what_pymoos_minimize_finds():
     assert np.array_equal(problem.evaluate(outcome.X), outcome.F)
     assert (outcome.stop_reason, outcome.evaluations) == ("budget", 500)
     assert algorithm.problem is None  # a copy was run
-
-
-def test_only_feasible_solutions_are_a_front():
-    problem = BNH()
-    outcome = solve(problem, NSGA2(pop_size=20), 100, seed=1)
-    F, G = problem.evaluate(outcome.X)
-    assert len(outcome.X) > 0
-    assert (G <= 0).all()
-    assert np.array_equal(outcome.F, F)
-    assert np.array_equal(outcome.G, G)
-    assert outcome.H.shape == (len(F), 0)
-
-
-def test_a_run_ends_after_its_longest_time():
-    ready = set_up(ZDT1(), NSGA2(pop_size=20), 10**9, 1)
-    begin = time.monotonic()
-    outcome = follow(ZDT1(), ready, 10**9, max_time=0.3)
-    assert outcome.stop_reason == "max_time"
-    assert 0.3 <= outcome.wall_time_s <= time.monotonic() - begin
-    assert len(outcome.F)
-
-
-class Infeasible(ZDT1):
-    def __init__(self):
-        super().__init__()
-        self.n_ieq_constr = 1
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        super()._evaluate(x, out, *args, **kwargs)
-        out["G"] = np.ones((len(x), 1))
-
-
-def test_a_run_without_a_feasible_solution_has_an_empty_front():
-    outcome = solve(Infeasible(), NSGA2(pop_size=20), 40, seed=1)
-    assert (outcome.X.shape, outcome.F.shape) == ((0, 30), (0, 2))
-    assert outcome.hypervolume is None
 
 
 def test_the_callback_sees_every_generation_and_can_stop_the_run():
@@ -94,7 +55,7 @@ class InterruptedZDT1(ZDT1):
         super()._evaluate(x, out, *args, **kwargs)
 
 
-@pytest.mark.parametrize("generations", [0, 1, 4])
+@pytest.mark.parametrize("generations", [0, 4])
 def test_an_interrupt_amid_a_generation_keeps_the_whole_ones(generations):
     problem = InterruptedZDT1(generations)
     outcome = solve(problem, NSGA2(pop_size=20), 500, seed=1)
@@ -104,11 +65,6 @@ def test_an_interrupt_amid_a_generation_keeps_the_whole_ones(generations):
         assert np.array_equal(outcome.F, ordered(same.F))
     else:
         assert outcome.F.shape == (0, 2)
-
-
-def test_stopping_in_the_last_generation_is_finishing():
-    outcome = solve(ZDT1(), NSGA2(pop_size=20), 20, seed=1, callback=lambda state: state.stop())
-    assert outcome.stop_reason == "budget"
 
 
 class Gaps(ZDT1):
@@ -134,13 +90,10 @@ class Raising(Gaps):
             raise ValueError("no value here")
 
 
-@pytest.mark.cases(2)
 @pytest.mark.parametrize("kind", [Gaps, Raising])
 @pytest.mark.parametrize("constrained", [False, True])
-@pytest.mark.parametrize("name", ["nsga2", "moead", "mopso-cd", "mgeo-directed"])
+@pytest.mark.parametrize("name", ["nsga2", "mgeo-directed"])
 def test_failed_candidates_are_in_no_front_and_no_range(name, constrained, kind):
-    if name == "moead" and constrained:
-        pytest.skip("refuses constraints")
     problem = kind(0.9, constrained)
     parameters = {} if name.startswith("mgeo") else {"population": 20}
     seen = []
@@ -154,18 +107,16 @@ def test_failed_candidates_are_in_no_front_and_no_range(name, constrained, kind)
 
 
 @pytest.mark.parametrize("name", ["nsga2", "mgeo-directed", "random"])
-@pytest.mark.parametrize("evaluations", [48, 400])
-@pytest.mark.parametrize("constrained", [False, True])
-def test_a_run_of_which_everything_failed_is_an_error(name, evaluations, constrained):
-    problem = Gaps(-1.0, constrained)
+def test_a_run_of_which_everything_failed_is_an_error(name):
+    problem = Gaps(-1.0)
     size = {"n_walkers": 8} if name.startswith("mgeo") else {"population": 24}
     algorithm = build_algorithm(name, size, problem)
     with pytest.raises(
         EvaluationError, match=r"all of the last \d+ candidates failed.*F\[0\] = nan"
     ):
-        solve(problem, algorithm, evaluations, seed=1)
+        solve(problem, algorithm, 400, seed=1)
     with pytest.raises(NothingToCompareError, match="EvaluationError: all of the last"):
-        compare(problem, {"it": algorithm}, evaluations, seeds=1)
+        compare(problem, {"it": algorithm}, 400, seeds=1)
 
 
 def test_a_run_ends_without_a_new_design():

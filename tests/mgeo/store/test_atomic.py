@@ -1,5 +1,4 @@
 import errno
-import threading
 
 import pytest
 
@@ -53,23 +52,3 @@ def test_an_interrupt_leaves_no_temporary_file(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         write_file(tmp_path / "a", b"content")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_reader_never_sees_a_part(tmp_path):
-    path = tmp_path / "a"
-    contents = [bytes([65 + i]) * (100_000 + i) for i in range(8)]
-    write_file(path, contents[0])
-    seen, done = set(), threading.Event()
-
-    def read():
-        while not done.is_set():
-            seen.add(path.read_bytes())
-
-    reader = threading.Thread(target=read)
-    reader.start()
-    for content in contents * 5:
-        write_file(path, content)
-    done.set()
-    reader.join()
-    assert len(seen) > 1
-    assert seen <= set(contents)

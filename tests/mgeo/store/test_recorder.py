@@ -6,9 +6,6 @@ from pymoo.algorithms.moo.gde3 import GDE3
 from pymoo.algorithms.moo.moead import MOEAD
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.evaluator import Evaluator
-from pymoo.core.mixed import MixedVariableGA
-from pymoo.core.problem import Problem
-from pymoo.core.variable import Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, OSY, ZDT1, ZDT2
 
@@ -89,21 +86,6 @@ def test_failed_evaluations_are_marked(tmp_path):
         assert (table["failed"] == table["f1"].isna()).all()
 
 
-def test_columns_may_be_chosen(tmp_path):
-    class Named(ZDT1):
-        var_names = ("width [m]", "a/b", "../c")
-        obj_names = ("mass [kg]", "cost")
-
-    solve(Named(n_var=3), callback=Recorder(tmp_path))
-    table = read_record(tmp_path, ["mass [kg]", "../c"])
-    assert list(table) == ["mass [kg]", "../c"]
-    assert table.equals(read_record(tmp_path)[["mass [kg]", "../c"]])
-    with pytest.raises(
-        ValueError, match=r"has no column 'mass': expected one of generation, width \[m\]"
-    ):
-        read_record(tmp_path, ["mass"])
-
-
 def test_a_record_is_not_overwritten_unless_told(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     solve(callback=Recorder(tmp_path))
@@ -133,25 +115,6 @@ def test_a_resumed_run_needs_its_own_record(tmp_path):
     with pytest.raises(ValueError, match="ends with generation 2: expected the record of the gen"):
         Recorder(tmp_path).take(begun(PROBLEM))
     assert len(read_record(tmp_path)) == 24
-
-
-def test_a_choice_is_recorded_as_the_number_of_its_option(tmp_path):
-    class Mixed(Problem):
-        def __init__(self):
-            options = Choice(options=["steel", "wood"])
-            variables = {"width": Real(bounds=(0, 1)), "teeth": Integer(bounds=(0, 9))}
-            super().__init__(vars={**variables, "material": options}, n_obj=1)
-
-        def _evaluate(self, X, out, *args, **kwargs):
-            out["F"] = np.array([x["width"] + x["teeth"] for x in X])
-
-    problem = Mixed()
-    result = solve(problem, MixedVariableGA(8), callback=Recorder(tmp_path))
-    table = read_record(tmp_path)
-    assert (table["f1"] == table["width"] + table["teeth"]).all()
-    assert set(table["material"]) == {0.0, 1.0}
-    best = table.loc[table["f1"].idxmin()]
-    assert problem.vars["material"].options[int(best["material"])] == result.X["material"]
 
 
 def test_what_cannot_be_recorded_is_refused(tmp_path):

@@ -70,21 +70,14 @@ def test_processes_give_the_same_table(serial):
     assert parallel.table.equals(serial.table)
 
 
-@pytest.mark.parametrize("n_jobs", [1, 2])
-def test_each_run_has_its_own_copy_of_the_problem(n_jobs):
+def test_each_run_has_its_own_copy_of_the_problem():
     problem = Wearing()
-    found = compare(problem, {"a": NSGA2(12), "b": NSGA2(12)}, 60, seeds=2, n_jobs=n_jobs)
+    found = compare(problem, {"a": NSGA2(12), "b": NSGA2(12)}, 60, seeds=2, n_jobs=1)
     assert problem.calls == []
     for seed in (1, 2):
         alone = record(Task(Wearing(), NSGA2(12), 60, seed))
         for label in ("a", "b"):
             assert np.array_equal(found.records[label, seed].front_F, alone.front_F)
-
-
-def used_by_minimize():
-    algorithm = NSGA2(pop_size=12)
-    minimize(ZDT1(n_var=4), algorithm, ("n_eval", 24), copy_algorithm=False)
-    return algorithm
 
 
 def set_up_only():
@@ -93,33 +86,13 @@ def set_up_only():
     return algorithm
 
 
-def holding_one_that_has_run():
-    algorithm = GlobalRandomSearch()
-    algorithm.inner = used_by_minimize()
-    return algorithm
-
-
 @pytest.mark.parametrize(
     "make",
-    [
-        lambda: minimize(ZDT1(n_var=4), NSGA2(pop_size=12), ("n_eval", 24)).algorithm,
-        lambda: minimize(ZDT1(n_var=4), GlobalRandomSearch(), ("n_gen", 2)).algorithm,
-        lambda: minimize(ZDT1(n_var=4), MGEOReal(0.1), ("n_gen", 2)).algorithm,
-        used_by_minimize,
-        set_up_only,
-        holding_one_that_has_run,
-    ],
+    [lambda: minimize(ZDT1(n_var=4), NSGA2(12), ("n_eval", 24)).algorithm, set_up_only],
 )
 def test_an_algorithm_that_is_set_up_or_has_run_is_refused(make):
     with pytest.raises(ValueError, match=r"algorithms\['a'\] is set up or has run"):
         compare(PROBLEM, {"a": make()}, 40, seeds=1)
-
-
-def test_starting_points_from_a_run_are_no_run():
-    start = minimize(ZDT1(n_var=4), NSGA2(pop_size=12), ("n_eval", 120), seed=1)
-    found = compare(PROBLEM, {"a": NSGA2(12, sampling=start.pop.get("X"))}, 24, seeds=1)
-    first = nondominated_rows(start.pop.get("F"))
-    assert found.table["points"].iloc[-1] >= len(first) // 2
 
 
 def test_a_run_that_fails_is_reported_and_the_rest_completes(tmp_path, capsys):
@@ -130,9 +103,7 @@ def test_a_run_that_fails_is_reported_and_the_rest_completes(tmp_path, capsys):
     assert failed["error"].tolist() == [f"ArithmeticError: seed {s} is even" for s in (2, 4)]
     assert result.final().groupby("algorithm").size().to_dict() == {"bad": 2, "good": 4}
     lines = capsys.readouterr().err.splitlines()
-    assert lines[0] == "ZDT1: 8 runs"
-    assert lines[-1] == "8/8  bad, seed 4: failed: ArithmeticError: seed 4 is even"
-    assert len(lines) < 9  # at most one line a second about runs that finish
+    assert lines == [f"ZDT1: bad, seed {s}: ArithmeticError: seed {s} is even" for s in (2, 4)]
 
 
 def test_an_algorithm_that_failed_everywhere_is_named_in_a_warning():
@@ -179,14 +150,10 @@ def test_infeasible_and_undefined_points_count_but_are_no_front():
     ("arguments", "options", "message"),
     [
         (([], 10), {}, "at least one"),
-        ((["nsga2"], 10), {}, "expected a pymoo Algorithm"),
         (([NSGA2(), NSGA2()], 10), {}, "expected labels"),
         (([NSGA2()], 0), {}, "n_eval = 0"),
-        (([NSGA2()], 10, 0), {}, "seeds = 0"),
         (([NSGA2()], 10, [1, 1]), {}, "different"),
-        (([NSGA2()], 10, [-1]), {}, r"seeds\[0\] = -1"),
         (([NSGA2()], 10), {"grid": [11]}, "grid goes to 11: expected at most n_eval = 10"),
-        (([NSGA2()], 10), {"grid": [0]}, r"grid\[0\] = 0"),
         (([NSGA2()], 10), {"parts": [2.0, 1.0]}, "expected one or more ascending values"),
         (([NSGA2()], 10), {"resume": True}, "resume = True without folder"),
     ],
@@ -234,9 +201,3 @@ def test_with_one_objective_the_best_value_counts():
     assert list(found.figures()) == ["anytime", "boxes"]
     assert len(conclusions(found)) == 2
     assert len(found.tests().pairs) == 3
-
-
-@pytest.mark.parametrize("option", [{"bounds": ([0.0], [1.0])}, {"reference_front": [[0.0]]}])
-def test_one_objective_takes_no_space(option):
-    with pytest.raises(ValueError, match="expected none for a single objective"):
-        compare(Sphere(), [GA(pop_size=12)], 24, seeds=1, **option)

@@ -59,8 +59,6 @@ def test_a_problem_with_several_options_needs_labels():
     assert [p.build().n_obj for p in study.problems] == [2, 3]
     with pytest.raises(ValueError, match=r"problems: 'dtlz2' is there twice; .* by the key label"):
         parse(SMALL.replace('name = "pymoo:zdt1"', f"{two}[[problems]]\n{two}"))
-    with pytest.raises(ValueError, match=r"problems\[0\].label = .*braces hold only n_obj, name"):
-        parse(SMALL.replace('name = "pymoo:zdt1"', three.replace("{n_o", "{o")))
 
 
 def test_a_label_names_its_scenario(stand_in):
@@ -83,15 +81,11 @@ def test_it_can_be_reduced_and_extended():
     ("old", "new", "message"),
     [
         ('title = "small"', "", "title is missing"),
-        ("evaluations = 100", "evaluations = 0", "evaluations = 0"),
         ("seeds = 2", "seeds = 2\ngrid = [0]", r"grid\[0\] = 0: expected an integer"),
         ("seeds = 2", "seeds = [1, 1]", r"seeds = \[1, 1\]: expected one or more different"),
         ("seeds = 2", "seeds = 2\nbudget = 3", "budget is unknown: expected title, about"),
-        ("pymoo:zdt1", "coco:bbob/f1", r"problems\[0\].name: coco:bbob/f1: expected SUITE/f"),
         ('name = "pymoo:zdt1"', 'name = "a"\nscenario = "b"\noptions = {}', "expected one of them"),
         ('name = "nsga2"', 'name = "nsag2"', r"algorithms\[0\].name: .*did you mean 'nsga2'"),
-        ("population = 20", 'label = "problem"', "algorithms: the label 'problem' is that of"),
-        ("population = 20", "pop = 20", r"algorithms\[0\].name: .*no parameter 'pop'"),
         ("population = 20", 'label = "{size}"', r"label = '\{size\}': .* only name"),
         (
             "population = 20",

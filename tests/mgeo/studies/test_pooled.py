@@ -174,17 +174,3 @@ def test_an_algorithm_whose_runs_all_failed_is_last_there():
     pd.testing.assert_frame_equal(ranks_over_problems(values), ranks_over_problems(expected))
     found = friedman_over_problems(values)
     assert (len(found.ranks), found.blocks) == (3, 5)
-
-
-def test_there_is_one_ranking():
-    """That of the figure is the last of the table, also where a hypervolume is zero."""
-    rng = np.random.default_rng(5)
-    epsilon = {(name, seed): rng.random(2) for name in NAMES for seed in (1, 2, 3)}
-    zero = {key: [0.0, 0.0] for key in epsilon}
-    zero["one", 1] = [0.1, 0.1]
-    given = many(rng, 2) | {"zero": results(zero, epsilon=epsilon)}
-    values = problem_values(given)
-    last = ranks_over_problems(values).query("evaluations == 80").set_index("algorithm")
-    assert friedman_over_problems(values).ranks.to_dict() == last["average_rank"].to_dict()
-    (row,) = values.query("problem == 'zero' and evaluations == 80")[list(NAMES)].to_numpy()
-    assert len(set(row)) == 3  # though all medians of the hypervolume are zero

@@ -13,7 +13,6 @@ from pymoo.problems.multi import ZDT1
 from mgeo import MGEOReal, compare
 from mgeo.store.atomic import lock
 from mgeo.studies import read_comparison
-from mgeo.studies.record import StudyRun
 
 from .problems import FailingNSGA2
 
@@ -66,11 +65,6 @@ def test_missing_runs_are_made_and_the_others_reused(tmp_path, capsys):
     assert {path for path in runs if after[path] != runs[path]} == {lost}
 
 
-def test_resume_begins_a_study_in_an_empty_folder(tmp_path, capsys):
-    study(tmp_path / "new", resume=True)
-    assert capsys.readouterr().err == "Beam: reused 0 of 4 runs\n"
-
-
 def test_failed_runs_are_made_again(tmp_path, capsys):
     searches = {"good": NSGA2(pop_size=10), "bad": FailingNSGA2(pop_size=10)}
     for resume in (False, True):
@@ -83,8 +77,6 @@ def test_failed_runs_are_made_again(tmp_path, capsys):
     ("changes", "message"),
     [
         ({"problem": Beam(load=2.0)}, "problem.options.load = 2.0, expected 1.0"),
-        ({"problem": ZDT1(n_var=4)}, "problem.class = 'pymoo"),
-        ({"searches": algorithms(pop_size=12)}, "NSGA-II.pop_size = 12, expected 10"),
         ({"searches": algorithms(crossover=SBX(eta=20))}, "crossover.eta.value = 20, expected 15"),
         ({"searches": {"other": MGEOReal(0.1)}}, "algorithms.MGEO = None"),
         ({"n_eval": 80}, "evaluations = 80, expected 60"),
@@ -139,16 +131,12 @@ def test_two_studies_do_not_share_a_folder_at_once(tmp_path):
         study(tmp_path)
 
 
-@pytest.mark.parametrize("damage", [lambda data: data[: len(data) // 2], lambda data: b"junk"])
-def test_a_damaged_run_is_named(damage, tmp_path):
+def test_a_damaged_run_is_named_and_none_is_unpickled(tmp_path):
     study(tmp_path)
     path = min(stored(tmp_path))
-    path.write_bytes(damage(path.read_bytes()))
+    path.write_bytes(path.read_bytes()[:100])
     with pytest.raises(ValueError, match=rf"{path.name}: not the record of a run: .*delete it"):
         study(tmp_path, resume=True)
-
-
-def test_no_run_is_unpickled(tmp_path):
-    np.savez(tmp_path / "run.npz", **dict.fromkeys(("numbers", "F"), np.array([{}], dtype=object)))
+    np.savez(path, **dict.fromkeys(("numbers", "F"), np.array([{}], dtype=object)))
     with pytest.raises(ValueError, match="not the record of a run"):
-        StudyRun.read(tmp_path / "run.npz")
+        study(tmp_path, resume=True)

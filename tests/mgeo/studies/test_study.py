@@ -22,7 +22,7 @@ from mgeo.studies import read_comparison, read_comparisons, read_study, run_stud
 from mgeo.studies.file import parse_study
 from mgeo.studies.indicators import NothingToCompareError
 from mgeo.studies.pooled import friedman_over_problems, ranks_over_problems
-from mgeo.studies.run import Failure, record
+from mgeo.studies.run import record
 from mgeo.studies.tables import problems_table
 
 from .test_file import STUDIES
@@ -44,7 +44,6 @@ population = [10, 20]
 ONE = TWO.replace('["pymoo:zdt1", "pymoo:dtlz2"]', '"cantilever"')
 FILES = {
     "table.csv",
-    "final.csv",
     "fronts.csv",
     "runs.csv",
     "tests.csv",
@@ -58,7 +57,6 @@ OF_A_STUDY = {"study.toml", "study.json"}
 OVER_PROBLEMS = {
     "summary.md",
     "summary.tex",
-    "summary.csv",
     "values.csv",
     "ranks.csv",
     "targets.csv",
@@ -86,7 +84,6 @@ def test_a_study_of_two_problems(tmp_path):
     for label, result in found.items():
         assert names(out / label) == FILES
         assert len(list((out / label / "runs").iterdir())) == 8
-        assert len(pd.read_csv(out / label / "final.csv")) == 8
         assert len(pd.read_csv(out / label / "tests.csv")) == 6 * (3 + 3)  # and parts
         read = read_comparison(out / label)
         assert read.table.equals(result.table)
@@ -106,24 +103,11 @@ def test_a_study_of_two_problems(tmp_path):
     page = (out / "zdt1" / "report.html").read_text()
     assert "<h1>Two &lt;problems&gt;</h1>\n<p>First.</p>\n<p>Second &amp; last.</p>" in page
     assert page.count("Plotly.newPlot(") >= 6
-    assert "<h2>By parts of the front</h2>" in page
     below = page.partition("<h2>nsga2 10 against every other</h2>")[2].partition("</table>")[0]
     assert all(f"<td>{name}</td>" in below for name in ("nsga2 20", "random 10", "random 20"))
     loaded = r"<(?:script|link|img)[^>]*(?:src|href)=\"([^\"]*)\""
     assert set(re.findall(loaded, page)) == {"../plotly.min.js"}
     assert set(re.findall(loaded, (out / "report.html").read_text())) == {"plotly.min.js"}
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("undrawn")
-def test_a_study_of_one_problem_needs_no_folders_below(tmp_path, stand_in):
-    study = parse_study(ONE, tmp_path).reduced(60, 1)
-    run_study(study, tmp_path / "out", progress=False)
-    assert names(tmp_path / "out") == FILES | OF_A_STUDY
-    data = json.loads((tmp_path / "out" / "provenance.json").read_text())
-    assert data["versions"]["stand-in"] == "1.2.3"
-    assert {"python", "mgeo", "pymoo", "numpy", "scipy", "moocore"} < data["versions"].keys()
-    assert data["space"]["origin"] == "problem"
 
 
 @pytest.mark.parametrize(
@@ -151,7 +135,7 @@ def test_what_cannot_be_built_is_found_before_any_run(old, new, message, tmp_pat
 @pytest.mark.usefixtures("undrawn")
 def test_a_problem_without_a_result_does_not_stop_the_others(tmp_path, monkeypatch):
     def failing(task):
-        return record(task) if task.problem.n_obj == 3 else Failure("ValueError: no")
+        return record(task) if task.problem.n_obj == 3 else "ValueError: no"
 
     monkeypatch.setattr("mgeo.studies.execute.run", failing)
     study = parse_study(TWO, tmp_path).reduced(60, 1)
@@ -169,20 +153,15 @@ def mgeo(tmp_path, monkeypatch, stand_in):
     return lambda *arguments: CliRunner().invoke(app, ["study", *map(str, arguments)])
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
-def test_a_study_of_one_objective(mgeo, tmp_path):
+def test_a_study_of_one_objective(tmp_path):
     text = TWO.replace('["pymoo:zdt1", "pymoo:dtlz2"]', '["pymoo:sphere", "pymoo:rastrigin"]')
-    (tmp_path / "single.toml").write_text(text)
-    done = mgeo("single.toml", "--jobs", 1)
-    assert done.exit_code == 0, done.output
-    sphere = tmp_path / "studies" / "single" / "sphere"
-    assert names(sphere) == FILES
+    study = parse_study(text, tmp_path).reduced(60, 1)
+    run_study(study, tmp_path, n_jobs=1, progress=False)
+    sphere = tmp_path / "sphere"
     assert list(read_comparison(sphere).overview().columns) == ["runs", "best value", "points"]
     assert "Of a run counts the least feasible value" in (sphere / "report.html").read_text()
-    assert "By best value, " in done.stdout
-    data = json.loads((sphere / "provenance.json").read_text())
-    assert data["space"] == {"origin": "objective"}
+    assert list(read_comparisons(tmp_path)) == ["sphere", "rastrigin"]
 
 
 @pytest.mark.slow
@@ -194,7 +173,6 @@ def test_the_command_runs_a_file_and_continues_only_if_asked(mgeo, tmp_path):
     assert names(tmp_path / "studies" / "mine") == FILES | OF_A_STUDY
     assert " ranks first: " in done.stdout
     assert "written: studies/mine/report.html" in done.stdout
-    assert "cantilever: 4 runs" in done.stderr
     refused = mgeo(*small)
     assert refused.exit_code == 2
     (line,) = refused.stderr.splitlines()
@@ -211,7 +189,7 @@ def test_the_command_runs_a_file_and_continues_only_if_asked(mgeo, tmp_path):
 @pytest.mark.usefixtures("undrawn")
 def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
     def failing(task):
-        return record(task) if task.seed == 1 else Failure("ValueError: no")
+        return record(task) if task.seed == 1 else "ValueError: no"
 
     monkeypatch.setattr("mgeo.studies.execute.run", failing)
     done = mgeo("mine.toml", "--jobs", 1, "--evaluations", 60)

@@ -5,9 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
-import pytest
 
-from mgeo.studies.figures.indicators import targets_figure
 from mgeo.studies.targets import SHORTFALLS, runtimes, targets_reached
 
 
@@ -78,13 +76,3 @@ def test_there_are_no_targets_without_a_hypervolume():
     made = results({("a", 1): [1.0]}, name="best_value")
     assert runtimes({"p": made}) == {}
     assert targets_reached({"p": made}).empty
-
-
-def test_the_figure_climbs_to_the_share_that_was_reached():
-    values = {("a", 1): [0.5, 1.0], ("b", 1): [0.2, 0.2]}
-    figure = targets_figure(targets_reached({"p": results(values)}), 1)
-    a, b = figure.data
-    assert list(a.x) == [10.0, 20.0]
-    assert a.y[0] == pytest.approx(np.mean(SHORTFALLS >= 0.5))
-    assert a.y[-1] == 1.0
-    assert b.y[-1] == pytest.approx(np.mean(SHORTFALLS >= 0.8))

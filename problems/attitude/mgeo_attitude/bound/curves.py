@@ -10,8 +10,8 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.scenario.block_numbers import RequiredSigma
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.scenario.settings import RequiredSigma
 
 
 class Block(NamedTuple):

@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mgeo_attitude._compiled import entry
-from mgeo_attitude._typing import Floats
+from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.bound.curves import filled
 
 
@@ -101,50 +100,13 @@ def recursion(start: Floats, decay: Floats, noise: Floats, information: Floats) 
         P after each sample.
     """
     found = np.empty(information.shape)
-    told = np.asarray(information, dtype=float)
-    _covariances(np.array(start, dtype=float, order="C"), decay.copy(), noise.copy(), told, found)
+    found[0] = P = start
+    faded, added, unit = np.outer(decay, decay), np.diag(noise), np.eye(len(start))
+    measured: Bools = np.asarray(information.any(axis=(1, 2)))
+    for k in range(1, len(information)):
+        P = faded * P + added
+        if measured[k]:
+            P = np.linalg.solve(unit + P @ information[k], P)
+            P = 0.5 * (P + P.T)
+        found[k] = P
     return found
-
-
-@entry("void(float64[:,::1], float64[::1], float64[::1], float64[:,:,:], float64[:,:,::1])")
-def _covariances(start: Floats, decay: Floats, noise: Floats, told: Floats, out: Floats) -> None:
-    """`recursion`, compiled: a limit has one, a free start thousands. Written to `out`."""
-    k = len(start)
-    A = np.empty((k, 2 * k))
-    for i in range(k):  # numba would take three seconds more for `out[0] = start`
-        for j in range(k):
-            out[0, i, j] = start[i, j]
-    for step in range(1, len(told)):
-        before, P = out[step - 1], out[step]
-        some = False
-        for i in range(k):
-            for j in range(k):
-                P[i, j] = before[i, j] * (decay[i] * decay[j])
-                some |= told[step, i, j] != 0.0
-            P[i, i] += noise[i]
-        if some:  # P ← (1 + P J)⁻¹ P, by Gauss and Jordan with partial pivoting
-            for i in range(k):
-                for j in range(k):
-                    total = 1.0 if i == j else 0.0
-                    for m in range(k):
-                        total += P[i, m] * told[step, m, j]
-                    A[i, j], A[i, k + j] = total, P[i, j]
-            for c in range(k):
-                pivot = c
-                for i in range(c + 1, k):
-                    if abs(A[i, c]) > abs(A[pivot, c]):
-                        pivot = i
-                if pivot != c:
-                    for j in range(2 * k):
-                        A[c, j], A[pivot, j] = A[pivot, j], A[c, j]
-                factor = 1.0 / A[c, c]
-                for j in range(c, 2 * k):
-                    A[c, j] *= factor
-                for i in range(k):
-                    if i != c and A[i, c] != 0.0:
-                        factor = A[i, c]
-                        for j in range(c, 2 * k):
-                            A[i, j] -= factor * A[c, j]
-            for i in range(k):
-                for j in range(k):
-                    P[i, j] = 0.5 * (A[i, k + j] + A[j, k + i])

@@ -204,7 +204,7 @@ def check(
     """
     import numpy as np
 
-    from mgeo.store.scenario_file import read_scenario
+    from mgeo.plugins.problems import read_scenario
     from mgeo_attitude.filter.reference import agreement
     from mgeo_attitude.plan.run_folder import PROBLEM
     from mgeo_attitude.problem import AttitudeManeuverProblem

@@ -112,9 +112,7 @@ def check_targets(
     for path in filter(None, paths):
         if suffixes and not path.name.endswith(tuple(suffixes)):
             raise ValueError(f"{path}: expected a name that ends in {', '.join(suffixes)}")
-        if path.is_dir():
-            raise IsADirectoryError(f"{path} is a folder: expected a file")
-        if path.exists() and not overwrite:
+        if path.exists() and not (overwrite and path.is_file()):
             raise FileExistsError(f"{path} exists: choose another name or allow --overwrite")
         if not path.parent.is_dir():
             raise FileNotFoundError(f"there is no folder {path.parent}")

@@ -12,15 +12,15 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.filter.path_limits import excess_along
-from mgeo_attitude.scenario.settings import RequiredSigma
+from mgeo_attitude.scenario.block_numbers import RequiredSigma
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.settings.errors import InvalidValue, expect
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.directions import Place
     from mgeo_attitude.filter.evaluator import Evaluation
+    from mgeo_attitude.scenario.limits import PathLimit
     from mgeo_attitude.scenario.scenario import Scenario
-    from mgeo_attitude.scenario.settings import PathLimit
 
 #: Label of the constraint that a plan is over before its window ends.
 END = "end of the plan"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 
 import numpy as np
@@ -11,37 +10,31 @@ from mgeo_attitude._typing import Floats
 
 
 class EvaluationCache:
-    """Looks designs up among those of the batch before, of the same thread.
+    """Values of the designs of the previous batch, by design.
 
-    A step that is clipped to a bound, or leaves a variable at it, gives a design that the optimizer
-    has just seen: in Table 3 of the paper up to one in seven is. Each thread has a batch of its
-    own, so that runs in several threads neither disturb one another nor lose what they know.
+    A step that is clipped to a bound, or leaves a variable at it, repeats a design of the previous
+    batch: in Table 3 of the paper up to one in seven.
 
     Parameters
     ----------
     forget : bool
-        Whether the batches before that are forgotten.
+        Whether all earlier batches are forgotten.
     """
 
     def __init__(self, forget: bool = True) -> None:
-        self._before = threading.local()
+        self._known: dict[bytes, Floats] = {}
         self._forget = forget
 
-    def __reduce__(self) -> tuple[type[EvaluationCache], tuple[bool]]:
-        # a copy, in another process or a history, knows nothing yet
-        return EvaluationCache, (self._forget,)
-
     def complete(self, designs: Floats, run: Callable[[Floats], Floats]) -> Floats:
-        """Values of designs (n, n_var), shape (n, n_values).
+        """Return the values of designs (n, n_var), shape (n, n_values).
 
-        `run` gives those of the k designs that are not known, shape (k, n_values). They may depend
-        on nothing else. It is asked for none only where there are no designs.
+        `run` evaluates the k designs that are not known, shape (k, n_values), whose values depend
+        on the design alone. An empty batch is passed to `run` as it is.
         """
-        before: dict[bytes, Floats] = getattr(self._before, "values", {})
+        known = dict(self._known)
         keys = [design.tobytes() for design in designs]
-        new = [i for i, key in enumerate(keys) if key not in before]
-        known = dict(before)
+        new = [i for i, key in enumerate(keys) if key not in known]
         if new:
             known.update(zip([keys[i] for i in new], run(designs[new]), strict=True))
-        self._before.values = {key: known[key] for key in keys} if self._forget else known
+        self._known = {key: known[key] for key in keys} if self._forget else known
         return np.array([known[key] for key in keys]) if keys else run(designs)

@@ -248,10 +248,8 @@ DIRECTIONS: dict[str, Direction] = {
 
 def directions(names: tuple[str, ...], environment: Environment, epoch: datetime) -> Floats:
     """Some of `DIRECTIONS` along a run, shape (n, m, 3)."""
-    found = np.zeros((len(environment.times), len(names), 3))
-    for index, name in enumerate(names):
-        found[:, index] = DIRECTIONS[name].vectors(environment, epoch)
-    return found
+    vectors = [DIRECTIONS[name].vectors(environment, epoch) for name in names]
+    return np.stack(vectors, axis=1) if names else np.zeros((len(environment.times), 0, 3))
 
 
 def radii(names: tuple[str, ...], environment: Environment) -> Floats:

@@ -69,8 +69,6 @@ class Environment:
     ValueError
         For an array of another shape, with NaN or infinity, times that do not increase, or a
         `sun` that is not of unit length.
-    TypeError
-        If `sunlit` is not of bool.
 
     Examples
     --------
@@ -97,14 +95,11 @@ class Environment:
         shapes = {"times": (n,), "sunlit": (n,)}
         light = () if self.earthlight is None else ("earthlight",)
         for name in ("times", "position", "velocity", "sun", "field", "sunlit", *light):
-            kind, shape = None if name == "sunlit" else float, shapes.get(name, (n, 3))
-            table = np.array(getattr(self, name), dtype=kind)
-            if table.shape != shape:
-                raise ValueError(f"{name}: expected an array of shape {shape}, not {table.shape}")
-            if name == "sunlit" and table.dtype != np.bool_:
-                raise TypeError(f"sunlit: expected bool, not {table.dtype}")
-            if not np.isfinite(table).all():
-                raise ValueError(f"{name}: expected finite numbers, found NaN or infinity")
+            shape = shapes.get(name, (n, 3))
+            table = np.array(getattr(self, name), dtype=bool if name == "sunlit" else float)
+            if table.shape != shape or not np.isfinite(table).all():
+                expected = f"expected an array of shape {shape} of finite numbers"
+                raise ValueError(f"{name}: {expected}, not {table.shape} {table!r:.200}")
             table.setflags(write=False)
             object.__setattr__(self, name, table)
         if n == 0 or not (np.diff(self.times) > 0.0).all():

@@ -77,13 +77,9 @@ def eccentric_anomaly(mean_anomaly: ArrayLike, eccentricity: float) -> Floats:
     """Solve Kepler's equation M = E - e sin E for E [rad], any shape, e up to the last below 1.
 
     Newton's method from above the root, where the equation is convex and each step falls short of
-    it, so that it cannot diverge. The revolution of M is kept. Another eccentricity, or an anomaly
-    that is not finite, is a ValueError.
+    it, so that it cannot diverge. The revolution of M is kept.
     """
-    _check_eccentricity(eccentricity)
     mean = np.asarray(mean_anomaly, dtype=np.float64)
-    if not np.isfinite(mean).all():
-        raise ValueError("mean_anomaly: expected finite angles [rad], found NaN or infinity")
     revolutions = math.tau * np.round(mean / math.tau)
     folded = np.abs(mean - revolutions)  # in [0, pi]; the equation is odd in M
     # Bounds of the root: sin E <= 1 and sin E <= E, and E - sin E >= E³/pi² for e near 1.
@@ -96,11 +92,8 @@ def eccentric_anomaly(mean_anomaly: ArrayLike, eccentricity: float) -> Floats:
         step = (_mean_anomaly(anomaly, eccentricity) - folded) / slope
         anomaly = anomaly - step
         if np.max(np.abs(step), initial=0.0) <= _TOLERANCE:
-            return revolutions + np.copysign(anomaly, mean - revolutions)
-    raise ArithmeticError(
-        f"Kepler's equation: a step of {np.max(np.abs(step)):.3g} rad after {_MAX_ITERATIONS} "
-        f"iterations, expected at most {_TOLERANCE:g} (eccentricity = {eccentricity!r})"
-    )
+            break
+    return revolutions + np.copysign(anomaly, mean - revolutions)
 
 
 def advanced(elements: Elements, time: float, rates: tuple[float, float, float]) -> Elements:
@@ -117,7 +110,6 @@ def advanced(elements: Elements, time: float, rates: tuple[float, float, float])
 
 def mean_from_true(true_anomaly: float, eccentricity: float) -> float:
     """Mean anomaly [rad] in [-pi, pi] of a true anomaly [rad]."""
-    _check_eccentricity(eccentricity)
     half = 0.5 * math.remainder(true_anomaly, math.tau)
     eccentric = 2.0 * math.atan2(
         math.sqrt(1.0 - eccentricity) * math.sin(half),
@@ -166,8 +158,3 @@ def _minus_sine(angle: Floats) -> Floats:
     for k in range(8, 0, -1):
         series = 1.0 - square / ((2 * k + 2) * (2 * k + 3)) * series
     return np.where(np.abs(angle) < _SERIES_BELOW, angle**3 / 6.0 * series, angle - np.sin(angle))
-
-
-def _check_eccentricity(eccentricity: float) -> None:
-    if not 0.0 <= eccentricity < 1.0:
-        raise ValueError(f"eccentricity = {eccentricity!r}: expected a number in [0, 1)")

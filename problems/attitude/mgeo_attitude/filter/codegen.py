@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mgeo_attitude.filter import covariance
+from mgeo_attitude.filter.closest_approach import Turn, nearest_code
 from mgeo_attitude.filter.layout import (
     NO_MONITORS,
     Monitors,
@@ -24,19 +25,15 @@ from mgeo_attitude.filter.layout import (
     transition_pattern,
     watched_directions,
 )
-from mgeo_attitude.filter.nearest import Turn, nearest_code
 from mgeo_attitude.filter.path_limits import cone_constants, excess_code
 from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_of
 from mgeo_attitude.geometry.vector import Vec3, dot
 from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:
-    from mgeo_attitude.scenario.settings import PathLimit
+    from mgeo_attitude.scenario.limits import PathLimit
 
 CHECK = "check"
-
-#: Less than any excess over a path limit [rad].
-NO_EXCESS = -10.0
 
 
 def step_parts(

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
-from mgeo_attitude._compiled import P, T, helper
+from mgeo_attitude._compiled import helper
 from mgeo_attitude._typing import Floats
 
 #: |(A dt)²|^½ up to which the series is summed directly; beyond, the step is halved first. It is
@@ -19,80 +18,30 @@ _NEGLIGIBLE = 1e-18
 _TERMS = 30
 
 
-def _of_size(size: int) -> Callable[[Floats, Floats, float], tuple[Floats, Floats]]:
-    """`discretize` for n states of a size that its loops know, or for any if that is zero."""
-
-    def part(function: Callable[P, T]) -> Callable[P, T]:
-        function.__qualname__ += f"_{size}"  # no two compiled functions have one name
-        compiled: Callable[P, T] = helper(function)
-        return compiled
-
-    @part
-    def multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
-        """out ← factor A B. At this size plain loops beat a BLAS call; most of A is zero."""
-        n = size or A.shape[0]
-        for i in range(n):
-            for j in range(n):
-                out[i, j] = 0.0
-            for k in range(n):
-                entry = factor * A[i, k]
-                if entry != 0.0:
-                    for j in range(n):
-                        out[i, j] += entry * B[k, j]
-
-    @part
-    def norm(A: Floats) -> float:
-        """Largest sum of magnitudes of a row, without numpy's arrays, which cost more than all."""
-        n, largest = size or A.shape[0], 0.0
-        for i in range(n):
-            total = 0.0
-            for j in range(n):
-                total += abs(A[i, j])
-            largest = max(largest, total)
-        return largest
-
-    @part
-    def series(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
-        n = size or A.shape[0]
-        room = np.zeros((6, n, n))
-        term, other, F, Q, F_term, Q_term = room[0], room[1], room[2], room[3], room[4], room[5]
-        multiply(A, A, dt * dt, term)
-        size_of = math.sqrt(norm(term))
-        halvings = max(0, math.ceil(math.log2(size_of / _SERIES_NORM))) if size_of > 0.0 else 0
-        h = dt / 2.0**halvings
-        for i in range(n):
-            F[i, i] = F_term[i, i] = 1.0
-            Q[i, i] = Q_term[i, i] = density[i] * h
-        for m in range(1, _TERMS + 1):
-            multiply(A, F_term, h / m, term)
-            multiply(A, Q_term, h / (m + 1), other)
-            for i in range(n):
+@helper
+def multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
+    """out ← factor A B. At this size plain loops beat a BLAS call; most of A is zero."""
+    n = A.shape[0]
+    for i in range(n):
+        for j in range(n):
+            out[i, j] = 0.0
+        for k in range(n):
+            entry = factor * A[i, k]
+            if entry != 0.0:
                 for j in range(n):
-                    F_term[i, j] = term[i, j]
-                    F[i, j] += term[i, j]
-                    Q_term[i, j] = other[i, j] + other[j, i]
-                    Q[i, j] += Q_term[i, j]
-            if norm(F_term) < _NEGLIGIBLE and norm(Q_term) <= _NEGLIGIBLE * norm(Q):
-                break
-        for _ in range(halvings):
-            multiply(F, Q, 1.0, term)
-            multiply(term, F.T.copy(), 1.0, Q_term)
-            for i in range(n):
-                for j in range(n):
-                    Q[i, j] += Q_term[i, j]
-            multiply(F, F, 1.0, term)
-            for i in range(n):
-                for j in range(n):
-                    F[i, j] = term[i, j]
-        return F, Q
-
-    found: Callable[[Floats, Floats, float], tuple[Floats, Floats]] = series
-    return found
+                    out[i, j] += entry * B[k, j]
 
 
-#: Attitude and bias are what most gyros have. With coils it is done in each step: loops that know
-#: the size take a third of the time, and the same sums.
-_of_six, _of_any = _of_size(6), _of_size(0)
+@helper
+def norm(A: Floats) -> float:
+    """Return the largest sum of magnitudes of a row. NumPy's temporary arrays would cost more."""
+    n, largest = A.shape[0], 0.0
+    for i in range(n):
+        total = 0.0
+        for j in range(n):
+            total += abs(A[i, j])
+        largest = max(largest, total)
+    return largest
 
 
 @helper
@@ -116,7 +65,38 @@ def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
     -------
     F, Q : arrays, shape (n, n)
     """
-    return _of_six(A, density, dt) if len(A) == 6 else _of_any(A, density, dt)
+    n = A.shape[0]
+    room = np.zeros((6, n, n))
+    term, other, F, Q, F_term, Q_term = room[0], room[1], room[2], room[3], room[4], room[5]
+    multiply(A, A, dt * dt, term)
+    size = math.sqrt(norm(term))
+    halvings = max(0, math.ceil(math.log2(size / _SERIES_NORM))) if size > 0.0 else 0
+    h = dt / 2.0**halvings
+    for i in range(n):
+        F[i, i] = F_term[i, i] = 1.0
+        Q[i, i] = Q_term[i, i] = density[i] * h
+    for m in range(1, _TERMS + 1):
+        multiply(A, F_term, h / m, term)
+        multiply(A, Q_term, h / (m + 1), other)
+        for i in range(n):
+            for j in range(n):
+                F_term[i, j] = term[i, j]
+                F[i, j] += term[i, j]
+                Q_term[i, j] = other[i, j] + other[j, i]
+                Q[i, j] += Q_term[i, j]
+        if norm(F_term) < _NEGLIGIBLE and norm(Q_term) <= _NEGLIGIBLE * norm(Q):
+            break
+    for _ in range(halvings):
+        multiply(F, Q, 1.0, term)
+        multiply(term, F.T.copy(), 1.0, Q_term)
+        for i in range(n):
+            for j in range(n):
+                Q[i, j] += Q_term[i, j]
+        multiply(F, F, 1.0, term)
+        for i in range(n):
+            for j in range(n):
+                F[i, j] = term[i, j]
+    return F, Q
 
 
 @helper

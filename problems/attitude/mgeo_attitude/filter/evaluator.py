@@ -105,8 +105,7 @@ def evaluate(
     Raises
     ------
     ValueError
-        If a variant has other states than the model, considers others, or a constant more or less;
-        or if there are path limits and a design turns by 180 deg or more in a step.
+        If the kernel of the model does not fit a variant; see `check_variants`.
 
     Examples
     --------
@@ -119,7 +118,6 @@ def evaluate(
     variants = variants or [model]
     check_variants(model, variants)
     plan = model.schedule(designs)
-    _check_turns(model, plan)
     n = len(plan.rates)
     flown_by = np.zeros(n, dtype=np.int64) if which is None else np.asarray(which, dtype=np.int64)
     batch = Batch(variants, flown_by, plan, threads or available_threads())
@@ -172,18 +170,6 @@ def _wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Floats:
     if model.budget is None:
         return np.full((len(end_step), 2), np.nan)
     return wheel_loads(model.budget, batch.plan, end_step, step=model.step, threads=batch.threads)
-
-
-def _check_turns(model: FilterModel, plan: Schedule) -> None:
-    """Within half a turn a direction is nearest to an axis once; see `nearest`."""
-    if not (model.path_limits and plan.rates.size):
-        return
-    turns = np.degrees(model.step * np.linalg.norm(plan.rates, axis=2).max(axis=1))
-    if (turns >= 180.0).any():
-        raise ValueError(
-            f"design {turns.argmax()} turns by {turns.max():.6g} deg in a step of {model.step:g} s:"
-            " expected less than 180 where there are path limits"
-        )
 
 
 def _required_from(ran: Ran) -> Ints:

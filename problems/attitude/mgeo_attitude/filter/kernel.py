@@ -12,7 +12,6 @@ import hashlib
 import inspect
 import logging
 import os
-import stat
 import sys
 import threading
 import time
@@ -80,20 +79,20 @@ def load_module(
     ingredients: Iterable[ModuleType | Callable[..., object]],
     part: str = "",
 ) -> ModuleType:
-    """A module from memory, the user's cache or its source.
+    """Return a module from memory, from the user's cache, or compiled from its source.
 
-    Of threads that ask for modules at once, one loads and the others wait.
+    If several threads request modules at once, one thread loads and the others wait.
 
     Parameters
     ----------
     kind : str
-        What it is called, and where in the cache.
+        Kind of the module, which is also the name of its folder in the cache.
     source : str
-        Its text.
+        Text of the module.
     ingredients : modules, or a function for all of its module
-        Whose compiled functions it calls: a change there must not find an old module.
+        Modules whose compiled functions the module calls. A change there recompiles the module.
     part : str
-        Of several of a kind, what is told of it.
+        Name of the module among those of its kind, for the log.
     """
     parts = [source, numba.__version__, llvmlite.__version__, np.__version__, sys.version]
     all_of = [_compiled, *(inspect.getmodule(each) or each for each in ingredients)]
@@ -107,28 +106,29 @@ def load_module(
 
 
 def _load(kind: str, name: str, source: str, part: str) -> None:
+    """Execute a module from the cache folder, or from memory where the folder is not writable."""
     folder = Path(os.environ.get("MGEO_CACHE_DIR") or platformdirs.user_cache_dir("mgeo"))
-    what = f"the {kind} of the filter{part and f' ({part})'}"
-    message = f"compiling {what}, once per machine (some seconds)"
+    path = folder / f"{kind}s" / f"{name}.py"
+    cached = any(path.parent.glob(f"__pycache__/{name}.*.nbi"))
+    if not cached:
+        what = f"the {kind} of the filter{part and f' ({part})'}"
+        _log.warning(f"compiling {what}, once per machine (some seconds)")
     begun = time.perf_counter()
     try:
-        path = _stored(folder / f"{kind}s", name, source)
-        kept = any(path.parent.glob(f"__pycache__/{name}.*.nbi"))
-        if not kept:
-            _log.warning(message)
+        if not path.exists():
+            path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            write_file(path, source.encode())
         _execute(name, str(path), source)
-        if not kept:
-            _log.warning(f"compiled in {time.perf_counter() - begun:.1f} s, kept in {folder}")
-        return
     except OSError as error:
         warnings.warn(
             f"kernel cache {folder} cannot be used ({error}); compiling in memory, again in every "
             "process. Set MGEO_CACHE_DIR to a folder of your own.",
             stacklevel=3,
         )
-    _log.warning(message)
-    _execute(name, name, source.replace("cache=True", "cache=False"))
-    _log.warning(f"compiled in {time.perf_counter() - begun:.1f} s")
+        _execute(name, name, source.replace("cache=True", "cache=False"))
+    else:
+        if not cached:
+            _log.warning(f"compiled in {time.perf_counter() - begun:.1f} s, kept in {folder}")
 
 
 def _execute(name: str, filename: str, source: str) -> None:
@@ -139,43 +139,6 @@ def _execute(name: str, filename: str, source: str) -> None:
     except BaseException:
         del sys.modules[name]
         raise
-
-
-def _stored(folder: Path, name: str, source: str) -> Path:
-    """Path of the module in a folder that only this user can write to."""
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    if hasattr(os, "getuid"):
-        check_private(folder)
-    path = folder / f"{name}.py"
-    if not path.exists() or path.read_text(encoding="utf-8") != source:
-        write_file(path, source.encode())
-    return path
-
-
-def check_private(folder: Path) -> None:
-    """Refuse a folder that somebody else can write into, or put another one in the place of.
-
-    What is in it is executed, and numba unpickles its own files there.
-
-    Raises
-    ------
-    PermissionError
-        Naming the folder, the one above it or below it that is not this user's alone.
-    """
-    real = folder.resolve()
-    for inside in (real, real / "__pycache__"):
-        if inside.exists() or inside.is_symlink():
-            status = inside.lstat()
-            shared = status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
-            if status.st_uid != os.getuid() or shared or not stat.S_ISDIR(status.st_mode):
-                raise PermissionError(f"{inside} belongs to, or can be written by, somebody else")
-    for above in real.parents:
-        status = above.stat()
-        # many systems give each user a group of his own, which may write into his folders
-        others = stat.S_IWOTH if status.st_gid == os.getgid() else stat.S_IWOTH | stat.S_IWGRP
-        shared = status.st_mode & others and not status.st_mode & stat.S_ISVTX
-        if status.st_uid not in (os.getuid(), 0) or shared:
-            raise PermissionError(f"{above} belongs to, or can be written by, somebody else")
 
 
 def transition(suite: Suite, rate: Sequence[float], duration: float) -> tuple[Floats, Floats]:

@@ -17,7 +17,7 @@ from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.world import World
 
 if TYPE_CHECKING:
-    from mgeo_attitude.scenario.settings import PathLimit
+    from mgeo_attitude.scenario.limits import PathLimit
 
 
 class Watch(NamedTuple):
@@ -178,27 +178,26 @@ def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
 
 
 class Traits(NamedTuple):
-    """What the kernel of a model is made for: the same in all models that it serves.
+    """What a compiled kernel depends on: equal in all models that one kernel serves.
 
     Attributes
     ----------
     states : tuple of str
         Blocks of the suite.
-    considered : tuple of int
-        States that are.
-    looked_at : tuple of (str, bool)
+    considered_states : tuple of int
+    directions_in_view : tuple of (str, bool)
         Directions of path limits and of sensors' views, and whether they have to be inside.
-    n_constants : int
-        How many constants of a filter step instruments and path limits have.
-    slopes : tuple of bytes
+    number_of_constants : int
+        Number of constants of a filter step that instruments and path limits have.
+    measurements : tuple of bytes
         H of each sensor, see `slopes`.
     """
 
     states: tuple[str, ...]
-    considered: tuple[int, ...]
-    looked_at: tuple[tuple[str, bool], ...]
-    n_constants: int
-    slopes: tuple[bytes, ...]
+    considered_states: tuple[int, ...]
+    directions_in_view: tuple[tuple[str, bool], ...]
+    number_of_constants: int
+    measurements: tuple[bytes, ...]
 
 
 @lru_cache(maxsize=1000)

@@ -18,11 +18,11 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import DIRECTIONS, Cone, Passage
+from mgeo_attitude.filter.closest_approach import nearest
 from mgeo_attitude.filter.layout import Watch
-from mgeo_attitude.filter.nearest import nearest
 from mgeo_attitude.filter.symbols import Symbol
 from mgeo_attitude.geometry.vector import Vec3, cross, dot
-from mgeo_attitude.scenario.settings import PathLimit
+from mgeo_attitude.scenario.limits import PathLimit
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.directions import Place

@@ -12,12 +12,11 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from functools import lru_cache
-from itertools import compress
-from operator import ne
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter.layout import Traits
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.path_limits import excess
 from mgeo_attitude.filter.symbols import triangle
@@ -31,28 +30,16 @@ _NEVER_SEEN = -2.0
 
 
 def check_variants(model: FilterModel, variants: Sequence[FilterModel]) -> None:
-    """ValueError if the model's kernel is not that of all variants."""
-    for number, each in enumerate(variants):
-        if each is model or each.traits == model.traits:
+    """ValueError if the compiled kernel of the model does not fit a variant, and which trait."""
+    for number, variant in enumerate(variants):
+        if variant.traits == model.traits:
             continue
-        found, expected = each.traits, model.traits
-        of_model = f"expected those of the model, {', '.join(expected.states)}"
-        words = {
-            "states": f" has the states {', '.join(found.states)}: {of_model}",
-            "considered": " considers other states than the model",
-            "n_constants": f" has {found.n_constants} constants of a filter step: expected "
-            f"{expected.n_constants}, as its sensors all look everywhere or none does",
-            "looked_at": f" looks at {list(found.looked_at)}: expected {list(expected.looked_at)}",
-        }
-        for key, told in words.items():
-            if getattr(found, key) != getattr(expected, key):
-                raise ValueError(f"variants[{number}]{told}")
-        others = map(ne, found.slopes, expected.slopes)
-        name = next(sensor.name for sensor in compress(each.suite.sensors, others))
-        raise ValueError(
-            f"variants[{number}]: {name} measures otherwise than the model's: expected "
-            "the same but for numbers, and the same boresight of a star tracker"
-        )
+        for name, found, expected in zip(Traits._fields, variant.traits, model.traits, strict=True):
+            if found != expected:
+                raise ValueError(
+                    f"variants[{number}] differs from the model in {name.replace('_', ' ')}: "
+                    "expected another value of noise, field of view, 1-sigma or weight only"
+                )
 
 
 def constants_of(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:

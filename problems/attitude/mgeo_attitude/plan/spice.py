@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 
@@ -51,7 +50,10 @@ def ck_bytes(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID
     b'DAF/CK '
     """
     _check(naif_id)
-    spice = _spiceypy()
+    try:
+        import spiceypy as spice
+    except ImportError as error:
+        raise ImportError("a C-kernel needs the package spiceypy: pip install spiceypy") from error
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "attitude.bc"
         comments = warnings(plan)
@@ -140,12 +142,3 @@ def sclk_text(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
 def _check(naif_id: int) -> None:
     if naif_id >= 0:
         raise ValueError(f"naif_id = {naif_id!r}: expected an integer below 0, as of a spacecraft")
-
-
-def _spiceypy() -> ModuleType:
-    try:
-        import spiceypy
-    except ImportError as error:
-        raise ImportError("a C-kernel needs the package spiceypy: pip install spiceypy") from error
-    module: ModuleType = spiceypy
-    return module

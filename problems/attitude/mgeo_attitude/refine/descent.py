@@ -12,8 +12,8 @@ import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.refine.at_time import AtTime
-from mgeo_attitude.refine.quasi_newton import minimizing
-from mgeo_attitude.refine.within_limits import minimizing_within
+from mgeo_attitude.refine.quasi_newton import minimize_bounded
+from mgeo_attitude.refine.slsqp import minimize_constrained
 
 #: Change of a rate, of the greatest, by which slopes are taken; of a duration, of a step.
 _SMALL, _PART = 1e-5, 1e-2
@@ -111,7 +111,7 @@ class Descent:
 def descend(at: AtTime, designs: Floats, times: float | Floats, iterations: int) -> Floats:
     """Designs that are worth more at their times [s], within all limits, as far as can be found.
 
-    Each by itself, side by side. Slopes are differences. Steps are those of `within_limits` where
+    Each by itself, side by side. Slopes are differences. Steps are those of `slsqp` where
     there are limits, or else of `quasi_newton`.
 
     Parameters
@@ -163,7 +163,7 @@ def _side_by_side(
     """Where each ends; of groups the best that are left, the very best first."""
     ends, least = begins.copy(), np.full(len(begins), np.inf)
     limited = bool(problem.at.limits or problem.at.requirements)
-    method: Any = minimizing_within if limited else minimizing
+    method: Any = minimize_constrained if limited else minimize_bounded
     ways = [method(z, problem.bounds, iterations, _ENOUGH) for z in begins]
     asked = {row: next(way) for row, way in enumerate(ways)}
     points = 0

@@ -23,16 +23,14 @@ from mgeo_attitude.refine.at_time import (
     stretched,
 )
 from mgeo_attitude.refine.front import Front
-from mgeo_attitude.refine.roughly import Roughly
 from mgeo_attitude.refine.splitting import without_unneeded
 from mgeo_attitude.refine.starts import beam, until_converged
+from mgeo_attitude.refine.thinned_samples import ThinnedSamples
 
 #: Plans of a front that are polished, and iterations for each.
 MOST, ITERATIONS = 16, 48
 #: Of these so many are polished side by side, which takes less than one by one: a step.
 _TOGETHER = 4
-#: How much longer than the first step, over the number of plans, all of it takes.
-_STEPS = 0.5
 #: Levels of rates of a beam, its width, and how much shorter stages become.
 Beam = tuple[int, int, float]
 #: Those of plans of at most so many turns at the greatest rate, which want wide ones of that rate,
@@ -110,35 +108,20 @@ def polish(
     return found
 
 
-class Steps(Iterator[Floats]):
-    """Tables, and about how many steps as long as the first are left: its length hint."""
-
-    def __init__(self, tables: Iterator[Floats], length: int) -> None:
-        self._tables, self._length = tables, length
-
-    def __next__(self) -> Floats:
-        table = next(self._tables)
-        self._length = max(self._length - 1, 0)
-        return table
-
-    def __length_hint__(self) -> int:
-        return self._length
-
-
 def polish_steps(
     problem: PlanProblem,
     designs: ArrayLike,
     most: int = MOST,
     iterations: int = ITERATIONS,
     more: bool = False,
-) -> Steps:
+) -> Iterator[Floats]:
     """What `polish` has after each plan, each table as good as the one before or better.
 
     With `more`, plans for times between those of the rows follow these, as they are found.
     """
     name = smooth_objective(problem.objectives)
     found = np.atleast_2d(np.array(designs, dtype=float))
-    return Steps(_tables(problem, name, found, (most, iterations), more), round(_STEPS * most))
+    return _tables(problem, name, found, (most, iterations), more)
 
 
 def _tables(
@@ -158,30 +141,30 @@ def _tables(
     flown = problem.scenario.flight is not None
     front = Front(in_order, found, _RATIO if more else np.inf)
     learned: list[Floats] = []
-    roughly = Roughly(at)
+    thinned = ThinnedSamples(at)
     new: list[Floats] = []
     done: set[int] = set()
     for between, (tried, share, beams) in enumerate(_ROUNDS):
         rows = [row for row in _spread(at, front, most, bool(between)) if row not in done]
         done.update(rows)
-        for own in _alike(roughly, front, rows):
+        for own in _alike(thinned, front, rows):
             ends = np.array([_learning(at, front.times[row]) for row in own])
             begins = [
-                _begins(roughly, plan, learned, until, _beams(at, until) if beams else ())
+                _begins(thinned, plan, learned, until, _beams(at, until) if beams else ())
                 for plan, until in zip(front.X[own], ends, strict=True)
             ]
-            better = roughly.descended(begins, ends, max(round(share * iterations), 1), tried)
+            better = thinned.descended(begins, ends, max(round(share * iterations), 1), tried)
             learned += list(better)
             of_plans = None if flown else in_order
             held = [
-                _ended(roughly, each, until, of_plans)
+                _ended(thinned, each, until, of_plans)
                 for each, until in zip(better, ends, strict=True)
             ]
             front.take(np.vstack([each[:_FLOWN] if flown else each for each in held]))
             new.extend(np.vstack([each[:_HELD] for each in held]))
             yield front.plans
     if new and not flown:
-        front.take(_at_other_times(roughly, np.array(new), front.times))
+        front.take(_at_other_times(thinned, np.array(new), front.times))
         yield front.plans
     front.settle()
     yield front.plans
@@ -189,11 +172,11 @@ def _tables(
         yield without_unneeded(problem, front.plans)
 
 
-def _alike(roughly: Roughly, front: Front, rows: list[int]) -> list[list[int]]:
+def _alike(thinned: ThinnedSamples, front: Front, rows: list[int]) -> list[list[int]]:
     """Rows that are polished side by side: of as few samples."""
     groups: dict[int, list[int]] = {}
     for row in rows:
-        few = roughly.every(_learning(roughly.exact, front.times[row]) or 0.0)
+        few = thinned.every(_learning(thinned.exact, front.times[row]) or 0.0)
         groups.setdefault(few, []).append(row)
     return [
         own[first : first + _TOGETHER]
@@ -242,15 +225,19 @@ def _beams(at: AtTime, time: float) -> tuple[Beam, ...]:
 
 
 def _begins(
-    roughly: Roughly, design: Floats, learned: list[Floats], time: float, beams: Iterable[Beam]
+    thinned: ThinnedSamples,
+    design: Floats,
+    learned: list[Floats],
+    time: float,
+    beams: Iterable[Beam],
 ) -> Floats:
     """Plans to begin the polish for a time [s] from, shape (k, 4 m)."""
-    at = roughly.exact
+    at = thinned.exact
     count = design.size // VARIABLES_PER_MANEUVER - _holds(at)
     longest = at.scenario.maneuvers.max_duration
     found = [ending_at(design[None, : VARIABLES_PER_MANEUVER * count], time, longest)]
     for levels, width, shorter in beams:
-        plans = beam(roughly.at(time), count, time, levels, width, shorter)
+        plans = beam(thinned.at(time), count, time, levels, width, shorter)
         found.append(plans[:: -(-len(plans) // _OF_BEAM)])
     if learned:
         plans = np.array(learned)
@@ -279,19 +266,19 @@ def _nearest(at: AtTime, plans: Floats, time: float, most: int) -> Ints:
     return rows
 
 
-def _ended(roughly: Roughly, learned: Floats, time: float, judge: Judge | None) -> Floats:
+def _ended(thinned: ThinnedSamples, learned: Floats, time: float, judge: Judge | None) -> Floats:
     """What is learned until a time [s], with rates held until the filter has converged."""
-    if not _holds(roughly.exact):
-        return on_steps(roughly.exact, learned[None])
-    return until_converged(roughly.exact, learned, judge, roughly.at(time))
+    if not _holds(thinned.exact):
+        return on_steps(thinned.exact, learned[None])
+    return until_converged(thinned.exact, learned, judge, thinned.at(time))
 
 
-def _at_other_times(roughly: Roughly, plans: Floats, times: Floats) -> Floats:
+def _at_other_times(thinned: ThinnedSamples, plans: Floats, times: Floats) -> Floats:
     """Polished plans as they are made longer, slower or shorter, to end at other times.
 
     Of those for a time the few that few samples say to teach most until then.
     """
-    at = roughly.exact
+    at = thinned.exact
     alike = _HELD if _holds(at) else 1  # but for the rate that is held
     size = VARIABLES_PER_MANEUVER * (at.scenario.maneuvers.count - _holds(at))
     learning = [_learning(at, t_end) for t_end in np.unique(times)]
@@ -302,7 +289,7 @@ def _at_other_times(roughly: Roughly, plans: Floats, times: Floats) -> Floats:
     which, until = np.concatenate(rows), np.repeat(asked, [len(each) for each in rows])
     bodies = _ending_then(at, plans[which, :size], until)
     tails = np.tile(plans[which, size:], (len(bodies) // len(which), 1))
-    best = roughly.best_of_each(bodies, np.resize(until, len(bodies)), alike * _TAKEN)
+    best = thinned.best_of_each(bodies, np.resize(until, len(bodies)), alike * _TAKEN)
     bodies, tails = bodies[best], tails[best]
     found = np.hstack([bodies, tails]) if _holds(at) else on_steps(at, bodies)
     distinct: Floats = np.unique(found, axis=0)

@@ -18,7 +18,7 @@ _FIRST = 0.05
 _ON = 1e-9
 
 
-def minimizing(
+def minimize_bounded(
     start: Floats, bounds: Floats, iterations: int, enough: float
 ) -> Generator[Floats, tuple[float, Floats], Floats]:
     """Where a function is less than at the start, within bounds, shape (k,).

@@ -106,17 +106,6 @@ def without_unneeded(problem: PlanProblem, designs: ArrayLike) -> Floats:
     return every
 
 
-def n_commands(designs: ArrayLike) -> Ints:
-    """To how many rates each design turns, one after the other, shape (n,)."""
-    rates, durations = decode(designs)
-    flown = _flown(durations)
-    counts = []
-    for own, each in zip(rates, flown, strict=True):
-        kept = own[each]
-        counts.append(1 + int((kept[1:] != kept[:-1]).any(axis=1).sum()))
-    return np.array(counts, dtype=np.int64)
-
-
 def _flown(durations: Floats) -> Bools:
     """Maneuvers that last, and the last one, whose rate is held in any case; shape (n, m)."""
     flown: Bools = durations > 0.0

@@ -19,7 +19,7 @@ from pydantic.dataclasses import dataclass
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.vector import unit
 from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
-from mgeo_attitude.scenario.settings import ManeuverLimits
+from mgeo_attitude.scenario.limits import ManeuverLimits
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
 from mgeo_attitude.settings.types import (

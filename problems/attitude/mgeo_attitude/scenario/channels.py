@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import Annotated
 
@@ -14,7 +13,7 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
-from mgeo_attitude.settings.types import Seconds, Unit
+from mgeo_attitude.settings.types import Identifier, Seconds, Unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +32,7 @@ class Channel(Settings):
     [1.0, 2.0, 3.0]
     """
 
-    name: str
+    name: Identifier
     """name of the channel, as influences and telemetry have it"""
     times: Annotated[tuple[float, ...], Unit("s")] = ()
     """times of a table, since the epoch"""
@@ -49,24 +48,17 @@ class Channel(Settings):
     """value at the epoch; without it what it then tends to"""
 
     def __post_init__(self) -> None:
-        sound = re.fullmatch(r"[\w-]+", self.name, re.ASCII)
-        expect(sound, "name", self.name, "letters, digits, '-' and '_'")
-        law = {key: getattr(self, key) for key in ("in_sunlight", "in_shadow", "time_constant")}
-        said = [key for key, value in law.items() if value is not None]
-        if self.times or self.values:
-            other = said or [key for key in ["initial"] if self.initial is not None]
-            for key in other:
-                expect(False, key, getattr(self, key), "nothing beside a table: times and values")
-            same = f"as many as times: {len(self.times)}"
-            expect(
-                len(self.values) == len(self.times), "values", f"{len(self.values)} of them", same
-            )
-            rising = bool((np.diff(self.times) > 0.0).all())
-            expect(rising, "times", self.times, "times that increase")
-        else:
-            for key in law:
-                wanted = "a number, or a table: times and values"
-                expect(key in said, key, None, wanted)
+        table = bool(self.times or self.values)
+        for key in ("in_sunlight", "in_shadow", "time_constant"):
+            value = getattr(self, key)
+            expected = "nothing beside a table" if table else "a number, or a table"
+            expect((value is None) == table, key, value, f"{expected}: times and values")
+        if table:
+            expect(self.initial is None, "initial", self.initial, "nothing beside a table")
+            found, count = f"{len(self.values)} of them", f"as many as times: {len(self.times)}"
+            expect(len(self.values) == len(self.times), "values", found, count)
+            expect((np.diff(self.times) > 0.0).all(), "times", self.times, "times that increase")
+        expect(self.name != "time", "name", self.name, "another name than that of the times")
 
     def at(self, times: Floats, sunlit: Bools) -> Floats:
         """Its values at n samples, shape (n,); of a step counts if the Sun shines at its end."""
@@ -82,14 +74,6 @@ class Channel(Settings):
         for k, share in enumerate(left, start=1):
             values[k] = goal[k] + (values[k - 1] - goal[k]) * share
         return values
-
-
-def check_channels(channels: Sequence[Channel]) -> None:
-    """Refuse, with an InvalidValue, two of a name."""
-    names = [channel.name for channel in channels]
-    for i, name in enumerate(names):
-        new = name not in names[:i] and name != "time"
-        expect(new, f"channels[{i}].name", name, "a name that no other channel has, nor the time")
 
 
 def check_followed(channels: Sequence[Channel], suite: Suite) -> None:

@@ -21,19 +21,13 @@ from mgeo_attitude.environment.times import instant_after
 from mgeo_attitude.maneuvers.schedule import Turning
 from mgeo_attitude.scenario.actuators import Coils, Wheels, assumed, slew_limits
 from mgeo_attitude.scenario.after import going_on
+from mgeo_attitude.scenario.block_numbers import RequiredSigma, TraceWeights, check_blocks
 from mgeo_attitude.scenario.channels import Channel
+from mgeo_attitude.scenario.convergence import Convergence
 from mgeo_attitude.scenario.initial import InitialConditions
+from mgeo_attitude.scenario.limits import ManeuverLimits, PathLimit
+from mgeo_attitude.scenario.objectives import check_objectives
 from mgeo_attitude.scenario.prior import Prior
-from mgeo_attitude.scenario.settings import (
-    Convergence,
-    ManeuverLimits,
-    PathLimit,
-    RequiredSigma,
-    TraceWeights,
-    check_blocks,
-    check_name,
-    check_objectives,
-)
 from mgeo_attitude.scenario.together import check_together
 from mgeo_attitude.scenario.toml import ScenarioFileError, on_preset, read_toml, to_toml
 from mgeo_attitude.scenario.validity import Implausible, implausible
@@ -46,7 +40,7 @@ from mgeo_attitude.sensors.world import World
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.settings.tables import Kinds, to_table
-from mgeo_attitude.settings.types import Instant, Seconds
+from mgeo_attitude.settings.types import Instant, Line, Seconds
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.directions import Place
@@ -77,7 +71,7 @@ class Scenario(Settings):
     True
     """
 
-    name: str = "custom"
+    name: Line = "custom"
     """name of the scenario, on one line"""
     epoch: Instant
     """start of the run with its UTC offset; Z is UTC"""
@@ -89,13 +83,14 @@ class Scenario(Settings):
     """whether the Earth's shadow blinds the Sun sensors"""
     objectives: tuple[str, ...] = Field(
         default=PAPER,
+        min_length=1,
         description=f"what to minimize, of {', '.join(OBJECTIVES)}, {TRACE_OF}BLOCK,BLOCK...",
     )
     orbit: Annotated[AnyOrbit, ORBITS]
     """elements at the epoch, an element set, or an ephemeris"""
     gyro: Gyro = Field(default_factory=Gyro)
     """three-axis gyro"""
-    sensors: tuple[Annotated[Sensor, Kinds("kind", SENSORS)], ...]
+    sensors: tuple[Annotated[Sensor, Kinds("kind", SENSORS)], ...] = Field(min_length=1)
     """sensors, at least one, each with its own name"""
     world: World = Field(default_factory=World)
     """errors of field, orbit and light from the Earth, shared by all sensors"""
@@ -130,7 +125,6 @@ class Scenario(Settings):
     """what a calibration has found, in place of initial attitude, rate and 1-sigmas"""
 
     def __post_init__(self) -> None:
-        check_name(self.name)
         units = self.suite.units
         check_together(self, self.suite)
         try:

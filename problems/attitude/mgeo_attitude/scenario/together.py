@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import TYPE_CHECKING
 
 from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
 from mgeo_attitude.scenario.actuators import check_coils
-from mgeo_attitude.scenario.channels import check_channels
-from mgeo_attitude.scenario.settings import TraceWeights
+from mgeo_attitude.scenario.block_numbers import TraceWeights
 from mgeo_attitude.scenario.windows import check_windows
 from mgeo_attitude.sensors.suite import Suite
-from mgeo_attitude.settings.errors import expect
+from mgeo_attitude.settings.errors import expect, expect_unique
 
 if TYPE_CHECKING:
     from mgeo_attitude.scenario.scenario import Scenario
@@ -34,7 +32,6 @@ def check_together(scenario: Scenario, suite: Suite) -> None:
     _check_spans(scenario)
     _check_rate(scenario)
     _check_samples(scenario)
-    check_channels(scenario.channels)
     check_coils(scenario.coils, scenario.wheels, scenario.maneuvers, scenario.step)
     _check_epoch(scenario)
     check_windows(scenario)
@@ -97,14 +94,12 @@ def _check_epoch(scenario: Scenario) -> None:
 
 
 def _check_names(scenario: Scenario) -> None:
-    """Every sensor has a name of its own."""
+    """Sensors and channels have names of their own."""
     names = [sensor.name for sensor in scenario.sensors]
-    expect(names, "sensors", [], "at least one sensor")
+    expect_unique("sensors[{}].name", names)
     for i, name in enumerate(names):
-        key, sound = f"sensors[{i}].name", re.fullmatch(r"[\w-]+", name, re.ASCII)
-        expect(sound, key, name, "letters, digits, '-' and '_'")
-        new = name not in ("gyro", "world", *names[:i])
-        expect(new, key, name, "a name that no other sensor has, nor gyro or world")
+        expect(name not in ("gyro", "world"), f"sensors[{i}].name", name, "another name")
+    expect_unique("channels[{}].name", [channel.name for channel in scenario.channels])
 
 
 def _check_states(scenario: Scenario, suite: Suite) -> None:

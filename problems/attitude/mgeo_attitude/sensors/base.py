@@ -29,6 +29,7 @@ from mgeo_attitude.settings.types import (
     SECOND,
     Degrees,
     Direction,
+    Identifier,
     Seconds,
     Unit,
 )
@@ -91,7 +92,7 @@ class Sensor(Settings, ABC):
     #: Unit of a vector in telemetry.
     channel_unit: ClassVar[Unit] = DIMENSIONLESS
 
-    name: str
+    name: Identifier
     """name, unique in the suite; prefixes the sensor's states"""
     sample_interval: Seconds | None = Field(default=None, gt=0.0, kw_only=True)
     """time between samples, a multiple of the filter's step; without it one in every step"""

@@ -20,7 +20,7 @@ from mgeo_attitude.sensors.errors import Misalignment, State, present
 from mgeo_attitude.sensors.vector_sensors import SunSensor, VectorSensor, where_it_is
 from mgeo_attitude.sensors.world import POSITION_UNIT
 from mgeo_attitude.settings.errors import expect
-from mgeo_attitude.settings.types import Degrees, Unit, Usual
+from mgeo_attitude.settings.types import Degrees, Identifier, Unit, Usual
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -92,7 +92,7 @@ class TwoAxisSunSensor(DirectionSensor, SunSensor):
 
     kind: ClassVar[str] = "two-axis-sun-sensor"
 
-    name: str = "sun"
+    name: Identifier = "sun"
     noise_deg: Annotated[Degrees, Usual(0.001, 10.0)] = Field(default=0.5, gt=0.0)
     """noise per sample, 1-sigma of each angle"""
 
@@ -120,7 +120,7 @@ class HorizonSensor(DirectionSensor):
     needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
 
-    name: str = "horizon"
+    name: Identifier = "horizon"
     noise_deg: Annotated[Degrees, Usual(0.001, 10.0)] = Field(default=0.1, gt=0.0)
     """noise per sample, 1-sigma of each angle"""
     initial_misalignment_deg: Misalignment = 0.5

@@ -15,7 +15,7 @@ import pydantic.dataclasses
 from pydantic import Field
 
 from mgeo_attitude.settings.base import Settings
-from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
+from mgeo_attitude.settings.errors import InvalidValue, expect, expect_unique, known_names
 from mgeo_attitude.settings.types import Degrees, NonNegative, Unit
 
 
@@ -176,20 +176,16 @@ Nonorthogonality = Annotated[
 
 def check_influences(influences: Sequence[Influence], states: Collection[str], kind: str) -> None:
     """Refuse, with an InvalidValue, one twice, or of what has no bias that could follow it."""
-    names = [influence.channel for influence in influences]
+    none = f"none: {kind} has no bias that follows it"
     for i, influence in enumerate(influences):
-        key = f"influences[{i}].channel"
-        expect(
-            influence.state in states, key, names[i], f"none: {kind} has no bias that follows it"
-        )
-        expect(names[i] not in names[:i], key, names[i], "each one once")
+        expect(influence.state in states, f"influences[{i}].channel", influence.channel, none)
+    expect_unique("influences[{}].channel", [influence.channel for influence in influences])
 
 
 def check_considered(considered: Sequence[str], states: Collection[str]) -> None:
     """Refuse, with an InvalidValue, what is none of the states, or twice there."""
+    expect_unique("considered[{}]", considered)
     for i, state in enumerate(considered):
-        key = f"considered[{i}]"
         if state not in states:
-            raise InvalidValue(key, state, f"unknown state{known_names(state, states)}")
-        if state in considered[:i]:
-            raise InvalidValue(key, state, "expected each one once")
+            expected = f"unknown state{known_names(state, states)}"
+            raise InvalidValue(f"considered[{i}]", state, expected)

@@ -17,7 +17,7 @@ from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.errors import State
-from mgeo_attitude.settings.types import Degrees, Direction, Usual
+from mgeo_attitude.settings.types import Degrees, Direction, Identifier, Usual
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -49,7 +49,7 @@ class Photodiode(Sensor):
     offset: ClassVar[str] = "sensitivity"
     channels: ClassVar[tuple[str, ...]] = ("",)
 
-    name: str = "diode"
+    name: Identifier = "diode"
     normal: Direction = (0.0, 0.0, 1.0)
     """direction in which the Sun gives all its light, body axes (any length)"""
     relative_noise: Annotated[float, Usual(1e-4, 0.5)] = Field(default=0.02, gt=0.0)

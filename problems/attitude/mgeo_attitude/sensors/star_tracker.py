@@ -17,7 +17,7 @@ from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Boresight, Exclusion, Sensor
 from mgeo_attitude.sensors.errors import Misalignment, State, present
-from mgeo_attitude.settings.types import DegreesPerSecond, Unit, Usual
+from mgeo_attitude.settings.types import DegreesPerSecond, Identifier, Unit, Usual
 
 _ARCSEC_PER_DEG = 3600.0
 
@@ -45,7 +45,7 @@ class StarTracker(Sensor):
     offset: ClassVar[str] = "misalignment"
     channels: ClassVar[tuple[str, ...]] = ("q1", "q2", "q3", "q4")
 
-    name: str = "tracker"
+    name: Identifier = "tracker"
     noise_arcsec: Annotated[float, Unit("arcsec"), Usual(0.1, 1000.0)] = Field(default=10.0, gt=0.0)
     """noise about the cross axes, 1-sigma"""
     roll_noise_arcsec: Annotated[float, Unit("arcsec"), Usual(0.5, 6000.0)] = Field(

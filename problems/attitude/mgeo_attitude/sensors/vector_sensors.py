@@ -23,7 +23,17 @@ from mgeo_attitude.sensors.errors import (
     present,
 )
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, NT, POSITION_UNIT
-from mgeo_attitude.settings.types import ARCMIN, DEG, PPM, Degrees, PerAxis, Positive, Unit, Usual
+from mgeo_attitude.settings.types import (
+    ARCMIN,
+    DEG,
+    PPM,
+    Degrees,
+    Identifier,
+    PerAxis,
+    Positive,
+    Unit,
+    Usual,
+)
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -77,7 +87,7 @@ class SunSensor(VectorSensor):
     needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
 
-    name: str = "sun"
+    name: Identifier = "sun"
     noise_deg: Annotated[PerAxis[Positive], Unit("deg"), Usual(0.005, 50.0)] = 2.0
     """noise per sample, 1-sigma per axis, alike or of each"""
     initial_misalignment_deg: Misalignment = 1.0
@@ -147,7 +157,7 @@ class Magnetometer(VectorSensor):
     }
     channel_unit: ClassVar[Unit] = NT
 
-    name: str = "mag"
+    name: Identifier = "mag"
     noise_nt: Annotated[PerAxis[Positive], Unit("nT"), Usual(1.0, 1e4)] = 500.0
     """noise per sample, 1-sigma per axis, alike or of each"""
     initial_misalignment_deg: Misalignment = 1.0

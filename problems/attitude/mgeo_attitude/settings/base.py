@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import ast
-import inspect
-import textwrap
 from abc import ABCMeta
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import fields
 from datetime import date
 from functools import cache
-from itertools import pairwise
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -27,7 +22,7 @@ from pydantic_core import ArgsKwargs, CoreSchema
 
 from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, known_names
 from mgeo_attitude.settings.types import Schema
-from mgeo_attitude.settings.words import describe, entry_of
+from mgeo_attitude.settings.words import describe
 
 T = TypeVar("T")
 
@@ -36,8 +31,6 @@ class _Checked(ABCMeta):
     """Metaclass whose instances raise `InvalidValue` where pydantic refuses a value."""
 
     def __call__(cls, *args: Any, **kwargs: Any) -> Any:
-        if "__dataclass_params__" in vars(cls) and "__pydantic_validator__" not in vars(cls):
-            raise TypeError(f"{cls.__name__}: expected a dataclass of pydantic.dataclasses")
         try:
             return super().__call__(*args, **kwargs)
         except ValidationError as error:
@@ -58,7 +51,11 @@ class Settings(metaclass=_Checked):
     """
 
     __pydantic_config__ = ConfigDict(
-        strict=True, allow_inf_nan=False, extra="forbid", arbitrary_types_allowed=True
+        strict=True,
+        allow_inf_nan=False,
+        extra="forbid",
+        arbitrary_types_allowed=True,
+        use_attribute_docstrings=True,
     )
     #: Key that names one of several classes in a table, such as ``kind``, if it is no field.
     selector: ClassVar[str] = ""
@@ -80,8 +77,10 @@ class Settings(metaclass=_Checked):
         reference = handler(schema)
         own = handler.resolve_ref_schema(reference)
         own["description"] = " ".join((cls.__doc__ or "").partition("\n\n")[0].split())
-        for key, text in _meanings(cls).items():
-            own["properties"][key].setdefault("description", text)
+        described = [base for base in cls.__mro__ if hasattr(base, "__pydantic_fields__")]
+        for key, entry in own["properties"].items():
+            texts = [declared(base)[key].description for base in described if key in declared(base)]
+            entry["description"] = " ".join(next(filter(None, texts), "").split())
         if name := getattr(cls, cls.selector, ""):
             kind = {"const": name, "description": "class of the table"}
             own["properties"] = {cls.selector: kind} | own["properties"]
@@ -106,22 +105,6 @@ def schema_of(cls: type) -> Schema:
     return TypeAdapter(cls).json_schema()
 
 
-def _meanings(cls: type) -> dict[str, str]:
-    """Return the docstrings below the fields of a class and its bases, by the fields' names."""
-    found = {}
-    for base in reversed(cls.__mro__):
-        source = ""
-        if issubclass(base, Settings):
-            with suppress(OSError):  # there is none of what is typed into a shell
-                source = inspect.getsource(base)
-        for node in ast.parse(textwrap.dedent(source)).body:
-            for field, text in pairwise(getattr(node, "body", [])):
-                if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
-                    words = str(getattr(text.value, "value", "")).split()
-                    found[ast.unparse(field.target)] = " ".join(words)
-    return found
-
-
 def _plain(value: Any) -> Any:
     """Convert numbers of numpy to Python's, and lists to tuples."""
     if isinstance(value, list | tuple):
@@ -138,25 +121,27 @@ def _explain(error: ValidationError, cls: Any) -> ValueError:
     if not first["loc"]:  # of __post_init__
         return cause if isinstance(cause, ValueError) else error
     key, *places = first["loc"]
-    positional = dict(enumerate(each.name for each in fields(cls) if not each.kw_only))
-    key = str(positional.get(key, key) if isinstance(key, int) else key)
+    if isinstance(key, int):
+        key = [each.name for each in fields(cls) if not each.kw_only][key]
     if first["type"].startswith("unexpected_"):
         names = [cls.selector] if cls.selector else []
         known = known_names(key, [*names, *declared(cls)])
         return KeyProblem(key, first["input"], f"unknown key{known}")
     schema = schema_of(cls)["properties"][key]
-    meaning = f" ({schema['description']})" if "description" in schema else ""
-    if first["type"] == "missing" and not places:
-        return KeyProblem(key, None, f"missing; expected {describe(schema)}{meaning}")
-    if first["type"] == "missing":  # the list is too short
-        places.pop()
-    for place in places:
-        entry = entry_of(schema, place)
-        if entry is None:  # the alternative of a union
-            break
-        schema, key = entry, f"{key}[{place}]" if isinstance(place, int) else f"{key}.{place}"
+    if places and isinstance(places[0], str) and "anyOf" in schema:  # alternatives of a union
+        places = []
+    missing = first["type"] == "missing"
+    expected = f"expected {describe(schema)}"
+    if places and not missing:  # of an entry
+        unit = f" [{schema['unit']}]" if "unit" in schema else ""
+        expected = first["msg"].replace("Input should be", "expected") + unit
+    expected += f" ({schema['description']})"
+    if missing and not places:
+        return KeyProblem(key, None, f"missing; {expected}")
+    entry = places[:-1] if missing else places  # a list that is too short
+    key += "".join(f"[{each}]" if isinstance(each, int) else f".{each}" for each in entry)
     if isinstance(cause, InvalidValue):
         return cause.under(key)
-    expected = str(cause) if cause else f"expected {describe(schema)}{meaning}"
     value = first["input"]
-    return InvalidValue(key, value.isoformat() if isinstance(value, date) else value, expected)
+    value = value.isoformat() if isinstance(value, date) else value
+    return InvalidValue(key, value, str(cause) if cause else expected)

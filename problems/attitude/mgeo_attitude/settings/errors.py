@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from mgeo.validation.arguments import did_you_mean
 
@@ -33,6 +33,12 @@ def expect(holds: object, key: str, value: object, expected: str) -> None:
     """Raise an `InvalidValue` unless a condition `holds`."""
     if not holds:
         raise InvalidValue(key, value, f"expected {expected}")
+
+
+def expect_unique(key: str, values: Sequence[object]) -> None:
+    """Raise an `InvalidValue` for the first value that is there twice; `key` has ``{}`` for it."""
+    for i, value in enumerate(values):
+        expect(value not in values[:i], key.format(i), value, "each one once")
 
 
 def known_names(name: object, known: Iterable[str]) -> str:

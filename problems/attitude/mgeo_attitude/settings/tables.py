@@ -45,10 +45,6 @@ class Kinds:
             expected = f"unknown {self.key}{known_names(name, self.classes)}"
             raise InvalidValue(self.key, name, expected)
         cls = self.classes[name]
-        for key, other in self.telling.items():
-            if key in value and key not in declared(cls):
-                expected = f"no key of {self.key} = {name!r}, but of {other!r}"
-                raise KeyProblem(key, value[key], expected)
         return cls(**{k: v for k, v in value.items() if k != self.key or k in declared(cls)})
 
     def __get_pydantic_core_schema__(
@@ -56,7 +52,9 @@ class Kinds:
     ) -> CoreSchema:
         classes = tuple(dict.fromkeys(self.classes.values()))
         tables = core_schema.union_schema([handler.generate_schema(cls) for cls in classes])
-        instance = core_schema.is_instance_schema((*(get_args(source) or (source,)), *classes))
+        bases = get_args(source) or (source,)
+        words = f"{' or '.join(base.__name__ for base in bases)}, or a table"
+        instance = core_schema.is_instance_schema((*bases, *classes), cls_repr=words)
         read = core_schema.no_info_before_validator_function(self.read, instance)
         return core_schema.json_or_python_schema(json_schema=tables, python_schema=read)
 

@@ -99,8 +99,18 @@ def _check_direction(vector: tuple[float, float, float]) -> tuple[float, float, 
     return vector
 
 
+def _check_line(text: str) -> str:
+    if not (text.isprintable() and text.strip()):
+        raise ValueError("expected printable characters on one line")
+    return text
+
+
 T = TypeVar("T")
 
+#: A name that stands in keys and columns.
+Identifier = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")]
+#: A name that people read.
+Line = Annotated[str, AfterValidator(_check_line)]
 Seconds = Annotated[float, Unit("s")]
 Degrees = Annotated[float, Unit("deg")]
 DegreesPerSecond = Annotated[float, Unit("deg/s")]

@@ -15,27 +15,13 @@ _TYPES = {
     "number": "a number",
     "integer": "an integer",
 }
+_BOUNDS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
 
 
 def describe(schema: Schema) -> str:
-    """Return what a schema takes: ``a number in [0, 1)``, ``nothing or a number > 0 [deg]``."""
+    """Return what a schema takes: ``a number >= 0 and < 1``, ``nothing or a number > 0 [deg]``."""
     unit = f" [{schema['unit']}]" if "unit" in schema else ""
     return f"{_describe(schema)}{unit}"
-
-
-def entry_of(schema: Schema, place: int | str) -> Schema | None:
-    """Return the schema of an entry of a list or mapping; None for another place in a union."""
-    if "anyOf" in schema:  # a list, or nothing
-        lists = [each for each in schema["anyOf"] if each.get("type") in ("array", "object")]
-        nullable = {"type": "null"} in schema["anyOf"] and len(schema["anyOf"]) == 2
-        found = entry_of(lists[0], place) if lists and nullable else None
-    elif isinstance(place, str):
-        found = schema.get("additionalProperties") or None
-    else:
-        entries = schema.get("prefixItems", [])
-        found = entries[place] if place < len(entries) else schema.get("items")
-    unit = {"unit": schema["unit"]} if "unit" in schema else {}
-    return None if found is None else {**found, **unit}
 
 
 def _describe(schema: Schema) -> str:
@@ -44,27 +30,15 @@ def _describe(schema: Schema) -> str:
         return " or ".join(sorted(words, key="nothing".__ne__))
     if "enum" in schema or "const" in schema:
         return "one of " + ", ".join(map(repr, schema.get("enum", [schema.get("const")])))
+    if "pattern" in schema:
+        return f"a string that matches {schema['pattern']}"
     if schema.get("format") == "date-time":
         return "a date and time with UTC offset, such as 2018-06-05T00:00:00Z"
     if schema.get("type") == "array":
-        fixed = schema.get("minItems") == schema.get("maxItems") is not None
-        count = f"{schema['minItems']} x " if fixed else ""
+        least = "" if "maxItems" in schema else "at least "
+        count = f"{least}{schema['minItems']} x " if "minItems" in schema else ""
         entry = schema.get("items") or schema.get("prefixItems", [{}])[0]
         return f"a list of {count}({describe(entry)})"
-    limits = _range(schema)
-    if schema.get("type") == "number" and not limits:
-        return "a finite number"
-    kind = schema.get("type", "object" if "$ref" in schema else "")
-    return f"{_TYPES.get(kind, 'anything')}{limits}"
-
-
-def _range(schema: Schema) -> str:
-    """Return ``in [0, 1)`` or ``> 0`` after a blank; empty for a number without bounds."""
-    low = schema.get("exclusiveMinimum", schema.get("minimum"))
-    high = schema.get("exclusiveMaximum", schema.get("maximum"))
-    opened, closed = "exclusiveMinimum" in schema, "exclusiveMaximum" in schema
-    if low is not None and high is not None:
-        return f" in {'(' if opened else '['}{low:.12g}, {high:.12g}{')' if closed else ']'}"
-    if low is not None:
-        return f" {'>' if opened else '>='} {low:.12g}"
-    return "" if high is None else f" {'<' if closed else '<='} {high:.12g}"
+    kind = _TYPES.get(schema.get("type", "object" if "$ref" in schema else ""), "anything")
+    bounds = (f"{sign} {schema[key]:.12g}" for key, sign in _BOUNDS.items() if key in schema)
+    return f"{kind} {' and '.join(bounds)}".rstrip()

@@ -15,7 +15,7 @@ from mgeo.plugins.view import View
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import OBJECTIVES, attitude_sigma_deg
-from mgeo_attitude.criteria.robustness import kept_by, over_flights
+from mgeo_attitude.criteria.robustness import FlightSamples, kept_by, over_flights
 from mgeo_attitude.scenario.windows import FlightErrors
 from mgeo_attitude.settings.errors import InvalidValue
 
@@ -155,7 +155,7 @@ class Plans(View):
             return np.column_stack([objectives, attitude_sigma_deg(ran.covariance), variances])
 
         def run(X: Floats) -> Floats:
-            samples = problem.flights_of(errors)
+            samples = FlightSamples(problem.scenario, problem.model, errors)
             values = over_flights(samples, X, found, problem.threads, True)
             own, variances = np.split(values, [problem.n_obj + 1], axis=2)
             return np.hstack([kept_by(own, MOST), np.sqrt(variances.mean(axis=0))])

@@ -21,8 +21,8 @@ from mgeo_calibration.calibration.agreement import (
     sensor_tests,
 )
 from mgeo_calibration.calibration.calibration import Calibration
-from mgeo_calibration.calibration.questions import channels_of, questions
-from mgeo_calibration.calibration.refused import CannotCalibrate, causes, check
+from mgeo_calibration.calibration.diagnosis import CannotCalibrate, causes, check
+from mgeo_calibration.calibration.hypotheses import channels_of, hypotheses
 from mgeo_calibration.estimation.batch import Batch, batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import Fit, fit
@@ -115,13 +115,13 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
     past = filtered(found.solution)
     states, covariance = at_the_end(belief, found)
     channels, left_out = channels_of(telemetry, data, past.innovations)
-    asked = questions(found.solution, channels)
+    tested = hypotheses(found.solution, channels)
     before = Belief.of(scenario)
-    n_tests = number_of_tests(before) + len(asked) + left_out * (1 + len(past.innovations))
+    n_tests = number_of_tests(before) + len(tested) + left_out * (1 + len(past.innovations))
     n_tests += 2 * sum(len(each.samples) > 0 for each in past.innovations)
     tests = sensor_tests(found, past, n_tests)
     model_tests, doubts = models.model_tests(
-        found.solution, asked, n_tests, models.scatter_of(tests)
+        found.solution, tested, n_tests, models.scatter_of(tests)
     )
     return Calibration(
         scenario=scenario,

@@ -9,7 +9,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 
 from mgeo_calibration.calibration.agreement import LAGS, SIGNIFICANCE, SensorTest, beyond
-from mgeo_calibration.calibration.questions import Question, sized
+from mgeo_calibration.calibration.hypotheses import Hypothesis, sized
 from mgeo_calibration.estimation.departures import LATE
 from mgeo_calibration.estimation.score import Score, Scores, scores
 from mgeo_calibration.estimation.smoother import Solution, last_covariance
@@ -70,7 +70,7 @@ class ModelTest:
 
 
 def model_tests(
-    solution: Solution, asked: Mapping[str, Question], n_tests: int, scatter: float
+    solution: Solution, hypotheses: Mapping[str, Hypothesis], n_tests: int, scatter: float
 ) -> tuple[tuple[ModelTest, ...], tuple[str, ...]]:
     """Of a settled solution; and notes on what matters and telemetry does not say.
 
@@ -81,8 +81,8 @@ def model_tests(
 
     Parameters
     ----------
-    asked : mapping of str to Question
-        See `questions`.
+    hypotheses : mapping of str to Hypothesis
+        See `hypotheses`.
     n_tests : int
         How many tests there are, of all kinds.
     scatter : float
@@ -91,29 +91,29 @@ def model_tests(
     """
     departures = {
         _key(name, option): departure
-        for name, question in asked.items()
-        for option, departure in enumerate(question.options)
+        for name, hypothesis in hypotheses.items()
+        for option, departure in enumerate(hypothesis.options)
     }
     found = scores(solution, departures)
-    alone = _beside(found, asked, ())
-    named = _named(found, asked, alone, n_tests, scatter)
+    alone = _beside(found, hypotheses, ())
+    named = _named(found, hypotheses, alone, n_tests, scatter)
     tests = []
-    for name in (*named, *(name for name in asked if name not in named)):
-        question, winner = asked[name], named.get(name)
+    for name in (*named, *(name for name in hypotheses if name not in named)):
+        hypothesis, winner = hypotheses[name], named.get(name)
         # beside those that are named before it
         score = winner.score if winner else alone[name]
         rival = winner.rival if winner and winner.rival not in named else None
         tests.append(
             ModelTest(
                 name=name,
-                says=question.says(score),
-                key=question.key,
+                says=hypothesis.says(score),
+                key=hypothesis.key,
                 chi_square=score.chi_square / scatter,
                 freedom=score.freedom,
                 p=score.p(scatter),
                 p_least=SIGNIFICANCE / n_tests,
                 named=winner is not None,
-                rival=f"{asked[rival].says(winner.beside[rival])}: {asked[rival].key}"
+                rival=f"{hypotheses[rival].says(winner.beside[rival])}: {hypotheses[rival].key}"
                 if winner and rival
                 else "",
             )
@@ -145,7 +145,7 @@ class _Winner:
 
 def _named(
     found: Scores,
-    asked: Mapping[str, Question],
+    hypotheses: Mapping[str, Hypothesis],
     alone: Mapping[str, Score],
     n_tests: int,
     scatter: float,
@@ -153,12 +153,12 @@ def _named(
     named: dict[str, _Winner] = {}
     while True:
         keys = [_key(name, winner.score.option) for name, winner in named.items()]
-        others = {name: each for name, each in asked.items() if name not in named}
+        others = {name: each for name, each in hypotheses.items() if name not in named}
         beside = _beside(found, others, keys) if named else alone
         says = {
             name: score.evidence(scatter)
             for name, score in beside.items()
-            if asked[name].possible(score)
+            if hypotheses[name].possible(score)
         }
         best = max(says, key=lambda name: says[name], default=None)
         if best is None or beside[best].p(scatter) >= SIGNIFICANCE / (n_tests - len(named)):
@@ -169,11 +169,13 @@ def _named(
         named[best] = _Winner(beside[best], beside, rival if near else None)
 
 
-def _beside(found: Scores, asked: Mapping[str, Question], keys: Sequence[str]) -> dict[str, Score]:
-    """Of each question that option which says most, with others estimated beside it."""
+def _beside(
+    found: Scores, hypotheses: Mapping[str, Hypothesis], keys: Sequence[str]
+) -> dict[str, Score]:
+    """Return each hypothesis's option of greatest evidence, with others estimated beside it."""
     best = {}
-    for name, question in asked.items():
-        count = len(question.options)
+    for name, hypothesis in hypotheses.items():
+        count = len(hypothesis.options)
         each = [
             replace(found.of(_key(name, option), keys), option=option, options=count)
             for option in range(count)

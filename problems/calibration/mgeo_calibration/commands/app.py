@@ -178,8 +178,7 @@ def calibrate(
     plan: Annotated[
         Path | None,
         typer.Option(
-            metavar="RUN|PLAN.json|[]",
-            help="Compare with the 1-sigmas that a plan promised, [] with those of no maneuver.",
+            metavar="RUN|PLAN.json", help="Compare with the 1-sigmas that a plan predicted."
         ),
     ] = None,
     pick: Pick = None,
@@ -218,10 +217,10 @@ def calibrate(
     """
     from mgeo_attitude.scenario.validity import Implausible
 
-    from mgeo_calibration.calibration.added import calibrate_with
-    from mgeo_calibration.calibration.alone import calibrate_alone
+    from mgeo_calibration.calibration.diagnosis import CannotCalibrate
     from mgeo_calibration.calibration.from_telemetry import calibrate as calibrated
-    from mgeo_calibration.calibration.refused import CannotCalibrate
+    from mgeo_calibration.calibration.recalibration import calibrate_with
+    from mgeo_calibration.calibration.strength_calibration import calibrate_alone
     from mgeo_calibration.commands import calibrate as command
     from mgeo_calibration.telemetry.mapping import TelemetryMapping
     from mgeo_calibration.telemetry.reading import read_telemetry
@@ -232,7 +231,7 @@ def calibrate(
             command.check_folder(out, overwrite)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", Implausible)
-            picked = command.flown_plan(plan, pick, time, solution, scenario)
+            picked = command.flown_plan(plan, pick, time, solution)
             flown = picked.plan if picked else None
             of = command.scenario_of(scenario, flown)
         for line in dict.fromkeys(str(warning.message) for warning in caught):
@@ -242,16 +241,14 @@ def calibrate(
             if out:
                 raise ValueError('--out: expected none: holds = "unknown" leaves only a table')
             alone = calibrate_alone(of, telemetry, read)
-            command.print_alone(alone, output)
-            output.result(command.alone_document(alone))
+            command.report_alone(alone, output)
             raise typer.Exit(ExitCode.INCOMPLETE if alone.failures else ExitCode.DONE)
         samples = read_telemetry(telemetry, of, read)
         try:
             first = found = calibrated(of, samples)
         except CannotCalibrate as refused:
             if diagnose:
-                command.print_refusal(refused, output)
-                output.result(command.refusal_document(refused))
+                command.report_refusal(refused, output)
             raise
         predicted = found.compare(flown) if flown else None
         if fit is not None:
@@ -259,8 +256,8 @@ def calibrate(
         command.print_calibration(found, predicted, picked, output)
         if diagnose:
             command.print_tests(found, output)
-        if fit is not None:
-            command.print_beside(first, found, output)
+        if found is not first:
+            command.print_comparison(first, found, output)
         files = command.write_calibration(found, predicted, out) if out else []
     output.print(*(f"wrote {file}" for file in files))
     output.result(command.calibration_document(found, predicted, files))

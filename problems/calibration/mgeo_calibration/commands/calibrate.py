@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pandas as pd
+from mgeo_attitude.commands.files import Picked, load_plan
 from mgeo_attitude.environment.times import utc_text
+from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.scenario import Scenario
 
 from mgeo.cli.output import Output, rows
 from mgeo.store.atomic import check_writable, lock, write_file
 from mgeo.terminal import note, plain, titled
-from mgeo_calibration.calibration.added import beside, noise_of
-from mgeo_calibration.calibration.alone import StrengthCalibration
 from mgeo_calibration.calibration.calibration import Calibration
+from mgeo_calibration.calibration.diagnosis import CannotCalibrate
 from mgeo_calibration.calibration.document import document, to_json
-from mgeo_calibration.calibration.refused import CannotCalibrate
+from mgeo_calibration.calibration.recalibration import compare_calibrations, describe_noise
+from mgeo_calibration.calibration.strength_calibration import StrengthCalibration
 
-if TYPE_CHECKING:
-    from mgeo_attitude.commands.files import Picked
-    from mgeo_attitude.plan.plan import ManeuverPlan
-
-#: In place of a plan: no maneuver.
-NOTHING = Path("[]")
 #: Files of a folder, in the order of writing.
 FILES = ("calibration.csv", "attitude.csv", "calibration.html", "calibration.json")
 
@@ -62,21 +58,10 @@ def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
 
 
 def flown_plan(
-    source: Path | None,
-    pick: str | None,
-    time: float | None,
-    solution: int | None,
-    scenario: str | None,
+    source: Path | None, pick: str | None, time: float | None, solution: int | None
 ) -> Picked | None:
-    """Return the named plan; raises as `load_plan` and `scenario_of`."""
-    if source == NOTHING:
-        from mgeo_attitude.commands.files import Picked
-        from mgeo_attitude.plan.plan import ManeuverPlan
-
-        return Picked(ManeuverPlan(scenario_of(scenario, None), ()), "no maneuver")
+    """Return the named plan; raises as `load_plan`."""
     if source is not None:
-        from mgeo_attitude.commands.files import load_plan
-
         return load_plan(source, pick, time, solution)
     for flag, value in {"--pick": pick, "--time": time, "--solution": solution}.items():
         if value is not None:
@@ -136,39 +121,33 @@ def print_calibration(
     output.print("", plain(calibration.conclusion, "bold"))
 
 
-#: Columns of tests of what the scenario says, as they are printed.
-_ASKED = ["says", "chi_square", "freedom", "p", "named", "key"]
-
-
-def print_refusal(refused: CannotCalibrate, output: Output) -> None:
+def report_refusal(refused: CannotCalibrate, output: Output) -> None:
     """Print the checks of telemetry that cannot be calibrated."""
-    output.print(*titled("Without any attitude", refused.check_table()))
-
-
-def refusal_document(refused: CannotCalibrate) -> dict[str, Any]:
-    """Return the refusal and its checks as JSON values."""
-    return {"refused": str(refused), "checks": rows(refused.check_table())}
+    table = refused.check_table()
+    output.print(*titled("Without any attitude", table))
+    output.result({"refused": str(refused), "checks": rows(table)})
 
 
 def print_tests(calibration: Calibration, output: Output) -> None:
     """Print all tests of the model and of the prior, and the causes found without attitude."""
-    output.print(*titled("Beside what the scenario says", calibration.model_table()[_ASKED]))
+    columns = ["says", "chi_square", "freedom", "p", "named", "key"]
+    output.print(*titled("Beside what the scenario says", calibration.model_table()[columns]))
     output.print(*titled("Estimate and prior", calibration.prior_table()))
     for cause in calibration.causes:
         output.print(f"seen without any attitude: {cause}")
 
 
-def print_beside(first: Calibration, second: Calibration, output: Output) -> None:
+def print_comparison(first: Calibration, second: Calibration, output: Output) -> None:
     """Print the difference between calibrations with and without added states or noise."""
     output.print(
-        *titled("With and without what was added", beside(first, second)),
+        *titled("With and without what was added", compare_calibrations(first, second)),
         note("moved: by how many of its 1-sigmas"),
-        note(f"noise: {noise_of(second)}"),
+        note(f"noise: {describe_noise(second)}"),
         note(f"without: {first.conclusion}"),
     )
 
 
-def print_alone(found: StrengthCalibration, output: Output) -> None:
+def report_alone(found: StrengthCalibration, output: Output) -> None:
     """Print the calibration from field strength."""
     output.print(
         *titled("Errors of magnetometers", found.table.set_index("block")),
@@ -176,17 +155,15 @@ def print_alone(found: StrengthCalibration, output: Output) -> None:
         "",
         plain(found.conclusion, "bold"),
     )
-
-
-def alone_document(found: StrengthCalibration) -> dict[str, Any]:
-    """Return the calibration from field strength as JSON values."""
-    return {
-        "table": found.table.to_dict("records"),
-        "covariance": {name: P.tolist() for name, P in found.covariance.items()},
-        "notes": found.notes,
-        "conclusion": found.conclusion,
-        "supported": not found.failures,
-    }
+    output.result(
+        {
+            "table": found.table.to_dict("records"),
+            "covariance": {name: P.tolist() for name, P in found.covariance.items()},
+            "notes": found.notes,
+            "conclusion": found.conclusion,
+            "supported": not found.failures,
+        }
+    )
 
 
 def calibration_document(

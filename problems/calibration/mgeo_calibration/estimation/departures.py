@@ -10,7 +10,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.rotation import matrix, shear, skew
 
-from mgeo_calibration.estimation.linearization import Equations, misfit
+from mgeo_calibration.estimation.linearization import Equations, sighting
 from mgeo_calibration.estimation.score import Combined, Departure
 from mgeo_calibration.estimation.smoother import Solution
 
@@ -54,7 +54,7 @@ def gyro_error(rates: Floats, state: str) -> Departure:
     Parameters
     ----------
     rates : array, shape (N - 1, 3)
-        Of the body, see `quiet.quiet_rates`.
+        Of the body, see `independent_rates`.
     """
     return _of_rates(lambda own: _columns(state, rates[own.low : own.high - 1]), 3)
 
@@ -249,10 +249,10 @@ def _vector_rate(solution: Solution, own: Equations, index: int) -> Floats:
     low, high = max(0, own.low - 1), min(len(whole.times), own.high + 1)
     rate = np.gradient(whole.vectors[low:high, index], whole.times[low:high], axis=0)
     vectors[:, index] += rate[own.low - low : own.high - low]
-    samples, later = misfit(dataclasses.replace(own.batch, vectors=vectors), index, own.trajectory)
+    later = sighting(dataclasses.replace(own.batch, vectors=vectors), index, own.trajectory)
     change = np.zeros((len(vectors), 3))
-    k = later.shape[1]
-    change[samples, :k] = own.sightings.z[index, samples, :k] - later
+    k = later.z.shape[1]
+    change[later.samples, :k] = own.sightings.z[index, later.samples, :k] - later.z
     return change
 
 

@@ -155,7 +155,7 @@ def limits(suite: Suite, gate: float) -> Floats:
     return np.array([chdtri(len(sensor.noise()), gate) for sensor in suite.sensors])
 
 
-def check(found: Fit, gate: float, last: tuple[float, float] = LAST) -> None:
+def check(found: Fit, gate: float) -> None:
     """Refuse what did not come to an end, or leaves out more of a sensor than it takes.
 
     Raises
@@ -175,7 +175,7 @@ def check(found: Fit, gate: float, last: tuple[float, float] = LAST) -> None:
                 f"{chdtri(len(sensor.noise()), 0.5):.2g} is expected: "
                 f"are noise, mounting frame and unit as the scenario has them?"
             )
-    if not found.solution.settled(last):
+    if not found.solution.settled():
         raise ValueError(
             "the estimate does not settle: are orbit, epoch and mounting frames those of the "
             "satellite?"

@@ -11,7 +11,7 @@ from mgeo_attitude.sensors.readings import as_reported
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.innovation import STILL, Estimate, innovation, jacobian
 from mgeo_calibration.estimation.kinematics import Steps, steps, turns
-from mgeo_calibration.estimation.taylor import Linear, Taylor, Value
+from mgeo_calibration.estimation.taylor import Linear
 from mgeo_calibration.estimation.trajectory import Partition, Trajectory, spans
 
 
@@ -111,59 +111,41 @@ def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
 
     A sensor that is late has seen the body turn at the rate of the step to the sample.
     """
-    samples, r = _innovation(batch, index, at, Linear)
-    m = len(batch.suite.sensors[index].noise())
+    suite, sensor = batch.suite, batch.suite.sensors[index]
+    samples = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]))
+    m = len(sensor.noise())
     noise = batch.noise[index, :m]
     if not len(samples):
         return Sighting(samples, np.zeros((0, m)), samples, np.zeros((0, m, 0)), noise)
-    found, H = jacobian(r)
-    H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
-    return Sighting(samples, r.value.T, found, H, noise)
-
-
-def misfit(batch: Batch, index: int, at: Trajectory) -> tuple[Ints, Floats]:
-    """Samples and z of `sighting`."""
-    samples, r = _innovation(batch, index, at, Value)
-    return samples, r.value.T
-
-
-def _innovation(
-    batch: Batch, index: int, at: Trajectory, kind: type[Taylor]
-) -> tuple[Ints, Taylor]:
-    """Of the readings of a sensor, at samples, shape (m,)."""
-    suite = batch.suite
-    samples = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]))
-    if not len(samples):
-        return samples, Taylor.of(np.zeros((0, len(suite.sensors[index].noise()))))
     rate = STILL  # which only a sensor that is late asks for
-    if "delay" in suite.places(suite.sensors[index]):
+    if "delay" in suite.places(sensor):
         rates, _ = turns(batch, at.states)
         rate = rates[np.maximum(samples - 1, 0)]
     attitude = np.moveaxis(at.attitude[samples], 0, -1)
-    estimate = Estimate.of(suite, attitude, at.states[samples].T, np.zeros(0))
-    y = as_reported(batch.sensors[index][samples])
     vectors = batch.vectors[samples]
-    gradient = [vectors[:, k] for k in range(vectors.shape[1])[suite.gradient_rows(index)]]
-    return samples, innovation(
+    r = innovation(
         suite,
         index,
-        y,
+        as_reported(batch.sensors[index][samples]),
         vectors[:, index],
-        estimate,
-        gradient=gradient,
-        kind=kind,
+        Estimate.of(suite, attitude, at.states[samples].T, np.zeros(0)),
+        gradient=[vectors[:, k] for k in range(vectors.shape[1])[suite.gradient_rows(index)]],
+        kind=Linear,
         rate=rate,
-        influences=batch.follows(suite.sensors[index], samples),
+        influences=batch.follows(sensor, samples),
     )
+    states, H = jacobian(r)
+    H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
+    return Sighting(samples, r.value.T, states, H, noise)
 
 
 def misfits(batch: Batch, index: int, at: Trajectory) -> Floats:
     """z of a sensor at all samples, shape (N, k), NaN where it has not reported; see `Sighting`."""
     found = np.full((len(batch.times), len(batch.suite.sensors[index].noise())), np.nan)
     for low, high, first in spans(len(found)):
-        samples, z = misfit(batch.part(low, high), index, at.part(low, high))
-        new = samples >= first
-        found[low + samples[new]] = z[new]
+        seen = sighting(batch.part(low, high), index, at.part(low, high))
+        new = seen.samples >= first
+        found[low + seen.samples[new]] = seen.z[new]
     return found
 
 

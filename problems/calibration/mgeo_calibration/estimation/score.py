@@ -215,7 +215,7 @@ def _forward(
         for index, (numbers, columns) in enumerate(reads):
             read[index, :, :, : len(numbers)] = columns
             which[index, : len(numbers)] = numbers
-        load("beside").beside(
+        load("sensitivities").sensitivities(
             span.steps.F,
             moves[1],
             moves[0],

@@ -72,15 +72,13 @@ class WithStepNoise(Suite):
         return blocks | {NOISE: f"step.{NOISE}"} if late else blocks
 
 
-def with_step_noise(suite: Suite, step: float) -> Suite:
-    """With these states, if it has a sensor with a delay; of steps that usually take so long."""
-    late = any(sensor.delay() for sensor in suite.sensors)
-    return WithStepNoise(suite.gyro, suite.sensors, suite.world, step) if late else suite
-
-
 def for_delays(batch: Batch, belief: Belief) -> tuple[Batch, Belief]:
-    """Of a suite `with_step_noise`."""
-    more = with_step_noise(batch.suite, float(np.median(batch.durations)))
+    """Add these states to the suite of a batch and of a belief if a sensor has a delay."""
+    suite = batch.suite
+    if not any(sensor.delay() for sensor in suite.sensors):
+        return batch, belief
+    step = float(np.median(batch.durations))
+    more = WithStepNoise(suite.gyro, suite.sensors, suite.world, step)
     begin, own = Belief.initial(more), without_step_noise(more)
     states, sigma, correlation = begin.states.copy(), begin.sigma.copy(), np.eye(more.n_states)
     states[own], sigma[own] = belief.states, belief.sigma

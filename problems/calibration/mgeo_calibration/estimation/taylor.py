@@ -103,12 +103,6 @@ class Linear(Taylor):
     order = 1
 
 
-class Value(Taylor):
-    """The value alone."""
-
-    order = 0
-
-
 def _outer(p: Floats, q: Floats) -> Floats:
     """Products of terms of first order, of each component, as a term of second order."""
     outer = p[:, :, None] * q[:, None]
@@ -117,8 +111,7 @@ def _outer(p: Floats, q: Floats) -> Floats:
 
 def uncertain(vector: Floats, number: int, kind: type[Taylor] = Taylor) -> Taylor:
     """A vector, shape (r, 3), whose error is the 3-vector of a number."""
-    value = kind.of(vector)
-    return kind({**value.terms, (number,): np.eye(3)[:, :, None]}) if kind.order else value
+    return kind({**kind.of(vector).terms, (number,): np.eye(3)[:, :, None]})
 
 
 def uncertain_rotation(

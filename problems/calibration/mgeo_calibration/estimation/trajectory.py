@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -84,16 +83,8 @@ def moved(at: Trajectory, parts: Partition, growth: Floats, e: Floats, e_c: Floa
     return Trajectory(attitude, states)
 
 
-def physical() -> float:
-    """Return this machine's memory [bytes], zero where the system does not say."""
-    try:
-        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    except (AttributeError, ValueError):
-        return 0.0
-
-
 #: Spans are kept, and not formed again, as long as all of them take less memory [bytes].
-KEPT = max(400e6, 0.1 * physical())
+KEPT = 1e9
 
 
 def row_bytes(suite: Suite, parts: Partition) -> int:

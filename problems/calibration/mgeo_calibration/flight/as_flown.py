@@ -13,8 +13,8 @@ from mgeo_attitude.filter.path_limits import excess_along
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.actuators import pseudo_inverse
+from mgeo_attitude.scenario.limits import PathLimit
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.scenario.settings import PathLimit
 from mgeo_attitude.sensors.errors import influenced
 from scipy.spatial.transform import Rotation
 

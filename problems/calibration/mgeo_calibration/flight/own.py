@@ -119,6 +119,8 @@ def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
 def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
     """The readings of a flight as telemetry, with their truth."""
     suite, rates = model.suite, np.degrees(flight.readings.gyro)
+    states = np.tile(flight.errors, (len(flight.gyro), 1))
+    states[:, 3 : suite.n_dynamic] = flight.gyro
     step = suite.gyro.quantization_deg_per_s
     if step is not None:
         rates = step * np.round(rates / step)
@@ -129,17 +131,10 @@ def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
             sensor.name: to_channels(sensor, vectors)
             for sensor, vectors in zip(suite.sensors, flight.readings.sensors, strict=True)
         },
-        truth=true_states(model, flight),
+        truth=Truth(attitude=flight.motion.attitude @ flight.start, states=states),
         others=model.channels,
         steps={} if step is None else {"gyro": np.full(3, step)},
     )
-
-
-def true_states(model: FilterModel, flight: Flight) -> Truth:
-    """Of a flight, at every sample."""
-    states = np.tile(flight.errors, (len(flight.gyro), 1))
-    states[:, 3 : model.suite.n_dynamic] = flight.gyro
-    return Truth(attitude=flight.motion.attitude @ flight.start, states=states)
 
 
 def other_truth(truth: Scenario, scenario: Scenario, environment: Environment) -> FilterModel:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment.directions import Cone, Passage
 from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.filter.closest_approach import nearest
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.nearest import nearest
 from mgeo_attitude.filter.path_limits import angle_from
 from mgeo_attitude.geometry.rotation import multiply
 from mgeo_attitude.maneuvers.drives import CoilDrive
@@ -114,11 +112,31 @@ def simulate(
     >>> result.errors.shape
     (4, 401, 18)
     """
-    given = planned(scenario, design, n_runs, truth, environment)
-    model, t_end = given.model, given.t_end
+    if n_runs < 1:
+        raise ValueError(f"n_runs = {n_runs!r}: expected at least 1")
+    plan = np.asarray(design, dtype=float)
+    if plan.ndim != 1:
+        raise ValueError(f"design of shape {plan.shape}: expected one plan, shape (4 m,)")
+    for reason in validity(scenario):
+        warnings.warn(reason, OutsideValidity, stacklevel=2)
+    environment = environment or Environment.from_scenario(scenario)
+    model = FilterModel.from_scenario(scenario, environment)
+    real = model if truth is None else other_truth(truth, scenario, environment)
+    around = surroundings(truth or scenario, scenario, environment)
+    plan = plan if plan.size else holding(model.initial_rate)
+    t_end = float(evaluate(model, plan).t_end[0])
+    whole = Trajectory(scenario, model, plan, t_end).commanded
+    (variances,) = evaluate(model.endless, whole, history=True).variances
+    planned = Motion.of(model, whole, model.n_steps)
     samples, n_watched = _samples(model, t_end), round(t_end / model.step) + 1
     if until is not None:
         samples = samples[model.times[samples] <= max(until, t_end)]
+
+    def flight(generator: np.random.Generator) -> Flight:
+        draws, motion = draw(real, model.n_steps, generator), planned
+        if isinstance(model.slew_limits, CoilDrive):
+            motion = moved(model, plan, model.n_steps, draws.errors)
+        return fly_run(real, motion, draws, around)
 
     generators = np.random.default_rng(seed).spawn(n_runs)
     if n_runs == 1:
@@ -127,106 +145,22 @@ def simulate(
     ends = [len(generators) * part // n_parts for part in range(n_parts + 1)]
     found = []
     for first, last in pairwise(ends):
-        flights = [given.flight(generator) for generator in generators[first:last]]
-        found.append(
-            record(
-                model,
-                flights,
-                estimator or Estimator(),
-                samples,
-                given.real,
-                n_watched,
-                given.motion.rates,
-            )
+        flights = [flight(generator) for generator in generators[first:last]]
+        estimated = record(
+            model, flights, estimator or Estimator(), samples, real, n_watched, planned.rates
         )
-    labels = tuple(limit.label for limit in scenario.path_limits)
-    return given.monte_carlo(found, samples, labels)
-
-
-@dataclass(frozen=True, eq=False)
-class Planned:
-    """What all flights of a plan have in common.
-
-    Attributes
-    ----------
-    design : array, shape (4 m,)
-    model, real : FilterModel
-        What the estimator believes, and what is true.
-    environment : Environment
-        The true one, without the Earth's shadow if that is left out.
-    motion : Motion
-        As planned.
-    t_end : float
-        When the linear filter has converged [s].
-    variances : array, shape (n_steps + 1, n_states)
-        That the linear filter promises, whether it has converged or not.
-    """
-
-    n_runs: int
-    design: Floats
-    model: FilterModel
-    real: FilterModel
-    environment: Environment
-    motion: Motion
-    t_end: float
-    variances: Floats
-
-    def flight(self, generator: np.random.Generator) -> Flight:
-        """One of them, with its own errors.
-
-        Coils make other rates of another attitude, so that each has a motion of its own.
-        """
-        draws, motion = draw(self.real, self.model.n_steps, generator), self.motion
-        if isinstance(self.model.slew_limits, CoilDrive):
-            motion = moved(self.model, self.design, self.model.n_steps, draws.errors)
-        return fly_run(self.real, motion, draws, self.environment)
-
-    def monte_carlo(
-        self, found: Sequence[Record], samples: Ints, path_limits: tuple[str, ...] = ()
-    ) -> MonteCarlo:
-        """What was recorded of all of them, put together."""
-        runs = {
-            field.name: np.concatenate([getattr(part, field.name) for part in found])[: self.n_runs]
-            for field in dataclasses.fields(Record)
-        }
-        return MonteCarlo(
-            blocks=self.model.suite.blocks,
-            sensors=tuple(sensor.name for sensor in self.model.suite.sensors),
-            numbers=tuple(len(sensor.noise()) for sensor in self.model.suite.sensors),
-            design=self.design,
-            t_end=self.t_end,
-            times=self.model.times[samples],
-            predicted=np.sqrt(self.variances[samples]),
-            path_limits=path_limits,
-            **runs,
-        )
-
-
-def planned(
-    scenario: Scenario,
-    design: ArrayLike,
-    n_runs: int,
-    truth: Scenario | None,
-    environment: Environment | None,
-) -> Planned:
-    """Of the arguments of `simulate`, which it checks."""
-    if n_runs < 1:
-        raise ValueError(f"n_runs = {n_runs!r}: expected at least 1")
-    plan = np.asarray(design, dtype=float)
-    if plan.ndim != 1:
-        raise ValueError(f"design of shape {plan.shape}: expected one plan, shape (4 m,)")
-    for reason in validity(scenario):
-        warnings.warn(reason, OutsideValidity, stacklevel=3)
-    environment = environment or Environment.from_scenario(scenario)
-    model = FilterModel.from_scenario(scenario, environment)
-    real = model if truth is None else other_truth(truth, scenario, environment)
-    plan = plan if plan.size else holding(model.initial_rate)
-    t_end = float(evaluate(model, plan).t_end[0])
-    whole = Trajectory(scenario, model, plan, t_end).commanded
-    (variances,) = evaluate(model.endless, whole, history=True).variances
-    motion = Motion.of(model, whole, model.n_steps)
-    around = surroundings(truth or scenario, scenario, environment)
-    return Planned(n_runs, plan, model, real, around, motion, t_end, variances)
+        found.append(vars(estimated))
+    return MonteCarlo(
+        blocks=model.suite.blocks,
+        sensors=tuple(sensor.name for sensor in model.suite.sensors),
+        numbers=tuple(len(sensor.noise()) for sensor in model.suite.sensors),
+        design=plan,
+        t_end=t_end,
+        times=model.times[samples],
+        predicted=np.sqrt(variances[samples]),
+        path_limits=tuple(limit.label for limit in scenario.path_limits),
+        **{key: np.concatenate([part[key] for part in found])[:n_runs] for key in found[0]},
+    )
 
 
 def _samples(model: FilterModel, t_end: float) -> Ints:

@@ -159,50 +159,14 @@ class MonteCarlo(Record):
         return pd.DataFrame(columns, index=pd.Index(self.times, name="time [s]"))
 
 
-@dataclass(frozen=True)
-class Criterion:
-    """A statistic and the interval it should be in."""
-
-    name: str
-    value: float
-    low: float
-    high: float
-
-    @property
-    def passed(self) -> bool:
-        """Whether it is; a NaN is not."""
-        return self.low <= self.value <= self.high
-
-
-@dataclass(frozen=True)
-class Consistency:
-    """Conclusions from a Monte Carlo simulation, criterion by criterion."""
-
-    criteria: tuple[Criterion, ...]
-
-    @property
-    def passed(self) -> bool:
-        return all(criterion.passed for criterion in self.criteria)
-
-    def __getitem__(self, name: str) -> Criterion:
-        """The criterion of a name; KeyError if there is none."""
-        return {criterion.name: criterion for criterion in self.criteria}[name]
-
-    def table(self) -> pd.DataFrame:
-        """One row a criterion: ``value``, ``low``, ``high``, ``passed``."""
-        rows = [(c.value, c.low, c.high, c.passed) for c in self.criteria]
-        names = pd.Index([c.name for c in self.criteria], name="criterion")
-        return pd.DataFrame(rows, index=names, columns=["value", "low", "high", "passed"])
-
-
 def consistency(
     result: MonteCarlo,
     *,
     since: float | None = None,
     confidence: float = 0.99,
     ratio: tuple[float, float] = (0.85, 1.15),
-) -> Consistency:
-    """Test a simulation from a time on.
+) -> pd.DataFrame:
+    """Test whether the errors of a simulation are what its filter claims, from a time on.
 
     - ``nees``: mean per state over runs and samples, within the chi-square bounds of as many
       degrees of freedom as there are runs times states: errors at different times of a run are
@@ -224,6 +188,12 @@ def consistency(
     ratio : (low, high)
         What rms / predicted is to be within.
 
+    Returns
+    -------
+    DataFrame
+        A row for each criterion: ``value``, the interval from ``low`` to ``high``, and whether the
+        value has ``passed``.
+
     Raises
     ------
     ValueError
@@ -236,7 +206,7 @@ def consistency(
     >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 400.0})
     >>> design = [0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]
     >>> result = simulate(scenario, design, n_runs=4, seed=1)
-    >>> consistency(result, since=200.0).table().index.to_list()[:3]
+    >>> consistency(result, since=200.0).index.to_list()[:3]
     ['nees', 'nis sun', 'nis mag']
     """
     if not 0.0 < confidence < 1.0:
@@ -246,29 +216,25 @@ def consistency(
     if not tested.any():
         raise ValueError(f"since = {since!r}: expected at most {float(result.times[-1])!r} s")
 
-    def mean_square(name: str, value: float, dof: int) -> Criterion:
-        tail = 0.5 * (1.0 - confidence)
-        return Criterion(name, value, *(float(chi2.ppf(p, dof) / dof) for p in (tail, 1 - tail)))
+    tail = 0.5 * (1.0 - confidence)
 
-    n = result.n_runs * result.n_states
-    nees = float(result.nees[:, tested].mean() / result.n_states)
-    criteria = [mean_square("nees", nees, n)]
+    def interval(freedom: int) -> tuple[float, float]:
+        low, high = chi2.ppf([tail, 1.0 - tail], freedom) / freedom
+        return float(low), float(high)
+
+    nees = result.nees[:, tested].mean() / result.n_states
+    rows = {"nees": (nees, *interval(result.n_runs * result.n_states))}
     for index, sensor in enumerate(result.sensors):
         count = result.numbers[index] * int(result.updates[:, tested, index].sum())
         if count:
-            nis = float(result.nis[:, tested, index].sum() / count)
-            criteria.append(mean_square(f"nis {sensor}", nis, count))
+            rows[f"nis {sensor}"] = result.nis[:, tested, index].sum() / count, *interval(count)
     beyond = (np.abs(result.errors[:, -1]) > 3.0 * result.sigma[:, -1]).sum(axis=0).max()
     most = binom.ppf(confidence ** (1.0 / result.n_states), result.n_runs, _BEYOND_3_SIGMA)
-    criteria.append(Criterion("beyond 3 sigma", float(beyond), 0.0, float(most)))
-    ratios = rms_ratio(result, tested)
-    criteria.append(Criterion("smallest rms / predicted", float(ratios.min()), *ratio))
-    criteria.append(Criterion("largest rms / predicted", float(ratios.max()), *ratio))
-    return Consistency(tuple(criteria))
-
-
-def rms_ratio(result: MonteCarlo, tested: np.ndarray) -> Floats:
-    """RMS error to predicted 1-sigma of every state over the chosen samples, shape (n_states,)."""
+    rows["beyond 3 sigma"] = float(beyond), 0.0, float(most)
     achieved = (result.errors[:, tested] ** 2).mean(axis=(0, 1))
-    ratio: Floats = np.sqrt(achieved / (result.predicted[tested] ** 2).mean(axis=0))
-    return ratio
+    ratios = np.sqrt(achieved / (result.predicted[tested] ** 2).mean(axis=0))
+    rows["smallest rms / predicted"] = ratios.min(), *ratio
+    rows["largest rms / predicted"] = ratios.max(), *ratio
+    found = pd.DataFrame.from_dict(rows, orient="index", columns=["value", "low", "high"])
+    found["passed"] = found["value"].between(found["low"], found["high"])  # not so of NaN
+    return found.rename_axis("criterion")

@@ -172,12 +172,7 @@ class Telemetry:
         OSError
             If it cannot be written.
         """
-        write_file(path, self.csv().encode())
-
-    def csv(self) -> str:
-        """The text of that file."""
-        text: str = self.frame().to_csv(index=False, lineterminator="\n")
-        return text
+        write_file(path, self.frame().to_csv(index=False, lineterminator="\n").encode())
 
     def positions(self, times: Floats) -> Floats | None:
         """Where the satellite was at m of its times, shape (m, 3) [m]; None if that is not known.

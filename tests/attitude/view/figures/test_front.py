@@ -1,14 +1,13 @@
 """The picture of the front against the objectives that it shows."""
 
 import dataclasses
-from datetime import timedelta
 
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
 from mgeo_attitude.criteria.objectives import attitude_sigma_deg
 from mgeo_attitude.criteria.robustness import draw_flights
-from mgeo_attitude.scenario import FlightErrors, PathLimit, Window
+from mgeo_attitude.scenario import FlightErrors, PathLimit
 from mgeo_attitude.view.plans import spread
 
 from mgeo.evaluation.dominance import front_rows
@@ -49,18 +48,6 @@ def test_what_flights_keep_has_a_boundary_of_its_own(figure, problem, X):
     kept = problem.view(X[spread(len(X))]).kept
     drawn = by_trace(figure, "kept by 9 of 10 Monte Carlo samples")
     np.testing.assert_array_equal(drawn, kept[front_rows(kept)])
-
-
-def test_a_window_and_a_requirement_are_drawn(problem, X):
-    window = Window(
-        start=problem.scenario.epoch, end=problem.scenario.epoch + timedelta(seconds=3000.0)
-    )
-    scenario = dataclasses.replace(
-        problem.scenario, required_sigma={"attitude_deg": 1.0}, windows=(window,)
-    )
-    figure = AttitudeManeuverProblem(scenario).view(X[:3]).figures()["front"]
-    assert list(named(figure, "required, 1 deg").y) == [1.0, 1.0]
-    assert "window closes" in [note.text for note in figure.layout.annotations]
 
 
 def test_a_problem_knows_its_dead_end_and_its_longest_run(problem, X):

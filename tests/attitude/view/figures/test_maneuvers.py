@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from mgeo_attitude import reference_run
-from mgeo_attitude.view.figures.against_time import maneuvers_figure, timeline
-from mgeo_attitude.view.figures.style import Solutions
+from mgeo_attitude.view.figures.against_time import timeline
 from scipy.spatial.transform import Rotation
 
 
@@ -38,21 +37,3 @@ def test_timeline_stops_with_the_run(problem):
     np.testing.assert_array_equal(times, [0.0, 100.0, 250.0])
     np.testing.assert_allclose(rates, [[0.5, -1.0, 0.25], [-0.125, 0.75, 1.0], [-0.125, 0.75, 1.0]])
     assert over == 250.0
-
-
-def test_one_row_per_solution(problem):
-    X = np.array([design(100.0, 200.0, 50.0), design(10.0, 20.0, 30.0)])
-    F = np.array([[700.0, 1e-4], [600.0, 2e-4]])
-    figure = maneuvers_figure(problem, Solutions(np.arange(2), X, F, F[:, 1], ("one", "two")))
-    assert len(figure.data) == 6
-    first = figure.data[0]
-    np.testing.assert_array_equal(first.x, [0.0, 100.0, 300.0, 700.0])
-    np.testing.assert_allclose(first.y, [0.5, -0.125, 0.0625, 0.0625])
-    assert first.line.shape == "hv"
-    assert [trace.name for trace in figure.data if trace.showlegend] == [
-        "about x",
-        "about y",
-        "about z",
-    ]
-    held = [(shape.x0, shape.x1) for shape in figure.layout.shapes]
-    assert held == [(350.0, 700.0), (60.0, 600.0)]

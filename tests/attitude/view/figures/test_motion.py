@@ -1,7 +1,6 @@
 """The turning figure of a plan, against the attitude of the reference filter."""
 
 import dataclasses
-import itertools
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.scenario import InitialConditions
 from mgeo_attitude.view.figures.curves import projected
-from mgeo_attitude.view.figures.motion import SHADOW
 from scipy.spatial.transform import Rotation
 
 
@@ -94,23 +92,3 @@ def test_sun_and_field_stand_where_the_environment_has_them(sharp, X, name):
         seen = orientation(motion["turns"][label], environment.times[k]) @ tip
         exact = vectors[k] / np.linalg.norm(vectors[k])
         assert np.degrees(np.arccos(np.clip(seen @ exact, -1.0, 1.0))) < 0.05
-
-
-def test_phases_are_the_plan_and_the_shadow(X):
-    problem = shortened(Scenario.paper(), eclipse=True)
-    plan = ManeuverPlan.from_design(problem, X[0])
-    figure, motion = motion_of(problem, X[0])
-    flown = [phase for phase in motion["phases"] if phase["name"] != SHADOW]
-    timeline = plan.timeline()
-    np.testing.assert_allclose([phase["from"] for phase in flown[:3]], timeline["start [s]"][:3])
-    assert all(a["to"] == b["from"] for a, b in itertools.pairwise(flown))
-    assert flown[-1]["to"] == plan.t_end
-    environment = problem.environment
-    dark = np.zeros(len(environment.times), dtype=bool)
-    for phase in motion["phases"]:
-        if phase["name"] == SHADOW:
-            assert phase["shaded"]
-            dark |= (environment.times >= phase["from"]) & (environment.times < phase["to"])
-    np.testing.assert_array_equal(dark[:-1], ~environment.sunlit[:-1])
-    faint = [trace.name for trace in figure.data if (trace.meta or {}).get("faint") == SHADOW]
-    assert faint == ["Sun"]

@@ -46,8 +46,3 @@ def test_comparison_is_that_of_single_runs_at_the_same_time(problem, design, his
     assert table.loc[name, "trace at t_end [-]"] == pytest.approx(own.trace[-1], rel=1e-9)
     # without turning, misalignments and biases stay what they were
     assert table.loc["no maneuver", "times the first [-]"] > 10.0
-
-
-def test_a_design_of_another_length_is_refused(problem, design):
-    with pytest.raises(ValueError, match="4 variables"):
-        compare(problem, {"plan": design[:11]}, 100.0)

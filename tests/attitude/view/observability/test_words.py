@@ -31,15 +31,6 @@ Z = np.array([0.0, 0.0, 0.01])
             "common rotation of attitude and both sensors about body z",
         ),
         (
-            {"sun__misalignment": Z, "mag__misalignment": 1.2 * Z},
-            "common rotation of both sensors about body z",
-        ),
-        (
-            {"attitude": Z, "mag__misalignment": Z},
-            "common rotation of attitude and mag about body z",
-        ),
-        ({"sun__misalignment": [0.01, 0.001, 0.0]}, "sun misalignment about body x"),
-        (
             {"sun__misalignment": Z, "mag__misalignment": -Z},
             "sun misalignment about body z with mag misalignment about body -z",
         ),

@@ -84,21 +84,6 @@ def test_the_sun_sensor_reports_where_the_whole_sun_shines():
     assert np.isfinite(at_rest(dark)[1].sensors[0][1:]).all()
 
 
-def test_rates_are_followed_but_for_what_the_gyro_says():
-    """Once a ramp is over the body turns at the plan's rates less the gyro's bias."""
-    scenario = short(Scenario.paper(), 900.0)
-    telemetry = fly(scenario, PLAN, 3)
-    model = FilterModel.from_scenario(scenario)
-    planned = Motion.of(model, PLAN, model.n_steps).rates
-    C = telemetry.truth.attitude
-    turns = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
-    bias = telemetry.truth.states[:-1, 3:6]
-    assert np.abs(bias[0]).max() > 5e-5
-    for first, last in ((150, 200), (400, 450), (700, 900)):
-        error = (turns + bias - planned)[first:last]
-        assert np.abs(error).max() < 2e-5  # rad/s, a thousandth of the rates: noise of the gyro
-
-
 #: Four wheels that spin against each other and with a resultant.
 PYRAMID = Wheels(
     inertia=(310.0, 310.0, 170.0),

@@ -18,13 +18,6 @@ def along(*axes, **changes):
     return Vehicle(wheels=dataclasses.replace(WHEELS, axes=axes, **changes))
 
 
-def test_three_wheels_along_the_axes_turn_it_as_fast_as_the_scenario_s():
-    limits = along((2, 0, 0), (0, 5, 0), (0, 0, 1)).slew_limits(np.array([0.1, 0.2, 0.3]))
-    assert limits.max_torque == pytest.approx(0.1, rel=1e-15)
-    np.testing.assert_array_equal(limits.inertia, np.diag([3.0, 2.0, 1.0]))
-    assert limits.initial_rate.tolist() == [0.1, 0.2, 0.3]
-
-
 def test_a_pyramid_of_wheels_gives_about_all_axes_at_once_what_its_worst_wheel_can():
     """Axes (±1, ±1, 1)/√3: of a torque (t, t, t) the one along it takes t (1 + 1 + 1) √3 / 4."""
     limits = along(*PYRAMID).slew_limits(np.zeros(3))
@@ -41,11 +34,6 @@ def test_the_vehicle_is_the_scenario_s_wheels_or_a_known_one():
         Vehicle.of(paper, "shuttle")
     with pytest.raises(InvalidValue, match=r"wheels = None: expected wheels.*paper, cubesat_6u"):
         Vehicle.of(dataclasses.replace(paper, name="mine"))
-
-
-def test_wheels_that_share_otherwise_than_basilisk_s_are_refused():
-    with pytest.raises(InvalidValue, match=r"wheels.allocation = 'minimax': .* 'pseudo-inverse'"):
-        along(*PYRAMID, allocation="minimax")
 
 
 def test_wheels_spin_at_the_start_so_that_nothing_does_as_a_whole_unless_they_say_how():

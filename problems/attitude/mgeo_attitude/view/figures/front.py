@@ -147,27 +147,22 @@ def _span(scenario: Scenario, times: Floats) -> list[float]:
     """Range of the axis of times [s]: from the first plan until all is over."""
     first, last = float(np.nanmin(times)), float(np.nanmax(times))
     room = _ROOM * (last - first) or 0.05 * last
-    if (closes := _closes(scenario)) < 3.0 * last:
+    if (closes := scenario.deadline) < 3.0 * last:
         last = max(last, closes)
     return [max(first - room, 0.0), last + room]
-
-
-def _closes(scenario: Scenario) -> float:
-    """When the window does [s]; infinite without one."""
-    return scenario.deadline
 
 
 def _mark_times(figure: go.Figure, scenario: Scenario, span: list[float]) -> None:
     """Mark the orbital period and the end of the window, where they are in range."""
     text = {"textangle": -90, "xanchor": "right", "yanchor": "top", "font": {"color": GRAY}}
-    marks = ((scenario.orbit.period, "one orbital period"), (_closes(scenario), "window closes"))
+    marks = ((scenario.orbit.period, "one orbital period"), (scenario.deadline, "window closes"))
     for time, name in marks:
         if span[0] < time < span[1]:
             line = {"color": GRAY, "width": 1.5, "dash": "dash"}
             figure.add_vline(x=time, line=line, annotation={"text": name, **text})
-    if _closes(scenario) < span[1]:
+    if scenario.deadline < span[1]:
         shade = {"fillcolor": "rgba(128,128,128,0.2)", "line": {"width": 0}, "layer": "below"}
-        figure.add_vrect(x0=_closes(scenario), x1=span[1], **shade)
+        figure.add_vrect(x0=scenario.deadline, x1=span[1], **shade)
 
 
 def _buttons(

@@ -204,15 +204,15 @@ def _initialized(modules: list[Any], nanoseconds: int) -> Any:
 
 
 def _corrected(suite: Suite, states: Floats) -> Callable[[Floats], Floats]:
-    """Takes what is believed of the gyro out of a rate, shape (3,)."""
-    own = SimpleNamespace(**{name: states[None, i : i + 3] for name, i in
-                             suite.places(suite.gyro).items()})  # fmt: skip
+    """Return the function that removes the estimated gyro errors from a rate, shape (3,)."""
+    x = {name: states[None, i : i + 3] for name, i in suite.places(suite.gyro).items()}
+    errors = SimpleNamespace(**x)
 
     def corrected(reported: Floats) -> Floats:
-        rate: Floats = suite.gyro.corrected(own, reported[None])[0]
+        rate: Floats = suite.gyro.corrected(errors, reported[None])[0]
         return rate
 
-    return corrected if states.any() else lambda reported: reported
+    return corrected
 
 
 def _satellite(

@@ -1,4 +1,4 @@
-"""Plans made better on few samples, which tell the slopes as well as all do."""
+"""Refinement of plans on thinned samples, whose slopes are nearly those of all samples."""
 
 from __future__ import annotations
 
@@ -24,47 +24,52 @@ _EXACT = 5
 
 
 @dataclass(frozen=True)
-class Roughly:
-    """Values at times of `exact`, of as few samples as will do."""
+class ThinnedSamples:
+    """Values of plans at given times, from models with as few samples as the slopes allow.
+
+    Attributes
+    ----------
+    exact : AtTime
+        Values from all samples.
+    """
 
     exact: AtTime
     _known: dict[int, AtTime] = field(default_factory=dict)
 
     def at(self, time: float) -> AtTime:
-        """That for a time [s]."""
+        """Return the evaluation on thinned samples for a time [s]."""
         model, every = self.exact.model, self.every(time)
         if every not in self._known:
             self._known[every] = dataclasses.replace(self.exact, model=thinned(model, every))
         return self._known[every]
 
     def every(self, time: float) -> int:
-        """Of how many samples one is taken for a time [s]."""
+        """Return the number of samples that one thinned sample replaces, for a time [s]."""
         model, rate = self.exact.model, self.exact.scenario.maneuvers.max_rate_deg_s
         most = min(time / model.step / _SAMPLES, _TURN_DEG / (rate * model.step))
         return next((each for each in _EVERY if each <= most), 1)
 
     def steps(self, time: float) -> int:
-        """Of the few samples until a time [s]."""
+        """Return the number of thinned steps until a time [s]."""
         model = self.at(time).model
         return min(max(round(time / model.step), 1), model.n_steps)
 
     def of_each(self, designs: Floats, times: Floats) -> tuple[Floats, Floats]:
-        """Values of designs, each at its own time [s], shape (n,), and greatest excesses then."""
+        """Return value and largest violation of each design at its own time [s], shape (n,)."""
         value, worst = np.empty(len(designs)), np.empty(len(designs))
-        distinct, which = np.unique(times, return_inverse=True)
-        samplings = [self.at(time) for time in distinct]
-        steps = np.array([self.steps(time) for time in distinct], dtype=np.int64)[which]
-        for at in self._known.values():
-            rows = np.flatnonzero(np.array([each is at for each in samplings], dtype=bool)[which])
-            if len(rows):
-                value[rows], excess = at.values(designs[rows], steps[rows], within_steps=True)
-                worst[rows] = np.maximum(excess, 0.0).max(axis=1, initial=0.0)
+        every = np.array([self.every(time) for time in times])
+        for size in np.unique(every):
+            rows = np.flatnonzero(every == size)
+            steps = np.array([self.steps(time) for time in times[rows]])
+            at = self.at(times[rows[0]])
+            value[rows], excess = at.values(designs[rows], steps, within_steps=True)
+            worst[rows] = np.maximum(excess, 0.0).max(axis=1, initial=0.0)
         return value, worst
 
     def best_of_each(self, designs: Floats, times: Floats, most: int) -> Ints:
-        """Rows of designs, for each of their times [s], shape (n,), the few that teach most.
+        """Return the rows of the best designs for each time [s]; at most `most` per time.
 
-        As `AtTime.best`, each at its own time.
+        The order is that of `AtTime.best`.
         """
         order = np.lexsort((*self.of_each(designs, times), times))
         places = np.arange(len(order)) - np.searchsorted(times[order], times[order])
@@ -74,30 +79,33 @@ class Roughly:
     def descended(
         self, begins: Sequence[Floats], times: Floats, iterations: int, most: int
     ) -> Floats:
-        """The best found from some designs, shape (k, 4 m), for each of n times, shape (n, 4 m).
+        """Return the best design found for each of n times, shape (n, 4 m).
 
-        For each time [s] at `most` so many are tried, those that are best then; and with more
-        iterations the better half of them, until it is one.
+        A descent starts from each of the initial designs that are best at that time. The better
+        ones continue with more iterations until one is left.
+
+        Parameters
+        ----------
+        begins : sequence of n arrays, shape (k, 4 m)
+            Initial designs for each time.
+        times : array, shape (n,)
+            Times [s], all thinned alike (see `every`).
+        iterations : int
+            Largest number of iterations of a descent.
+        most : int
+            Largest number of initial designs for each time.
         """
-        found = np.empty((len(times), begins[0].shape[1]))
-        samplings = [self.at(time) for time in times]
+        at = self.at(times[0])
         limited = bool(self.exact.limits or self.exact.requirements)
         most = min(most, _WITHIN) if limited else most
-        for at in self._known.values():
-            rows = [row for row, each in enumerate(samplings) if each is at]
-            if not rows:
-                continue
-            tried = [
-                at.best(begins[row], self.steps(times[row]), most, within_steps=True)
-                for row in rows
-            ]
-            if limited:
-                found[rows] = self._within_limits(at, tried, times[rows], iterations)
-            else:
-                which = np.repeat(np.arange(len(rows)), [len(each) for each in tried])
-                designs = np.vstack(tried)
-                found[rows] = descend_from_best(at, designs, times[rows], which, iterations)
-        return found
+        tried = [
+            at.best(each, self.steps(time), most, within_steps=True)
+            for each, time in zip(begins, times, strict=True)
+        ]
+        if limited:
+            return self._within_limits(at, tried, times, iterations)
+        which = np.repeat(np.arange(len(times)), [len(each) for each in tried])
+        return descend_from_best(at, np.vstack(tried), times, which, iterations)
 
     def _within_limits(
         self, at: AtTime, tried: list[Floats], times: Floats, iterations: int

@@ -1,4 +1,4 @@
-"""Magnetometers where nothing is known of attitude and rate: by the strength of the field alone."""
+"""Calibrate magnetometers from the field strength, where attitude and rate are unknown."""
 
 from __future__ import annotations
 

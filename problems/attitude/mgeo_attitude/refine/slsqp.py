@@ -16,7 +16,7 @@ class _Left(Exception):
     """Nobody answers any more."""
 
 
-def minimizing_within(
+def minimize_constrained(
     start: Floats, bounds: Floats, iterations: int, enough: float
 ) -> Generator[Floats, tuple[Floats, Floats], Floats]:
     """Where a function is less than at the start and no margin is negative, within bounds.
@@ -29,7 +29,7 @@ def minimizing_within(
     Parameters
     ----------
     start, bounds, iterations, enough
-        As of `quasi_newton.minimizing`.
+        As of `quasi_newton.minimize_bounded`.
     """
     asked: SimpleQueue[Any] = SimpleQueue()
     answers: SimpleQueue[tuple[Floats, Floats] | None] = SimpleQueue()

@@ -1,6 +1,6 @@
 import pytest
 
-from mgeo.store.scenario_file import read_scenario
+from mgeo.plugins.problems import read_scenario
 
 
 def test_nothing_a_preset_and_a_file(tmp_path):
@@ -17,12 +17,6 @@ def test_some_editors_begin_a_file_with_a_byte_order_mark(tmp_path):
     after.write_text('{"a": 1}', encoding="utf-8-sig")
     found = read_scenario("unknown", str(scenario), after=after)
     assert found == {"load": 750, "after": {"a": 1}}
-
-
-@pytest.mark.parametrize("name", ["missing.toml", "folder/missing"])
-def test_a_missing_file_is_named(name):
-    with pytest.raises(FileNotFoundError, match=f"no scenario file {name}"):
-        read_scenario("cantilever", name)
 
 
 @pytest.mark.parametrize("content", [b"load = = 3", b"load = '\xff'"])

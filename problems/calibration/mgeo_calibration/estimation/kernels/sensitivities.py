@@ -57,7 +57,7 @@ def factor(K, H, noise, nd, columns, L):
     f"float64[:,:,:,::1], int64[::1], int64[:,::1], {READINGS}, int64, float64[:,::1], "
     "float64[:,::1], float64[:,::1])"
 )
-def beside(F, moves, moved, seen, sights, reads, widths, read, readings, first, T, R, gram):
+def sensitivities(F, moves, moved, seen, sights, reads, widths, read, readings, first, T, R, gram):
     """Some samples, with m coefficients.
 
     Parameters

@@ -5,10 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_calibration import calibrate
-from mgeo_calibration.calibration.added import beside, calibrate_with, noise_of
+from mgeo_calibration.calibration.recalibration import (
+    calibrate_with,
+    compare_calibrations,
+    describe_noise,
+)
 
 from .faults import MOTION, SCENARIO
-from .independent import Craft, fly
+from .independent import fly
 
 SCALE = np.array([0.01, -0.004, 0.002])
 
@@ -34,21 +38,9 @@ def test_scale_factors_and_noise_are_found_and_both_are_compared(flight, first):
     assert found.supported, found.conclusion
     scale = found.table().set_index("block").loc["mag.scale_factor"]
     assert np.abs((scale["estimate"] - 1e6 * SCALE) / scale["sigma"]).max() < 4.0
-    table = beside(first, found).loc["mag.scale_factor"]
+    table = compare_calibrations(first, found).loc["mag.scale_factor"]
     assert table["sigma before"].isna().all()
     assert table["moved"].abs().max() > 20.0
     noise = found.scenario.sensors[0].noise_deg
     assert noise == pytest.approx(SCENARIO.sensors[0].noise_deg, rel=0.02)
-    assert f"sun.noise_deg = {noise:.4g}" in noise_of(found)
-
-
-@pytest.mark.slow
-def test_a_delay_that_was_told_is_found():
-    telemetry = fly(SCENARIO, MOTION, 5, Craft(late={"mag": 0.2}))
-    first = calibrate(SCENARIO, telemetry)
-    assert first.failures[0].endswith(": mag.initial_delay_s")
-    found = calibrate_with(first, telemetry, ["mag.delay"])
-    assert found.supported, found.conclusion
-    delay = found.table().set_index("block").loc[["mag.delay"]].iloc[0]
-    assert abs(delay["estimate"] - 0.2) < 4.0 * delay["sigma"]
-    assert delay["sigma"] < 0.05
+    assert f"sun.noise_deg = {noise:.4g}" in describe_noise(found)

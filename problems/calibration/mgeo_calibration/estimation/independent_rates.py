@@ -1,4 +1,4 @@
-"""Body rates as something to explain readings by: without the noise of the step that they are of.
+"""Body rates as regressors of score tests, independent of the gyro noise in the attitude.
 
 What a delay or a gyro's scale factor adds is a multiple of the rate, which the gyro alone tells,
 with the noise that also is in the attitude. Beside a star tracker that is better than a step of the
@@ -26,7 +26,7 @@ _LEFT_OUT, _COUNTED = 8, 16
 _BY_CHANCE = 1.0
 
 
-def quiet_rates(solution: Solution) -> Floats:
+def independent_rates(solution: Solution) -> Floats:
     """Body rate in each step, shape (N - 1, 3) [rad/s], for what is linear in it.
 
     Where readings are too rough to see the gyro's noise, or there are few, that is what the gyro

@@ -1,4 +1,4 @@
-"""What is asked of gyro, sensors and orbit beside what the scenario says, and what is answered."""
+"""Hypotheses about gyro, sensors and orbit that a scenario does not model, for score tests."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mgeo_attitude.sensors.vector_sensors import Magnetometer
 from mgeo_calibration.calibration.corrections import unit_of_innovations
 from mgeo_calibration.estimation import departures as made
 from mgeo_calibration.estimation.batch import Batch
-from mgeo_calibration.estimation.quiet import quiet_rates
+from mgeo_calibration.estimation.independent_rates import independent_rates
 from mgeo_calibration.estimation.residuals import Innovations
 from mgeo_calibration.estimation.score import Combined, Departure, Score
 from mgeo_calibration.estimation.smoother import Solution
@@ -41,10 +41,19 @@ _MOST = 4  # other columns: each has a question for gyro and every sensor
 
 
 @dataclass(frozen=True)
-class Question:
-    """Something that is tested: departures, of which it may be one, and what would say it.
+class Hypothesis:
+    """An error that the scenario does not model.
 
-    A score may say what cannot be, by `possible`.
+    Attributes
+    ----------
+    options : tuple of Departure or Combined
+        Alternative forms of the error, of which the one with the greatest evidence counts.
+    says : function
+        Describes the estimate of a score, with its 1-sigma.
+    key : str
+        Key of the scenario that models the error.
+    possible : function
+        Returns whether a score is physically possible.
     """
 
     options: tuple[Departure | Combined, ...]
@@ -72,27 +81,27 @@ def channels_of(
     return {name: found[name][1] for name in most}, len(found) - len(most)
 
 
-def questions(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Question]:
-    """All that is tested, by name.
+def hypotheses(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Hypothesis]:
+    """Return all hypotheses, by name.
 
     Parameters
     ----------
     channels : mapping of str to array, shape (N,)
         What else was measured at the samples, in any unit.
     """
-    rates = quiet_rates(solution)
+    rates = independent_rates(solution)
     changes = made.vector_rates(solution)
-    asked = _of_gyro(solution, rates, channels) | _of_orbit(solution, changes)
+    tested = _of_gyro(solution, rates, channels) | _of_orbit(solution, changes)
     for index in range(len(solution.batch.suite.sensors)):
         if solution.used[index].any():
             late = made.delay(index, rates, changes)
-            asked |= _of_sensor(solution, index, late, channels)
-    return asked
+            tested |= _of_sensor(solution, index, late, channels)
+    return tested
 
 
 def _of_gyro(
     solution: Solution, rates: Floats, channels: Mapping[str, Floats]
-) -> dict[str, Question]:
+) -> dict[str, Hypothesis]:
     gyro, times = solution.batch.suite.gyro, solution.batch.times
     duration, size = float(times[-1] - times[0]), gyro.initial_bias_deg_s
 
@@ -108,38 +117,34 @@ def _of_gyro(
             f"rate_random_walk = {max(gyro.drift):g} explains"
         )
 
-    def stepped(score: Score) -> str:
-        return (
-            f"gyro.bias changes by {size * _range(_STEPS, score):.2g} deg/s at about "
-            f"{_when(times, _STEPS, score):.0f} s"
-        )
-
     rises = made.bias_drift(solution)
-    asked = {
-        "gyro.bias_decay": Question(
+    tested = {
+        "gyro.bias_decay": Hypothesis(
             (made.bias_decay(solution),),
             decays,
             "gyro.bias_decay",
             lambda score: gyro.bias_decay * duration + score.estimate[0] > -_FAR * score.sigma[0],
         ),
-        "gyro.drift": Question(made.along(rises, _DRIFTS), drifted, "gyro.rate_random_walk"),
-        "gyro.step": Question(made.along(rises, _STEPS), stepped, _SPLIT),
+        "gyro.drift": Hypothesis(made.along(rises, _DRIFTS), drifted, "gyro.rate_random_walk"),
+        "gyro.step": Hypothesis(
+            made.along(rises, _STEPS), partial(_stepped, "gyro.bias", size, "deg/s", times), _SPLIT
+        ),
     }
     for state, (factor, unit, key) in _ERRORS.items():
         if state not in gyro.states():
             says = partial(_worst, f"gyro.{state} is", factor, unit)
             departure = made.gyro_error(rates, state)
-            asked[f"gyro.{state}"] = Question((departure,), says, f"gyro.{key}")
+            tested[f"gyro.{state}"] = Hypothesis((departure,), says, f"gyro.{key}")
     if np.count_nonzero(solution.used.any(axis=1)) > 1:  # else it is the delay of the only sensor
         early = made.gyro_early(rates, solution.batch.durations)
         says = partial(_in_time, "gyro reports rates", "early", "late")
-        asked["gyro.delay"] = Question((early,), says, _SAMPLED)
+        tested["gyro.delay"] = Hypothesis((early,), says, _SAMPLED)
     for name, channel in channels.items():
         says = partial(_worst, f"gyro.bias follows {name} by", size / np.ptp(channel), "deg/s")
         departure = made.gyro_follows(solution, _scaled(channel))
         if not follows(gyro, name):
-            asked[f"gyro.{name}"] = Question((departure,), says, f"gyro.{_INFLUENCES}")
-    return asked
+            tested[f"gyro.{name}"] = Hypothesis((departure,), says, f"gyro.{_INFLUENCES}")
+    return tested
 
 
 def follows(owner: Gyro | Sensor, column: str) -> bool:
@@ -149,7 +154,7 @@ def follows(owner: Gyro | Sensor, column: str) -> bool:
 
 def _of_sensor(
     solution: Solution, index: int, late: Departure, channels: Mapping[str, Floats]
-) -> dict[str, Question]:
+) -> dict[str, Hypothesis]:
     batch = solution.batch
     sensor, name = batch.suite.sensors[index], batch.suite.sensors[index].name
     shown = unit_of_innovations(sensor)
@@ -163,41 +168,39 @@ def _of_sensor(
             return f"{by}, evenly"
         return f"{by}, most about {_when(batch.times, _DRIFTS, score):.0f} s"
 
-    def stepped(score: Score) -> str:
-        at = _when(batch.times, _STEPS, score)
-        return f"{offset} changes by {sizes * _range(_STEPS, score):.3g} {unit} at about {at:.0f} s"
-
     rises = made.wander(solution, index)
-    asked = {
-        f"{name}.drift": Question(made.along(rises, _DRIFTS), wanders, _SPLIT),
-        f"{name}.step": Question(made.along(rises, _STEPS), stepped, _SPLIT),
+    tested = {
+        f"{name}.drift": Hypothesis(made.along(rises, _DRIFTS), wanders, _SPLIT),
+        f"{name}.step": Hypothesis(
+            made.along(rises, _STEPS), partial(_stepped, offset, sizes, unit, batch.times), _SPLIT
+        ),
     }
     if "delay" not in sensor.states():
         says, key = partial(_in_time, f"{name} is", "late", "early"), f"{name}.initial_delay_s"
-        asked[f"{name}.delay"] = Question((late,), says, key)
+        tested[f"{name}.delay"] = Hypothesis((late,), says, key)
     for state in ("scale_factor", "nonorthogonality"):
         if isinstance(sensor, Magnetometer) and state not in sensor.states():
             size, of, key = _ERRORS[state]
             says = partial(_worst, f"{name}.{state} is", size, of)
             departure = made.vector_error(index, state)
-            asked[f"{name}.{state}"] = Question((departure,), says, f"{name}.{key}")
+            tested[f"{name}.{state}"] = Hypothesis((departure,), says, f"{name}.{key}")
     for other, channel in channels.items():
         says = partial(_worst, f"{offset} follows {other} by", sizes / np.ptp(channel), unit)
         departure = made.follows(index, _scaled(channel))
         key = f"{name}.{_INFLUENCES}" if "bias" in sensor.states() else _TAKEN_OUT
         if not follows(sensor, other):
-            asked[f"{name}.{other}"] = Question((departure,), says, key)
-    return asked
+            tested[f"{name}.{other}"] = Hypothesis((departure,), says, key)
+    return tested
 
 
-def _of_orbit(solution: Solution, changes: made.VectorRates) -> dict[str, Question]:
+def _of_orbit(solution: Solution, changes: made.VectorRates) -> dict[str, Hypothesis]:
     sensors = solution.batch.suite.sensors
     if not any(isinstance(sensor, Magnetometer) for sensor in sensors):
         return {}
     shifted = made.along_track(len(sensors), changes)
     track = "its orbit along the track"
     says = partial(_in_time, "the satellite is", f"behind {track}", f"ahead of {track}")
-    return {"orbit.along_track": Question((shifted,), says, "orbit, epoch")}
+    return {"orbit.along_track": Hypothesis((shifted,), says, "orbit, epoch")}
 
 
 #: Factor to the unit of people, that unit, and the key of an initial 1-sigma.
@@ -237,6 +240,12 @@ def _in_time(words: str, positive: str, negative: str, score: Score) -> str:
     (off,), (sigma,) = score.estimate.tolist(), score.sigma.tolist()
     side = positive if off >= 0.0 else negative
     return f"{words} {sized(made.LATE * abs(off), made.LATE * sigma)} s {side}"
+
+
+def _stepped(offset: str, size: float, unit: str, times: Floats, score: Score) -> str:
+    """Describe an offset that changes at once."""
+    by, at = size * _range(_STEPS, score), _when(times, _STEPS, score)
+    return f"{offset} changes by {by:.3g} {unit} at about {at:.0f} s"
 
 
 def _path(profiles: Sequence[made.Profile], score: Score) -> Floats:

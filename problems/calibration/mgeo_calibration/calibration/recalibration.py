@@ -1,4 +1,4 @@
-"""A calibration again with states or noise that the first has asked for, beside it."""
+"""Calibrate again, with states that a first calibration found missing, or noise from the data."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mgeo_attitude.settings.errors import InvalidValue, known_names
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.corrections import unit_of_bias
 from mgeo_calibration.calibration.from_telemetry import calibrate
-from mgeo_calibration.calibration.questions import follows
+from mgeo_calibration.calibration.hypotheses import follows
 from mgeo_calibration.telemetry.columns import name_and_unit
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
@@ -142,8 +142,8 @@ def with_noise(found: Calibration) -> Scenario:
     return dataclasses.replace(found.scenario, sensors=sensors)
 
 
-def beside(first: Calibration, second: Calibration) -> pd.DataFrame:
-    """What both say of the states of the second: estimates, 1-sigmas, and how far they are apart.
+def compare_calibrations(first: Calibration, second: Calibration) -> pd.DataFrame:
+    """Compare estimates and 1-sigmas of the states of the second calibration.
 
     ``moved`` is the difference over the second's 1-sigma, of a state that the first is without from
     zero.
@@ -158,8 +158,8 @@ def beside(first: Calibration, second: Calibration) -> pd.DataFrame:
     ]
 
 
-def noise_of(calibration: Calibration) -> str:
-    """The 1-sigmas of sensors as a scenario has them, in words."""
+def describe_noise(calibration: Calibration) -> str:
+    """Describe the noise of the sensors by keys of the scenario."""
     return ", ".join(
         f"{sensor.name}.{name} = {_text(getattr(sensor, name))}"
         for sensor in calibration.scenario.sensors

@@ -1,4 +1,4 @@
-"""Telemetry that cannot be calibrated, and the checks that need no attitude."""
+"""Diagnose telemetry that cannot be calibrated by checks that need no attitude."""
 
 from __future__ import annotations
 

@@ -1,0 +1,109 @@
+"""Summary of a finished run: text for people, and the document of ``--json``."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+from rich.table import Table
+
+from mgeo.cli.output import Output
+from mgeo.cli.progress import clock
+from mgeo.plugins.protocol import ask
+from mgeo.plugins.view import View
+from mgeo.runs.answer import DeadEnd, answer, dead_end, representative_solutions
+from mgeo.store.run import Outcome, Run
+from mgeo.store.run_folder import CHECKPOINT_FILE, FIGURE_FILE, RUN_FILES, run_document
+from mgeo.terminal import console, fits, plain, table
+
+_CAUSES = 3  # causes of failed evaluations that are printed
+
+
+def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
+    """Print the recommended solution, or suggestions if none is feasible, and the statistics.
+
+    Parameters
+    ----------
+    view
+        Front of the run, or its nearest solutions if no solution is feasible.
+    folder
+        Folder of the run.
+    """
+    if output.quiet and not output.json:
+        return
+    outcome = run.outcome
+    best = answer(view) if len(outcome.F) else None
+    stuck = dead_end(view) if outcome.nearest else None
+    remarks = ask(view, View.remarks) if best else []  # can take seconds
+    output.result(
+        {
+            "folder": str(folder),
+            "files": [name for name in RUN_FILES if (folder / name).exists()],
+            "answer": None if best is None else asdict(best),
+            "dead_end": None if stuck is None else asdict(stuck),
+            "remarks": remarks,
+            **run_document(run),
+        }
+    )
+    if not output.for_people:
+        return
+    if best is not None:
+        output.print(plain(best, "bold"))
+    if stuck is not None:
+        _print_suggestions(stuck, output)
+    _print_statistics(outcome, remarks, output)
+    if best is not None:
+        output.print(_solutions(view, outcome))
+    elif stuck is None:
+        output.print("no feasible solution was found")
+    picture = folder / FIGURE_FILE
+    output.print(f"written: {picture if picture.exists() else folder}")
+    if outcome.checkpoint_error is not None:
+        output.print(f"no checkpoint: {outcome.checkpoint_error}")
+    elif outcome.stop_reason in ("signal", "max_time") and (folder / CHECKPOINT_FILE).exists():
+        output.print(f"to go on: mgeo resume {folder}")
+
+
+def _print_suggestions(found: DeadEnd, output: Output) -> None:
+    output.print(
+        plain("nothing that was found keeps all limits; the nearest solutions exceed", "bold"),
+        *(f"  {line}" for line in found.exceeded),
+        plain("ways out", "bold"),
+        *(f"  {line}" for line in found.ways),
+    )
+
+
+def _print_statistics(outcome: Outcome, remarks: list[str], output: Output) -> None:
+    size = f"solutions: {len(outcome.F):,}"
+    if outcome.hypervolume is not None:
+        size += f"; hypervolume {outcome.hypervolume:.4f}"
+    took = f"{outcome.evaluations:,} evaluations in {clock(outcome.wall_time_s)}"
+    output.print(f"{outcome.end} after {took}; {size}", *remarks)
+    if outcome.refined or outcome.added:
+        output.print(f"polished: {outcome.refined:,} solutions improved, {outcome.added:,} added")
+    if outcome.unrefined:
+        output.print(f"not polished to the end: {outcome.unrefined}")
+    if outcome.failures:
+        causes = [f"{cause} ({count:,})" for cause, count in outcome.failures.items()]
+        more = ", ..., see run.json" if len(causes) > _CAUSES else ""
+        total = sum(outcome.failures.values())
+        output.print(f"failed evaluations: {total:,}; {', '.join(causes[:_CAUSES])}{more}")
+
+
+def _solutions(view: View, outcome: Outcome) -> Table:
+    """Return a table with one column per representative solution and one row per quantity.
+
+    Solutions between the extremes and the knee are left out if the terminal is too narrow.
+    """
+    chosen = representative_solutions(view.problem, outcome.F, outcome.objectives)
+    described = ask(view.take([solution.row for solution in chosen]), View.describe)
+
+    def table_of(places: list[int]) -> Table:
+        titles = ["", *(f"{chosen[i].label} ({chosen[i].row})" for i in places)]
+        shown = described.iloc[places]
+        return table(titles, [(str(name), *shown[name]) for name in shown.columns])
+
+    whole = table_of(list(range(len(chosen))))
+    if fits(whole, console().width):
+        return whole
+    return table_of([i for i, solution in enumerate(chosen) if solution.label != "between"])
