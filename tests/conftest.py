@@ -27,9 +27,8 @@ WITHOUT_KERNELS = ("tests/mgeo/", "tests/security/")
 
 
 @pytest.hookimpl(tryfirst=True)  # before tests are chosen by their marks
-def pytest_collection_modifyitems(config, items):
+def pytest_collection_modifyitems(items):
     """Mark cases as slow, and order modules so that two workers do not compile the same kernel."""
-    _deselect_former_campaign(config, items)
     seen = Counter()
     for item in items:
         if mark := item.get_closest_marker("cases"):
@@ -44,24 +43,6 @@ def _turn(nodeid):
     if nodeid.startswith(COMPILES):
         return 0
     return 1 if nodeid.startswith(WITHOUT_KERNELS) else 2
-
-
-def pytest_configure(config):
-    config.addinivalue_line("markers", "campaign: deselected, about to be removed")
-
-
-def _deselect_former_campaign(config, items):
-    """Deselect tests marked as campaign, and parameters beyond the second number of `cases`."""
-    seen, kept, dropped = Counter(), [], []
-    for item in items:
-        mark = item.get_closest_marker("cases")
-        test = item.nodeid.partition("[")[0]
-        seen[test] += 1
-        beyond = mark and len(mark.args) > 1 and seen[test] > mark.args[1]
-        (dropped if beyond or item.get_closest_marker("campaign") else kept).append(item)
-    if dropped:
-        config.hook.pytest_deselected(items=dropped)
-        items[:] = kept
 
 
 @pytest.hookimpl(wrapper=True)
