@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 import plotly.graph_objects as go
 from mgeo_attitude._typing import Floats, Ints
@@ -34,16 +32,6 @@ def figures(
         "front": _front(suites, choices, maneuvers, price, accuracy, result, order),
         "sensors": _sensors(suites, choices, price, order),
     }
-
-
-def solution_figures(
-    model: FilterModel, results: Iterable[Evaluation]
-) -> list[dict[str, go.Figure]]:
-    """For each design its body rates and how the attitude comes to be known, until t_end.
-
-    Of some designs at a time, with their histories.
-    """
-    return [_of_plan(model, each, i) for each in results for i in range(len(each.t_end))]
 
 
 def _front(
@@ -116,7 +104,16 @@ def _sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints) -> 
     return figure
 
 
-def _of_plan(model: FilterModel, result: Evaluation, i: int) -> dict[str, go.Figure]:
+def solution_figures(model: FilterModel, result: Evaluation, i: int) -> dict[str, go.Figure]:
+    """Draw the body rates and the 1-sigma of the attitude of a design until t_end.
+
+    Parameters
+    ----------
+    result : Evaluation
+        With its history.
+    i : int
+        Row of the design in it.
+    """
     t_end = result.t_end[i]
     end = round(t_end / model.step) if np.isfinite(t_end) else 0
     steps = np.unique(np.linspace(0, end, _SAMPLES).round().astype(np.int64))

@@ -117,7 +117,10 @@ class SuiteView(View):
 
         rows = [self.X[k : k + _TOGETHER] for k in range(0, len(self.X), _TOGETHER)]
         results = (self.problem.evaluation(some, history=True) for some in rows)
-        return solution_figures(self.problem.suites.model, results)
+        model = self.problem.suites.model
+        return [
+            solution_figures(model, each, i) for each in results for i in range(len(each.t_end))
+        ]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
         """The least price at which each of `BUDGETED_DEG` is reached, where it is."""
