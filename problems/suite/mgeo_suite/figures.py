@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 import plotly.graph_objects as go
 from mgeo_attitude._typing import Floats, Ints
@@ -11,7 +9,7 @@ from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.filter.evaluator import Evaluation
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.view.describe import maneuver_texts
-from mgeo_attitude.view.figures.style import line, title
+from mgeo_attitude.view.figures.style import line, small_layout
 
 from mgeo.figures.style import COLORS, SYMBOLS, finished, literal, log_axis
 from mgeo_suite.catalog import NONE
@@ -34,16 +32,6 @@ def figures(
         "front": _front(suites, choices, maneuvers, price, accuracy, result, order),
         "sensors": _sensors(suites, choices, price, order),
     }
-
-
-def solution_figures(
-    model: FilterModel, results: Iterable[Evaluation]
-) -> list[dict[str, go.Figure]]:
-    """For each design its body rates and how the attitude comes to be known, until t_end.
-
-    Of some designs at a time, with their histories.
-    """
-    return [_of_plan(model, each, i) for each in results for i in range(len(each.t_end))]
 
 
 def _front(
@@ -116,14 +104,21 @@ def _sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints) -> 
     return figure
 
 
-def _of_plan(model: FilterModel, result: Evaluation, i: int) -> dict[str, go.Figure]:
-    t_end = result.t_end[i]
+def solution_figures(model: FilterModel, result: Evaluation) -> dict[str, go.Figure]:
+    """Draw the body rates and the 1-sigma of the attitude of a design until t_end.
+
+    Parameters
+    ----------
+    result : Evaluation
+        Of the design alone, with its history.
+    """
+    t_end = result.t_end[0]
     end = round(t_end / model.step) if np.isfinite(t_end) else 0
     steps = np.unique(np.linspace(0, end, _SAMPLES).round().astype(np.int64))
-    sigma = np.degrees(np.sqrt(result.variances[i, steps, :3].max(axis=1)))
+    sigma = np.degrees(np.sqrt(result.variances[0, steps, :3].max(axis=1)))
     plan, times = result.plan, model.step * steps.astype(np.float64)
-    stretch = np.maximum(np.searchsorted(plan.starts[i], steps, side="right") - 1, 0)
-    rates = np.degrees(plan.rates[i, stretch])
+    stretch = np.maximum(np.searchsorted(plan.starts[0], steps, side="right") - 1, 0)
+    rates = np.degrees(plan.rates[0, stretch])
     turning = _against_time("Body rates", times, dict(zip("xyz", rates.T, strict=True)), "hv")
     known = _against_time(
         "Attitude, 1-sigma of the worst body axis", times, {"attitude": sigma}, "linear"
@@ -141,6 +136,5 @@ def _against_time(text: str, times: Floats, lines: dict[str, Floats], shape: str
         figure.add_scatter(x=times, y=values, name=name, mode="lines", line=look)
     figure.update_traces(hovertemplate="%{x:.6g} s: %{y:.4g}")
     figure.update_xaxes(title="time [s]", tickformat="d")
-    margin = {"l": 65, "r": 10, "t": 55, "b": 45}
-    plain = {"template": "none", "height": 300, "margin": margin}  # without 7 kB of a template
-    return figure.update_layout(title=title(text), showlegend=len(lines) > 1, **plain)
+    # without 7 kB of a template
+    return figure.update_layout(small_layout(text), showlegend=len(lines) > 1, template="none")

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 #: Accuracies [deg] of which a front's least price is told.
 BUDGETED_DEG = (1.0, 0.1, 0.03)
-_TOGETHER = 50  # histories held in memory at once
 
 
 class SuiteView(View):
@@ -115,17 +114,18 @@ class SuiteView(View):
         """For each design its plan and how the attitude comes to be known along it."""
         from mgeo_suite.figures import solution_figures
 
-        rows = [self.X[k : k + _TOGETHER] for k in range(0, len(self.X), _TOGETHER)]
-        results = (self.problem.evaluation(some, history=True) for some in rows)
-        return solution_figures(self.problem.suites.model, results)
+        model = self.problem.suites.model
+        results = (
+            self.problem.evaluation(self.X[[row]], history=True) for row in range(len(self.X))
+        )
+        return [solution_figures(model, each) for each in results]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
         """The least price at which each of `BUDGETED_DEG` is reached, where it is."""
         objectives = self.problem.objectives
         if not {"price", "attitude"} <= set(objectives):
             return {}
-        values = np.atleast_2d(np.asarray(F, dtype=float))
-        price, accuracy = (values[:, objectives.index(n)] for n in ("price", "attitude"))
+        price, accuracy = (np.atleast_2d(F)[:, objectives.index(n)] for n in ("price", "attitude"))
         return {
             f"price of {least:g} deg [kEUR]": float(price[accuracy <= least].min())
             for least in BUDGETED_DEG

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
 from mgeo_attitude.scenario import FlightErrors
-from mgeo_attitude.view.at_best import holds_over_flights, under
+from mgeo_attitude.view.lower_bound import bound_curves, holds_over_flights
 
 from mgeo.plugins.view import view_of
 
@@ -53,7 +53,7 @@ def test_over_which_flights_the_limit_holds(flight, gyro, holds):
     assert holds_over_flights(scenario) == holds
     problem = AttitudeManeuverProblem(scenario)
     assert bool(view_of(problem).impossible()) == holds
-    curve = under(problem, np.array([800.0, 4000.0]))
+    curve = bound_curves(problem, np.array([800.0, 4000.0]))
     assert bool(len(curve)) == holds
     if holds:
         times, trace, sigma = curve.T
@@ -65,7 +65,7 @@ def test_over_which_flights_the_limit_holds(flight, gyro, holds):
 def test_no_flight_is_below_the_limit_that_is_shown_under_its_front():
     scenario = dataclasses.replace(asking(mag__bias_nt=1e4), flight=FlightErrors(count=8))
     problem = AttitudeManeuverProblem(scenario)
-    times, trace, _ = under(problem, np.array([304.0, 11984.0])).T
+    times, trace, _ = bound_curves(problem, np.array([304.0, 11984.0])).T
     for flight in problem.flights:
         ran = evaluate(flight.model, flight.flown(DESIGN))
         assert ran.trace[0] > np.interp(ran.t_end[0], times, trace)

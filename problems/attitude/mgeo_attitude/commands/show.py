@@ -39,7 +39,7 @@ def print_plan(picked: Picked, output: Output) -> None:
 def render_table(table: PlanTable, plan: ManeuverPlan) -> Iterator[RenderableType | str]:
     """Yield a table of a plan with its texts for a terminal; nothing if it has no row."""
     section = table.section(plan)
-    if section.table is None or not len(section.table):
+    if section is None or section.table is None:
         return
     yield from titled(section.title, section.table.T if table.is_wide else section.table)
     if section.note:

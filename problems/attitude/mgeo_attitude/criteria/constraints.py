@@ -71,21 +71,17 @@ class Constraint:
 
 def constraints(scenario: Scenario) -> list[Constraint]:
     """Constraints that a scenario asks for, in a fixed order."""
-    found = []
-    wheels = scenario.wheels
+    limits, wheels = [], scenario.wheels
     if wheels is not None and wheels.max_momentum is not None:
         momentum = partial(_wheel_momentum, inertia=wheels.matrix(), allocation=wheels.shares())
         load = (lambda result: result.wheel_load[:, 0]) if wheels.budgeted else momentum
-        limit = Limit("wheel momentum", load, wheels.max_momentum, "N m s")
-        found.append(Constraint(limit.label, (limit,)))
+        limits.append(Limit("wheel momentum", load, wheels.max_momentum, "N m s"))
     if wheels is not None and wheels.max_torque is not None and wheels.budgeted:
-        limit = Limit(
-            "wheel torque", lambda result: result.wheel_load[:, 1], wheels.max_torque, "N m"
-        )
-        found.append(Constraint(limit.label, (limit,)))
-    if scenario.windows:  # the slew back after it is looked at in `view.margins`
-        limit = Limit(END, lambda result: result.t_end, scenario.deadline, "s")
-        found.append(Constraint(END, (limit,)))
+        torque = wheels.max_torque
+        limits.append(Limit("wheel torque", lambda result: result.wheel_load[:, 1], torque, "N m"))
+    if scenario.windows:  # the slew back after the window is checked in `view.margins`
+        limits.append(Limit(END, lambda result: result.t_end, scenario.deadline, "s"))
+    found = [Constraint(limit.label, (limit,)) for limit in limits]
     found += [_path_limit(i, limit) for i, limit in enumerate(scenario.path_limits)]
     if scenario.required_sigma:
         found.append(_required_sigma(scenario))

@@ -9,7 +9,6 @@ from typing import Literal, get_args
 
 import erfa
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.times import as_utc
@@ -92,12 +91,6 @@ def warnings(plan: ManeuverPlan) -> list[str]:
     """A line of ASCII for each constraint that the plan violates, for comments in files."""
     lines = (f"VIOLATED CONSTRAINT: {each}" for each in plan.violations())
     return [line.encode("ascii", "replace").decode() for line in lines]
-
-
-def matrices_of(q: Floats) -> Floats:
-    """Matrices, shape (k, 3, 3), that take inertial coordinates to those of the body."""
-    found: Floats = Rotation.from_quat(q).as_matrix()
-    return np.swapaxes(found, -1, -2)
 
 
 def gcrf_to_eme2000() -> Floats:

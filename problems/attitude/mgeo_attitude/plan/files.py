@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from mgeo.store.atomic import write_file
 from mgeo.validation.arguments import refuse_unknown
 from mgeo.validation.entries import entry
@@ -85,9 +87,19 @@ def to_csv(plan: ManeuverPlan) -> str:
     """
     table = plan.timeline()
     rows = [f"{i + 1}/{len(table)}" for i in range(len(table))]
+    return csv_text(plan, table.set_axis(rows, axis=0), index_label="row")
+
+
+def csv_text(plan: ManeuverPlan, table: pd.DataFrame, **options: Any) -> str:
+    """Return a table of a plan as CSV, after a comment for each violated constraint.
+
+    Parameters
+    ----------
+    options
+        Keyword arguments of `DataFrame.to_csv`.
+    """
     comments = "".join(f"# VIOLATED CONSTRAINT: {violation}\n" for violation in plan.violations())
-    text: str = table.set_axis(rows, axis=0).to_csv(index_label="row", lineterminator="\n")
-    return comments + text
+    return comments + str(table.to_csv(lineterminator="\n", **options))
 
 
 def to_json(plan: ManeuverPlan) -> str:

@@ -24,7 +24,7 @@ from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.settings.types import DEG
 from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
-from mgeo_attitude.view import at_best
+from mgeo_attitude.view import lower_bound
 from mgeo_attitude.view.describe import span
 from mgeo_attitude.view.maneuver_view import ManeuverView
 from mgeo_attitude.view.observability import alternatives, budget, covariance
@@ -264,14 +264,18 @@ class ManeuverPlan(Settings):
         )
 
     def at_best(self) -> pd.DataFrame:
-        """The worst axis of each 3-vector at `t_end` beside the limit then; see `at_best.beside`.
+        """Compare the worst axes at `t_end` with the lower bound.
+
+        See `lower_bound.compare_with_bound`.
 
         Raises
         ------
         NoLimit
             Where no limit is proved.
         """
-        return at_best.beside(self.problem.model, self.problem.limit_curves, self.history)
+        return lower_bound.compare_with_bound(
+            self.problem.model, self.problem.limit_curves, self.history
+        )
 
     def limit(self) -> list[str]:
         """How near the trace comes to what no maneuver can beat, or why that is not known."""
@@ -279,7 +283,7 @@ class ManeuverPlan(Settings):
             found = self.problem.limit_curves
         except NoLimit as reason:
             return [f"how good a plan can be at best is not known: {reason}"]
-        return list(at_best.told(found, self.t_end, self.trace))
+        return list(lower_bound.describe_bound(found, self.t_end, self.trace))
 
     def uncalibrated(self) -> list[str]:
         """Errors of which less than half was learned, in words with the share that is left.

@@ -10,10 +10,11 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from mgeo_attitude.environment.constants import DAY
 from mgeo_attitude.environment.times import instants, utc_texts
-from mgeo_attitude.plan.attitudes import attitudes, matrices_of, warnings
+from mgeo_attitude.plan.attitudes import attitudes, warnings
 from mgeo_attitude.plan.plan import ManeuverPlan
 
 #: Of a spacecraft that has none of NAIF's.
@@ -62,7 +63,7 @@ def ck_bytes(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID
             spice.dafac(handle, comments)
         for part in attitudes(plan, spacing):
             ticks = np.rint(_TICKS * part.times)
-            matrices = np.ascontiguousarray(matrices_of(part.q))
+            matrices = np.ascontiguousarray(Rotation.from_quat(part.q).inv().as_matrix())
             spice.ckw03(
                 handle,
                 ticks[0],

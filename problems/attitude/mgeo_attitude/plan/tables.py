@@ -20,10 +20,6 @@ from mgeo_attitude.view.satellite import facts, instruments
 _SECONDS = 19  # characters of a date and time to the second
 
 
-def _nothing(plan: ManeuverPlan) -> str:
-    return ""
-
-
 @dataclass(frozen=True)
 class PlanTable:
     """A table about a plan.
@@ -44,13 +40,15 @@ class PlanTable:
     title: str
     table: Callable[[ManeuverPlan], pd.DataFrame]
     columns: Callable[[pd.DataFrame], pd.DataFrame] = pd.DataFrame.copy
-    note: Callable[[ManeuverPlan], str] = _nothing
+    note: Callable[[ManeuverPlan], str] = lambda plan: ""
     text: Callable[[ManeuverPlan], list[str]] = lambda plan: []
     is_wide: bool = False
 
-    def section(self, plan: ManeuverPlan) -> Section:
-        """Return the table with its texts, for people."""
+    def section(self, plan: ManeuverPlan) -> Section | None:
+        """Return the table with its texts, for people; None if it has no row."""
         table = self.columns(self.table(plan))
+        if table.empty:
+            return None
         return Section(self.title, tuple(self.text(plan)), table, self.note(plan))
 
 
@@ -67,13 +65,9 @@ def review(plan: ManeuverPlan) -> Review:
         (
             Section("Satellite", table=pd.DataFrame({"": about.values()}, index=list(about))),
             Section("Gyro and sensors", table=instruments(scenario)),
-            *filter(_has_rows, (each.section(plan) for each in TABLES.values())),
+            *(section for each in TABLES.values() if (section := each.section(plan))),
         ),
     )
-
-
-def _has_rows(section: Section) -> bool:
-    return section.table is not None and len(section.table) > 0
 
 
 def _lower_bound(plan: ManeuverPlan) -> pd.DataFrame:
@@ -81,10 +75,6 @@ def _lower_bound(plan: ManeuverPlan) -> pd.DataFrame:
         return plan.at_best()
     except NoLimit:
         return pd.DataFrame()
-
-
-def _state_in_words(table: pd.DataFrame) -> pd.DataFrame:
-    return table.assign(kept=table["kept"].map({True: "kept", False: "violated"}))
 
 
 def _command_columns(table: pd.DataFrame) -> pd.DataFrame:
@@ -100,10 +90,6 @@ def _worst_axis_columns(table: pd.DataFrame) -> pd.DataFrame:
     """The largest 1-sigma of the three axes of each error."""
     errors = table.iloc[:, 3:].T.groupby(lambda name: re.sub(" [xyz] ", " ", name), sort=False)
     return table.iloc[:, :3].join(errors.max().T)
-
-
-def _direction_columns(table: pd.DataFrame) -> pd.DataFrame:
-    return table.iloc[:, 1::-1]
 
 
 def _constraints_note(plan: ManeuverPlan) -> str:
@@ -122,20 +108,23 @@ def _objectives_note(plan: ManeuverPlan) -> str:
     return f"{text}; a t_end of {longest:.6g} s is that of samples that do not converge"
 
 
-def _accuracy_note(plan: ManeuverPlan) -> str:
-    return "of Monte Carlo samples" if plan.scenario.turned_by_coils else ""
-
-
 #: The tables of a plan by their keys in JSON, in the order in which they are printed.
 TABLES = {
     "constraints": PlanTable(
-        "Constraints", ManeuverPlan.constraints, _state_in_words, note=_constraints_note
+        "Constraints",
+        ManeuverPlan.constraints,
+        lambda table: table.assign(kept=np.where(table["kept"], "kept", "violated")),
+        _constraints_note,
     ),
     "promises": PlanTable(
         "Objectives, and over Monte Carlo samples", ManeuverPlan.promises, note=_objectives_note
     ),
     "timeline": PlanTable("Timeline", ManeuverPlan.timeline, _command_columns, is_wide=True),
-    "accuracy": PlanTable("Predicted 1-sigma", ManeuverPlan.accuracy, note=_accuracy_note),
+    "accuracy": PlanTable(
+        "Predicted 1-sigma",
+        ManeuverPlan.accuracy,
+        note=lambda plan: "of Monte Carlo samples" if plan.scenario.turned_by_coils else "",
+    ),
     "worst_axis": PlanTable("Worst axis, and what no maneuver can beat", _lower_bound),
     "budget": PlanTable(
         "Error budget, 1-sigma of the worst body axis",
@@ -162,7 +151,7 @@ TABLES = {
     "least_observable": PlanTable(
         "Least observable directions",
         lambda plan: plan.least_observable(5),
-        _direction_columns,
+        lambda table: table.iloc[:, 1::-1],
         note=lambda plan: "remaining: 1-sigma along it over the initial one; 1 is nothing learned",
     ),
     "comparison": PlanTable(

@@ -9,6 +9,7 @@ import pandas as pd
 
 from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.maneuvers.motion import HELD, RAMP, Phase
+from mgeo_attitude.plan.files import csv_text
 from mgeo_attitude.plan.plan import ManeuverPlan
 
 #: Of a rate [deg/s] after the point: half a unit about each axis is 0.9e-8 deg/s.
@@ -96,6 +97,4 @@ def to_uplink_csv(plan: ManeuverPlan) -> str:
     >>> to_uplink_csv(plan).splitlines()[1]
     '1,maneuver 1,2018-06-05T00:00:00.000000,0.0,400.0,0.5,0.3,-0.2'
     """
-    comments = "".join(f"# VIOLATED CONSTRAINT: {violation}\n" for violation in plan.violations())
-    text: str = commands(plan).to_csv(index=False, lineterminator="\n")
-    return comments + text
+    return csv_text(plan, commands(plan), index=False)

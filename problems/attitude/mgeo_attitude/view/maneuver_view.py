@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from mgeo_attitude.criteria.constraints import constraints
 from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER
 from mgeo_attitude.scenario.validity import implausible, validity
-from mgeo_attitude.view import at_best, describe, requirements
+from mgeo_attitude.view import describe, lower_bound, requirements
 from mgeo_attitude.view.plans import MOST_SAMPLES, Plans, looked_at, spread
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class ManeuverView(Plans):
         return [
             _objectives_kept(some, these),
             *margins.remarks(some, these),
-            *at_best.remarks(self, some, these),
+            *lower_bound.remarks(self, some, these),
             *self.notes(),
         ]
 
@@ -108,8 +108,8 @@ class ManeuverView(Plans):
         return review(ManeuverPlan.from_design(self.problem, self.X[0], self.F[0]))
 
     def impossible(self) -> list[str]:
-        """Return why no plan at all keeps the scenario's limits; see `at_best.impossible`."""
-        return at_best.impossible(self.problem)
+        """Return why no plan at all keeps the scenario's limits; see `lower_bound.impossible`."""
+        return lower_bound.impossible(self.problem)
 
     def facts(self) -> dict[str, str]:
         """Return orbit, light, margins at rest and validity; see `satellite.facts`."""
@@ -130,8 +130,7 @@ class ManeuverView(Plans):
         """
         if self.problem.objectives != PAPER:
             return {}
-        values = np.atleast_2d(np.asarray(F, dtype=float))
-        return describe.front_summary(self.problem.scenario, values)
+        return describe.front_summary(self.problem.scenario, np.atleast_2d(F))
 
 
 def _objectives_kept(plans: Plans, these: str) -> str:

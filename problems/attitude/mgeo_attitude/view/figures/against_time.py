@@ -17,7 +17,7 @@ from mgeo_attitude.criteria.objectives import PAPER, indicators
 from mgeo_attitude.maneuvers.schedule import flown
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.trajectory.trajectory import Trajectory
-from mgeo_attitude.view import at_best
+from mgeo_attitude.view import lower_bound
 from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.figures.front import front_figure
 from mgeo_attitude.view.figures.style import Solutions, line, panels_height
@@ -59,7 +59,7 @@ def figures(plans: Plans) -> dict[str, go.Figure]:
             known,
             longest=too_late,
             dead_end=bool((plans.excesses[solutions.numbers] > 0.0).any(axis=1).all()),
-            least=at_best.under(problem, own[:, 0]),
+            least=lower_bound.bound_curves(problem, own[:, 0]),
             bend=bend,
         )
     return front | {

@@ -37,12 +37,12 @@ class _Scale(NamedTuple):
 def front_figure(
     scenario: Scenario,
     solutions: Solutions,
-    kept: Floats | None = None,
+    kept: Floats,
     *,
-    longest: float = math.inf,
-    dead_end: bool = False,
-    least: Floats | None = None,
-    bend: int | None = None,
+    longest: float,
+    dead_end: bool,
+    least: Floats,
+    bend: int | None,
 ) -> go.Figure:
     """Draw what is known against t_end, with each plan in its hover text.
 
@@ -53,21 +53,19 @@ def front_figure(
 
     Parameters
     ----------
-    kept : array, shape (n, 3), optional
+    kept : array, shape (n, 3)
         t_end, trace and 1-sigma of the attitude [deg] that most Monte Carlo runs of the solutions
         keep, NaN where they are not known or fewer converge.
     longest
         t_end of a run that does not converge [s].
     dead_end
         Whether none of the solutions satisfies all constraints.
-    least : array, shape (m, 3), optional
+    least : array, shape (m, 3)
         Times [s], and lower bounds of trace and 1-sigma of the attitude [deg] then.
     bend
         Place of the knee among the solutions.
     """
     values = np.column_stack([solutions.F, solutions.sigma_deg])
-    kept = np.full((len(values), 3), np.nan) if kept is None else kept
-    least = np.empty((0, 3)) if least is None else least
     hover = np.array([_hover_text(solutions, i, scenario, kept[i]) for i in range(len(values))])
     span = _span(scenario, np.append(values[:, 0], kept[:, 0]))
     attitude = f"attitude 1-sigma, worst axis{exactly(scenario)} [deg]"

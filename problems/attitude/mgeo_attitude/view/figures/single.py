@@ -16,7 +16,7 @@ from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.figures.against_time import sample_steps
 from mgeo_attitude.view.figures.curves import OUTLINE, circle, corners, graticule, projected
 from mgeo_attitude.view.figures.motion import directions, motion
-from mgeo_attitude.view.figures.style import line, title
+from mgeo_attitude.view.figures.style import line, small_layout
 from mgeo_attitude.view.plans import Plans
 
 if TYPE_CHECKING:
@@ -27,8 +27,6 @@ Intervals = list[tuple[float, float]]
 
 #: Samples of each curve, and of each path on the body sphere.
 _SAMPLES, _DIRECTIONS = 48, 180
-#: Floats that the histories of one chunk of designs may take: 64 MB.
-_CHUNK_FLOATS = 2**23
 _SHADOW = "rgba(128,128,128,0.22)"
 
 
@@ -37,29 +35,25 @@ def drawings(plans: Plans) -> Iterator[dict[str, dict[str, Any]]]:
 
     Times in the Earth's shadow are shaded. A plan whose covariance broke down has no figures.
     """
-    problem, designs, t_ends = plans.problem, plans.X, plans.exactly.t_end
-    model = problem.model
+    problem = plans.problem
     shadow, inertial = _shadow(problem), directions(problem.environment)
-    size = max(1, _CHUNK_FLOATS // ((model.n_steps + 1) * model.suite.n_states))
-    for start in range(0, len(designs), size):
-        chunk = np.ascontiguousarray(designs[start : start + size])
-        result = problem.run(chunk, history=True)
-        for row, variances in enumerate(result.variances, start):
-            t_end = float(t_ends[row])
-            if not np.isfinite(t_end):
-                yield {}
-                continue
-            trajectory = plans.trajectory(row)
-            figures = {
-                "rates": _rates(problem, trajectory.flown),
-                "motion": motion(problem, trajectory, inertial, shadow),
-                "directions": _directions(problem, trajectory.attitude, t_end),
-                **_errors(problem, t_end, variances),
-            }
-            for name in figures.keys() - {"motion", "directions"}:
-                end = trajectory.flown.times[-1] if name == "rates" else t_end
-                _against_time(figures[name]["layout"], end, shadow)
-            yield figures
+    for row, t_end in enumerate(plans.exactly.t_end.tolist()):
+        if not np.isfinite(t_end):
+            yield {}
+            continue
+        trajectory = plans.trajectory(row)
+        (variances,) = problem.run(plans.X[[row]], history=True).variances
+        rates = _rates(problem, trajectory.flown)
+        errors = _errors(problem, t_end, variances)
+        _against_time(rates["layout"], trajectory.flown.times[-1], shadow)
+        for figure in errors.values():
+            _against_time(figure["layout"], t_end, shadow)
+        yield {
+            "rates": rates,
+            "motion": motion(problem, trajectory, inertial, shadow),
+            "directions": _directions(problem, trajectory.attitude, t_end),
+            **errors,
+        }
 
 
 def _against_time(layout: dict[str, Any], t_end: float, shadow: Intervals) -> None:
@@ -186,9 +180,7 @@ def _line(times: Floats, values: Floats, index: int) -> dict[str, Any]:
 
 def _layout(text: str, axis: dict[str, Any]) -> dict[str, Any]:
     return {
-        "title": title(text),
-        "height": 300,
-        "margin": {"l": 65, "r": 10, "t": 55, "b": 45},
+        **small_layout(text),
         "legend": {"orientation": "h", "x": 1, "xanchor": "right", "y": 1.02, "yanchor": "bottom"},
         "yaxis": axis,
     }

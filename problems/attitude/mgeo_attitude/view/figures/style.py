@@ -43,6 +43,12 @@ def title(text: str) -> dict[str, Any]:
     }
 
 
+def small_layout(text: str) -> dict[str, Any]:
+    """Title, size and margins of one of many small figures."""
+    margin = {"l": 65, "r": 10, "t": 55, "b": 45}
+    return {"title": title(text), "height": 300, "margin": margin}
+
+
 #: Up to this many solutions are all looked at closely.
 MOST_CHOSEN = 6
 

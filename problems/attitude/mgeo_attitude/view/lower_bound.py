@@ -1,4 +1,4 @@
-"""Plans beside what no maneuver can beat, in words: see `mgeo_attitude.bound`."""
+"""Plans compared with the lower bound of trace and 1-sigmas; see `mgeo_attitude.bound`."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
     from mgeo_attitude.filter.model import FilterModel
     from mgeo_attitude.problem import AttitudeManeuverProblem
 
-#: Rounding of a filter, which a limit does not have.
+#: Rounding of the filter, which the bound does not contain.
 _ROUNDING = 1e-9
 #: Points of a curve.
 _SHOWN = 400
 
 
-def known_limit(problem: AttitudeManeuverProblem) -> LimitCurves | None:
-    """The limit of a problem's plans flown exactly; None where none is proved."""
+def known_bound(problem: AttitudeManeuverProblem) -> LimitCurves | None:
+    """Return the lower bound of nominal plans, or None if there is none."""
     try:
         return problem.limit_curves
     except NoLimit:
@@ -39,10 +39,10 @@ def known_limit(problem: AttitudeManeuverProblem) -> LimitCurves | None:
 
 
 def holds_over_flights(scenario: Scenario) -> bool:
-    """Whether the limit of plans flown exactly is that of each flight, too.
+    """Return whether the lower bound of nominal plans holds in each Monte Carlo run, too.
 
-    The attitude at the start and errors of rates do not change it, but for errors of the gyro that
-    the rates make matter, and after a calibration.
+    Errors of the attitude at the start and of the rates do not change the bound, except with gyro
+    errors that the rates make observable, and after a calibration.
     """
     flight = scenario.flight
     if flight is None:
@@ -56,7 +56,7 @@ def impossible(problem: AttitudeManeuverProblem) -> list[str]:
     scenario, model = problem.scenario, problem.model
     if not scenario.required_sigma or not holds_over_flights(scenario):
         return []
-    found = known_limit(problem)
+    found = known_bound(problem)
     if found is None:
         return []
     required = RequiredSigma(scenario.required_sigma).of(model.suite.units)
@@ -102,14 +102,14 @@ def remarks(plans: Plans, some: Plans, these: str) -> list[str]:
     ]
 
 
-def under(problem: AttitudeManeuverProblem, t_end: Floats) -> Floats:
-    """The limit from a little before the first `t_end` to the last, shape (k, 3).
+def bound_curves(problem: AttitudeManeuverProblem, t_end: Floats) -> Floats:
+    """Return the lower bound from shortly before the first `t_end` to the last, shape (k, 3).
 
-    Times [s], trace, and 1-sigma of the attitude about the worst body axis [deg]; no rows where it
-    is not known. Of plans that are judged over flights it is that of every flight, whose times
-    differ: the least until then.
+    Columns: times [s], trace, and 1-sigma of the attitude about the worst body axis [deg]. No rows
+    without a bound. For plans evaluated over Monte Carlo runs, whose times differ, it is the least
+    value until each time.
     """
-    found = known_limit(problem) if holds_over_flights(problem.scenario) else None
+    found = known_bound(problem) if holds_over_flights(problem.scenario) else None
     if found is None:
         return np.empty((0, 3))
     ends = [0.8 * np.nanmin(t_end), np.nanmax(t_end)]
@@ -121,8 +121,10 @@ def under(problem: AttitudeManeuverProblem, t_end: Floats) -> Floats:
     return np.column_stack([found.times, curves])[shown]
 
 
-def beside(model: FilterModel, found: LimitCurves, history: FilterHistory) -> pd.DataFrame:
-    """The worst axis of each 3-vector of the state at a plan's end, beside the limit then.
+def compare_with_bound(
+    model: FilterModel, found: LimitCurves, history: FilterHistory
+) -> pd.DataFrame:
+    """Compare the worst axis of each 3-vector of the state with the lower bound at a plan's end.
 
     Columns ``unit``, ``predicted``, ``at best`` and ``predicted / at best [-]``.
     """
@@ -144,8 +146,8 @@ def beside(model: FilterModel, found: LimitCurves, history: FilterHistory) -> pd
     )
 
 
-def told(found: LimitCurves, t_end: float, trace: float) -> Iterator[str]:
-    """A plan's trace beside the limit, and what the limit gives away, in lines."""
+def describe_bound(found: LimitCurves, t_end: float, trace: float) -> Iterator[str]:
+    """Yield lines on a plan's trace relative to the lower bound, and on the bound's relaxation."""
     (least,) = found.at(np.array([t_end]))
     yield (
         f"the trace is {trace / least:.2f} times the limit: no maneuver can have less than "
@@ -156,6 +158,6 @@ def told(found: LimitCurves, t_end: float, trace: float) -> Iterator[str]:
 
 
 def _outward(value: float) -> str:
-    """Three digits, not rounded down."""
+    """Return a number with three digits, rounded up."""
     unit = 10.0 ** (math.floor(math.log10(value)) - 2)
     return f"{math.ceil(value / unit * (1.0 - 1e-12)) * unit:.3g}"
