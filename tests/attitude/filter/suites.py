@@ -1,5 +1,7 @@
 """Sensor suites that the filter's tests run over."""
 
+import dataclasses
+
 import pytest
 from mgeo_attitude import (
     Gyro,
@@ -7,6 +9,7 @@ from mgeo_attitude import (
     Influence,
     Magnetometer,
     Photodiode,
+    Scenario,
     StarTracker,
     Suite,
     SunSensor,
@@ -21,6 +24,10 @@ CHANNELS = (
     Channel(name="current", times=(0.0, 300.0, 900.0), values=(0.0, 0.5, -0.2)),
 )
 
+FULL = Scenario.cubesat_6u_full()
+#: Sensors that measure in every step, for filters of any step.
+FULL_SENSORS = tuple(dataclasses.replace(each, sample_interval=None) for each in FULL.sensors)
+
 SUITES = {
     "paper": Suite(Gyro(), (SunSensor(), Magnetometer())),
     "noise by axis": Suite(
@@ -30,6 +37,21 @@ SUITES = {
             bias_decay=1e-3,
         ),
         (SunSensor(noise_deg=(0.5, 1.0, 4.0)), Magnetometer(noise_nt=(100.0, 500.0, 2000.0))),
+    ),
+    "two Sun sensors": Suite(
+        Gyro(),
+        (
+            SunSensor(name="sun_x", boresight=(1.0, 0.0, 0.0), half_angle_deg=60.0),
+            SunSensor(name="sun_z", boresight=(0.0, 1.0, -2.0), half_angle_deg=100.0),
+            Magnetometer(),
+        ),
+    ),
+    "soft iron": Suite(
+        Gyro(initial_nonorthogonality_deg=0.1),
+        (
+            SunSensor(),
+            Magnetometer(initial_scale_factor=0.02, initial_nonorthogonality_deg=0.5),
+        ),
     ),
     "star tracker": Suite(Gyro(), (StarTracker(), Magnetometer())),
     "oblique star tracker": Suite(
@@ -153,6 +175,7 @@ SUITES = {
         ),
         World(orbit_error_m=(1000.0, 1000.0, 1000.0)),
     ),
+    "cubesat_6u_full": Suite(FULL.gyro, FULL_SENSORS, FULL.world),
     "every constant": Suite(
         Gyro(
             initial_scale_factor=1e-3,
