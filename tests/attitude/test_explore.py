@@ -1,6 +1,5 @@
 """Exploration of plans: fast predictions, and saved plans."""
 
-import dataclasses
 import json
 
 import numpy as np
@@ -51,18 +50,6 @@ def test_a_saved_plan_is_the_plans_file(problem):
     again, _, design = solution_of(document)
     np.testing.assert_array_equal(design, x)
     assert again.scenario == problem.scenario
-
-
-@pytest.mark.slow
-def test_a_plan_of_a_free_start_begins_at_its_own():
-    scenario = Scenario.paper()
-    maneuvers = dataclasses.replace(scenario.maneuvers, latest_start=600.0)
-    free = AttitudeManeuverProblem(dataclasses.replace(scenario, maneuvers=maneuvers), threads=1)
-    x = np.random.default_rng(3).uniform(free.xl, free.xu)
-    plan = from_json(to_json(solution_document(free, "attitude", x)).decode())
-    assert plan.scenario.maneuvers.latest_start is None
-    assert plan.design == tuple(x[:-1].tolist())
-    assert plan.scenario.epoch >= scenario.epoch
 
 
 @pytest.mark.slow

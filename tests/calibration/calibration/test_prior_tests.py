@@ -68,5 +68,5 @@ def test_what_is_not_supported_is_no_start_unless_one_says_so():
         found.scenario_after({"duration": 700.0})
     after = found.scenario_after({"duration": 700.0, "accept_unsupported": True})
     assert after.prior is not None
-    with pytest.raises(TypeError, match="accept_unsupported = 1: expected true or false"):
+    with pytest.raises(ValueError, match="accept_unsupported = 1: expected true or false"):
         found.scenario_after({"accept_unsupported": 1})
