@@ -51,6 +51,17 @@ def read_text(path: str | os.PathLike[str], most: int = MOST_BYTES) -> str:
         return content.decode("utf-8-sig")
 
 
+def exact_floats() -> dict[str, Any]:
+    """Return the option of `pandas.read_csv` that reads numbers exactly.
+
+    It is the default since pandas 3.1, which deprecates the option.
+    """
+    import pandas as pd
+
+    major, minor = map(int, pd.__version__.split(".")[:2])
+    return {} if (major, minor) >= (3, 1) else {"float_precision": "round_trip"}
+
+
 def read_json(path: Path | str) -> Any:
     """Return the data of a JSON file.
 
@@ -134,7 +145,7 @@ def read_numbers(path: Path) -> pd.DataFrame:
 
     text = read_text(path)
     with errors_of(path):
-        table = pd.read_csv(io.StringIO(text), float_precision="round_trip", keep_default_na=False)
+        table = pd.read_csv(io.StringIO(text), keep_default_na=False, **exact_floats())
         if not isinstance(table.index, pd.RangeIndex):
             raise ValueError(f"rows are longer than the header {list(table.columns)!r:.200}")
         values: pd.DataFrame = table.apply(pd.to_numeric, errors="coerce").astype(float)

@@ -16,6 +16,7 @@ import pandas as pd
 from mgeo.plugins import protocol
 from mgeo.plugins.problems import load_problem
 from mgeo.store.atomic import to_json, write_file
+from mgeo.store.reading import exact_floats
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.indicators import OBJECTIVE_SPACE, POINTS, IndicatorSpace, applicable
 from mgeo.studies.plan import PLAN
@@ -220,7 +221,7 @@ def _read_table(path: Path, columns: Collection[str]) -> pd.DataFrame:
     try:
         table = pd.read_csv(
             path,
-            float_precision="round_trip",
+            **exact_floats(),
             dtype=_TYPES,
             keep_default_na=False,
             na_values=["nan"],

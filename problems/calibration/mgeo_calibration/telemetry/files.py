@@ -7,14 +7,13 @@ import io
 import re
 import zlib
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
+from mgeo.store.reading import exact_floats
+
 _SEPARATORS = ";\t,"  # the first one that the header contains
 _NUMBER = re.compile(r"\s*[-+.,]?\d")
-#: From version 3.1 on pandas reads every number exactly, and warns about this option.
-_EXACT: dict[str, Any] = {} if pd.__version__ >= "3.1" else {"float_precision": "round_trip"}
 
 
 def read_table(path: Path) -> pd.DataFrame:
@@ -75,6 +74,6 @@ def parse_table(text: str) -> pd.DataFrame:
         skipinitialspace=True,
         index_col=False,
         low_memory=False,
-        **_EXACT,
+        **exact_floats(),
     )
     return frame.set_axis(pd.Index(names), axis=1)
