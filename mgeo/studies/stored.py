@@ -219,7 +219,7 @@ _TYPES: dict[str, Any] = dict.fromkeys(_TEXTS, str)
 def _read_table(path: Path, columns: Collection[str]) -> pd.DataFrame:
     """Read a table of runs; floats exactly."""
     try:
-        table = pd.read_csv(
+        table: pd.DataFrame = pd.read_csv(
             path,
             **exact_floats(),
             dtype=_TYPES,
