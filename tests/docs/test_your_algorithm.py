@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from joblib.externals.loky import get_reusable_executor
 from pymoo.problems.multi import ZDT1
 
 from mgeo.runs.algorithms import build_algorithm
@@ -26,6 +27,8 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "cauchy.py").write_text(code, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [path for path in sys.path if path not in ("", ".")])
+    # Worker processes of an earlier test do not know this folder.
+    get_reusable_executor().shutdown(wait=True)
     yield tmp_path
     sys.modules.pop("cauchy", None)
 

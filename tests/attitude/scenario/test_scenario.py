@@ -56,7 +56,7 @@ def test_times_are_multiples_of_the_step() -> None:
         ),
         (
             {"sensors": ({"kind": "sun-sensor", "name": "a.b"},)},
-            "sensors[0].name = 'a.b': expected a string that matches ^[A-Za-z0-9_-]+$",
+            "sensors[0].name = 'a.b': expected a string that matches ^[A-Z_a-z0-9-]+$",
         ),
         (
             {"trace_weights": {"attitude": -1.0}},

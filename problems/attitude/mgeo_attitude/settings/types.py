@@ -108,7 +108,7 @@ def _check_line(text: str) -> str:
 T = TypeVar("T")
 
 #: A name that stands in keys and columns.
-Identifier = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")]
+Identifier = Annotated[str, Field(pattern=r"^[A-Z_a-z0-9-]+$")]
 #: A name that people read.
 Line = Annotated[str, AfterValidator(_check_line)]
 Seconds = Annotated[float, Unit("s")]
