@@ -177,11 +177,6 @@ class MGEOStaged(MGEODirected):
         self._asked = None
 
 
-def has_stages(problem: Problem) -> bool:
-    """Whether a problem can be judged roughly, too."""
-    return hasattr(problem, "at_stage") and problem.at_stage(0) is not problem
-
-
 def is_rough(algorithm: Algorithm | None) -> bool:
     """Whether what an algorithm evaluates now are estimates, and not the values of its result."""
     return isinstance(algorithm, MGEOStaged) and not algorithm.is_precise

@@ -137,13 +137,5 @@ def did_you_mean(value: Any, known: Collection[str]) -> str:
     return f"; did you mean {' or '.join(map(repr, close))}?" if close else ""
 
 
-def decimal_point(*texts: str) -> str:
-    """The end of a message on texts one of which is a number with a decimal comma, as 0,5."""
-    for text in texts:
-        if re.fullmatch(r"[-+]?\d+,\d+(e[-+]?\d+)?", text.strip()):
-            return f"; the decimal separator is a point: {text.strip().replace(',', '.')}"
-    return ""
-
-
 def _words(name: Any) -> str:
     return " ".join(re.findall(r"[^\W_]+", str(name)))
