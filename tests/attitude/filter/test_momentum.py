@@ -321,3 +321,48 @@ def test_without_a_budget_four_wheels_take_their_share():
         ends = plan.end_rates[0][plan.flown()[0]]
         expected = np.abs(ends @ given.wheels.matrix() @ W.T).max()
         assert found == pytest.approx(expected / 4e-3 - 1.0, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_gravity_gradient_of_a_pitched_satellite():
+    """3 μ / (2 r³) (Jx - Jz) sin 2θ about y, nadir off z by θ in the x-z plane (Wie, 6.10)."""
+    r = 6.9e6
+    for pitch in np.radians([0.0, 10.0, 45.0, 90.0, 130.0]):
+        position = -r * np.array([-np.sin(pitch), 0.0, np.cos(pitch)])
+        expected = 1.5 * EARTH_MU / r**3 * (0.05 - 0.13) * -np.sin(2.0 * pitch)
+        found = torque(np.diag(INERTIA), position)
+        assert found[1] == pytest.approx(-expected, rel=1e-12, abs=1e-20)
+        assert found[[0, 2]].tolist() == [0.0, 0.0]
+
+
+def test_a_spin_about_the_momentum_moves_nothing():
+    """H along x, turning about x: h = H - J ω all the time, and no gyroscopic torque."""
+    model = momentum_along_x()
+    x = np.array([[0.5, 0.0, 0.0, 200.0, -0.5, 0.0, 0.0, 200.0, 0.0, 0.0, 0.0, 10.0]])
+    found = evaluate(model, x).wheel_load[0]
+    assert found[0] == pytest.approx(2e-3 + 0.13 * np.radians(0.5), rel=1e-12)
+    assert found[1] == pytest.approx(0.0, abs=1e-18)
+
+
+def test_a_spin_that_goes_on_leaves_the_wheels_as_they_are():
+    """A body that turns about a principal axis keeps its momentum without a torque; slowed down,
+    its wheels take what it had: J ω about z, at once or along a ramp, wherever it starts from."""
+    quiet = {
+        "residual_dipole": (0.0,) * 3,
+        "gravity_gradient": False,
+        "products_of_inertia": (0.0,) * 3,
+        "axes": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+        "initial_momentum": (0.0, 0.0, 1e-4),
+        "max_torque": None,
+        "ramp_share": 1.0,
+    }
+    initial = InitialConditions(pointing="sun", rate_deg_s=(0.0, 0.0, 0.5))
+    model = FilterModel.from_scenario(scenario(None, initial, **quiet))
+    spin = 0.05 * np.radians(0.5)
+    going, stopped = ([0.0, 0.0, rate, 900.0] for rate in (0.5, 0.0))
+    found = evaluate(model, [going * 3, stopped * 3]).wheel_load
+    np.testing.assert_allclose(found[:, 0], [1e-4, 1e-4 + spin], rtol=1e-12)
+    np.testing.assert_allclose(found[:, 1], 0.0, atol=1e-18)
+    ramped = scenario(ManeuverLimits(max_acceleration_deg_s2=0.02), initial, **quiet)
+    found = evaluate(FilterModel.from_scenario(ramped), [stopped * 3]).wheel_load[0]
+    np.testing.assert_allclose(found, [1e-4 + spin, 0.05 * np.radians(0.02)], rtol=1e-9)

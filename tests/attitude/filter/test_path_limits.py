@@ -347,3 +347,16 @@ def test_the_margin_holds_between_filter_steps():
         angle, sigma = densely(problem, limit, flown_densely(problem, x))
         worst = (angle - 3.0 * sigma).min()
         assert found == pytest.approx(worst, abs=np.radians(0.05))
+
+
+@pytest.mark.slow
+def test_a_cone_at_rest_by_hand():
+    """Nothing turns: the margin is largest at the start, but for a step's drift of the gyro."""
+    day = dataclasses.replace(CAMERA, half_angle_deg=30.0)
+    problem = AttitudeManeuverProblem(
+        scenario(day, eclipse=False, initial=InitialConditions(attitude_deg=8.0))
+    )
+    sun, axis = problem.environment.sun[0], np.array([0.0, 0.2, -1.0]) / np.hypot(0.2, 1.0)
+    at_start = np.arccos(sun @ axis) - 3.0 * np.radians(8.0)
+    found = evaluate(problem.model, np.zeros((1, 12))).path_angle[0, 0]
+    assert found == pytest.approx(at_start, abs=1e-6)
