@@ -10,8 +10,8 @@ from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.output import Output
 from mgeo.cli.progress import run_title
 from mgeo.figures.front import MOST_OBJECTIVES
-from mgeo.plugins.protocol import ask, problem_size
-from mgeo.plugins.view import View, is_own, view_of
+from mgeo.plugins.protocol import ask, is_own, problem_size
+from mgeo.plugins.view import View, view_of
 from mgeo.runs.prepare import PreparedRun
 from mgeo.store.run_folder import (
     ARRAYS_FILE,

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.figures.front import MOST_TEXTS
 from mgeo.figures.motion import motion_of
-from mgeo.plugins.protocol import column_names
-from mgeo.plugins.shown import Review, ask
+from mgeo.plugins.protocol import ask, column_names
+from mgeo.plugins.shown import Review
 from mgeo.plugins.view import View, view_of
 from mgeo.report.shown_run import read_shown_run
 from mgeo.report.solutions import planned_rows

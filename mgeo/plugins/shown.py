@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mgeo.plugins.protocol import ask as ask
-
 if TYPE_CHECKING:
     import pandas as pd
 

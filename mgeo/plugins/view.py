@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from mgeo._typing import FloatArray
 from mgeo.evaluation.individuals import as_numbers
-from mgeo.plugins.protocol import ProblemMixin, ask, column_names, constraint_names
-from mgeo.plugins.protocol import is_own as is_own
+from mgeo.plugins.protocol import ProblemMixin, ask, column_names, constraint_names, is_own
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -22,8 +22,9 @@ from pymoo.core.problem import Problem
 
 from mgeo.figures.page import render
 from mgeo.plugins import protocol
-from mgeo.plugins.shown import ask, cells, kinds_of
-from mgeo.plugins.view import View, is_own
+from mgeo.plugins.protocol import ask, is_own
+from mgeo.plugins.shown import cells, kinds_of
+from mgeo.plugins.view import View
 from mgeo.report.history import recorded_history
 from mgeo.report.shown_run import read_shown_run
 from mgeo.report.solutions import Json, figure_json, script_json, solutions_json

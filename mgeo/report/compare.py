@@ -16,8 +16,8 @@ import plotly.graph_objects as go
 from mgeo.figures.front import axis
 from mgeo.figures.page import drawing, render
 from mgeo.figures.style import COLORS, SYMBOLS, finished, literal
-from mgeo.plugins.protocol import column_names
-from mgeo.plugins.shown import Review, Section, ask, cells, kinds_of
+from mgeo.plugins.protocol import ask, column_names
+from mgeo.plugins.shown import Review, Section, cells, kinds_of
 from mgeo.plugins.view import View, view_of
 from mgeo.report.shown_run import read_shown_run
 from mgeo.store.reading import read_json

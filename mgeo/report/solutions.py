@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.figures.front import MOST_TEXTS
-from mgeo.plugins.protocol import column_names
-from mgeo.plugins.shown import ask
-from mgeo.plugins.view import View, is_own
+from mgeo.plugins.protocol import ask, column_names, is_own
+from mgeo.plugins.view import View
 from mgeo.report.shown_run import ShownRun
 from mgeo.runs.answer import RepresentativeSolution, limits
 

@@ -12,7 +12,7 @@ import plotly.graph_objects as go
 
 from mgeo.figures.motion import motion_of
 from mgeo.figures.style import CLICK, HOVER, for_paper
-from mgeo.plugins.shown import ask
+from mgeo.plugins.protocol import ask
 from mgeo.plugins.view import View
 from mgeo.report.history import recorded_history
 from mgeo.report.shown_run import read_shown_run

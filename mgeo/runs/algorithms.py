@@ -11,9 +11,7 @@ from mgeo.algorithms import constructors
 from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
 from mgeo.plugins import discovery
 from mgeo.plugins.discovery import load_algorithm
-from mgeo.runs.registry import ALGORITHMS as ALGORITHMS
-from mgeo.runs.registry import DEFAULT as DEFAULT
-from mgeo.runs.registry import ROBUST as ROBUST
+from mgeo.runs.registry import ALGORITHMS, DEFAULT, ROBUST
 from mgeo.validation.arguments import did_you_mean, validate_integer
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo.plugins.protocol import ask, indicator_space
-from mgeo.plugins.view import View, is_own
+from mgeo.plugins.protocol import ask, indicator_space, is_own
+from mgeo.plugins.view import View
 from mgeo.runs.hypervolume import scaled
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from mgeo._typing import FloatArray
 from mgeo.algorithms.archive import truncate
 from mgeo.evaluation.dominance import nondominated
 from mgeo.plugins import protocol
-from mgeo.plugins.shown import ask
+from mgeo.plugins.protocol import ask
 from mgeo.plugins.view import View, view_of
 from mgeo.runs.hypervolume import MAX_OBJECTIVES, scaled
 from mgeo.validation.arguments import validate_list, validate_number

@@ -8,7 +8,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import ConfigDict, Field, PlainValidator
 from pydantic_core import PydanticCustomError
 
-from mgeo.runs.algorithms import ALGORITHMS
+from mgeo.runs.registry import ALGORITHMS
 from mgeo.studies.execute import GRID_POINTS, MOST, seed_numbers
 from mgeo.validation.arguments import validate_integer
 from mgeo.validation.tables import Table

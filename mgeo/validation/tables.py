@@ -9,9 +9,6 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from mgeo.validation.arguments import did_you_mean
-from mgeo.validation.entries import FileError as FileError
-from mgeo.validation.entries import entry as entry
-from mgeo.validation.entries import errors_of as errors_of
 
 _EXPECTED = {  # by pydantic's type of an error
     "string_type": "a string",

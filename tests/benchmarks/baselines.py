@@ -14,8 +14,8 @@ from mgeo_attitude import AttitudeManeuverProblem, evaluate
 from mgeo_attitude.plan import Front
 from mgeo_attitude.view.observability.alternatives import baselines
 
-from mgeo.runs.algorithms import DEFAULT
 from mgeo.runs.prepare import prepare
+from mgeo.runs.registry import DEFAULT
 
 from ..three import three
 from .pages import DOCS, markdown, write_table

@@ -5,7 +5,8 @@ import re
 
 import pytest
 
-from mgeo.runs.algorithms import ALGORITHMS, complete_parameters
+from mgeo.runs.algorithms import complete_parameters
+from mgeo.runs.registry import ALGORITHMS
 
 
 @pytest.fixture

@@ -3,8 +3,9 @@ import json
 import numpy as np
 import pytest
 
-from mgeo.runs.algorithms import DEFAULT, complete_parameters
+from mgeo.runs.algorithms import complete_parameters
 from mgeo.runs.prepare import PreparedRun, prepare
+from mgeo.runs.registry import DEFAULT
 from mgeo.store.run import RunConfiguration
 from mgeo.validation.tables import checked
 
