@@ -15,13 +15,13 @@ from pymoo.problems.dyn import DynamicProblem
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.coding import BitCode, RealCode
-from mgeo.algorithms.constructors import call, parameters, values
 from mgeo.algorithms.run_state import ArchiveOutput, RunState
 from mgeo.algorithms.starting import SuggestedSampling, given_starts
 from mgeo.algorithms.variables import Variables
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import individuals, values_of
 from mgeo.validation.arguments import refuse_unknown, validate_integer
+from mgeo.validation.constructors import call, parameters, values
 
 EXECUTIONS = 5000  # generations of all walkers together, unless a termination is given
 MOST_WALKERS = 100_000  # each has its own random stream, of some kilobytes

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
-from mgeo.algorithms import constructors
 from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
 from mgeo.plugins import discovery
 from mgeo.plugins.discovery import load_algorithm
 from mgeo.runs.registry import ALGORITHMS, DEFAULT, ROBUST
+from mgeo.validation import constructors
 from mgeo.validation.arguments import did_you_mean, validate_integer
 
 if TYPE_CHECKING:
