@@ -1,27 +1,32 @@
-"""Where walkers start: at points that the user gives, or at designs that the problem suggests."""
+"""Starting points of a run, and what its first generation evaluates."""
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pymoo.core.algorithm import Algorithm
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 from pymoo.core.sampling import Sampling
 from pymoo.operators.sampling.rnd import FloatRandomSampling
+from pymoo.termination.max_eval import MaximumFunctionCallTermination
 
-from mgeo._typing import FloatArray
+from mgeo._typing import BoolArray, FloatArray
 from mgeo.algorithms.variables import Variables, designs_of
+from mgeo.evaluation.individuals import succeeded
 from mgeo.validation.arguments import validate_integer
+
+_EXCESS = 0.1  # share of the budget by which the first generation may exceed it
 
 
 class SuggestedSampling(Sampling):
     """The first designs of a run are those that the problem suggests, all others are drawn.
 
     The problem has a method ``starts(n, random_state)`` that gives n designs as numbers, shape (n,
-    n_var). Algorithms of mgeo, whose other walkers begin at random, evaluate them in their first
-    generation, in addition to its candidates.
+    n_var). Walkers of the MGEO family beyond the first n start at random.
 
     Parameters
     ----------
@@ -71,6 +76,25 @@ class SuggestedSampling(Sampling):
         return np.concatenate([first, np.asarray(drawn.get("X"), dtype=first.dtype)])
 
 
+def are_evaluated(given: Population, problem: Problem) -> BoolArray:
+    """Return which individuals have the values of a problem, (n,).
+
+    Raises
+    ------
+    ValueError : if values have other shapes than the problem's.
+    """
+    widths = {"F": problem.n_obj, "G": problem.n_ieq_constr, "H": problem.n_eq_constr}
+    mask = np.array([widths.keys() <= each.evaluated for each in given]) & succeeded(given)
+    for row in np.flatnonzero(mask):
+        for name, width in widths.items():
+            if np.shape(values := getattr(given[row], name)) != (width,):
+                raise ValueError(
+                    f"sampling[{row}].{name} of shape {np.shape(values)}: expected ({width},), "
+                    f"individuals evaluated by {type(problem).__name__}"
+                )
+    return mask
+
+
 def given_starts(
     sampling: Sampling | ArrayLike,
     problem: Problem,
@@ -107,3 +131,33 @@ def given_starts(
             f"[{variables.xl[variable]}, {variables.xu[variable]}]"
         )
     return starts
+
+
+def evaluations_allowed(algorithm: Algorithm, n_starts: int, n: int) -> int:
+    """Return how many points of the first generation fit into the budget of evaluations.
+
+    Parameters
+    ----------
+    algorithm : the algorithm, set up.
+    n_starts : number of starting points, which are evaluated in any case.
+    n : number of starting points and candidates.
+
+    Warns
+    -----
+    RuntimeWarning : if the generation exceeds the budget by more than a tenth and is therefore cut.
+    """
+    termination = algorithm.termination
+    if not isinstance(termination, MaximumFunctionCallTermination):
+        return n
+    budget: int = termination.n_max_evals - algorithm.evaluator.n_eval
+    if n <= (1.0 + _EXCESS) * budget:
+        return n
+    allowed = max(budget, n_starts)
+    warnings.warn(
+        f"the first generation of {type(algorithm).__name__} takes {n:,} evaluations, which exceeds"
+        f" the budget of {budget:,}: only the first {allowed:,} points are evaluated. Reduce the "
+        "number of candidates, for instance by n_walkers, or increase the budget",
+        RuntimeWarning,
+        stacklevel=2,
+    )
+    return allowed

@@ -13,7 +13,6 @@ import numpy as np
 from pymoo.core.algorithm import Algorithm, LoopwiseAlgorithm
 from pymoo.core.problem import Problem
 
-from mgeo.algorithms.starting import SuggestedSampling
 from mgeo.algorithms.state import end_at
 from mgeo.plugins import protocol
 from mgeo.plugins.problems import is_own_class, load_problem
@@ -255,8 +254,6 @@ def resume_run(
     budget = configuration.evaluations
     run = resume(path, loaded, ("n_eval", budget), algorithm=same, check=check)
     run.evaluator.warn = False  # the outcome has the failures
-    if configuration.starts:
-        run.sampling = SuggestedSampling(configuration.starts)
     if evaluations is not None:
         budget = evaluations
     elif generations is not None:

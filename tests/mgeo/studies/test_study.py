@@ -120,7 +120,7 @@ def test_a_study_of_two_problems(tmp_path):
         (
             '"pymoo:dtlz2"]',
             '"pymoo:dtlz2"]\noptions = { x = inf }',
-            "unknown option 'x' of problem 'pymoo:dtlz2'",
+            "unknown option 'x' of problem 'pymoo:zdt1'",
         ),
     ],
 )
