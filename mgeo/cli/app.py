@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+import warnings
 from collections.abc import Iterable, Mapping
 from importlib import metadata
 from typing import Annotated, Any
@@ -12,7 +13,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from mgeo.cli import explore, installed, report, solve, study
-from mgeo.cli.errors import ExitCode, one_line_errors, raise_on_sigterm
+from mgeo.cli.errors import ExitCode, one_line_errors, print_warning, raise_on_sigterm
 from mgeo.plugins.discovery import (
     ALGORITHMS,
     COMMANDS,
@@ -148,6 +149,7 @@ def main() -> None:
     # seed would give another front where there are more processors, and a study with other --jobs
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     raise_on_sigterm()
+    warnings.showwarning = print_warning
     app()
 
 
