@@ -5,39 +5,28 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mgeo.algorithms.archive import ParetoArchive
-    from mgeo.algorithms.binary import MGEOCanonical, MGEOVar
-    from mgeo.algorithms.directed import MGEODirected
-    from mgeo.algorithms.real import MGEOReal, MGEOReal2
-    from mgeo.algorithms.staged import MGEOStaged
-    from mgeo.algorithms.starting import SuggestedSampling
-    from mgeo.evaluation.evaluator import EvaluationError, TolerantEvaluator
-    from mgeo.plugins.protocol import ProblemMixin
-    from mgeo.plugins.view import View, view_of
-    from mgeo.store.checkpoint import Checkpoint, resume
-    from mgeo.store.recorder import Recorder, read_record
-    from mgeo.studies.execute import compare
-
-__all__ = [
-    "Checkpoint",
-    "EvaluationError",
-    "MGEOCanonical",
-    "MGEODirected",
-    "MGEOReal",
-    "MGEOReal2",
-    "MGEOStaged",
-    "MGEOVar",
-    "ParetoArchive",
-    "ProblemMixin",
-    "Recorder",
-    "SuggestedSampling",
-    "TolerantEvaluator",
-    "View",
-    "compare",
-    "read_record",
-    "resume",
-    "view_of",
-]
+    from mgeo.algorithms.archive import ParetoArchive as ParetoArchive
+    from mgeo.algorithms.binary import MGEOCanonical as MGEOCanonical
+    from mgeo.algorithms.binary import MGEOVar as MGEOVar
+    from mgeo.algorithms.directed import MGEODirected as MGEODirected
+    from mgeo.algorithms.real import MGEOReal as MGEOReal
+    from mgeo.algorithms.real import MGEOReal2 as MGEOReal2
+    from mgeo.algorithms.staged import MGEOStaged as MGEOStaged
+    from mgeo.algorithms.starting import SuggestedSampling as SuggestedSampling
+    from mgeo.evaluation.evaluator import (
+        EvaluationError as EvaluationError,
+    )
+    from mgeo.evaluation.evaluator import (
+        TolerantEvaluator as TolerantEvaluator,
+    )
+    from mgeo.plugins.protocol import ProblemMixin as ProblemMixin
+    from mgeo.plugins.view import View as View
+    from mgeo.plugins.view import view_of as view_of
+    from mgeo.store.checkpoint import Checkpoint as Checkpoint
+    from mgeo.store.checkpoint import resume as resume
+    from mgeo.store.recorder import Recorder as Recorder
+    from mgeo.store.recorder import read_record as read_record
+    from mgeo.studies.execute import compare as compare
 
 #: Modules of the public names. A name is imported when it is first used, so that the command
 #: line starts quickly.
@@ -61,6 +50,7 @@ _MODULES = {
     "resume": "mgeo.store.checkpoint",
     "view_of": "mgeo.plugins.view",
 }
+__all__ = list(_MODULES)
 
 
 def __getattr__(name: str) -> Any:
