@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from typing import Any
 
@@ -11,6 +12,7 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 from pymoo.core.sampling import Sampling
+from pymoo.core.termination import TerminateIfAll
 from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.termination.max_eval import MaximumFunctionCallTermination
 
@@ -147,12 +149,17 @@ def evaluations_allowed(algorithm: Algorithm, n_starts: int, n: int) -> int:
     RuntimeWarning : if the generation exceeds the budget by more than a tenth and is therefore cut.
     """
     termination = algorithm.termination
-    if not isinstance(termination, MaximumFunctionCallTermination):
-        return n
-    budget: int = termination.n_max_evals - algorithm.evaluator.n_eval
+    is_any = not isinstance(termination, TerminateIfAll)
+    parts = (termination, *(getattr(termination, "criteria", ()) if is_any else ()))
+    limits = [
+        part.n_max_evals
+        for part in parts
+        if isinstance(part, MaximumFunctionCallTermination) and part.n_max_evals is not None
+    ]
+    budget = min(limits, default=math.inf) - algorithm.evaluator.n_eval
     if n <= (1.0 + _EXCESS) * budget:
         return n
-    allowed = max(budget, n_starts)
+    allowed = max(int(budget), n_starts)
     warnings.warn(
         f"the first generation of {type(algorithm).__name__} takes {n:,} evaluations, which exceeds"
         f" the budget of {budget:,}: only the first {allowed:,} points are evaluated. Reduce the "

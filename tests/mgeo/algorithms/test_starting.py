@@ -8,8 +8,12 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
+from pymoo.core.termination import TerminateIfAll, TerminateIfAny
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
+from pymoo.termination.default import DefaultMultiObjectiveTermination
+from pymoo.termination.max_eval import MaximumFunctionCallTermination
+from pymoo.termination.max_gen import MaximumGenerationTermination
 
 from mgeo import (
     MGEOCanonical,
@@ -154,6 +158,31 @@ def test_a_first_generation_beyond_the_budget_is_cut_with_a_warning(algorithm):
 def test_the_warning_has_the_evaluations_of_the_canonical_variant():
     with pytest.warns(RuntimeWarning, match=r"takes 14,400 evaluations.* the budget of 1,000: "):
         minimize(ZDT1(), MGEOCanonical(), ("n_eval", 1000), seed=1)
+
+
+@pytest.mark.parametrize(
+    "termination",
+    [DefaultMultiObjectiveTermination(n_max_evals=25), TerminateIfAny(
+        MaximumFunctionCallTermination(25), MaximumGenerationTermination(9)
+    )],
+    ids=["default", "any"],
+)  # fmt: skip
+def test_a_budget_among_other_criteria_counts(termination):
+    with pytest.warns(RuntimeWarning, match="takes 40 evaluations.* budget of 25"):
+        result = minimize(ZDT1(n_var=8), MGEOReal(n_walkers=5), termination, seed=1)
+    assert result.algorithm.evaluator.n_eval == 25
+
+
+@pytest.mark.parametrize(
+    "termination",
+    [("n_eval", None), TerminateIfAll(
+        MaximumFunctionCallTermination(25), MaximumGenerationTermination(9)
+    )],
+    ids=["none", "all"],
+)  # fmt: skip
+def test_without_a_budget_of_evaluations_the_first_generation_is_whole(termination):
+    run = MGEOReal(n_walkers=5).setup(ZDT1(n_var=8), termination=termination, seed=1)
+    assert len(run.ask()) == 40
 
 
 def test_a_tenth_beyond_the_budget_is_evaluated_and_starting_points_in_any_case():
