@@ -11,7 +11,7 @@ from pymoo.problems.many import DTLZ2
 from pymoo.problems.multi import BNH, ZDT1
 from pymoo.problems.single import Sphere
 
-from mgeo.algorithms import designs_of
+from mgeo.algorithms.variables import designs_of
 from mgeo.runs.algorithms import build_algorithm, complete_parameters, default_evaluations
 from mgeo.runs.operators import set_up
 from mgeo.runs.registry import ALGORITHMS
