@@ -229,19 +229,14 @@ class ExtremalOptimization(Algorithm, ABC):
             front = ParetoArchive(problem.n_obj, self.archive_size)
         except ValueError as error:
             raise ValueError(f"archive_size = {self.archive_size}: {error}") from error
-        points, starts = [], np.full((self.n_walkers, problem.n_var), np.nan)
-        n_given = 0
-        if self.sampling is not None:
-            given = given_starts(
-                self.sampling, problem, self.variables, self.n_walkers, self.random_state
-            )
-            n_given = len(given)
-            starts[:n_given] = given
-            points.append(self.code.encode(given))
-        if n_given < self.n_walkers:
-            points.append(self.code.draw(streams[n_given:]))
-        self.state = self.new_state(streams, front, np.concatenate(points))
-        self.state.starts = starts
+        given = given_starts(
+            self.sampling, problem, self.variables, self.n_walkers, self.random_state
+        )
+        n = len(given)
+        walkers = np.concatenate([self.code.encode(given), self.code.draw(streams[n:])])
+        self.state = self.new_state(streams, front, walkers)
+        self.state.starts = np.full((self.n_walkers, problem.n_var), np.nan)
+        self.state.starts[:n] = given
         self.forget(np.arange(self.n_walkers))
         if isinstance(self.sampling, Population) and self.problem is problem:
             self._archive_evaluated(self.sampling)

@@ -98,17 +98,19 @@ def are_evaluated(given: Population, problem: Problem) -> BoolArray:
 
 
 def given_starts(
-    sampling: Sampling | ArrayLike,
+    sampling: Sampling | ArrayLike | None,
     problem: Problem,
     variables: Variables,
     n_walkers: int,
     random_state: np.random.Generator,
 ) -> FloatArray:
-    """(n, n_var) values chosen by the user: points, a population, or a pymoo sampling.
+    """(n, n_var) values chosen by the user: points, a population, or a pymoo sampling; 0 for None.
 
     TypeError for anything else, ValueError if there are not 1 to n_walkers points of n_var numbers
     each, within the bounds.
     """
+    if sampling is None:
+        return np.empty((0, problem.n_var))
     if isinstance(sampling, SuggestedSampling):
         sampling = designs_of(problem, sampling.suggested(problem, n_walkers, random_state))
     elif isinstance(sampling, Sampling):
