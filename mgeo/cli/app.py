@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import os
 import platform
+import sys
 from collections.abc import Iterable, Mapping
 from importlib import metadata
 from typing import Annotated, Any
@@ -12,7 +14,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from mgeo.cli import explore, installed, report, solve, study
-from mgeo.cli.errors import ExitCode, one_line_errors, raise_on_sigterm
+from mgeo.cli.errors import EXIT_CODES, ExitCode, one_line_errors, raise_on_sigterm
 from mgeo.plugins.discovery import (
     ALGORITHMS,
     COMMANDS,
@@ -135,7 +137,9 @@ app = typer.Typer(
     name="mgeo",
     cls=Commands,
     help="Multiobjective generalized extremal optimization of installed problems.",
-    epilog="\n\n".join(["Exit codes:", *(f"{code.value}: {code.meaning}" for code in ExitCode)]),
+    epilog="\n\n".join(
+        ["Exit codes:", *(f"{int(code)}: {text}" for code, text in EXIT_CODES.items())]
+    ),
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["--help", "-h"]},
@@ -147,6 +151,9 @@ def main() -> None:
     # before NumPy is imported: with several threads BLAS adds in another order, so that the same
     # seed would give another front where there are more processors, and a study with other --jobs
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # not every encoding has all characters
     raise_on_sigterm()
     app()
 

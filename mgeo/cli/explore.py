@@ -14,14 +14,7 @@ from mgeo.cli.output import Output
 
 
 def explore(
-    folder: Annotated[
-        Path,
-        typer.Argument(
-            metavar="DIR",
-            help="Folder of a run.",
-            autocompletion=options.runs_with("run.json"),
-        ),
-    ],
+    folder: options.RunFolder,
     save: Annotated[
         Path | None,
         typer.Option(

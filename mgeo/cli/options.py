@@ -1,6 +1,6 @@
 """Flags that several commands share, and the completion of their values.
 
-Completion imports nothing from plugins.
+Completion imports nothing from plugins. The shell itself completes names of files and folders.
 """
 
 from __future__ import annotations
@@ -15,8 +15,6 @@ import typer
 
 from mgeo.cli.output import reserve
 from mgeo.plugins.discovery import installed_plugins, preset_names
-
-_DEPTH = 3  # levels of folders in which a run is looked for
 
 Complete = Callable[[str], list[str]]
 
@@ -42,36 +40,13 @@ def algorithms(incomplete: str) -> list[str]:
 
 
 def scenarios(ctx: typer.Context, incomplete: str) -> list[str]:
-    """Complete a preset of the problem on the command line, or a file."""
+    """Complete a preset of the problem on the command line; the shell completes files."""
     # an option without its value makes typer leave the arguments unread
     words = [str(ctx.params.get("problem")), *ctx.args]
-    presets = among(preset for word in words for preset in preset_names(word))
-    return [*presets(incomplete), *toml_files(incomplete)]
+    return among(preset for word in words for preset in preset_names(word))(incomplete)
 
 
-def toml_files(incomplete: str) -> list[str]:
-    """Complete the path of a TOML file, folder by folder."""
-    found = [f"{path}/" if path.is_dir() else str(path) for path in _below(incomplete, "*")]
-    return [name for name in found if name.endswith((".toml", "/")) and name.startswith(incomplete)]
-
-
-def runs_with(file: str) -> Complete:
-    """Return a completion of the folders of runs that contain a file of this name."""
-
-    def complete(incomplete: str) -> list[str]:
-        patterns = ["*/" * depth + file for depth in range(1, _DEPTH + 1)]
-        found = [path.parent for pattern in patterns for path in _below(incomplete, pattern)]
-        return among(map(str, found))(incomplete)
-
-    return complete
-
-
-def _below(incomplete: str, pattern: str) -> list[Path]:
-    """Return what is in the folder that is typed so far, hidden files left out."""
-    folder = Path("".join(incomplete.rpartition("/")[:2]))
-    return [path for path in sorted(folder.glob(pattern)) if not path.name.startswith(".")]
-
-
+RunFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of the run.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
 Json = Annotated[
     bool,

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import typer
 from rich.console import RenderableType
-from rich.text import Text
 
-from mgeo.terminal import broken, console, folded, line_width, plain
+from mgeo.terminal import show
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,22 +39,13 @@ class Output:
         return not (self.quiet or self.json)
 
     def print(self, *shown: str | RenderableType) -> None:
-        """Print text and tables, each on lines of its own.
-
-        Text is broken between words on a terminal, or where COLUMNS says, and in a pipe nowhere.
-        """
-        if not self.for_people:
-            return
-        out, width = console(), line_width()
-        for each in shown:
-            text = plain(each) if isinstance(each, str) else each
-            if isinstance(text, Text) and width is not None:
-                text = broken(text, width)
-            out.print(text, soft_wrap=isinstance(text, Text))
+        """Print text and tables, each on lines of its own."""
+        if self.for_people:
+            show(*shown)
 
     def note(self, text: str) -> None:
         """Print a line on stderr, beside the result."""
-        typer.echo(folded(text, stderr=True), err=True)
+        show(text, stderr=True)
 
     def result(self, document: Mapping[str, Any]) -> None:
         """Print the document for scripts, see `json_text`."""

@@ -17,7 +17,7 @@ from mgeo.plugins.protocol import problem_size
 from mgeo.runs.algorithms import complete_parameters
 from mgeo.runs.solve import State
 from mgeo.store.run import RunConfiguration
-from mgeo.terminal import folded, pairs, plain
+from mgeo.terminal import pairs, plain
 
 if TYPE_CHECKING:
     from mgeo.runs.prepare import PreparedRun
@@ -76,7 +76,7 @@ class Progress:
         if self._request:
             state.stop()
         if state.ended:
-            self._request.settle()
+            self._request.may_raise = False
         now = time.monotonic()
         if self._console is None or (now < self._next and not state.ended):
             return
@@ -108,7 +108,7 @@ class Progress:
 
     def _print(self, line: str) -> None:
         if self._console is not None:
-            self._console.print(plain(folded(line, stderr=True)), soft_wrap=True)
+            self._console.print(plain(line), soft_wrap=True)
 
 
 def run_title(run: RunConfiguration) -> str:

@@ -26,7 +26,6 @@ def report(
             metavar="DIR [DIR]",
             help="Folder of a run, or of a study; two runs, or two solutions' files, are set side "
             "by side.",
-            autocompletion=options.runs_with("run.json"),
         ),
     ],
     out: Annotated[

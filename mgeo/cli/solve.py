@@ -180,14 +180,7 @@ def solve(
 
 
 def resume(
-    folder: Annotated[
-        Path,
-        typer.Argument(
-            metavar="DIR",
-            help="Folder of the run.",
-            autocompletion=options.runs_with("run.checkpoint"),
-        ),
-    ],
+    folder: options.RunFolder,
     evaluations: Annotated[
         int | None,
         typer.Option(min=1, help="New budget, counted from the beginning of the run."),

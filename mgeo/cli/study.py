@@ -22,10 +22,7 @@ if TYPE_CHECKING:
 
 
 def study(
-    file: Annotated[
-        Path,
-        typer.Argument(metavar="FILE", help="A study as TOML.", autocompletion=options.toml_files),
-    ],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A study as TOML.")],
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder to write [default: studies/FILE].")
     ] = None,

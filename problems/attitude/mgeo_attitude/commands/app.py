@@ -10,7 +10,7 @@ import typer
 
 from mgeo.cli.app import epilog
 from mgeo.cli.errors import ExitCode, bad_input
-from mgeo.cli.options import Debug, Json, Quiet, among, toml_files
+from mgeo.cli.options import Debug, Json, Quiet, among
 from mgeo.cli.output import Output, json_text
 from mgeo_attitude.export_formats import FORMATS
 
@@ -188,9 +188,7 @@ def export(
 def check(
     scenario: Annotated[
         str,
-        typer.Argument(
-            metavar="FILE.toml|PRESET", help="Satellite and orbit.", autocompletion=toml_files
-        ),
+        typer.Argument(metavar="FILE.toml|PRESET", help="Satellite and orbit."),
     ],
     plans: Annotated[int, typer.Option(min=1, help="Random plans, a second each.")] = 10,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the plans.")] = 1,

@@ -10,7 +10,7 @@ import typer
 
 from mgeo.cli.app import epilog
 from mgeo.cli.errors import bad_input
-from mgeo.cli.options import Debug, Json, toml_files
+from mgeo.cli.options import Debug, Json
 from mgeo.cli.output import Output
 
 app = typer.Typer(help="Sensor suites: what a catalog offers, and what a front of suites says.")
@@ -30,9 +30,7 @@ _BUDGETS = (10.0, 30.0, 60.0)  # kEUR, unless others are asked for
 def catalog(
     file: Annotated[
         Path | None,
-        typer.Argument(
-            metavar="FILE.toml", help="A catalog [default: ours].", autocompletion=toml_files
-        ),
+        typer.Argument(metavar="FILE.toml", help="A catalog [default: ours]."),
     ] = None,
     json: Json = False,
     debug: Debug = False,
