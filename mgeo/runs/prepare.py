@@ -22,8 +22,8 @@ from mgeo.runs.algorithms import (
     complete_parameters,
     default_algorithm,
     default_evaluations,
+    set_up,
 )
-from mgeo.runs.operators import set_up, with_suggested
 from mgeo.runs.solve import State
 from mgeo.store.checkpoint import read_notes, resume
 from mgeo.store.run import Notes, Outcome, RunConfiguration
@@ -107,18 +107,12 @@ class PreparedRun:
             If the problem or the algorithm refuses a part of it.
         """
         run = self.configuration
-        self._set_up()
+        self._set_up(run.starts)
         if self.record and isinstance(self.algorithm, LoopwiseAlgorithm):
             raise ValueError(
                 f"evaluations of {run.algorithm!r} cannot be recorded: expected an algorithm that "
                 "evaluates its candidates a generation at a time"
             )
-        if run.starts:
-            with_suggested(self.algorithm, run.starts)
-            if not protocol.is_own(self.problem, protocol.ProblemMixin.starts):
-                raise ValueError(
-                    f"{run.problem} suggests no designs to begin with: expected starts = 0"
-                )
         if run.polish:  # without designs, a refinement checks that it is possible
             for _ in protocol.refinement(self.problem, np.empty((0, self.problem.n_var))):
                 pass

@@ -18,9 +18,9 @@ from mgeo.algorithms.staged import MGEOStaged, is_rough
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.plugins.protocol import column_names, constraint_names
+from mgeo.runs.algorithms import IDLE_STEPS
 from mgeo.runs.hypervolume import hypervolume
 from mgeo.runs.nearest import nearest_solutions
-from mgeo.runs.operators import IDLE_STEPS
 from mgeo.runs.refine import Refinement
 from mgeo.store.checkpoint import Checkpoint
 from mgeo.store.recorder import Recorder

@@ -1,6 +1,6 @@
 """One run of an algorithm on a problem, in a line."""
 
-from mgeo.runs.operators import set_up
+from mgeo.runs.algorithms import set_up
 from mgeo.runs.solve import State
 
 
