@@ -103,6 +103,10 @@ def set_up(
     ready.evaluator = TolerantEvaluator.like(ready.evaluator)
     ready.evaluator.warn = False  # the outcome has the failures
     ready.setup(problem, termination=("n_eval", evaluations), seed=seed)
+    if not isinstance(ready, ExtremalOptimization):
+        from mgeo.runs.pymoo_algorithms import seed_draws  # imports algorithms
+
+        seed_draws(ready)
     return ready
 
 

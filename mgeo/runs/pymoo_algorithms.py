@@ -1,18 +1,15 @@
-"""Algorithms of pymoo by name: operators for the variables of a problem, and corrections.
-
-The corrections make runs repeat with their seed, and results fronts.
-"""
+"""Algorithms of pymoo: operators for the variables of a problem, and repeatable runs."""
 
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pymoo.algorithms.base.genetic import GeneticAlgorithm
-from pymoo.algorithms.moo.cmopso import CMOPSO, CrowdingDistanceTournamentSurvival
-from pymoo.algorithms.moo.nsga3 import NSGA3, comp_by_cv_then_random
+from pymoo.algorithms.moo.nsga3 import comp_by_cv_then_random
 from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
 from pymoo.algorithms.soo.nonconvex.random_search import RandomSearch
@@ -29,6 +26,7 @@ from pymoo.operators.repair.rounding import RoundingRepair
 from pymoo.operators.sampling.rnd import BinaryRandomSampling, IntegerRandomSampling
 from pymoo.operators.selection.tournament import TournamentSelection
 from pymoo.termination.max_eval import MaximumFunctionCallTermination
+from pymoo.util.archive import Archive, RandomTruncation, SurvivalTruncation
 from pymoo.util.optimum import filter_optimum
 
 if TYPE_CHECKING:
@@ -36,6 +34,8 @@ if TYPE_CHECKING:
     from pymoo.core.population import Population
     from pymoo.core.problem import Problem
 
+# Comparisons whose ties of violation pymoo draws from the entropy of the operating system.
+_UNSEEDED = (comp_by_cv_then_random, comp_by_rank_and_ref_line_dist)
 _SAMPLINGS = {
     "integer": IntegerRandomSampling,
     "binary": BinaryRandomSampling,
@@ -91,8 +91,6 @@ def _rounded(operator: Any) -> Any:
 class SeededComparison:
     """A comparison of pairs whose ties of violation are drawn from the algorithm's generator.
 
-    pymoo draws them from the entropy of the operating system.
-
     Parameters
     ----------
     inner : comparison of pymoo's `TournamentSelection`.
@@ -113,32 +111,33 @@ class SeededComparison:
         return winners
 
 
-class SeededNSGA3(NSGA3):
-    """NSGA-III of pymoo that repeats with its seed where solutions violate constraints equally."""
+def seed_draws(algorithm: Algorithm) -> None:
+    """Let an algorithm that is set up draw by its own generator alone.
 
-    comparison = staticmethod(comp_by_cv_then_random)
+    pymoo draws ties of its NSGA-III and truncations of archives from the entropy of the operating
+    system, so that a run would not repeat with its seed.
+    """
+    selection: Any = getattr(getattr(algorithm, "mating", None), "selection", None)
+    if isinstance(selection, TournamentSelection) and selection.func_comp in _UNSEEDED:
+        selection.func_comp = SeededComparison(selection.func_comp)
+    for name in ("archive", "elites"):
+        archive: Any = getattr(algorithm, name, None)
+        if isinstance(archive, Archive):
+            archive.truncation = _seeded(archive.truncation, algorithm)
 
-    def __init__(self, **options: Any) -> None:
-        selection = TournamentSelection(func_comp=SeededComparison(self.comparison))
-        super().__init__(selection=selection, **options)
 
+def _seeded(inner: Any, algorithm: Algorithm) -> Callable[[Any, int], Any]:
+    """Return a truncation of pymoo's that draws from the generator of an algorithm."""
 
-class SeededUNSGA3(SeededNSGA3):
-    """U-NSGA-III of pymoo, likewise."""
+    def truncate(solutions: Any, k: int) -> Any:
+        state = algorithm.random_state
+        if isinstance(inner, SurvivalTruncation):
+            return inner.survival.do(inner.problem, solutions, n_survive=k, random_state=state)
+        if isinstance(inner, RandomTruncation):
+            return inner(solutions, k, random_state=state)
+        return inner(solutions, k)
 
-    comparison = staticmethod(comp_by_rank_and_ref_line_dist)
-
-
-class SeededCMOPSO(CMOPSO):
-    """CMOPSO of pymoo whose elites are truncated by the algorithm's generator."""
-
-    def _setup(self, problem: Problem, **options: Any) -> None:
-        super()._setup(problem, **options)
-        self.elites.truncation = self._truncate
-
-    def _truncate(self, solutions: Population, k: int) -> Population:
-        survival = CrowdingDistanceTournamentSurvival()
-        return survival.do(self.problem, solutions, n_survive=k, random_state=self.random_state)
+    return truncate
 
 
 class FrontRVEA(RVEA):

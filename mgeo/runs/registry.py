@@ -48,8 +48,7 @@ def _own(name: str, label: str, cls: str, description: str) -> AlgorithmRecord:
 def _pymoo(
     name: str, label: str, place: str, description: str, population: tuple[str, ...] = _SIZE
 ) -> AlgorithmRecord:
-    package = "mgeo.runs" if place.startswith("pymoo_algorithms") else "pymoo.algorithms"
-    path = f"{package}.{place}"
+    path = f"pymoo.algorithms.{place}"
     return AlgorithmRecord(name, label, f"{description}, of pymoo", path, population)
 
 
@@ -62,10 +61,8 @@ RECORDS = (
     _own(DEFAULT, "decomposition-based MGEO", "MGEODirected", "walkers by direction; the default"),
     _own(ROBUST, "staged MGEO", "MGEOStaged", "by fidelity levels; the default with --robust"),
     _pymoo("nsga2", "NSGA-II", "moo.nsga2:NSGA2", "nondominated sorting and crowding distance"),
-    _pymoo("nsga3", "NSGA-III", "pymoo_algorithms:SeededNSGA3", "reference directions", _BOTH),
-    _pymoo(
-        "u-nsga3", "U-NSGA-III", "pymoo_algorithms:SeededUNSGA3", "NSGA-III with tournaments", _BOTH
-    ),
+    _pymoo("nsga3", "NSGA-III", "moo.nsga3:NSGA3", "reference directions", _BOTH),
+    _pymoo("u-nsga3", "U-NSGA-III", "moo.unsga3:UNSGA3", "NSGA-III with tournaments", _BOTH),
     _pymoo("spea2", "SPEA2", "moo.spea2:SPEA2", "strength Pareto evolutionary algorithm"),
     _pymoo("sms-emoa", "SMS-EMOA", "moo.sms:SMSEMOA", "selection by hypervolume contribution"),
     _pymoo("age-moea2", "AGE-MOEA-II", "moo.age2:AGEMOEA2", "selection by the front's geometry"),
@@ -81,8 +78,14 @@ RECORDS = (
     _pymoo("gde3", "GDE3", "moo.gde3:GDE3", "differential evolution"),
     _pymoo("nsde", "NSDE", "moo.nsde:NSDE", "differential evolution with nondominated sorting"),
     _pymoo("mopso-cd", "MOPSO-CD", "moo.mopso_cd:MOPSO_CD", "particle swarm, crowding distance"),
-    _pymoo("cmopso", "CMOPSO", "pymoo_algorithms:SeededCMOPSO", "competitive particle swarm"),
-    _pymoo("rvea", "RVEA", "pymoo_algorithms:FrontRVEA", "reference vectors", _DIRECTIONS),
+    _pymoo("cmopso", "CMOPSO", "moo.cmopso:CMOPSO", "competitive particle swarm"),
+    AlgorithmRecord(
+        "rvea",
+        "RVEA",
+        "reference vectors, of pymoo; the result is its nondominated part",
+        "mgeo.runs.pymoo_algorithms:FrontRVEA",
+        _DIRECTIONS,
+    ),
     _pymoo(
         "random",
         "random search",
