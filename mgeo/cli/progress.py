@@ -6,21 +6,19 @@ import json
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from datetime import timedelta
+from typing import Any
 
 from rich import progress
 from rich.console import Console, Group
 from rich.live import Live
 
 from mgeo.cli.errors import StopRequest
-from mgeo.plugins.protocol import problem_size
+from mgeo.plugins.protocol import column_names
 from mgeo.runs.algorithms import complete_parameters
 from mgeo.runs.solve import State
 from mgeo.store.run import RunConfiguration
-from mgeo.terminal import pairs, plain
-
-if TYPE_CHECKING:
-    from mgeo.runs.prepare import PreparedRun
+from mgeo.terminal import plain
 
 _MAX_SHARE = 0.02  # largest share of the run time that the computation of what is shown may take
 _STOPPING = "stopping after this generation; Ctrl-C again to stop at once"
@@ -32,7 +30,7 @@ class Progress:
     Parameters
     ----------
     console
-        Where to show the progress, None for nowhere.
+        Where to show the progress.
     title
         First line.
     request
@@ -44,14 +42,14 @@ class Progress:
         Shortest time between two updates [s].
     """
 
-    def __init__(self, console: Console | None, title: str, request: StopRequest) -> None:
+    def __init__(self, console: Console, title: str, request: StopRequest) -> None:
         self._console = console
-        self._title = title
+        self._title = plain(title, style="bold")
         self._request = request
-        self._is_live = console is not None and console.is_terminal and not console.is_dumb_terminal
-        self.interval = 0.25 if self._is_live else 10.0
+        self.interval = 0.25 if console.is_terminal else 10.0
         self._next = 0.0
-        self._quantities: dict[str, str] = {}
+        self._state: State | None = None
+        self._numbers = ""
         self._bar = progress.Progress(
             progress.BarColumn(),
             progress.TextColumn("{task.fields[done]}"),
@@ -59,56 +57,51 @@ class Progress:
             progress.TextColumn("left"),
             progress.TimeRemainingColumn(compact=True),
         )
-        self._task = self._bar.add_task(title, total=None, done="first generation")
+        self._task = self._bar.add_task("", total=None, done="first generation")
 
     @contextmanager
     def shown(self) -> Iterator[None]:
-        """Redraw the progress on a terminal meanwhile. Elsewhere print the title."""
-        if self._is_live:
-            with Live(self, console=self._console, refresh_per_second=1 / self.interval):
-                yield
-        else:
+        """Redraw the progress on a terminal meanwhile. Elsewhere print lines."""
+        if not self._console.is_terminal:
             self._print(self._title)
             yield
+            self._update()
+        else:
+            with Live(self, console=self._console, refresh_per_second=1 / self.interval):
+                yield
+                self._update()
 
     def __call__(self, state: State) -> None:
-        """Show the state of the run if the interval has passed or the run has ended."""
+        """Stop the run if that was requested, and show its state if the interval has passed."""
         if self._request:
             state.stop()
-        if state.ended:
-            self._request.may_raise = False
-        now = time.monotonic()
-        if self._console is None or (now < self._next and not state.ended):
-            return
-        begin = time.process_time()
-        self._quantities = _quantities(state)
-        self._bar.update(
-            self._task,
-            total=state.budget,
-            completed=min(state.evaluations, state.budget),
-            done=f"{state.evaluations:,} of {state.budget:,} evaluations",
-        )
-        if not self._is_live:
-            self._print_line()
-        self._next = now + max(self.interval, (time.process_time() - begin) / _MAX_SHARE)
+        self._state = state
+        if time.monotonic() >= self._next:
+            begin = time.process_time()
+            self._update()
+            pause = max(self.interval, (time.process_time() - begin) / _MAX_SHARE)
+            self._next = time.monotonic() + pause
 
     def __rich__(self) -> Group:
         """Return what is drawn on a terminal."""
-        lines: list[Any] = [plain(self._title, style="bold"), self._bar, pairs(self._quantities)]
-        if self._request:
-            lines.append(plain(_STOPPING, style="yellow"))
-        return Group(*lines)
+        stopping = [plain(_STOPPING, style="yellow")] if self._request else []
+        return Group(self._title, self._bar, plain(self._numbers), *stopping)
 
-    def _print_line(self) -> None:
-        (task,) = self._bar.tasks
-        left = "-" if task.time_remaining is None else clock(task.time_remaining)
-        fields = {**self._quantities, "elapsed": clock(task.elapsed or 0.0), "left": left}
-        shown = [f"{task.percentage:3.0f}%", task.fields["done"]]
-        self._print("  ".join([*shown, *(f"{name} {text}" for name, text in fields.items())]))
+    def _update(self) -> None:
+        state = self._state
+        if state is None:
+            return
+        self._numbers = _numbers(state)
+        done = f"{state.evaluations:,} of {state.budget:,} evaluations"
+        completed = min(state.evaluations, state.budget)
+        self._bar.update(self._task, total=state.budget, completed=completed, done=done)
+        if not self._console.is_terminal:
+            task, left = self._bar.tasks[0], self._bar.tasks[0].time_remaining
+            times = f"elapsed {clock(state.elapsed)}  left {'-' if left is None else clock(left)}"
+            self._print(plain(f"{task.percentage:3.0f}%  {done}  {self._numbers}  {times}"))
 
-    def _print(self, line: str) -> None:
-        if self._console is not None:
-            self._console.print(plain(line), soft_wrap=True)
+    def _print(self, line: Any) -> None:
+        self._console.print(line, soft_wrap=True)
 
 
 def run_title(run: RunConfiguration) -> str:
@@ -124,23 +117,13 @@ def run_title(run: RunConfiguration) -> str:
     return " · ".join(parts)
 
 
-def heading(run: PreparedRun) -> str:
-    """Return a line that describes a run before it begins."""
-    objectives = ", ".join(problem_size(run.problem)["objectives"])
-    return (
-        f"{run_title(run.configuration)}: {run.configuration.evaluations:,} evaluations of "
-        f"{run.problem.n_var} variables for {objectives}"
-    )
-
-
 def clock(seconds: float) -> str:
-    """Return a duration as minutes and seconds, from one hour on with hours: 0:07, 1:02:03."""
-    minutes, second = divmod(round(seconds), 60)
-    hours, minute = divmod(minutes, 60)
-    return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"
+    """Return a duration as hours, minutes and seconds: 1:02:03."""
+    return str(timedelta(seconds=round(seconds)))
 
 
-def _quantities(state: State) -> dict[str, str]:
+def _numbers(state: State) -> str:
+    """Return the size and the quality of the front, and what went wrong, in one line."""
     _, F = state.front()
     shown = {"front": f"{len(F):,}"}
     if state.refinement is not None:
@@ -148,10 +131,10 @@ def _quantities(state: State) -> dict[str, str]:
     if failed := sum(state.failures.values()):
         shown["failed"] = f"{failed:,}"
     if len(F):
-        best = zip(state.objectives, F.min(axis=0), strict=True)
+        best = zip(column_names(state.problem)[1], F.min(axis=0), strict=True)
         shown |= {f"best {name}": f"{value:.6g}" for name, value in best}
     if (volume := state.hypervolume(F)) is not None:
         shown["hypervolume"] = f"{volume:.4f}"
     if state.checkpoint_error is not None:
         shown["no checkpoint:"] = state.checkpoint_error
-    return shown
+    return "  ".join(f"{name} {text}" for name, text in shown.items())

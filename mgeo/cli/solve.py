@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.console import Console
 
 from mgeo.cli import options
 from mgeo.cli.errors import ExitCode, bad_input, stop_requests
@@ -239,7 +240,7 @@ def _run(
     constraints or the problem knows that none can, 128 + the number of the signal that stopped the
     run.
     """
-    from mgeo.cli.progress import Progress, heading
+    from mgeo.cli.progress import Progress, run_title
     from mgeo.cli.summary import show_summary
     from mgeo.evaluation.evaluator import EvaluationError
     from mgeo.plugins.protocol import ask
@@ -260,11 +261,12 @@ def _run(
         check_writable(folder)
         if run.notes is None:
             remove_run(folder)
-        shown_on = None if output.quiet else console(stderr=True)
-        progress = Progress(shown_on, heading(run), stop)
+        screen = Console(quiet=True) if output.quiet else console(stderr=True)
+        progress = Progress(screen, run_title(run.configuration), stop)
         try:
             with progress.shown():
                 outcome = run.solve(progress, folder, max_time)
+            stop.may_raise = False
             made = Run(run.configuration, outcome, installed_versions(run.configuration.problem))
             write_run(folder, made, overwrite=True)
         except (EvaluationError, OSError):

@@ -13,6 +13,7 @@ import numpy as np
 from pymoo.core.algorithm import Algorithm, LoopwiseAlgorithm
 from pymoo.core.problem import Problem
 
+from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.starting import SuggestedSampling
 from mgeo.algorithms.state import end_at
 from mgeo.plugins import protocol
@@ -24,10 +25,11 @@ from mgeo.runs.algorithms import (
     default_evaluations,
     set_up,
 )
-from mgeo.runs.solve import State
-from mgeo.store.checkpoint import read_notes, resume
+from mgeo.runs.solve import State, solve
+from mgeo.store.checkpoint import Checkpoint, read_notes, resume
+from mgeo.store.recorder import Recorder
 from mgeo.store.run import Notes, Outcome, RunConfiguration
-from mgeo.store.run_folder import CHECKPOINT_FILE
+from mgeo.store.run_folder import CHECKPOINT_FILE, RECORD_FOLDER
 from mgeo.validation.entries import errors_of
 from mgeo.validation.tables import checked
 
@@ -73,30 +75,40 @@ class PreparedRun:
         folder: Path | None = None,
         max_time: float | None = None,
     ) -> Outcome:
-        """Run the algorithm until its budget is used or it is stopped (see `State.run`).
+        """Run the algorithm until its budget is used or it is stopped (see `mgeo.runs.solve`).
 
         Parameters
         ----------
         callback
             Called with the `State` after every generation.
         folder
-            Existing folder for checkpoints and the record; by default nothing is saved.
+            Existing folder for checkpoints of the MGEO family and the record; by default nothing is
+            saved.
         max_time
             Time from now after which the run ends [s].
         """
         run = self.configuration
         algorithm = self._set_up(run.starts) if self.notes is None else self.algorithm
-        state = State(
-            self.problem,
-            algorithm,
-            run.evaluations,
-            callback,
-            notes=self.notes,
-            max_time=max_time,
+        state = State(algorithm, run.evaluations, callback, notes=self.notes, max_time=max_time)
+        if folder is not None and self.record:
+            is_new = (algorithm.n_iter or 1) == 1
+            state.recorder = Recorder(folder / RECORD_FOLDER, overwrite=is_new)
+        if folder is not None and isinstance(algorithm, ExtremalOptimization):
+            state.checkpoint = Checkpoint(
+                folder / CHECKPOINT_FILE, notes=lambda: self._notes(state), warn=False
+            )
+        return solve(state, polish=run.polish)
+
+    def _notes(self, state: State) -> dict[str, Any]:
+        """Return what a resumed run has to know: with the checkpoint alone it can continue."""
+        notes = Notes(
+            configuration=self.configuration,
+            record=self.record,
+            started=state.started,
+            wall_time_s=state.elapsed,
+            rough=state.rough,
         )
-        if folder is not None:
-            state.save(folder, run, record=self.record)
-        return state.run(polish=run.polish)
+        return notes.model_dump(mode="json")
 
     def check(self) -> None:
         """Check that the configuration can be run, before anything is evaluated.

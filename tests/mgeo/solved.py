@@ -2,8 +2,9 @@
 
 from mgeo.runs.algorithms import set_up
 from mgeo.runs.solve import State
+from mgeo.runs.solve import solve as run
 
 
 def solve(problem, algorithm, evaluations, seed, callback=None, max_time=None):
     ready = set_up(problem, algorithm, evaluations, seed)
-    return State(problem, ready, evaluations, callback, max_time=max_time).run()
+    return run(State(ready, evaluations, callback, max_time=max_time))
