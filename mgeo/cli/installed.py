@@ -8,7 +8,6 @@ import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import bad_input
-from mgeo.cli.options import FLAGS
 from mgeo.cli.output import Output
 from mgeo.plugins.discovery import Plugin, PluginError, installed_plugins, preset_names
 from mgeo.terminal import plain, table
@@ -57,14 +56,11 @@ def algorithms(
     with bad_input():
         found = described(name)
     output.result(found)
-    rows = [
-        [FLAGS.get(p["name"], p["name"]), _text(p["default"]), p["meaning"]]
-        for p in found["parameters"]
-    ]
+    rows = [[p["name"], _text(p["default"]), p["meaning"]] for p in found["parameters"]]
     output.print(
         f"{name}: {found['about']}",
         table(("parameter", "default", "description"), rows),
-        "a parameter without -- is given by --set NAME=VALUE",
+        "parameters are given by --set NAME=VALUE",
     )
 
 

@@ -110,24 +110,8 @@ Settings = Annotated[
     ),
 ]
 
-#: Parameters of algorithms that have a flag; the others are set by --set.
-FLAGS: Mapping[str, str] = {
-    "sigma": "--sigma",
-    "tau": "--tau",
-    "n_walkers": "--walkers",
-    "perturbation": "--perturbation",
-    "population": "--population",
-}
 
-
-def flag(parameter: str) -> str:
-    """Return the option of the command line that sets a parameter of an algorithm."""
-    return FLAGS.get(parameter, f"--set {parameter}=...")
-
-
-def parse_parameters(
-    algorithm: str, flags: Mapping[str, Any], settings: Sequence[str]
-) -> dict[str, Any]:
+def parse_parameters(flags: Mapping[str, Any], settings: Sequence[str]) -> dict[str, Any]:
     """Return the parameters of an algorithm from its flags and from NAME=VALUE texts.
 
     Parameters
@@ -138,26 +122,14 @@ def parse_parameters(
     Raises
     ------
     ValueError
-        If a text is not of this form, or the algorithm has no such parameter.
+        If a text is not of this form.
     """
-    from mgeo.runs.algorithms import complete_parameters, with_parameter
-
     given = {key: value for key, value in flags.items() if value is not None}
     for setting in settings:
-        name, equals, value = setting.partition("=")
-        if not (name and equals and value):
+        name, _, value = setting.partition("=")
+        if not (name and value):
             raise ValueError(f"--set {setting}: expected NAME=VALUE")
-        if name in FLAGS:
-            raise ValueError(f"--set {setting}: expected {FLAGS[name]} for this parameter")
         given[name] = value
-    known = complete_parameters(algorithm, {})
-    for key in given:
-        if key not in known:
-            taken, others = ", ".join(map(flag, known)), ", ".join(with_parameter(key))
-            raise ValueError(
-                f"{flag(key)} does not apply to {algorithm}, which takes {taken}"
-                f"{f': it is of {others}' if others else ''}"
-            )
     return {key: _value(value) for key, value in given.items()}
 
 

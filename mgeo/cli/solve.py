@@ -1,22 +1,15 @@
-"""``mgeo solve`` and ``mgeo resume``: run, write the run folder, and print the summary."""
+"""``mgeo solve`` and ``mgeo resume``: their options. What takes long to import waits for a run."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from mgeo.cli import options
-from mgeo.cli.errors import ExitCode, bad_input, stop_requests
+from mgeo.cli.errors import bad_input
 from mgeo.cli.output import Output
-from mgeo.terminal import console
-
-if TYPE_CHECKING:  # a run imports pymoo, `mgeo --help` does not
-    from mgeo.plugins.view import View
-    from mgeo.runs.prepare import PreparedRun
-    from mgeo.store.run import Outcome
 
 _UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0}
 
@@ -160,7 +153,7 @@ def solve(
     with bad_input():
         run = prepare(
             problem,
-            parameters=options.parse_parameters(algorithm, flags, settings or []),
+            parameters=options.parse_parameters(flags, settings or []),
             options=read_scenario(problem, scenario, after=after, named=(problem,)),
             algorithm=given,
             evaluations=evaluations,
@@ -177,7 +170,9 @@ def solve(
 
         describe_run(run, folder, output)
     else:
-        raise typer.Exit(_run(run, folder, output, overwrite=overwrite, max_time=max_time))
+        from mgeo.cli.running import run_and_show
+
+        raise typer.Exit(run_and_show(run, folder, output, max_time))
 
 
 def resume(
@@ -214,6 +209,7 @@ def resume(
     The run continues from run.checkpoint in the folder exactly as if it had not stopped, and
     writes the same files. A run of another problem or of other versions is refused.
     """
+    from mgeo.cli.running import run_and_show
     from mgeo.runs.prepare import resume_run
 
     with bad_input():
@@ -225,79 +221,4 @@ def resume(
             problem=problem,
             check=check,
         )
-    output = Output(quiet, json)
-    raise typer.Exit(_run(run, folder, output, overwrite=True, max_time=max_time))
-
-
-def _run(
-    run: PreparedRun, folder: Path, output: Output, *, overwrite: bool, max_time: float | None
-) -> int:
-    """Run until the budget is used, write the run folder and print the summary.
-
-    Returns
-    -------
-    Exit code: 0 if the run ended by its budget or `max_time`, 3 if no solution satisfies all
-    constraints or the problem knows that none can, 128 + the number of the signal that stopped the
-    run.
-    """
-    from mgeo.cli.progress import Progress, run_title
-    from mgeo.cli.summary import show_summary
-    from mgeo.evaluation.evaluator import EvaluationError
-    from mgeo.plugins.protocol import ask
-    from mgeo.plugins.view import View, view_of
-    from mgeo.store.atomic import check_writable, lock
-    from mgeo.store.provenance import installed_versions
-    from mgeo.store.run import Run
-    from mgeo.store.run_folder import CHECKPOINT_FILE, check_folder, remove_run, write_run
-
-    if impossible := ask(view_of(run.problem), View.impossible):
-        output.print("nothing can keep all limits", *(f"  {why}" for why in impossible))
-        output.result({"impossible": impossible})
-        return ExitCode.INCOMPLETE
-    with bad_input():
-        folder.mkdir(parents=True, exist_ok=True)
-    with stop_requests() as stop, bad_input((ValueError, OSError)), lock(folder):
-        check_folder(folder, overwrite=overwrite)
-        check_writable(folder)
-        if run.notes is None:
-            remove_run(folder)
-        screen = Console(quiet=True) if output.quiet else console(stderr=True)
-        progress = Progress(screen, run_title(run.configuration), stop)
-        try:
-            with progress.shown():
-                outcome = run.solve(progress, folder, max_time)
-            stop.may_raise = False
-            made = Run(run.configuration, outcome, installed_versions(run.configuration.problem))
-            write_run(folder, made, overwrite=True)
-        except (EvaluationError, OSError):
-            if (folder / CHECKPOINT_FILE).exists():
-                output.note(f"To go on once that is put right: mgeo resume {folder}")
-            raise
-        solutions = outcome.nearest or outcome
-        view = view_of(run.problem, solutions.X, solutions.F)
-        try:
-            _write_extras(run, outcome, view, folder)
-        finally:  # the summary is printed even if a figure fails
-            show_summary(made, view, folder, output)
-    if outcome.stop_reason == "signal":
-        return stop.exit_code or ExitCode.INTERRUPTED
-    return ExitCode.DONE if len(outcome.F) else ExitCode.INCOMPLETE
-
-
-def _write_extras(run: PreparedRun, outcome: Outcome, view: View, folder: Path) -> None:
-    """Write the further arrays of the problem, and the figure of the front."""
-    from mgeo.cli.progress import run_title
-    from mgeo.figures.page import page
-    from mgeo.plugins.protocol import ask
-    from mgeo.plugins.view import View, front_of
-    from mgeo.store.atomic import write_file
-    from mgeo.store.run_folder import FIGURE_FILE, write_arrays
-
-    if len(outcome.F) and (arrays := ask(view, View.arrays)):
-        write_arrays(folder, outcome, arrays)
-    title, note = run_title(run.configuration), ""
-    if outcome.nearest:
-        note = f"Nothing that was found keeps all limits. These {len(view.X)} come nearest."
-    figure = front_of(view, title)
-    if figure is not None:
-        write_file(folder / FIGURE_FILE, page(figure, title, note).encode())
+    raise typer.Exit(run_and_show(run, folder, Output(quiet, json), max_time))

@@ -190,11 +190,6 @@ def described(name: str) -> dict[str, Any]:
     return {"name": name, "label": label, "about": about, "parameters": rows}
 
 
-def with_parameter(parameter: str) -> list[str]:
-    """Return the algorithms of mgeo that have a parameter of this name."""
-    return [name for name in ALGORITHMS if parameter in _parameters(name)]
-
-
 def _is_pymoos(name: str) -> bool:
     """Return whether only the population can be set."""
     return name in ALGORITHMS and bool(ALGORITHMS[name].population)

@@ -44,8 +44,8 @@ def test_every_algorithm_is_listed_with_its_parameters(mgeo, monkeypatch):
     assert re.search(r"^nsga2 +NSGA-II +nondominated sorting", mgeo("algorithms").stdout, re.M)
 
 
-def test_the_parameters_of_one_algorithm_are_listed_with_their_flags(mgeo):
+def test_the_parameters_of_one_algorithm_are_listed(mgeo):
     text = " ".join(mgeo("algorithms", "mgeo-directed").stdout.split())
     assert text.startswith("mgeo-directed: walkers by direction; the default parameter")
-    assert "--walkers 16 " in text
+    assert "n_walkers 16 " in text
     assert "momentum 0.6,0.6 " in text
