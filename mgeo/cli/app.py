@@ -29,7 +29,6 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo solve attitude",
         "mgeo solve attitude --scenario cubesat_6u --algorithm nsga2 --population 50",
         "mgeo solve attitude --robust",
-        "mgeo solve attitude --algorithm mgeo-canonical --set bits=12",
         "mgeo solve attitude --seed 2 --json | jq .hypervolume.value",
     ),
     "resume": (
@@ -38,7 +37,6 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
     "report": (
         "mgeo report runs/attitude-mgeo-directed-seed1",
-        "mgeo report runs/attitude-mgeo-directed-seed1 --png --pdf",
         "mgeo report runs/attitude-mgeo-directed-seed1 --figure front --paper",
         "mgeo report runs/first runs/second --out beside.html",
         "mgeo report studies/benchmarks --figure ranks --paper",

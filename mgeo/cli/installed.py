@@ -21,17 +21,12 @@ def problems(json: options.Json = False, debug: options.Debug = False) -> None:
     if not found:
         output.print("no problem is installed; the first to try: pip install ./problems/attitude")
         return
+    titles = ("name", "distribution", "version", "variables", "objectives")
     rows = [
-        (
-            one["name"],
-            f"{one['distribution']} {one['version']}",
-            str(len(one["variables"])),
-            ", ".join(one["objectives"]),
-        )
+        (*(one[key] for key in titles[:3]), len(one["variables"]), ", ".join(one["objectives"]))
         for one in found
     ]
     errors = [f"Error: {one['name']}: {one['error']}" for one in found if one["error"]]
-    titles = ("name", "distribution", "variables", "objectives")
     output.print(table(titles, rows), *(plain(error, style="red") for error in errors))
 
 

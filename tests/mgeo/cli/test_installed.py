@@ -18,9 +18,9 @@ def listed(mgeo):
 
 def test_the_installed_problems_are_listed(listed):
     rows, _ = listed
-    assert rows["name"] == ["distribution", "variables", "objectives"]
-    assert rows["cantilever"] == ["stand-in 1.2.3", "2", "mass [kg], deflection [m]"]
-    assert rows["dtlz2"] == ["stand-in 1.2.3", "10", "f1, f2, f3"]
+    assert rows["name"] == ["distribution", "version", "variables", "objectives"]
+    assert rows["cantilever"] == ["stand-in", "1.2.3", "2", "mass [kg], deflection [m]"]
+    assert rows["dtlz2"] == ["stand-in", "1.2.3", "10", "f1, f2, f3"]
 
 
 def test_a_problem_that_does_not_load_is_listed_with_its_error(listed):
