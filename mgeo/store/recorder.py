@@ -18,7 +18,7 @@ from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.plugins.protocol import column_names
 from mgeo.store.atomic import to_npz, write_file
 from mgeo.store.reading import from_npz, read_file
-from mgeo.validation.arguments import validate_integer, validate_number
+from mgeo.validation.arguments import validate_number
 from mgeo.validation.entries import FileError, errors_of
 
 if TYPE_CHECKING:
@@ -29,8 +29,8 @@ class Recorder(Callback):
     """Callback that writes every candidate of a run into a folder, to be read by `read_record`.
 
     The recorder replaces ``save_history`` of pymoo, which keeps a copy of the algorithm in memory
-    for each generation. At most `chunk_rows` rows and one generation are kept in memory here. Any
-    algorithm can be recorded whose candidates are evaluated a generation at a time.
+    for each generation. Any algorithm can be recorded whose candidates are evaluated a generation
+    at a time.
 
     When a run is resumed (see `mgeo.resume`) with a recorder on the same folder, the rows after
     the checkpoint are replaced by those of the resumed run.
@@ -38,13 +38,8 @@ class Recorder(Callback):
     Parameters
     ----------
     folder : folder to write into, created if it does not exist.
-    every_seconds : time after which rows are written even if there are fewer than `chunk_rows`.
-    chunk_rows : number of rows that are written together.
+    every_seconds : time for which rows are kept in memory, to be written together.
     overwrite : whether a new run may replace a record in the folder.
-
-    Raises
-    ------
-    NotADirectoryError : if `folder` is a file.
 
     Examples
     --------
@@ -63,15 +58,11 @@ class Recorder(Callback):
         folder: Path | str,
         *,
         every_seconds: float = 5.0,
-        chunk_rows: int = 8192,
         overwrite: bool = False,
     ) -> None:
         super().__init__()
         self.folder = Path(folder)
-        if self.folder.exists() and not self.folder.is_dir():
-            raise NotADirectoryError(f"{folder} is a file: expected a folder to record into")
         self.every_seconds = validate_number("every_seconds", every_seconds, low=0)
-        self.chunk_rows = validate_integer("chunk_rows", chunk_rows, low=1)
         self.overwrite = overwrite
         self._columns: list[str] = []
         self._buffer: list[FloatArray] = []  # generations that are not written yet
@@ -112,8 +103,7 @@ class Recorder(Callback):
         self._buffer.append(_rows(algorithm.problem, candidates, generation))
         self._start_time = algorithm.start_time
         self._generation, self._n_eval = generation, algorithm.evaluator.n_eval
-        due = sum(map(len, self._buffer)) >= self.chunk_rows
-        if due or time.monotonic() >= self._next_time or algorithm.termination.has_terminated():
+        if time.monotonic() >= self._next_time or algorithm.termination.has_terminated():
             self.flush()
 
     def flush(self) -> None:
