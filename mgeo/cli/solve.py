@@ -181,9 +181,6 @@ def resume(
         int | None,
         typer.Option(min=1, help="New budget, counted from the beginning of the run."),
     ] = None,
-    generations: Annotated[
-        int | None, typer.Option(min=1, help="New budget, in generations from the beginning.")
-    ] = None,
     algorithm: Annotated[
         str | None,
         typer.Option(
@@ -216,7 +213,6 @@ def resume(
         run = resume_run(
             folder,
             evaluations=evaluations,
-            generations=generations,
             algorithm=algorithm,
             problem=problem,
             check=check,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -15,7 +14,6 @@ from pymoo.core.problem import Problem
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.starting import SuggestedSampling
-from mgeo.algorithms.state import end_at
 from mgeo.plugins import protocol
 from mgeo.plugins.problems import is_own_class, load_problem
 from mgeo.runs.algorithms import (
@@ -214,7 +212,6 @@ def resume_run(
     folder: Path | str,
     *,
     evaluations: int | None = None,
-    generations: int | None = None,
     algorithm: str | None = None,
     problem: str | None = None,
     check: bool = True,
@@ -225,8 +222,8 @@ def resume_run(
     ----------
     folder
         Folder of a run with a checkpoint, finished or not.
-    evaluations, generations
-        New budget, counted from the beginning of the run; at most one of them.
+    evaluations
+        New budget, counted from the beginning of the run.
     algorithm, problem
         Class of the run, ``module:Class``. No module is imported because a file names it.
     check
@@ -247,45 +244,26 @@ def resume_run(
             f"{folder} cannot be resumed: there is no {CHECKPOINT_FILE} in it; only algorithms of "
             "the MGEO family write one"
         )
-    if evaluations is not None and generations is not None:
-        raise ValueError("evaluations and generations are both given: expected one of them")
     found = read_notes(path)
     with errors_of(path):
         notes = checked(Notes, found)
-        configuration = notes.configuration
-        _check_named("algorithm", configuration.algorithm, algorithm)
-        _check_named("problem", configuration.problem, problem)
-        named = () if problem is None else (problem,)
-        loaded = load_problem(configuration.problem, configuration.options, named=named)
-        same = build_algorithm(configuration.algorithm, configuration.parameters, loaded)
-    budget = configuration.evaluations
-    run = resume(path, loaded, ("n_eval", budget), algorithm=same, check=check)
-    run.evaluator.warn = False  # the outcome has the failures
-    if configuration.starts:
-        run.sampling = SuggestedSampling(configuration.starts)
-    if evaluations is not None:
-        budget = evaluations
-    elif generations is not None:
-        twin = copy.deepcopy(run)
-        twin.n_iter = twin.n_iter or 1
-        # `candidates` leaves out the re-evaluation of the archive; suggested designs are extra
-        budget = generations * len(twin.candidates()) + configuration.starts
-    if budget != configuration.evaluations:
-        if budget < (evaluated := run.evaluator.n_eval):
+        run = notes.configuration
+        if is_own_class(run.algorithm) and algorithm != run.algorithm:
             raise ValueError(
-                f"the new budget is {budget} evaluations: expected at least the {evaluated} that "
-                "were made already"
+                f"algorithm = {run.algorithm!r}: its module is imported only if it is named: "
+                f"--algorithm {run.algorithm}"
             )
-        end_at(run, ("n_eval", budget))
-    longer = configuration.model_copy(update={"evaluations": budget})
-    return PreparedRun(longer, loaded, run, notes, notes.record)
-
-
-def _check_named(key: str, name: str, named: str | None) -> None:
-    """Refuse to import a class that is not installed, unless the caller names it, too."""
-    if named not in (None, name):
-        raise ValueError(f"{key} = {name!r}: expected {named!r}, as asked for")
-    if is_own_class(name) and named is None:
+        loaded = load_problem(run.problem, run.options, named=(problem,) if problem else ())
+        same = build_algorithm(run.algorithm, run.parameters, loaded)
+    budget = evaluations or run.evaluations
+    resumed = resume(path, loaded, ("n_eval", budget), algorithm=same, check=check)
+    resumed.evaluator.warn = False  # the outcome has the failures
+    if run.starts:
+        resumed.sampling = SuggestedSampling(run.starts)
+    if budget < min(resumed.evaluator.n_eval, run.evaluations):
         raise ValueError(
-            f"{key} = {name!r}: its module is imported only if it is named: --{key} {name}"
+            f"the new budget is {budget} evaluations: expected at least the "
+            f"{resumed.evaluator.n_eval} that were made already"
         )
+    longer = run.model_copy(update={"evaluations": budget})
+    return PreparedRun(longer, loaded, resumed, notes, notes.record)

@@ -37,12 +37,11 @@ def same(a, b):
     )
 
 
-@pytest.mark.parametrize("budget", [("--evaluations", 400), ("--generations", 50)])
-def test_a_finished_run_is_made_longer(mgeo, budget):
+def test_a_finished_run_is_made_longer(mgeo):
     first = solve(mgeo, "a", 160)
     expected = solve(mgeo, "b", 400)
     before = read_notes(Path("a") / CHECKPOINT_FILE)["wall_time_s"]
-    done = mgeo("resume", "a", *budget)
+    done = mgeo("resume", "a", "--evaluations", 400)
     assert done.exit_code == 0, done.output
     assert "finished after 400 evaluations" in done.stdout
     assert "100%  400 of 400 evaluations" in done.stderr
@@ -85,7 +84,7 @@ def test_every_evaluation_is_recorded_on_demand(mgeo):
     ("arguments", "message"),
     [
         (["none"], "none cannot be resumed: there is no run.checkpoint in it"),
-        (["a", "--generations", "3"], "the new budget is 24 evaluations: expected at least the 1"),
+        (["a", "--evaluations", "24"], "the new budget is 24 evaluations: expected at least the 1"),
         (["cut"], "run.checkpoint: no checkpoint, or a damaged one"),
     ],
 )

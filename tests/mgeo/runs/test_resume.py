@@ -27,21 +27,12 @@ def begun(folder, generations):
 
 def test_the_configuration_has_the_new_budget(tmp_path):
     begun(tmp_path, 3)
-    longer = resume_run(tmp_path, generations=50)
+    longer = resume_run(tmp_path, evaluations=400)
     assert longer.configuration.evaluations == 400
     once, again = longer.solve(), PreparedRun.of(longer.configuration).solve()
     assert np.array_equal(once.F, again.F)
     shorter = resume_run(tmp_path, evaluations=100)
     assert shorter.solve().evaluations == 104  # the last generation is completed
-
-
-def test_suggested_designs_take_no_generation_from_the_budget(tmp_path):
-    few = {"n_walkers": 4, "max_candidates": 1}
-    run = prepare("cantilever", parameters=few, evaluations=40, starts=4)
-    run.solve(None, tmp_path)
-    longer = resume_run(tmp_path, generations=20)
-    longer.solve()
-    assert longer.algorithm.n_generations == 20
 
 
 SMALL = {"n_walkers": 4, "stages": [0.5, 1.0]}
