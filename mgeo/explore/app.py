@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Sequence
 from time import perf_counter
 from typing import Any
 
@@ -145,11 +144,10 @@ def _add_design(app: Dash, explorer: Explorer) -> None:
         Input("save", "n_clicks"),
         State(variables, "value"),
         State("file", "value"),
-        State("replace", "value"),
         prevent_initial_call=True,
     )
-    def save(_: int, x: list[float], name: str, replace: Sequence[str] | None) -> str:
-        path = explorer.save(x, name, replace=bool(replace))
+    def save(_: int, x: list[float], name: str) -> str:
+        path = explorer.save(x, name)
         _show_message("")
         return f"written: {path}"
 

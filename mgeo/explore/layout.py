@@ -35,15 +35,12 @@ def page(explorer: Explorer) -> Component:
         graph("front"),
     )
     undo, save = html.Button("Undo changes", id="undo"), html.Button("Save", id="save")
-    file, replace = (
-        dcc.Input(explorer.file_name, id="file"),
-        dcc.Checklist(["replace"], id="replace"),
-    )
+    file = dcc.Input(explorer.file_name, id="file")
     design = section(
         "Design",
         bar(dropdown("selected", solutions, explorer.default), undo),
         *sliders(explorer),
-        bar(file, replace, save, html.Output(id="saved")),
+        bar(file, save, html.Output(id="saved")),
     )
     prediction = section("Prediction", html.Div(id="numbers"), html.Div(id="constraints"))
     review = html.Button("Write review", id="ask"), dcc.Loading(html.Div(id="review"))
