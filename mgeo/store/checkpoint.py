@@ -24,7 +24,7 @@ from mgeo.algorithms.state import SavedState, capture, full_name, restore
 from mgeo.evaluation.evaluator import changed_value
 from mgeo.store.atomic import to_npz, write_file
 from mgeo.store.provenance import difference, identity, versions
-from mgeo.store.reading import from_npz, parse_json, read_file
+from mgeo.store.reading import from_npz, parse_json
 from mgeo.store.recorder import Recorder
 from mgeo.validation.arguments import validate_number
 from mgeo.validation.entries import entry, errors_of
@@ -226,7 +226,7 @@ def _content(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes
 
 
 def _read(path: Path | str) -> tuple[SavedState, dict[str, Any]]:
-    content = read_file(path)
+    content = Path(path).read_bytes()
     with errors_of(path):
         try:
             arrays = from_npz(content)

@@ -17,7 +17,7 @@ from mgeo._typing import FloatArray
 from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.plugins.protocol import column_names
 from mgeo.store.atomic import to_npz, write_file
-from mgeo.store.reading import from_npz, read_file
+from mgeo.store.reading import from_npz
 from mgeo.validation.arguments import validate_number
 from mgeo.validation.entries import FileError, errors_of
 
@@ -196,7 +196,7 @@ def _parts(folder: Path) -> list[Path]:
 def _read_part(path: Path, columns: list[str] | None = None) -> tuple[list[str], FloatArray]:
     """Return the columns and the rows of a file, with these columns if they are known."""
     with errors_of(path):
-        arrays = from_npz(read_file(path))
+        arrays = from_npz(path.read_bytes())
         names: list[str] = arrays.get("columns", np.empty(0)).tolist()
         rows = arrays.get("rows", np.empty(0))
         if not {"generation", "failed"} <= set(names) or rows.shape[1:] != (len(names),):

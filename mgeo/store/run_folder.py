@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict
 
 from mgeo.store.atomic import LOCK_FILE, to_json, to_npz, write_file, write_files
-from mgeo.store.reading import from_npz, read_file, read_json, read_numbers, to_csv
+from mgeo.store.reading import from_npz, read_json, read_numbers, to_csv
 from mgeo.store.recorder import remove_record
 from mgeo.store.run import Nearest, Outcome, Run, RunConfiguration
 from mgeo.validation.entries import entry, errors_of
@@ -169,7 +169,7 @@ def _read_table(path: Path, columns: list[str], n: int) -> NDArray[np.float64]:
 def _read_arrays(path: Path, n: int) -> dict[str, NDArray[Any]]:
     """Read what ``front.npz`` has besides X and F, which are those of ``front.csv``."""
     with errors_of(path):
-        arrays = from_npz(read_file(path))
+        arrays = from_npz(path.read_bytes())
         for key in ("G", "H"):
             if key not in arrays:
                 raise ValueError(f"{key} is missing")
