@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.output import Output
-from mgeo.cli.progress import run_title
+from mgeo.cli.running import run_title
 from mgeo.figures.front import MOST_OBJECTIVES
 from mgeo.plugins.protocol import ask, is_own, problem_size
 from mgeo.plugins.view import View, view_of

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from datetime import timedelta
 from pathlib import Path
 
 from rich.table import Table
 
 from mgeo.cli.output import Output
-from mgeo.cli.progress import clock
 from mgeo.plugins.protocol import ask
 from mgeo.plugins.view import View
 from mgeo.runs.answer import answer, dead_end, representative_solutions
@@ -65,6 +65,11 @@ def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
         output.print(f"no checkpoint: {outcome.checkpoint_error}")
     elif outcome.stop_reason in ("signal", "max_time") and (folder / CHECKPOINT_FILE).exists():
         output.print(f"to go on: mgeo resume {folder}")
+
+
+def clock(seconds: float) -> str:
+    """Return a duration as hours, minutes and seconds: 1:02:03."""
+    return str(timedelta(seconds=round(seconds)))
 
 
 def _print_statistics(outcome: Outcome, remarks: list[str], output: Output) -> None:
