@@ -1,4 +1,4 @@
-"""Flags that several commands share, and the completion of their values.
+"""Flags that several commands share, and the names that complete their values.
 
 Completion imports nothing from plugins. The shell itself completes names of files and folders.
 """
@@ -16,34 +16,28 @@ import typer
 from mgeo.cli.output import reserve
 from mgeo.plugins.discovery import installed_plugins, preset_names
 
-Complete = Callable[[str], list[str]]
 
-
-def among(names: Iterable[str]) -> Complete:
+def among(names: Iterable[str]) -> Callable[[], list[str]]:
     """Return a completion of fixed names."""
-    return lambda incomplete: [name for name in names if name.startswith(incomplete)]
+    return lambda: list(names)
 
 
-def among_those_of(table: str) -> Complete:
-    """Return a completion of the names in a table, ``module:TABLE``, imported when needed."""
-    return lambda incomplete: among(resolve_name(table))(incomplete)
+def problems() -> list[str]:
+    """Return the names of the installed problems."""
+    return [plugin.name for plugin in installed_plugins()]
 
 
-def problems(incomplete: str) -> list[str]:
-    """Complete the name of an installed problem."""
-    return among(plugin.name for plugin in installed_plugins())(incomplete)
+def algorithms() -> list[str]:
+    """Return the names of the algorithms."""
+    names: list[str] = resolve_name("mgeo.runs.algorithms:algorithm_names")()
+    return names
 
 
-def algorithms(incomplete: str) -> list[str]:
-    """Complete the name of an algorithm."""
-    return among(resolve_name("mgeo.runs.algorithms:algorithm_names")())(incomplete)
-
-
-def scenarios(ctx: typer.Context, incomplete: str) -> list[str]:
-    """Complete a preset of the problem on the command line; the shell completes files."""
+def scenarios(ctx: typer.Context) -> list[str]:
+    """Return the presets of the problem on the command line; the shell completes files."""
     # an option without its value makes typer leave the arguments unread
     words = [str(ctx.params.get("problem")), *ctx.args]
-    return among(preset for word in words for preset in preset_names(word))(incomplete)
+    return [preset for word in words for preset in preset_names(word)]
 
 
 RunFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of the run.")]
@@ -87,7 +81,7 @@ Tau = Annotated[
     typer.Option(
         metavar="NUMBER|NAME",
         help="Selection pressure; a name lets it follow the search.",
-        autocompletion=among_those_of("mgeo.algorithms.selection:RULES"),
+        autocompletion=lambda: list(resolve_name("mgeo.algorithms.selection:RULES")),
     ),
 ]
 Walkers = Annotated[int | None, typer.Option("--walkers", "--runs", help="Number of walkers.")]
@@ -96,7 +90,7 @@ Perturbation = Annotated[
     typer.Option(
         metavar="NAME",
         help="What sigma is a multiple of.",
-        autocompletion=among_those_of("mgeo.algorithms.steps:SCALES"),
+        autocompletion=lambda: list(resolve_name("mgeo.algorithms.steps:SCALES")),
     ),
 ]
 Population = Annotated[int | None, typer.Option(help="Population size, of pymoo's algorithms.")]
