@@ -27,16 +27,6 @@ def test_a_name_that_is_like_known_ones_or_a_part_of_them(value, known, told):
 
 
 @pytest.mark.parametrize(
-    ("kind", "value"),
-    [(int, 3), (float, 3), (float, -1.5), (bool, False), (str, ""), (dict, {}), (list, [1, "a"]),
-     (list[str], ["a"]), (dict[str, int], {"a": 1})],
-)  # fmt: skip
-def test_an_entry_comes_as_it_is(kind, value):
-    found = entry({"a": value}, "a", kind)
-    assert found is value
-
-
-@pytest.mark.parametrize(
     ("kind", "value", "message"),
     [
         (int, True, "x.a = True: expected an integer"),

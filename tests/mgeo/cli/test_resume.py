@@ -72,8 +72,6 @@ def test_every_evaluation_is_recorded_on_demand(mgeo):
     table = read_record("a/evaluations")
     solve(mgeo, "b", 320, "--record")
     assert table.equals(read_record("b/evaluations"))
-    solve(mgeo, "a", 80, "--overwrite")
-    assert not Path("a/evaluations").exists()
     refused = mgeo("solve", "zdt1", "--algorithm", "moead", "--record", "--out", "d")
     assert refused.exit_code == 2
     assert "evaluations of 'moead' cannot be recorded" in refused.stderr
