@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, redirect_stdout
+from collections.abc import Mapping
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -72,15 +72,8 @@ def rows(frame: pd.DataFrame) -> list[dict[Any, Any]]:
 def reserve(ctx: typer.Context, wanted: bool) -> bool:
     """Callback of the flag --json: until the command ends, all other output goes to stderr."""
     if wanted and not ctx.resilient_parsing:
-        ctx.find_root().with_resource(_redirected())
+        root = ctx.find_root()
+        _stdout.append(sys.stdout)
+        root.call_on_close(_stdout.pop)
+        root.with_resource(redirect_stdout(sys.stderr))
     return wanted
-
-
-@contextmanager
-def _redirected() -> Iterator[None]:
-    _stdout.append(sys.stdout)
-    try:
-        with redirect_stdout(sys.stderr):
-            yield
-    finally:
-        _stdout.pop()

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pymoo.algorithms.base.genetic import GeneticAlgorithm
+from pymoo.algorithms.moo.cmopso import CMOPSO
 from pymoo.algorithms.moo.nsga3 import comp_by_cv_then_random
 from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
@@ -26,7 +26,6 @@ from pymoo.operators.repair.rounding import RoundingRepair
 from pymoo.operators.sampling.rnd import BinaryRandomSampling, IntegerRandomSampling
 from pymoo.operators.selection.tournament import TournamentSelection
 from pymoo.termination.max_eval import MaximumFunctionCallTermination
-from pymoo.util.archive import Archive, RandomTruncation, SurvivalTruncation
 from pymoo.util.optimum import filter_optimum
 
 if TYPE_CHECKING:
@@ -114,30 +113,17 @@ class SeededComparison:
 def seed_draws(algorithm: Algorithm) -> None:
     """Let an algorithm that is set up draw by its own generator alone.
 
-    pymoo draws ties of its NSGA-III and truncations of archives from the entropy of the operating
+    pymoo draws ties of its NSGA-III and the elites of its CMOPSO from the entropy of the operating
     system, so that a run would not repeat with its seed.
     """
     selection: Any = getattr(getattr(algorithm, "mating", None), "selection", None)
     if isinstance(selection, TournamentSelection) and selection.func_comp in _UNSEEDED:
         selection.func_comp = SeededComparison(selection.func_comp)
-    for name in ("archive", "elites"):
-        archive: Any = getattr(algorithm, name, None)
-        if isinstance(archive, Archive):
-            archive.truncation = _seeded(archive.truncation, algorithm)
-
-
-def _seeded(inner: Any, algorithm: Algorithm) -> Callable[[Any, int], Any]:
-    """Return a truncation of pymoo's that draws from the generator of an algorithm."""
-
-    def truncate(solutions: Any, k: int) -> Any:
-        state = algorithm.random_state
-        if isinstance(inner, SurvivalTruncation):
-            return inner.survival.do(inner.problem, solutions, n_survive=k, random_state=state)
-        if isinstance(inner, RandomTruncation):
-            return inner(solutions, k, random_state=state)
-        return inner(solutions, k)
-
-    return truncate
+    if isinstance(algorithm, CMOPSO):
+        survival = algorithm.elites.truncation.survival
+        algorithm.elites.truncation = lambda solutions, k: survival.do(
+            algorithm.problem, solutions, n_survive=k, random_state=algorithm.random_state
+        )
 
 
 class FrontRVEA(RVEA):
