@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pymoo.core.callback import Callback
-from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
@@ -90,15 +88,13 @@ class Recorder(Callback):
         if is_same_run and generation == self._generation:
             return
         candidates = algorithm.pop if algorithm.off is None else algorithm.off
-        if isinstance(candidates, Individual):
-            candidates = Population.create(candidates)
         evaluated = algorithm.evaluator.n_eval - self._n_eval
         if not is_same_run:
             self._open(algorithm.problem, generation)
-        elif evaluated > len(candidates):
+        elif evaluated > np.size(candidates):  # it may be a single one
             raise ValueError(
                 f"{type(algorithm).__name__} made {evaluated} evaluations in generation "
-                f"{generation} and has {len(candidates)} offspring: a Recorder expects all of them"
+                f"{generation} and has {np.size(candidates)} offspring: expected all among these"
             )
         self._buffer.append(_rows(algorithm.problem, candidates, generation))
         self._start_time = algorithm.start_time
@@ -139,20 +135,21 @@ class Recorder(Callback):
             remove_record(self.folder)
 
 
-def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.DataFrame:
+def read_record(folder: Path | str) -> pd.DataFrame:
     """Return a record as a table with one row per evaluation, also while the run continues.
+
+    Its columns are ``generation`` (from 1), each variable and each objective by its name, the
+    constraints ``g1``, ..., ``h1``, ..., and ``failed``. The objectives of a failed evaluation are
+    NaN.
 
     Parameters
     ----------
     folder : folder that a `Recorder` wrote.
-    columns : columns to return, None for all: ``generation`` (from 1), each variable and each
-        objective by its name, the constraints ``g1``, ..., ``h1``, ..., and ``failed``. The
-        objectives of a failed evaluation are NaN.
 
     Raises
     ------
     FileNotFoundError : if there is no record.
-    ValueError : if a file is damaged, or the record has no such column.
+    ValueError : if a file is damaged.
 
     Examples
     --------
@@ -161,7 +158,7 @@ def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.
     >>> from mgeo import MGEOReal, Recorder, read_record
     >>> record = Recorder("evaluations")
     >>> result = minimize(ZDT1(n_var=2), MGEOReal(), ("n_gen", 3), seed=1, callback=record)
-    >>> read_record("evaluations", ["generation", "f1"]).groupby("generation").size().to_list()
+    >>> read_record("evaluations").groupby("generation").size().to_list()
     [60, 60, 60]
     """
     import pandas as pd
@@ -171,13 +168,7 @@ def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.
         raise FileNotFoundError(f"{folder} holds no record")
     names, rows = _read_part(parts[0])
     rows = np.concatenate([rows, *(_read_part(path, names)[1] for path in parts[1:])])
-    table = pd.DataFrame(rows, columns=names).astype({"generation": int, "failed": bool})
-    unknown = [name for name in columns or () if name not in names]
-    if unknown:
-        raise ValueError(
-            f"{folder} has no column {unknown[0]!r}: expected one of {', '.join(names)}"
-        )
-    return table if columns is None else table[list(columns)]
+    return pd.DataFrame(rows, columns=names).astype({"generation": int, "failed": bool})
 
 
 def remove_record(folder: Path) -> None:
