@@ -131,15 +131,6 @@ def _add_design(app: Dash, explorer: Explorer) -> None:
         ]
 
     @app.callback(
-        Output("review", "children"),
-        Input("ask", "n_clicks"),
-        State(variables, "value"),
-        prevent_initial_call=True,
-    )
-    def write_review(_: int, x: list[float]) -> list[Component]:
-        return list(layout.review(explorer.review(x)))
-
-    @app.callback(
         Output("saved", "children"),
         Input("save", "n_clicks"),
         State(variables, "value"),

@@ -15,7 +15,6 @@ from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.figures.front import MOST_TEXTS
 from mgeo.figures.motion import motion_of
 from mgeo.plugins.protocol import ask, column_names
-from mgeo.plugins.shown import Review
 from mgeo.plugins.view import View, view_of
 from mgeo.report.shown_run import read_shown_run
 from mgeo.report.solutions import planned_rows
@@ -121,11 +120,6 @@ class Explorer:
         with self._lock:
             (found,) = ask(self._view_of(x), View.solution_figures)
         return {name: figure for name, figure in found.items() if motion_of(figure) is None}
-
-    def review(self, x: ArrayLike) -> Review:
-        """Return the review of one design, such as its error budget. May take seconds."""
-        with self._lock:
-            return ask(self._view_of(x), View.review)
 
     def save(self, x: ArrayLike, name: str) -> Path:
         """Write a design as a JSON file that the problem's tools read, and return the path.
