@@ -156,22 +156,15 @@ def main() -> None:
     app()
 
 
-def versions() -> dict[str, str]:
-    """Return the versions of mgeo, its plugins, Python and the numerical libraries, by name."""
-    plugins = {
-        plugin.distribution
-        for group in (PROBLEMS, ALGORITHMS, COMMANDS)
-        for plugin in installed_plugins(group)
-    }
-    names = ["mgeo", *sorted(plugins - {"mgeo"}), "numpy", "scipy", "pymoo"]
-    return {name: metadata.version(name) for name in names} | {"python": platform.python_version()}
-
-
 def _print_version(wanted: bool) -> None:
-    if wanted:
-        for name, number in versions().items():
-            typer.echo(f"{name} {number}")
-        raise typer.Exit
+    if not wanted:
+        return
+    groups = (PROBLEMS, ALGORITHMS, COMMANDS)
+    plugins = {each.distribution for group in groups for each in installed_plugins(group)}
+    for name in ("mgeo", *sorted(plugins - {"mgeo"}), "numpy", "scipy", "pymoo"):
+        typer.echo(f"{name} {metadata.version(name)}")
+    typer.echo(f"python {platform.python_version()}")
+    raise typer.Exit
 
 
 @app.callback()
