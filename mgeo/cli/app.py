@@ -27,7 +27,7 @@ from mgeo.plugins.discovery import (
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "solve": (
         "mgeo solve attitude",
-        "mgeo solve attitude --scenario cubesat_6u --algorithm nsga2 --population 50",
+        "mgeo solve attitude --scenario cubesat_6u --algorithm nsga2 --set population=50",
         "mgeo solve attitude --robust",
         "mgeo solve attitude --seed 2 --json | jq .hypervolume.value",
     ),

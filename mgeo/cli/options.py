@@ -5,7 +5,7 @@ Completion imports nothing from plugins. The shell itself completes names of fil
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
 from pkgutil import resolve_name
@@ -69,73 +69,42 @@ Problem = Annotated[
         help="The problem, where it is none by name: no file has a module imported.",
     ),
 ]
-Sigma = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NUMBER[,NUMBER...]",
-        help="Standard deviation of steps, one for all variables or one for each.",
-    ),
-]
-Tau = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NUMBER|NAME",
-        help="Selection pressure; a name lets it follow the search.",
-        autocompletion=lambda: list(resolve_name("mgeo.algorithms.selection:RULES")),
-    ),
-]
 Walkers = Annotated[int | None, typer.Option("--walkers", "--runs", help="Number of walkers.")]
-Perturbation = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME",
-        help="What sigma is a multiple of.",
-        autocompletion=lambda: list(resolve_name("mgeo.algorithms.steps:SCALES")),
-    ),
-]
-Population = Annotated[int | None, typer.Option(help="Population size, of pymoo's algorithms.")]
 Settings = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
         metavar="NAME=VALUE",
-        help="Any other parameter of the algorithm, such as bits=12 or restart=archive; may be "
-        "given several times.",
+        help="A parameter of the algorithm, such as sigma=0.5 or population=50; may be given "
+        "several times.",
     ),
 ]
 
 
-def parse_parameters(flags: Mapping[str, Any], settings: Sequence[str]) -> dict[str, Any]:
-    """Return the parameters of an algorithm from its flags and from NAME=VALUE texts.
-
-    Parameters
-    ----------
-    flags
-        Values by parameter, None where a flag is not given.
+def parse_parameters(settings: Iterable[str]) -> dict[str, Any]:
+    """Return the parameters of an algorithm from NAME=VALUE texts.
 
     Raises
     ------
     ValueError
         If a text is not of this form.
     """
-    given = {key: value for key, value in flags.items() if value is not None}
+    given = {}
     for setting in settings:
         name, _, value = setting.partition("=")
         if not (name and value):
             raise ValueError(f"--set {setting}: expected NAME=VALUE")
-        given[name] = value
-    return {key: _value(value) for key, value in given.items()}
+        given[name] = _value(value)
+    return given
 
 
-def _value(given: Any) -> Any:
+def _value(text: str) -> Any:
     """Return the integer, float, boolean or word in a text, or a list where there are commas."""
-    if not isinstance(given, str):
-        return given
-    if "," in given:
-        return [_value(entry) for entry in given.split(",")]
-    if given.lower() in ("true", "false"):
-        return given.lower() == "true"
+    if "," in text:
+        return [_value(entry) for entry in text.split(",")]
+    if text.lower() in ("true", "false"):
+        return text.lower() == "true"
     for kind in (int, float):
         with suppress(ValueError):
-            return kind(given)
-    return given
+            return kind(text)
+    return text

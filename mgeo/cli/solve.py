@@ -78,11 +78,7 @@ def solve(
             autocompletion=options.algorithms,
         ),
     ] = None,
-    sigma: options.Sigma = None,
-    tau: options.Tau = None,
     walkers: options.Walkers = None,
-    perturbation: options.Perturbation = None,
-    population: options.Population = None,
     settings: options.Settings = None,
     evaluations: Annotated[
         int | None,
@@ -143,17 +139,13 @@ def solve(
     # of a collection, coco:bbob/f1/d10/i1, and of a class, module:Class
     name = f"{problem}{'-robust' if robust else ''}-{algorithm}".replace(":", "-").replace("/", "-")
     folder = out or Path("runs", f"{name}-seed{seed}")
-    flags = {
-        "sigma": sigma,
-        "tau": tau,
-        "n_walkers": walkers,
-        "perturbation": perturbation,
-        "population": population,
-    }
     with bad_input():
+        parameters = options.parse_parameters(settings or [])
+        if walkers is not None:
+            parameters["n_walkers"] = walkers
         run = prepare(
             problem,
-            parameters=options.parse_parameters(flags, settings or []),
+            parameters=parameters,
             options=read_scenario(problem, scenario, after=after, named=(problem,)),
             algorithm=given,
             evaluations=evaluations,

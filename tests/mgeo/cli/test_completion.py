@@ -27,7 +27,6 @@ def offered(line, shell="bash"):
         ("mgeo so", ["solve"]),
         ("mgeo solve canti", ["cantilever"]),
         ("mgeo solve --algorithm mgeo-real", ["mgeo-real", "mgeo-real2"]),
-        ("mgeo solve --perturbation r", ["relative", "range"]),
         ("mgeo solve cantilever --scenario ", ["heavy", "light"]),
         ("mgeo resume ", []),  # the shell offers files and folders
     ],

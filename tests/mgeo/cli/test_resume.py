@@ -16,7 +16,14 @@ from mgeo.store.atomic import lock
 from mgeo.store.checkpoint import read_notes
 from mgeo.store.run_folder import CHECKPOINT_FILE, read_run
 
-SHORT = ["--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]  # 8 evaluations a generation
+SHORT = [
+    "--algorithm",
+    "mgeo-real",
+    "--walkers",
+    "4",
+    "--set",
+    "sigma=0.05",
+]  # 8 evaluations a generation
 
 
 def solve(mgeo, folder, evaluations, *more):

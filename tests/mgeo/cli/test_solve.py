@@ -9,7 +9,16 @@ import pytest
 from mgeo.runs.prepare import PreparedRun
 from mgeo.store.run_folder import read_run
 
-SHORT = ["--evaluations", "400", "--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]
+SHORT = [
+    "--evaluations",
+    "400",
+    "--algorithm",
+    "mgeo-real",
+    "--walkers",
+    "4",
+    "--set",
+    "sigma=0.05",
+]
 REAL = ["--algorithm", "mgeo-real"]
 
 
@@ -71,9 +80,18 @@ def test_the_table_shows_five_solutions_in_the_problems_terms(mgeo, monkeypatch)
 
 def test_flags_reach_the_configuration(mgeo):
     done = mgeo(
-        *("solve", "cantilever", "--algorithm", "mgeo-real", "--tau", "2.5", "--runs", "3"),
-        *("--sigma", "0.05,0.1"),
-        *("--perturbation", "range", "--evaluations", "60", "--scenario", "heavy", "--out", "a"),
+        *("solve", "cantilever", "--algorithm", "mgeo-real", "--set", "tau=2.5", "--walkers", "3"),
+        *("--set", "sigma=0.05,0.1"),
+        *(
+            "--set",
+            "perturbation=range",
+            "--evaluations",
+            "60",
+            "--scenario",
+            "heavy",
+            "--out",
+            "a",
+        ),
         *("--set", "bounds=reflect"),
     )
     assert done.exit_code == 0, done.output
@@ -142,11 +160,11 @@ def test_an_existing_run_is_refused_unless_told(mgeo):
         (["cantilevr"], "no problem is called 'cantilevr'.*did you mean 'cantilever'"),
         (["no-module"], "does not load: ModuleNotFoundError"),
         (
-            ["cantilever", "--algorithm", "nsga2", "--tau", "2"],
+            ["cantilever", "--algorithm", "nsga2", "--set", "tau=2"],
             "algorithm 'nsga2' has no parameter 'tau': expected population",
         ),
         (
-            ["cantilever", *REAL, "--sigma", "1,x"],
+            ["cantilever", *REAL, "--set", "sigma=1,x"],
             r"sigma\[1\] = 'x': expected a finite number > 0",
         ),
         (["cantilever", "--scenario", "huge"], "preset = 'huge': expected one of light, heavy"),
