@@ -2,6 +2,7 @@
 
 from importlib import import_module
 from importlib.metadata import version
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -44,16 +45,16 @@ _NAMES = {
     "mgeo.store.recorder": ["Recorder", "read_record"],
     "mgeo.studies.execute": ["compare"],
 }
-_MODULES = {name: module for module, names in _NAMES.items() for name in names}
-__all__ = list(_MODULES)
+__all__ = list(chain(*_NAMES.values()))
 
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         return version("mgeo")
-    if name not in _MODULES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_MODULES[name]), name)
+    for module, names in _NAMES.items():
+        if name in names:
+            return getattr(import_module(module), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
