@@ -17,7 +17,7 @@ from mgeo.plugins.view import View
 from mgeo.report.history import recorded_history
 from mgeo.report.shown_run import read_shown_run
 from mgeo.report.solutions import front_picture
-from mgeo.validation.arguments import did_you_mean
+from mgeo.validation.arguments import validate_choice
 
 #: Width and height [px] of figures that have no size of their own.
 _SIZE = (900, 560)
@@ -64,9 +64,7 @@ def run_figures(
                 found[_file_name(solution.label, str(name))] = figure
     made = {name: figure for name, figure in found.items() if figure is not None}
     for name in only:
-        if name not in made:
-            expected = f"expected {', '.join(made)}{did_you_mean(name, made)}"
-            raise ValueError(f"the run has no figure {name!r}: {expected}")
+        validate_choice("figure", name, made)
     return {name: made[name] for name in only or made}
 
 
@@ -120,7 +118,7 @@ def _sized(figure: go.Figure) -> go.Figure:
 
 
 def _still(figure: go.Figure) -> go.Figure:
-    """Without menus, and what its title says to whoever sees it on a screen."""
+    """Return a copy without menus, and without what its title says about the screen."""
     still = go.Figure(figure)
     still.layout.updatemenus, still.layout.sliders = (), ()
     if text := still.layout.title.text:
