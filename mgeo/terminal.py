@@ -1,11 +1,15 @@
-"""Text and tables on terminals, in pipes and in logs, for all commands and those of plugins."""
+"""What commands print, those of plugins too: text and tables, or one JSON document."""
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Iterable, Mapping, Sequence
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stdout
+from dataclasses import dataclass
 from numbers import Integral, Real
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TextIO
 
 from rich.console import Console, RenderableType
 from rich.measure import Measurement
@@ -16,6 +20,67 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _WIDTH_OF_A_FILE = 400  # of tables in pipes and files, unless COLUMNS is set
+_documents: list[TextIO] = []  # stdout, while all else goes to stderr
+
+
+@dataclass(frozen=True)
+class Output:
+    """Output of a command.
+
+    Attributes
+    ----------
+    quiet : print errors only, and the document if one is asked for.
+    json : print nothing but one document on stdout.
+    """
+
+    quiet: bool = False
+    json: bool = False
+
+    @property
+    def for_people(self) -> bool:
+        """Whether `print` prints."""
+        return not (self.quiet or self.json)
+
+    def print(self, *shown: str | RenderableType) -> None:
+        """Print text and tables, each on lines of its own."""
+        if self.for_people:
+            show(*shown)
+
+    def note(self, text: str) -> None:
+        """Print a line on stderr, beside the result."""
+        show(text, stderr=True)
+
+    def result(self, document: Mapping[str, Any]) -> None:
+        """Print the document for scripts, see `json_text`."""
+        if self.json:
+            print(json_text(document), file=_documents[0] if _documents else sys.stdout)
+
+
+def json_text(document: Mapping[str, Any]) -> str:
+    """Return a document as JSON, with null for numbers that JSON does not have."""
+    from pydantic_core import to_jsonable_python
+
+    finite = to_jsonable_python(dict(document), inf_nan_mode="null")
+    return json.dumps(finite, indent=2, allow_nan=False)
+
+
+def rows(frame: pd.DataFrame) -> list[dict[Any, Any]]:
+    """Return the rows of a table for a document, with the index unless it only counts them."""
+    import pandas as pd
+
+    named = frame if isinstance(frame.index, pd.RangeIndex) else frame.reset_index()
+    return named.to_dict("records")
+
+
+@contextmanager
+def stdout_for_documents() -> Iterator[None]:
+    """Keep stdout for `Output.result`, and send all other output to stderr."""
+    _documents.append(sys.stdout)
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        _documents.pop()
 
 
 def table(titles: Iterable[object], rows: Iterable[Sequence[object]], digits: int = 5) -> Table:

@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.cli.output import Output
 from mgeo.cli.running import run_title
 from mgeo.figures.front import MOST_OBJECTIVES
 from mgeo.plugins.protocol import ask, is_own, problem_size
 from mgeo.plugins.view import View, view_of
 from mgeo.runs.prepare import PreparedRun
 from mgeo.store import run_folder
-from mgeo.terminal import pairs
+from mgeo.terminal import Output, pairs
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem

@@ -10,7 +10,7 @@ import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import Terminated, bad_input
-from mgeo.cli.output import Output
+from mgeo.terminal import Output
 
 
 def explore(

@@ -8,9 +8,8 @@ import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import bad_input
-from mgeo.cli.output import Output
 from mgeo.plugins.discovery import Plugin, PluginError, installed_plugins, preset_names
-from mgeo.terminal import plain, table
+from mgeo.terminal import Output, plain, table
 
 
 def problems(json: options.Json = False, debug: options.Debug = False) -> None:

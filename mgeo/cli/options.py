@@ -13,8 +13,8 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.cli.output import reserve
 from mgeo.plugins.discovery import installed_plugins, preset_names
+from mgeo.terminal import stdout_for_documents
 
 
 def among(names: Iterable[str]) -> Callable[[], list[str]]:
@@ -40,13 +40,19 @@ def scenarios(ctx: typer.Context) -> list[str]:
     return [preset for word in words for preset in preset_names(word)]
 
 
+def _reserve_stdout(ctx: typer.Context, wanted: bool) -> bool:
+    if wanted and not ctx.resilient_parsing:
+        ctx.find_root().with_resource(stdout_for_documents())
+    return wanted
+
+
 RunFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of the run.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
 Json = Annotated[
     bool,
     typer.Option(
         "--json",
-        callback=reserve,
+        callback=_reserve_stdout,
         help="Print the result as one JSON document, for scripts; on stdout there is nothing else.",
     ),
 ]

@@ -17,7 +17,6 @@ from rich.console import Console, Group
 from rich.live import Live
 
 from mgeo.cli.errors import ExitCode, StopRequest, bad_input, stop_requests
-from mgeo.cli.output import Output
 from mgeo.cli.summary import clock, show_summary
 from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures.page import page
@@ -30,7 +29,7 @@ from mgeo.store import run_folder
 from mgeo.store.atomic import check_writable, lock, write_file
 from mgeo.store.provenance import installed_versions
 from mgeo.store.run import Outcome, Run, RunConfiguration
-from mgeo.terminal import console, plain
+from mgeo.terminal import Output, console, plain
 
 _MAX_SHARE = 0.02  # largest share of the run time that the computation of what is shown may take
 _STOPPING = "stopping after this generation; Ctrl-C again to stop at once"

@@ -9,7 +9,7 @@ import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import bad_input
-from mgeo.cli.output import Output
+from mgeo.terminal import Output
 
 _UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0}
 

@@ -13,8 +13,7 @@ import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import ExitCode, bad_input, of_interrupt
-from mgeo.cli.output import Output
-from mgeo.terminal import plain, table
+from mgeo.terminal import Output, plain, table
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison

@@ -8,13 +8,12 @@ from pathlib import Path
 
 from rich.table import Table
 
-from mgeo.cli.output import Output
 from mgeo.plugins.protocol import ask
 from mgeo.plugins.view import View
 from mgeo.runs.answer import answer, dead_end, representative_solutions
 from mgeo.store.run import Outcome, Run
 from mgeo.store.run_folder import CHECKPOINT_FILE, FIGURE_FILE, RUN_FILES, run_document
-from mgeo.terminal import console, fits, plain, table
+from mgeo.terminal import Output, console, fits, plain, table
 
 
 def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:

@@ -7,7 +7,7 @@ import typer
 
 from mgeo.cli.errors import bad_input
 from mgeo.cli.options import Debug, Json
-from mgeo.cli.output import Output
+from mgeo.terminal import Output
 
 app = typer.Typer(help="Beams, weighed.", rich_markup_mode="rich")
 

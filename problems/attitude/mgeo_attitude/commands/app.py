@@ -11,7 +11,7 @@ import typer
 from mgeo.cli.app import epilog
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.options import Debug, Json, Quiet, among
-from mgeo.cli.output import Output, json_text
+from mgeo.terminal import Output, json_text
 from mgeo_attitude.export_formats import FORMATS
 
 app = typer.Typer(

@@ -13,7 +13,7 @@ from mgeo_attitude.commands.app import USERS, Overwrite, Pick, Solution, Source,
 from mgeo.cli.app import epilog
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.options import Debug, Json, Quiet
-from mgeo.cli.output import Output, json_text, rows
+from mgeo.terminal import Output, json_text, rows
 
 app = typer.Typer()
 

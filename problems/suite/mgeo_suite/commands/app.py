@@ -11,7 +11,7 @@ import typer
 from mgeo.cli.app import epilog
 from mgeo.cli.errors import bad_input
 from mgeo.cli.options import Debug, Json
-from mgeo.cli.output import Output
+from mgeo.terminal import Output, table
 
 app = typer.Typer(help="Sensor suites: what a catalog offers, and what a front of suites says.")
 
@@ -36,7 +36,6 @@ def catalog(
     debug: Debug = False,
 ) -> None:
     """Print a catalog: every grade with price, mass, power and where the figures are from."""
-    from mgeo.terminal import table
     from mgeo_suite.catalog import SECTIONS, Catalog
 
     with bad_input():
