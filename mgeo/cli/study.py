@@ -13,8 +13,7 @@ import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import ExitCode, bad_input, of_interrupt
-from mgeo.cli.output import Output
-from mgeo.terminal import plain, table
+from mgeo.terminal import Output, plain, table
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
@@ -22,10 +21,7 @@ if TYPE_CHECKING:
 
 
 def study(
-    file: Annotated[
-        Path,
-        typer.Argument(metavar="FILE", help="A study as TOML.", autocompletion=options.toml_files),
-    ],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A study as TOML.")],
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder to write [default: studies/FILE].")
     ] = None,

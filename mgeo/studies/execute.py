@@ -15,7 +15,6 @@ import pandas as pd
 from numpy.typing import ArrayLike
 from pymoo.core.algorithm import Algorithm
 
-from mgeo.runs.operators import fitted
 from mgeo.studies.comparison import Comparison, FailedRunsWarning
 from mgeo.studies.indicators import NothingToCompareError, check_space, indicator_space, trace
 from mgeo.studies.plan import claim, describe_algorithm, describe_problem, installed_versions
@@ -67,8 +66,7 @@ def compare(
     Parameters
     ----------
     problem : any pymoo problem.
-    algorithms : pymoo algorithms by label; without labels, the names of their classes. pymoo's own
-        algorithms get operators for the problem's variables (see `mgeo.runs.operators.fitted`).
+    algorithms : pymoo algorithms by label; without labels, the names of their classes.
     n_eval : evaluations of each run.
     seeds : how many (1, 2, ...), or which.
     folder : where each run is stored as it finishes, and the tables at the end, for
@@ -161,11 +159,7 @@ def make_comparison(
     space : `bounds`, `reference_front` and `parts` of the indicators' space.
     """
     keys = list(product(algorithms, seeds))
-    ready = {
-        label: fitted(algorithm, problem, f"algorithms[{label!r}]")
-        for label, algorithm in algorithms.items()
-    }
-    tasks = {(label, seed): Task(problem, ready[label], n_eval, seed) for label, seed in keys}
+    tasks = {(label, seed): Task(problem, algorithms[label], n_eval, seed) for label, seed in keys}
     results = _make_runs(tasks, runs, resume, n_jobs, progress, title)
     records = {key: r for key in keys if isinstance(r := results[key], StudyRun)}
     if not records:

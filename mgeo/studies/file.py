@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from mgeo.benchmarks.collections import expanded, short_name
 from mgeo.plugins.problems import load_problem, read_scenario
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
-from mgeo.store.reading import parse_toml, read_text
+from mgeo.store.reading import read_text
 from mgeo.studies.execute import MOST
 from mgeo.studies.schema import AlgorithmTable, ProblemTable, PublishedTable, StudyTable
 from mgeo.validation.arguments import validate_integer
@@ -207,7 +208,7 @@ def parse_study(text: str, folder: Path, *, imports: bool = True) -> Study:
     ValueError, TypeError
         As `read_study`, without the name of the file.
     """
-    table = checked(StudyTable, parse_toml(text))
+    table = checked(StudyTable, tomllib.loads(text))
     problems = [
         each for i, one in enumerate(table.problems) for each in _problems(one, i, folder, imports)
     ]

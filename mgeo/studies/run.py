@@ -24,7 +24,7 @@ from mgeo.algorithms.staged import MGEOStaged, is_rough
 from mgeo.evaluation.dominance import not_weakly_dominated
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import succeeded
-from mgeo.runs.operators import IDLE_STEPS, set_up
+from mgeo.runs.algorithms import IDLE_STEPS, set_up
 from mgeo.studies.record import StudyRun
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.population import Population
 from pymoo.problems.multi import ZDT1
 
-from mgeo.runs.operators import set_up
+from mgeo.runs.algorithms import set_up
 from mgeo.studies.record import StudyRun
 from mgeo.studies.run import EvaluationLog, WatchedEvaluator
 

@@ -8,10 +8,9 @@ from typing import Any
 
 from rich.console import RenderableType
 
-from mgeo.cli.output import Output, rows
 from mgeo.figures.page import report_page
 from mgeo.store.atomic import write_file
-from mgeo.terminal import note, plain, titled
+from mgeo.terminal import Output, note, plain, rows, titled
 from mgeo_attitude.bound.samples import NoLimit
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg

@@ -12,8 +12,8 @@ from mgeo_attitude.commands.app import USERS, Overwrite, Pick, Solution, Source,
 
 from mgeo.cli.app import epilog
 from mgeo.cli.errors import ExitCode, bad_input
-from mgeo.cli.options import Debug, Json, Quiet, toml_files
-from mgeo.cli.output import Output, json_text, rows
+from mgeo.cli.options import Debug, Json, Quiet
+from mgeo.terminal import Output, json_text, rows
 
 app = typer.Typer()
 
@@ -172,7 +172,6 @@ def calibrate(
         typer.Option(
             metavar="FILE.toml|PRESET",
             help="Satellite, orbit and epoch [default: those of --plan].",
-            autocompletion=toml_files,
         ),
     ] = None,
     plan: Annotated[

@@ -11,9 +11,8 @@ from mgeo_attitude.environment.times import utc_text
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.scenario import Scenario
 
-from mgeo.cli.output import Output, rows
 from mgeo.store.atomic import check_writable, lock, write_file
-from mgeo.terminal import note, plain, titled
+from mgeo.terminal import Output, note, plain, rows, titled
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.diagnosis import CannotCalibrate
 from mgeo_calibration.calibration.document import document, to_json
