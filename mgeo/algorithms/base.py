@@ -151,7 +151,7 @@ class ExtremalOptimization(Algorithm, ABC):
                 f"this {name} has begun a run: expected a new one to set up, or a copy.deepcopy of "
                 "one before its run"
             )
-        if isinstance(problem, DynamicProblem) or callable(getattr(problem, "tic", None)):
+        if is_dynamic(problem):
             raise ValueError(
                 f"{type(problem).__name__} is a dynamic problem, and the front of {name} would "
                 "keep objectives of times that are past: expected a problem whose values do not "
@@ -290,3 +290,8 @@ class ExtremalOptimization(Algorithm, ABC):
 
     def _set_optimum(self) -> None:
         self.opt = self.front.individuals
+
+
+def is_dynamic(problem: Problem) -> bool:
+    """Return whether the values of a problem change with time, as those of pymoo's `dyn` do."""
+    return isinstance(problem, DynamicProblem) or callable(getattr(problem, "tic", None))

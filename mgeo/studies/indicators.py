@@ -15,6 +15,7 @@ from pymoo.indicators.hv import HV
 
 from mgeo._typing import FloatArray
 from mgeo.algorithms.archive import truncate
+from mgeo.algorithms.base import is_dynamic
 from mgeo.evaluation.dominance import nondominated
 from mgeo.plugins import protocol
 from mgeo.plugins.protocol import ask
@@ -160,8 +161,20 @@ def check_space(
     reference_front: ArrayLike | None = None,
     parts: Sequence[float] | None = None,
 ) -> None:
-    """Refuse what `indicator_space` would refuse, before any run is made; raises as that."""
+    """Refuse what `indicator_space` would refuse, and a dynamic problem, before any run is made.
+
+    Raises
+    ------
+    ValueError
+        As `indicator_space`, or if the values of the problem change with time.
+    """
     n_obj = problem.n_obj
+    if is_dynamic(problem):
+        raise ValueError(
+            f"{type(problem).__name__} is a dynamic problem: its values change with time, so that "
+            "no indicator can compare those of different generations; expected a problem whose "
+            "values stay, such as one problem for each time"
+        )
     if n_obj == 1 and not (bounds is None and reference_front is None and parts is None):
         raise ValueError("bounds, reference_front, parts: expected none for a single objective")
     if bounds is not None:
