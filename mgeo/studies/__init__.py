@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mgeo.studies.comparison import Comparison, FailedRunsWarning, Tests
+    from mgeo.studies.comparison import Comparison, ComparisonWarning, FailedRunsWarning, Tests
     from mgeo.studies.execute import compare
     from mgeo.studies.file import Study, read_study
     from mgeo.studies.indicators import NothingToCompareError
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Comparison",
+    "ComparisonWarning",
     "FailedRunsWarning",
     "NothingToCompareError",
     "Study",
@@ -34,6 +35,7 @@ __all__ = [
 #: Modules of the public names, imported at first use: `compare` needs no package of the command.
 _MODULES = {
     "Comparison": "comparison",
+    "ComparisonWarning": "comparison",
     "FailedRunsWarning": "comparison",
     "NothingToCompareError": "indicators",
     "Study": "file",

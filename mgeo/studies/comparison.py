@@ -25,7 +25,11 @@ if TYPE_CHECKING:
 _LINE = 80  # characters
 
 
-class FailedRunsWarning(RuntimeWarning):
+class ComparisonWarning(RuntimeWarning):
+    """A comparison has to be read with care, as its `notes` say."""
+
+
+class FailedRunsWarning(ComparisonWarning):
     """All runs of an algorithm failed, so that there is nothing to compare it by."""
 
 
@@ -70,6 +74,8 @@ class Comparison:
         failed, its error if it failed as a whole.
     records : the finished runs by (algorithm, seed).
     space : where the indicators were measured.
+    notes : sentences on reasons to read it with care, such as a noisy problem or runs that do not
+        repeat.
 
     Examples
     --------
@@ -89,6 +95,7 @@ class Comparison:
     runs: pd.DataFrame
     records: Mapping[tuple[str, int], StudyRun]
     space: IndicatorSpace
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         name = type(self.problem).__name__

@@ -16,13 +16,14 @@ from numpy.typing import ArrayLike
 from pymoo.core.algorithm import Algorithm
 
 from mgeo.runs.operators import fitted
-from mgeo.studies.comparison import Comparison, FailedRunsWarning
+from mgeo.studies.comparison import Comparison, ComparisonWarning, FailedRunsWarning
 from mgeo.studies.indicators import NothingToCompareError, check_space, indicator_space, trace
 from mgeo.studies.plan import claim, describe_algorithm, describe_problem, installed_versions
 from mgeo.studies.progress import show_progress
 from mgeo.studies.record import StudyRun
 from mgeo.studies.run import Task, run
 from mgeo.studies.stored import folder_name, provenance, write_comparison
+from mgeo.studies.trial import notes, try_out
 from mgeo.validation.arguments import validate_integer
 
 if TYPE_CHECKING:
@@ -59,6 +60,10 @@ def compare(
     to the exact evaluation. With a single objective the best value takes its place. A run that
     fails is reported and the others continue. Each run has its own copy of problem and algorithm.
 
+    Before its runs each algorithm makes two short ones with the first seed and random values in
+    place of the problem's. They show whether the algorithm follows the seed. Three points are
+    evaluated twice to show whether the problem is noisy.
+
     joblib distributes the runs: over processes with `n_jobs`, or by its context manager
     ``joblib.parallel_config``, such as over a Dask cluster. The table does not depend on that, if
     ``OPENBLAS_NUM_THREADS`` is the same everywhere: the command sets it to 1, loky to a share of
@@ -75,7 +80,8 @@ def compare(
         `mgeo.studies.read_comparison`; None to store nothing.
     resume : whether to continue the study that the folder holds. Problem, algorithms with their
         parameters, seeds, evaluations and versions must be those that the folder recorded. Changes
-        of code or data that these do not name are not noticed.
+        of code or data that these do not name are not noticed. Runs of an algorithm that does not
+        repeat with its seed are made again.
     grid : how many equal steps, or at which numbers of evaluations; `n_eval` always belongs to it.
     bounds, reference_front, parts : of the indicators' space, see `mgeo.studies.indicators`.
     n_jobs : processes, as joblib counts them: -1 for one per processor.
@@ -84,13 +90,17 @@ def compare(
 
     Warns
     -----
+    ComparisonWarning
+        If the problem is noisy, runs do not repeat with their seed, or a first generation exceeds
+        `n_eval` by more than a tenth. The `notes` of the comparison have the same sentences.
     FailedRunsWarning
         For each algorithm of which all runs failed, with its first error.
 
     Raises
     ------
     TypeError, ValueError
-        For an argument that cannot be used, such as an algorithm that is set up or has run.
+        For an argument that cannot be used, such as an algorithm that is set up or has run, or a
+        dynamic problem.
     FileExistsError
         If the folder holds a study and `resume` is false.
     NothingToCompareError
@@ -166,7 +176,16 @@ def make_comparison(
         for label, algorithm in algorithms.items()
     }
     tasks = {(label, seed): Task(problem, ready[label], n_eval, seed) for label, seed in keys}
-    results = _make_runs(tasks, runs, resume, n_jobs, progress, title)
+    tried = joblib.Parallel(n_jobs)(
+        joblib.delayed(try_out)(tasks[label, seeds[0]]) for label in algorithms
+    )
+    trials = {label: trial for label, trial in zip(algorithms, tried, strict=True) if trial}
+    remarks = tuple(notes(trials, title, n_eval))
+    for message in remarks:
+        warnings.warn(message, ComparisonWarning, stacklevel=3)
+    unseeded = {label for label, trial in trials.items() if not trial.repeats}
+    reusable = [key for key in keys if key[0] not in unseeded] if resume else None
+    results = _make_runs(tasks, runs, reusable, n_jobs, progress, title)
     records = {key: r for key in keys if isinstance(r := results[key], StudyRun)}
     if not records:
         error = results[keys[0]]
@@ -179,7 +198,7 @@ def make_comparison(
     ]
     runs_table = pd.DataFrame([_run_row(key, results[key]) for key in keys])
     labels, table = tuple(algorithms), pd.DataFrame(rows)
-    comparison = Comparison(problem, labels, n_eval, table, runs_table, records, measured)
+    comparison = Comparison(problem, labels, n_eval, table, runs_table, records, measured, remarks)
     for message in comparison.failures(title, everywhere=True):
         warnings.warn(message, FailedRunsWarning, stacklevel=3)
     return comparison
@@ -188,21 +207,26 @@ def make_comparison(
 def _make_runs(
     tasks: Mapping[Key, Task],
     runs: Path | None,
-    resume: bool,
+    reusable: Sequence[Key] | None,
     n_jobs: int | None,
     progress: bool,
     title: str,
 ) -> dict[Key, Result]:
-    """Return the result of each run; store each run as it finishes."""
+    """Return the result of each run; store each run as it finishes.
+
+    Parameters
+    ----------
+    reusable : runs that are read where they are stored; None for a new study.
+    """
     files: dict[Key, Path] = {}
     if runs is not None:
         runs.mkdir(parents=True, exist_ok=True)
         files = {(name, s): runs / f"{folder_name(name)}-seed{s}.npz" for name, s in tasks}
     results: dict[Key, Result] = {}
-    for key, path in files.items() if resume else ():
+    for key in reusable or ():
         with suppress(FileNotFoundError):
-            results[key] = StudyRun.read(path)
-    reused = len(results) if resume else None
+            results[key] = StudyRun.read(files[key])
+    reused = None if reusable is None else len(results)
     with show_progress(title, len(tasks), reused, shown=progress) as done:
         missing = {key: task for key, task in tasks.items() if key not in results}
         calls = [joblib.delayed(_run_with_key)(key, task) for key, task in missing.items()]

@@ -64,7 +64,7 @@ def study_page(
     ranked: Friedman | None,
     standings: pd.DataFrame,
     reached: pd.DataFrame,
-    failed: Sequence[str],
+    remarks: Sequence[str],
 ) -> str:
     """Several problems: means of the first indicator each, ranks, and targets reached.
 
@@ -72,7 +72,7 @@ def study_page(
     ----------
     standings : as of `mgeo.studies.pooled.ranks_over_problems`.
     reached : as of `mgeo.studies.targets.targets_reached`.
-    failed : sentences on what failed, as of `mgeo.studies.comparison.Comparison.failures`.
+    remarks : sentences on what failed, and the notes of the comparisons.
     """
     labels = tuple(algorithm.label for algorithm in study.algorithms)
     problems = render(
@@ -81,7 +81,7 @@ def study_page(
         problems=problems_table(comparisons).table,
         ranks=average_ranks(standings, study.per_variable),
         folders={label: folder_name(label) for label in comparisons},
-        failed=failed,
+        remarks=remarks,
     )
     figures = _pooled_figures(ranked, reached, labels, len(comparisons)).values()
     head = render("studies/assets/head.html", study=study)

@@ -60,6 +60,7 @@ def provenance(comparison: Comparison, plan: Mapping[str, Any]) -> dict[str, Any
         "space": comparison.space.describe(),
         "runs_finished": int((statuses == "finished").sum()),
         "runs_failed": int((statuses == "failed").sum()),
+        "notes": comparison.notes,
         "hours_of_runs": round(float(comparison.runs["wall_time"].sum()) / 3600.0, 3),
         "written": datetime.now(UTC).isoformat(timespec="seconds"),
     }
@@ -126,7 +127,8 @@ def read_comparison(
             for row in runs.to_dict("records")
             if row["status"] == "finished"
         }
-    return Comparison(problem, algorithms, n_eval, table, runs, records, space)
+    notes = tuple(about.get("notes", ()))
+    return Comparison(problem, algorithms, n_eval, table, runs, records, space, notes)
 
 
 def read_comparisons(folder: Path | str, *, named: Collection[str] = ()) -> dict[str, Comparison]:

@@ -167,15 +167,15 @@ def _over_problems(
     reached = targets_reached(comparisons)
     ranked = friedman_over_problems(values)
     marked = problems_table(comparisons)
-    failed = [text for label, each in comparisons.items() for text in each.failures(label)]
-    failed += without
+    remarks = [text for label, each in comparisons.items() for text in each.failures(label)]
+    remarks += [*without, *(text for each in comparisons.values() for text in each.notes)]
     return {
-        "summary.md": marked.markdown() + "".join(f"\n{text}\n" for text in failed),
+        "summary.md": marked.markdown() + "".join(f"\n{text}\n" for text in remarks),
         "summary.tex": marked.latex(),
         VALUES: values.to_csv(index=False, lineterminator="\n"),
         RANKS: standings.to_csv(index=False, lineterminator="\n"),
         TARGETS: reached.to_csv(index=False, lineterminator="\n"),
-        REPORT_FILE: study_page(study, comparisons, ranked, standings, reached, failed),
+        REPORT_FILE: study_page(study, comparisons, ranked, standings, reached, remarks),
     }
 
 
@@ -185,7 +185,7 @@ def _texts(study: Study, label: str, comparison: Comparison) -> dict[str, str]:
     tests = pd.concat(
         [comparison.tests(name).pairs for name in indicators], keys=indicators, names=["indicator"]
     )
-    summary = comparison.to_markdown()
+    summary = comparison.to_markdown() + "".join(f"\n{text}\n" for text in comparison.notes)
     published = published_table(study, comparison)
     if published is not None and study.published is not None:
         summary += f"\nBeside {study.published.source}:\n\n{markdown(published)}"

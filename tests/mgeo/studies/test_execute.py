@@ -1,6 +1,8 @@
 """`mgeo.compare`: what is run, what is measured, and what is refused."""
 
+import pickle
 import random
+import warnings
 
 import numpy as np
 import pytest
@@ -17,13 +19,21 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 import mgeo
 from mgeo import MGEOReal, compare
-from mgeo.studies.comparison import FailedRunsWarning
+from mgeo.studies.comparison import ComparisonWarning, FailedRunsWarning
 from mgeo.studies.conclusions import conclusions
 from mgeo.studies.indicators import NothingToCompareError
 from mgeo.studies.run import Task, record
 
 from ..naive import nondominated_rows
-from .problems import FailingNSGA2, GlobalRandomSearch, Half, StuckSearch, Wearing
+from .problems import (
+    FailingNSGA2,
+    GlobalRandomSearch,
+    Half,
+    OwnNoise,
+    Remembering,
+    StuckSearch,
+    Wearing,
+)
 
 PROBLEM = ZDT1(n_var=4)
 ALGORITHMS = {
@@ -70,12 +80,17 @@ def test_processes_give_the_same_table(serial):
     assert parallel.table.equals(serial.table)
 
 
-def test_each_run_has_its_own_copy_of_the_problem():
-    problem = Wearing()
-    found = compare(problem, {"a": NSGA2(12), "b": NSGA2(12)}, 60, seeds=2, n_jobs=1)
-    assert problem.calls == []
+@pytest.mark.parametrize("n_jobs", [1, 2])
+@pytest.mark.parametrize("make", [Wearing, OwnNoise, Remembering])
+def test_each_run_has_its_own_copy_of_the_problem(make, n_jobs):
+    problem = make()
+    before = pickle.dumps(problem)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ComparisonWarning)
+        found = compare(problem, {"a": NSGA2(12), "b": NSGA2(12)}, 60, seeds=2, n_jobs=n_jobs)
+    assert pickle.dumps(problem) == before
     for seed in (1, 2):
-        alone = record(Task(Wearing(), NSGA2(12), 60, seed))
+        alone = record(Task(make(), NSGA2(12), 60, seed))
         for label in ("a", "b"):
             assert np.array_equal(found.records[label, seed].front_F, alone.front_F)
 
