@@ -8,6 +8,7 @@ from __future__ import annotations
 import copy
 import random
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -71,7 +72,8 @@ def record(task: Task) -> StudyRun:
     """
     start = time.perf_counter()
     log = EvaluationLog(task.problem.n_obj, task.n_eval)
-    with global_state(task.seed):
+    with global_state(task.seed), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "the first generation of")  # the comparison notes it
         problem = copy.deepcopy(task.problem)
         for algorithm in generations(task, problem, lambda _, *batch: log(*batch)):
             evaluator = algorithm.evaluator.inner

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import joblib
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 # With these, 20 of 20 trials find that PatternSearch, NicheGA, SRES and ISRES of pymoo 0.6.2 do not
 # follow the seed on a problem with a constraint; with 4 levels it is 11 of 20 for ISRES.
 _GENERATIONS, _EVALUATIONS = 12, 100  # of a short run, at least
+_UNLIMITED = 10**9  # budget of a short run: a small one may cut the first generation
 _LEVELS = 10  # different values of an objective
 _EXCESS = 1.1  # times the budget
 
@@ -103,10 +104,12 @@ def _short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]:
     """Return the number of evaluations of each generation, and the X of each batch."""
     batches: list[Any] = []
     sizes: list[int] = []
+    whole = replace(task, n_eval=_UNLIMITED)
     with global_state(task.seed), _random_values(problem):
-        for _ in generations(task, problem, lambda _, pop, __: batches.append(pop.get("X"))):
+        for _ in generations(whole, problem, lambda _, pop, __: batches.append(pop.get("X"))):
             sizes.append(sum(map(len, batches)) - sum(sizes))
-            if len(sizes) >= _GENERATIONS and sum(sizes) >= _EVALUATIONS:
+            is_enough = len(sizes) >= _GENERATIONS and sum(sizes) >= _EVALUATIONS
+            if is_enough or sum(sizes) >= task.n_eval:
                 break
     return sizes, batches
 

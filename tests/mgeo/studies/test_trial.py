@@ -18,7 +18,7 @@ from pymoo.problems.dyn import TimeSimulation
 from pymoo.problems.dynamic.df import DF1
 from pymoo.problems.multi import BNH, ZDT1
 
-from mgeo import MGEODirected, MGEOReal, compare
+from mgeo import MGEOCanonical, MGEODirected, MGEOReal, compare
 from mgeo.studies import ComparisonWarning, read_comparison
 from mgeo.studies.conclusions import conclusions
 
@@ -169,6 +169,8 @@ def test_dynamic_problems_are_refused(problem, algorithm):
 
 
 def test_a_first_generation_beyond_the_budget_is_noted():
+    (note,) = noted(ZDT1(n_var=3), [MGEOCanonical(n_walkers=5, bits=12)], n_eval=100).notes
+    assert "first generation of MGEOCanonical has 180 evaluations, of which the first 100" in note
     (note,) = noted(ZDT1(n_var=3), {"large": NSGA2(112)}, n_eval=100).notes
     assert "first generation of large has 112 evaluations, of which the first 100 count" in note
     assert compare(ZDT1(n_var=3), [NSGA2(110)], 100, 1, grid=1, progress=False).notes == ()
