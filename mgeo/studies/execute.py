@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +22,7 @@ from mgeo.studies.plan import claim, describe_algorithm, describe_problem, insta
 from mgeo.studies.progress import show_progress
 from mgeo.studies.record import StudyRun
 from mgeo.studies.run import Task, run
-from mgeo.studies.stored import folder_name, provenance, write_comparison
+from mgeo.studies.stored import folder_name, write_comparison
 from mgeo.studies.trial import notes, try_out
 from mgeo.validation.arguments import validate_integer
 
@@ -121,29 +121,25 @@ def compare(
     check_space(problem, bounds=bounds, reference_front=reference_front, parts=parts)
     if resume and folder is None:
         raise ValueError("resume = True without folder: expected the folder of the study")
-    options: dict[str, Any] = {
-        "steps": grid_steps(grid, n_eval),
-        "space": {"bounds": bounds, "reference_front": reference_front, "parts": parts},
-        "n_jobs": n_jobs,
-        "progress": progress,
-        "title": title or type(problem).__name__,
-    }
-    if folder is None:
-        return make_comparison(problem, labeled, n_eval, seeds, **options)
-    folder = Path(folder)
-    plan = {
-        "problem": describe_problem(problem),
-        "algorithms": {label: describe_algorithm(each) for label, each in labeled.items()},
-        "evaluations": n_eval,
-        "seeds": list(seeds),
-        "versions": installed_versions(problem, *labeled.values()),
-    }
-    with claim(folder, plan, resume=resume):
-        runs = folder / RECORDS
+    steps = grid_steps(grid, n_eval)
+    runs = None if folder is None else Path(folder) / RECORDS
+    plan = {} if folder is None else _plan(problem, labeled, n_eval, seeds)
+    with nullcontext() if folder is None else claim(Path(folder), plan, resume=resume):
         found = make_comparison(
-            problem, labeled, n_eval, seeds, runs=runs, resume=resume, **options
+            problem,
+            labeled,
+            n_eval,
+            seeds,
+            runs=runs,
+            resume=resume,
+            steps=steps,
+            space={"bounds": bounds, "reference_front": reference_front, "parts": parts},
+            n_jobs=n_jobs,
+            progress=progress,
+            title=title or type(problem).__name__,
         )
-        write_comparison(folder, found, provenance(found, plan))
+        if folder is not None:
+            write_comparison(Path(folder), found, plan)
     return found
 
 
@@ -245,15 +241,24 @@ def _run_with_key(key: Key, task: Task) -> tuple[Key, Result]:
 
 
 def _run_row(key: Key, result: Result) -> dict[str, Any]:
-    outcome: dict[str, Any] = {"status": "failed", "wall_time": np.nan, "failed_evaluations": 0}
-    if isinstance(result, StudyRun):
-        outcome = {
-            "status": "finished",
-            "wall_time": result.wall_time,
-            "failed_evaluations": result.failed,
-        }
-    error = result if isinstance(result, str) else ""
-    return {"algorithm": key[0], "seed": key[1], **outcome, "error": error}
+    row: dict[str, Any] = {"algorithm": key[0], "seed": key[1], "status": "failed"}
+    row |= {"wall_time": np.nan, "failed_evaluations": 0, "error": ""}
+    if isinstance(result, str):
+        return row | {"error": result}
+    done = {"wall_time": result.wall_time, "failed_evaluations": result.failed}
+    return row | {"status": "finished"} | done
+
+
+def _plan(
+    problem: Problem, algorithms: Mapping[str, Algorithm], n_eval: int, seeds: Sequence[int]
+) -> dict[str, Any]:
+    return {
+        "problem": describe_problem(problem),
+        "algorithms": {label: describe_algorithm(each) for label, each in algorithms.items()},
+        "evaluations": n_eval,
+        "seeds": list(seeds),
+        "versions": installed_versions(problem, *algorithms.values()),
+    }
 
 
 def _label(algorithms: Mapping[str, Algorithm] | Iterable[Algorithm]) -> dict[str, Algorithm]:

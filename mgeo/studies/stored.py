@@ -15,7 +15,7 @@ import pandas as pd
 
 from mgeo.plugins import protocol
 from mgeo.plugins.problems import load_problem
-from mgeo.store.atomic import to_json, write_file
+from mgeo.store.atomic import to_json, write_files
 from mgeo.store.reading import exact_floats
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.indicators import OBJECTIVE_SPACE, POINTS, IndicatorSpace, applicable
@@ -33,37 +33,36 @@ _TAKEN = ("runs",)  # what else is in a study's folder
 
 
 def write_comparison(
-    folder: Path, comparison: Comparison, about: Mapping[str, Any], more: Mapping[str, str] = {}
+    folder: Path, comparison: Comparison, plan: Mapping[str, Any], more: Mapping[str, str] = {}
 ) -> None:
-    """Write what `read_comparison` reads, and more texts; the provenance last."""
-    fronts = []
-    for (name, seed), record in comparison.records.items():
-        front = pd.DataFrame(record.front_F, columns=list(comparison.objectives))
-        front.insert(0, "algorithm", name)
-        front.insert(1, "seed", seed)
-        fronts.append(front)
-    tables = {TABLE: comparison.table, RUNS: comparison.runs, FRONTS: pd.concat(fronts)}
-    (folder / PROVENANCE).unlink(missing_ok=True)
-    for name, table in tables.items():
-        text = table.to_csv(index=False, na_rep="nan", lineterminator="\n")
-        write_file(folder / name, text.encode())
-    for name, text in more.items():
-        write_file(folder / name, text.encode())
-    write_file(folder / PROVENANCE, to_json(about))
+    """Write what `read_comparison` reads, and more texts; the provenance last.
 
-
-def provenance(comparison: Comparison, plan: Mapping[str, Any]) -> dict[str, Any]:
-    """Return how a comparison was made: its plan, its indicator space, and counts of its runs."""
-    statuses = comparison.runs["status"]
-    return {
+    Parameters
+    ----------
+    plan : the provenance but for the space of the indicators, the notes, and counts of the runs.
+    """
+    columns = list(comparison.objectives)
+    parts = {key: pd.DataFrame(r.front_F, columns=columns) for key, r in comparison.records.items()}
+    fronts = pd.concat(parts, names=["algorithm", "seed"]).reset_index(["algorithm", "seed"])
+    tables = {TABLE: comparison.table, RUNS: comparison.runs, FRONTS: fronts}
+    texts = {name: csv(table) for name, table in tables.items()} | dict(more)
+    runs = comparison.runs
+    about = {
         **plan,
         "space": comparison.space.describe(),
-        "runs_finished": int((statuses == "finished").sum()),
-        "runs_failed": int((statuses == "failed").sum()),
         "notes": comparison.notes,
-        "hours_of_runs": round(float(comparison.runs["wall_time"].sum()) / 3600.0, 3),
+        **{f"runs_{key}": int((runs["status"] == key).sum()) for key in ("finished", "failed")},
+        "hours_of_runs": round(float(runs["wall_time"].sum()) / 3600.0, 3),
         "written": datetime.now(UTC).isoformat(timespec="seconds"),
     }
+    contents = {name: text.encode() for name, text in texts.items()}
+    write_files(folder, contents | {PROVENANCE: to_json(about)})
+
+
+def csv(table: pd.DataFrame) -> str:
+    """Return a table as the text of its file."""
+    text: str = table.to_csv(index=False, na_rep="nan", lineterminator="\n")
+    return text
 
 
 def read_comparison(

@@ -10,7 +10,7 @@ import pandas as pd
 from plotly.offline import get_plotlyjs
 
 from mgeo.figures.page import LIBRARY
-from mgeo.store.atomic import write_file
+from mgeo.store.atomic import write_file, write_files
 from mgeo.store.run_folder import REPORT_FILE
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import published_table
@@ -20,7 +20,7 @@ from mgeo.studies.indicators import NothingToCompareError, check_space
 from mgeo.studies.plan import claim, installed_versions
 from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
 from mgeo.studies.report import problem_page, study_page
-from mgeo.studies.stored import problem_folder, provenance, write_comparison
+from mgeo.studies.stored import csv, problem_folder, write_comparison
 from mgeo.studies.tables import markdown, problems_table
 from mgeo.studies.targets import targets_reached
 
@@ -128,12 +128,11 @@ def run_study(
                 "versions": plan["versions"],
             }
             texts = _texts(study, label, comparison)
-            write_comparison(place, comparison, provenance(comparison, about), texts)
+            write_comparison(place, comparison, about, texts)
             comparisons[label] = comparison
         if len(study.problems) > 1 and comparisons:
-            write_file(folder / LIBRARY, get_plotlyjs().encode())
-            for name, text in _over_problems(study, comparisons, without).items():
-                write_file(folder / name, text.encode())
+            texts = {LIBRARY: get_plotlyjs(), **_over_problems(study, comparisons, without)}
+            write_files(folder, {name: text.encode() for name, text in texts.items()})
     if without:
         raise NothingToCompareError("; ".join(without))
     return comparisons
@@ -172,9 +171,9 @@ def _over_problems(
     return {
         "summary.md": marked.markdown() + "".join(f"\n{text}\n" for text in remarks),
         "summary.tex": marked.latex(),
-        VALUES: values.to_csv(index=False, lineterminator="\n"),
-        RANKS: standings.to_csv(index=False, lineterminator="\n"),
-        TARGETS: reached.to_csv(index=False, lineterminator="\n"),
+        VALUES: csv(values),
+        RANKS: csv(standings),
+        TARGETS: csv(reached),
         REPORT_FILE: study_page(study, comparisons, ranked, standings, reached, remarks),
     }
 
@@ -190,7 +189,7 @@ def _texts(study: Study, label: str, comparison: Comparison) -> dict[str, str]:
     if published is not None and study.published is not None:
         summary += f"\nBeside {study.published.source}:\n\n{markdown(published)}"
     return {
-        "tests.csv": tests.reset_index(0).to_csv(index=False, lineterminator="\n"),
+        "tests.csv": csv(tests.reset_index(0)),
         "summary.md": summary,
         "summary.tex": comparison.to_latex(),
         REPORT_FILE: problem_page(study, label, comparison),
