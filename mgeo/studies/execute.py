@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
 GRID_POINTS = 50
-MOST = 100_000  # seeds, or algorithms of a sweep: more are a slip
 RECORDS = "runs"  # folder of the finished runs
 
 Key = tuple[str, int]
@@ -294,7 +293,7 @@ def seed_numbers(seeds: int | Iterable[int]) -> tuple[int, ...]:
         If the seeds are not integers, none, or not different.
     """
     if not isinstance(seeds, Iterable):
-        return tuple(range(1, validate_integer("seeds", seeds, low=1, high=MOST) + 1))
+        return tuple(range(1, validate_integer("seeds", seeds, low=1) + 1))
     listed = [validate_integer(f"seeds[{i}]", seed, low=0) for i, seed in enumerate(seeds)]
     if not listed or len(set(listed)) < len(listed):
         raise ValueError(f"seeds = {listed}: expected one or more different ones")
