@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import pandas as pd
 
+from mgeo.studies.comparison import Comparison
+from mgeo.studies.file import Study
+from mgeo.studies.indicators import Indicator
 from mgeo.studies.statistics import LEVEL, holm
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from mgeo.studies.comparison import Comparison
-    from mgeo.studies.file import Study
-    from mgeo.studies.indicators import Indicator
 
 
 def conclusions(comparison: Comparison, control: str | None = None) -> list[str]:

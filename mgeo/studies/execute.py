@@ -7,13 +7,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext, suppress
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import joblib
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 from pymoo.core.algorithm import Algorithm
+from pymoo.core.problem import Problem
 
 from mgeo.runs.operators import fitted
 from mgeo.studies.comparison import Comparison, ComparisonWarning, FailedRunsWarning
@@ -25,9 +26,6 @@ from mgeo.studies.run import Task, run
 from mgeo.studies.stored import folder_name, write_comparison
 from mgeo.studies.trial import notes, try_out
 from mgeo.validation.arguments import validate_integer
-
-if TYPE_CHECKING:
-    from pymoo.core.problem import Problem
 
 GRID_POINTS = 50
 RECORDS = "runs"  # folder of the finished runs

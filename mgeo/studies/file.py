@@ -10,7 +10,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from pymoo.core.algorithm import Algorithm
+from pymoo.core.problem import Problem
 
 from mgeo.benchmarks.collections import expanded, short_name
 from mgeo.plugins.problems import load_problem, read_scenario
@@ -20,10 +23,6 @@ from mgeo.studies.schema import AlgorithmTable, ProblemTable, StudyKeys, StudyTa
 from mgeo.validation.arguments import validate_integer
 from mgeo.validation.entries import errors_of
 from mgeo.validation.tables import checked
-
-if TYPE_CHECKING:
-    from pymoo.core.algorithm import Algorithm
-    from pymoo.core.problem import Problem
 
 
 @dataclass(frozen=True)

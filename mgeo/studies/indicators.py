@@ -6,11 +6,12 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import moocore
 import numpy as np
 from numpy.typing import ArrayLike
+from pymoo.core.problem import Problem
 from pymoo.indicators.hv import HV
 
 from mgeo._typing import FloatArray
@@ -21,12 +22,8 @@ from mgeo.plugins import protocol
 from mgeo.plugins.protocol import ask
 from mgeo.plugins.view import View, view_of
 from mgeo.runs.hypervolume import MAX_OBJECTIVES, scaled
+from mgeo.studies.record import StudyRun
 from mgeo.validation.arguments import validate_list, validate_number
-
-if TYPE_CHECKING:
-    from pymoo.core.problem import Problem
-
-    from mgeo.studies.record import StudyRun
 
 BEYOND_NADIR = 1.1  # reference point where the union of fronts spans 0 to 1
 REFERENCE_SIZE = 500  # points of the reference front

@@ -9,20 +9,18 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib.metadata import packages_distributions, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import joblib
 import numpy as np
 from pymoo.core.algorithm import Algorithm
+from pymoo.core.problem import Problem
 
 from mgeo.benchmarks.collections import COCO
 from mgeo.plugins import protocol
 from mgeo.plugins.discovery import plugin_versions
 from mgeo.store.atomic import lock, to_json, write_file
 from mgeo.store.provenance import difference
-
-if TYPE_CHECKING:
-    from pymoo.core.problem import Problem
 
 PLAN = "study.json"
 

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import scipy  # its `stats` takes long to import, and only when it is used
+from numpy.typing import NDArray
 
+from mgeo._typing import FloatArray
 from mgeo.plugins.protocol import instance_of
+from mgeo.studies.comparison import Comparison
 from mgeo.studies.statistics import Friedman, friedman, holm, ranks_of_blocks
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from mgeo._typing import FloatArray
-    from mgeo.studies.comparison import Comparison
 
 KEYS = ("problem", "function", "variables", "evaluations")
 

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import pandas as pd
 import plotly.graph_objects as go
 
 from mgeo.figures.page import LIBRARY, render, report_page
+from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import conclusions, control_table, published_table
 from mgeo.studies.figures.indicators import anytime_figure, ranks_figure, targets_figure
+from mgeo.studies.file import Study
 from mgeo.studies.pooled import friedman_over_problems, problem_values
-from mgeo.studies.statistics import LEVEL
+from mgeo.studies.statistics import LEVEL, Friedman
 from mgeo.studies.stored import folder_name
 from mgeo.studies.tables import problems_table
 from mgeo.studies.targets import targets_reached
 from mgeo.validation.arguments import did_you_mean
-
-if TYPE_CHECKING:
-    from mgeo.studies.comparison import Comparison
-    from mgeo.studies.file import Study
-    from mgeo.studies.statistics import Friedman
 
 
 def problem_page(study: Study, label: str, comparison: Comparison) -> str:

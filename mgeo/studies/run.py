@@ -12,9 +12,10 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from pymoo.core.algorithm import Algorithm
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
@@ -27,9 +28,6 @@ from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import succeeded
 from mgeo.runs.operators import IDLE_STEPS, set_up
 from mgeo.studies.record import StudyRun
-
-if TYPE_CHECKING:
-    from pymoo.core.algorithm import Algorithm
 
 #: Receives problem, population and algorithm of each batch that was evaluated.
 Watch = Callable[[Any, Population, Any], object]

@@ -8,10 +8,11 @@ import re
 from collections.abc import Collection, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from pymoo.core.problem import Problem
 
 from mgeo.plugins import protocol
 from mgeo.plugins.problems import load_problem
@@ -21,9 +22,6 @@ from mgeo.studies.comparison import Comparison
 from mgeo.studies.indicators import OBJECTIVE_SPACE, POINTS, IndicatorSpace, applicable
 from mgeo.studies.plan import PLAN
 from mgeo.studies.record import StudyRun
-
-if TYPE_CHECKING:
-    from pymoo.core.problem import Problem
 
 TABLE, RUNS, FRONTS = "table.csv", "runs.csv", "fronts.csv"
 PROVENANCE = "provenance.json"

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pandas as pd
 from plotly.offline import get_plotlyjs
+from pymoo.core.algorithm import Algorithm
+from pymoo.core.problem import Problem
 
 from mgeo.figures.page import LIBRARY
 from mgeo.store.atomic import write_file, write_files
@@ -23,10 +24,6 @@ from mgeo.studies.report import problem_page, study_page
 from mgeo.studies.stored import csv, problem_folder, write_comparison
 from mgeo.studies.tables import markdown, problems_table
 from mgeo.studies.targets import targets_reached
-
-if TYPE_CHECKING:
-    from pymoo.core.algorithm import Algorithm
-    from pymoo.core.problem import Problem
 
 TEXT = "study.toml"
 VALUES = "values.csv"

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-if TYPE_CHECKING:
-    from mgeo._typing import FloatArray
-    from mgeo.studies.comparison import Comparison
+from mgeo._typing import FloatArray
+from mgeo.studies.comparison import Comparison
 
 #: Shares of the best value by which a run may fall short of it: ten to a power of ten, to 1e-5.
 SHORTFALLS = 10.0 ** np.linspace(-0.1, -5.0, 50)

@@ -6,18 +6,16 @@ import copy
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import joblib
 import numpy as np
 from pymoo.core.population import Population
+from pymoo.core.problem import Problem
 
 from mgeo.evaluation.evaluator import TolerantEvaluator, changed_value
 from mgeo.evaluation.individuals import succeeded
 from mgeo.studies.run import Task, generations, global_state
-
-if TYPE_CHECKING:
-    from pymoo.core.problem import Problem
 
 # With these, 20 of 20 trials find that PatternSearch, NicheGA, SRES and ISRES of pymoo 0.6.2 do not
 # follow the seed on a problem with a constraint; with 4 levels it is 11 of 20 for ISRES.

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from math import ceil
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import moocore
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
+from mgeo._typing import FloatArray
 from mgeo.figures.front import axis
 from mgeo.figures.style import CLICK, literal
+from mgeo.studies.comparison import Comparison
 from mgeo.studies.figures.style import finished, looks, require_objectives, set_axes
-
-if TYPE_CHECKING:
-    from mgeo._typing import FloatArray
-    from mgeo.studies.comparison import Comparison
 
 _COLUMNS = 3
 _ROW_HEIGHT = 300

@@ -5,24 +5,18 @@ Of these average ranks are drawn, and how soon targets are reached.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import pandas as pd
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
+from mgeo._typing import FloatArray
 from mgeo.figures.front import axis
 from mgeo.figures.style import CLICK, literal
+from mgeo.studies.comparison import Comparison
 from mgeo.studies.figures.style import Look, finished, looks, row_height
-from mgeo.studies.statistics import bootstrap_band
+from mgeo.studies.statistics import Friedman, bootstrap_band
 from mgeo.studies.targets import SHORTFALLS
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from mgeo._typing import FloatArray
-    from mgeo.studies.comparison import Comparison
-    from mgeo.studies.statistics import Friedman
 
 
 def anytime_figure(comparison: Comparison, indicator: str | None = None) -> go.Figure:

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import plotly.graph_objects as go
+from pymoo.core.problem import Problem
 
+from mgeo._typing import FloatArray
 from mgeo.figures import style
 from mgeo.figures.front import axis
 from mgeo.figures.style import COLORS, PAGE_HEIGHT, symbol
-
-if TYPE_CHECKING:
-    from pymoo.core.problem import Problem
-
-    from mgeo._typing import FloatArray
 
 # Where there are more algorithms than colors, dashes and symbols go on.
 _DASHES = ("solid", "6px,3px", "2px,2px")
