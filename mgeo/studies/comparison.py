@@ -117,6 +117,11 @@ class Comparison:
         ]
 
     @property
+    def measures(self) -> list[Indicator]:
+        """All `indicators` and `parts`."""
+        return [*self.indicators, *self.parts]
+
+    @property
     def objectives(self) -> tuple[str, ...]:
         """Names of the objectives, with units."""
         return column_names(self.problem)[1]
@@ -129,7 +134,7 @@ class Comparison:
         ValueError
             If there is no indicator of this name.
         """
-        known = {indicator.name: indicator for indicator in [*self.indicators, *self.parts]}
+        known = {indicator.name: indicator for indicator in self.measures}
         if name is not None and name not in known:
             raise ValueError(f"indicator = {name!r}: expected one of {', '.join(known)}")
         return known[name or next(iter(known))]
@@ -226,7 +231,7 @@ class Comparison:
         for name in dict.fromkeys(summary.columns.get_level_values(0).drop("runs")):
             mean, sd = summary[(name, "mean")], summary[(name, "sd")]
             columns[name] = [_mean_and_sd(m, s) for m, s in zip(mean, sd, strict=True)]
-        titles = {each.name: each.title for each in [*self.indicators, *self.parts]}
+        titles = {each.name: each.title for each in self.measures}
         return pd.DataFrame(columns, index=summary.index).rename(columns=titles)
 
     def to_latex(self) -> str:

@@ -19,7 +19,7 @@ from mgeo.studies.execute import RECORDS, grid_steps, make_comparison
 from mgeo.studies.file import Study
 from mgeo.studies.indicators import NothingToCompareError, check_space
 from mgeo.studies.plan import claim, installed_versions
-from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
+from mgeo.studies.pooled import problem_values, ranks_over_problems
 from mgeo.studies.report import problem_page, study_page
 from mgeo.studies.stored import csv, problem_folder, write_comparison
 from mgeo.studies.tables import markdown, problems_table
@@ -160,8 +160,6 @@ def _over_problems(
     """Return the files about all problems together."""
     values = problem_values(comparisons, study.per_variable)
     standings = ranks_over_problems(values, study.control)
-    reached = targets_reached(comparisons)
-    ranked = friedman_over_problems(values)
     marked = problems_table(comparisons)
     remarks = [text for label, each in comparisons.items() for text in each.failures(label)]
     remarks += [*without, *(text for each in comparisons.values() for text in each.notes)]
@@ -170,17 +168,15 @@ def _over_problems(
         "summary.tex": marked.latex(),
         VALUES: csv(values),
         RANKS: csv(standings),
-        TARGETS: csv(reached),
-        REPORT_FILE: study_page(study, comparisons, ranked, standings, reached, remarks),
+        TARGETS: csv(targets_reached(comparisons)),
+        REPORT_FILE: study_page(study, comparisons, standings, remarks),
     }
 
 
 def _texts(study: Study, label: str, comparison: Comparison) -> dict[str, str]:
     """Return the files about one problem, besides the tables that are read back."""
-    indicators = [each.name for each in [*comparison.indicators, *comparison.parts]]
-    tests = pd.concat(
-        [comparison.tests(name).pairs for name in indicators], keys=indicators, names=["indicator"]
-    )
+    pairs = {each.name: comparison.tests(each.name).pairs for each in comparison.measures}
+    tests = pd.concat(pairs, names=["indicator"])
     summary = comparison.to_markdown() + "".join(f"\n{text}\n" for text in comparison.notes)
     published = published_table(study, comparison)
     if published is not None and study.published is not None:

@@ -21,6 +21,12 @@ if TYPE_CHECKING:
 
 MARK = "†"
 
+_NOTE = (
+    f"Mean ± standard deviation of the runs. Bold: the best mean. {MARK}: does not differ "
+    "significantly from it, by the Mann-Whitney test with Holm's correction for all pairs at "
+    f"{100 * LEVEL:g} %."
+)
+
 _LATEX = {
     "\\": r"\textbackslash{}",
     "±": r"$\pm$",
@@ -41,7 +47,7 @@ Cells = Collection[tuple[str, str]]
 
 @dataclass(frozen=True, eq=False)
 class MarkedTable:
-    """A table of text with marked cells: the `best`, and those `alike`; `note` explains the marks.
+    """A table of text with marked cells: the `best`, and those `alike`.
 
     Rows and columns have different names each.
     """
@@ -49,7 +55,11 @@ class MarkedTable:
     table: pd.DataFrame
     best: Cells
     alike: Cells
-    note: str
+
+    @property
+    def note(self) -> str:
+        """Explanation of the marks; empty if there are none."""
+        return _NOTE if self.best else ""
 
     def markdown(self) -> str:
         """Return the table in Markdown, with the note below."""
@@ -66,11 +76,11 @@ class MarkedTable:
 def problem_table(comparison: Comparison) -> MarkedTable:
     """Return the `overview` of a comparison, each column of an indicator marked."""
     best, alike = [], []
-    for indicator in [*comparison.indicators, *comparison.parts]:
+    for indicator in comparison.measures:
         first, others = marks(comparison, indicator)
         best += [(name, indicator.title) for name in first]
         alike += [(name, indicator.title) for name in others]
-    return MarkedTable(comparison.overview(), best, alike, _note(best))
+    return MarkedTable(comparison.overview(), best, alike)
 
 
 def problems_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
@@ -83,7 +93,7 @@ def problems_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
         first, others = marks(comparison, indicator)
         best += [(row, name) for name in first]
         alike += [(row, name) for name in others]
-    return MarkedTable(pd.DataFrame(rows).T.rename_axis("problem"), best, alike, _note(best))
+    return MarkedTable(pd.DataFrame(rows).T.rename_axis("problem"), best, alike)
 
 
 def marks(comparison: Comparison, indicator: Indicator) -> tuple[list[str], list[str]]:
@@ -132,13 +142,3 @@ def _changed(table: pd.DataFrame, bold: Cells, marked: Cells, form: str) -> pd.D
     for row, column in marked:
         cells.at[row, column] = f"{cells.at[row, column]!s} {MARK}"
     return cells
-
-
-def _note(best: Cells) -> str:
-    return (
-        f"Mean ± standard deviation of the runs. Bold: the best mean. {MARK}: does not differ "
-        "significantly from it, by the Mann-Whitney test with Holm's correction for all pairs at "
-        f"{100 * LEVEL:g} %."
-        if best
-        else ""
-    )
