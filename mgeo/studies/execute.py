@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import nullcontext, suppress
+from contextlib import suppress
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ from mgeo.studies.progress import show_progress
 from mgeo.studies.record import StudyRun
 from mgeo.studies.run import Task, run
 from mgeo.studies.stored import folder_name, write_comparison
-from mgeo.studies.trial import notes, try_out
+from mgeo.studies.trial import Trial, notes, try_out
 from mgeo.validation.arguments import validate_integer
 
 GRID_POINTS = 50
@@ -118,119 +119,117 @@ def compare(
     check_space(problem, bounds=bounds, reference_front=reference_front, parts=parts)
     if resume and folder is None:
         raise ValueError("resume = True without folder: expected the folder of the study")
-    steps = grid_steps(grid, n_eval)
-    runs = None if folder is None else Path(folder) / RECORDS
-    plan = {} if folder is None else _plan(problem, labeled, n_eval, seeds)
-    with nullcontext() if folder is None else claim(Path(folder), plan, resume=resume):
-        found = make_comparison(
-            problem,
-            labeled,
-            n_eval,
-            seeds,
-            runs=runs,
-            resume=resume,
-            steps=steps,
-            space={"bounds": bounds, "reference_front": reference_front, "parts": parts},
-            n_jobs=n_jobs,
-            progress=progress,
-            title=title or type(problem).__name__,
-        )
-        if folder is not None:
-            write_comparison(Path(folder), found, plan)
+    experiment = Experiment(
+        problem,
+        labeled,
+        n_eval,
+        seeds,
+        steps=grid_steps(grid, n_eval),
+        space={"bounds": bounds, "reference_front": reference_front, "parts": parts},
+        title=title or type(problem).__name__,
+        runs=None if folder is None else Path(folder) / RECORDS,
+        resume=resume,
+        n_jobs=n_jobs,
+        progress=progress,
+    )
+    if folder is None:
+        return experiment.compare()
+    plan = _plan(problem, labeled, n_eval, seeds)
+    with claim(Path(folder), plan, resume=resume):
+        found = experiment.compare()
+        write_comparison(Path(folder), found, plan)
     return found
 
 
-def make_comparison(
-    problem: Problem,
-    algorithms: Mapping[str, Algorithm],
-    n_eval: int,
-    seeds: Sequence[int],
-    *,
-    runs: Path | None = None,
-    resume: bool = False,
-    steps: Sequence[int],
-    space: Mapping[str, Any],
-    n_jobs: int | None,
-    progress: bool,
-    title: str,
-) -> Comparison:
-    """Make the runs of checked arguments, and measure them; see `compare`.
+@dataclass(frozen=True)
+class Experiment:
+    """Algorithms to be compared on one problem, by checked arguments of `compare`.
 
-    Parameters
+    Attributes
     ----------
-    runs : folder in which each run is stored as it finishes.
-    resume : whether to use the runs that are stored there.
     steps : ascending numbers of evaluations at which fronts are measured.
     space : `bounds`, `reference_front` and `parts` of the indicators' space.
+    runs : folder in which each run is stored as it finishes; None for none.
+    resume : whether to use the runs that are stored there.
     """
-    keys = list(product(algorithms, seeds))
-    ready = {
-        label: fitted(algorithm, problem, f"algorithms[{label!r}]")
-        for label, algorithm in algorithms.items()
-    }
-    tasks = {(label, seed): Task(problem, ready[label], n_eval, seed) for label, seed in keys}
-    tried = joblib.Parallel(n_jobs)(
-        joblib.delayed(try_out)(tasks[label, seeds[0]]) for label in algorithms
-    )
-    trials = {label: trial for label, trial in zip(algorithms, tried, strict=True) if trial}
-    remarks = tuple(notes(trials, title, n_eval))
-    for message in remarks:
-        warnings.warn(message, ComparisonWarning, stacklevel=3)
-    unseeded = {label for label, trial in trials.items() if not trial.repeats}
-    reusable = [key for key in keys if key[0] not in unseeded] if resume else None
-    results = _make_runs(tasks, runs, reusable, n_jobs, progress, title)
-    records = {key: r for key in keys if isinstance(r := results[key], StudyRun)}
-    if not records:
-        error = results[keys[0]]
-        raise NothingToCompareError(f"all {len(keys)} runs failed, the first with {error}")
-    measured = indicator_space(problem, [record.front_F for record in records.values()], **space)
-    rows = [
-        {"algorithm": label, "seed": seed, **row}
-        for (label, seed), record in records.items()
-        for row in trace(problem, record, steps, measured)
-    ]
-    runs_table = pd.DataFrame([_run_row(key, results[key]) for key in keys])
-    labels, table = tuple(algorithms), pd.DataFrame(rows)
-    comparison = Comparison(problem, labels, n_eval, table, runs_table, records, measured, remarks)
-    for message in comparison.failures(title, everywhere=True):
-        warnings.warn(message, FailedRunsWarning, stacklevel=3)
-    return comparison
 
+    problem: Problem
+    algorithms: Mapping[str, Algorithm]
+    n_eval: int
+    seeds: Sequence[int]
+    steps: Sequence[int]
+    space: Mapping[str, Any]
+    title: str
+    runs: Path | None
+    resume: bool
+    n_jobs: int | None
+    progress: bool
 
-def _make_runs(
-    tasks: Mapping[Key, Task],
-    runs: Path | None,
-    reusable: Sequence[Key] | None,
-    n_jobs: int | None,
-    progress: bool,
-    title: str,
-) -> dict[Key, Result]:
-    """Return the result of each run; store each run as it finishes.
+    def compare(self) -> Comparison:
+        """Make the runs, and measure them in one space."""
+        problem, n_eval, title = self.problem, self.n_eval, self.title
+        keys = list(product(self.algorithms, self.seeds))
+        ready = {
+            label: fitted(algorithm, problem, f"algorithms[{label!r}]")
+            for label, algorithm in self.algorithms.items()
+        }
+        tasks = {(label, seed): Task(problem, ready[label], n_eval, seed) for label, seed in keys}
+        trials = self._try_out([tasks[label, self.seeds[0]] for label in ready])
+        remarks = tuple(notes(trials, title, n_eval))
+        for message in remarks:
+            warnings.warn(message, ComparisonWarning, stacklevel=3)
+        unseeded = {label for label, trial in trials.items() if not trial.repeats}
+        results = self._make_runs(tasks, [key for key in keys if key[0] not in unseeded])
+        records = {key: r for key in keys if isinstance(r := results[key], StudyRun)}
+        if not records:
+            error = results[keys[0]]
+            raise NothingToCompareError(f"all {len(keys)} runs failed, the first with {error}")
+        fronts = [record.front_F for record in records.values()]
+        measured = indicator_space(problem, fronts, **self.space)
+        rows = [
+            {"algorithm": label, "seed": seed, **row}
+            for (label, seed), record in records.items()
+            for row in trace(problem, record, self.steps, measured)
+        ]
+        table, runs = pd.DataFrame(rows), pd.DataFrame([_run_row(k, results[k]) for k in keys])
+        found = Comparison(problem, tuple(ready), n_eval, table, runs, records, measured, remarks)
+        for message in found.failures(title, everywhere=True):
+            warnings.warn(message, FailedRunsWarning, stacklevel=3)
+        return found
 
-    Parameters
-    ----------
-    reusable : runs that are read where they are stored; None for a new study.
-    """
-    files: dict[Key, Path] = {}
-    if runs is not None:
-        runs.mkdir(parents=True, exist_ok=True)
-        files = {(name, s): runs / f"{folder_name(name)}-seed{s}.npz" for name, s in tasks}
-    results: dict[Key, Result] = {}
-    for key in reusable or ():
-        with suppress(FileNotFoundError):
-            results[key] = StudyRun.read(files[key])
-    reused = None if reusable is None else len(results)
-    with show_progress(title, len(tasks), reused, shown=progress) as done:
-        missing = {key: task for key, task in tasks.items() if key not in results}
-        calls = [joblib.delayed(_run_with_key)(key, task) for key, task in missing.items()]
-        parallel: Any = joblib.Parallel(n_jobs, return_as="generator_unordered", batch_size=1)
-        for (name, seed), result in parallel(calls):
-            # written by this process: workers need not share a file system
-            if isinstance(result, StudyRun) and files:
-                result.write(files[name, seed])
-            results[name, seed] = result
-            done(name, seed, result if isinstance(result, str) else "")
-    return results
+    def _try_out(self, tasks: Sequence[Task]) -> dict[str, Trial]:
+        """Return the trial of each algorithm, by label, that did not fail."""
+        tried = joblib.Parallel(self.n_jobs)(joblib.delayed(try_out)(task) for task in tasks)
+        return {label: t for label, t in zip(self.algorithms, tried, strict=True) if t is not None}
+
+    def _make_runs(self, tasks: Mapping[Key, Task], reusable: Sequence[Key]) -> dict[Key, Result]:
+        """Return the result of each run; store each run as it finishes.
+
+        Parameters
+        ----------
+        reusable : runs that are read where they are stored, if the study is resumed.
+        """
+        folder = self.runs
+        files: dict[Key, Path] = {}
+        if folder is not None:
+            folder.mkdir(parents=True, exist_ok=True)
+            files = {(name, s): folder / f"{folder_name(name)}-seed{s}.npz" for name, s in tasks}
+        results: dict[Key, Result] = {}
+        for key in reusable if self.resume else ():
+            with suppress(FileNotFoundError):
+                results[key] = StudyRun.read(files[key])
+        reused = len(results) if self.resume else None
+        with show_progress(self.title, len(tasks), reused, shown=self.progress) as done:
+            missing = {key: task for key, task in tasks.items() if key not in results}
+            calls = [joblib.delayed(_run_with_key)(key, task) for key, task in missing.items()]
+            pool: Any = joblib.Parallel(self.n_jobs, return_as="generator_unordered", batch_size=1)
+            for (name, seed), result in pool(calls):
+                # written by this process: workers need not share a file system
+                if isinstance(result, StudyRun) and files:
+                    result.write(files[name, seed])
+                results[name, seed] = result
+                done(name, seed, result if isinstance(result, str) else "")
+        return results
 
 
 def _run_with_key(key: Key, task: Task) -> tuple[Key, Result]:

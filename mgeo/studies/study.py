@@ -15,7 +15,7 @@ from mgeo.store.atomic import write_file, write_files
 from mgeo.store.run_folder import REPORT_FILE
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import published_table
-from mgeo.studies.execute import RECORDS, grid_steps, make_comparison
+from mgeo.studies.execute import RECORDS, Experiment, grid_steps
 from mgeo.studies.file import Study
 from mgeo.studies.indicators import NothingToCompareError, check_space
 from mgeo.studies.plan import claim, installed_versions
@@ -99,20 +99,21 @@ def run_study(
             label = configuration.label
             place = problem_folder(folder, label, len(study.problems))
             n_eval, grid = study.budget(problem)
+            experiment = Experiment(
+                problem,
+                algorithms,
+                n_eval,
+                study.seeds,
+                steps=grid_steps(grid, n_eval),
+                space={"parts": configuration.parts},
+                title=label,
+                runs=place / RECORDS,
+                resume=resume,
+                n_jobs=n_jobs,
+                progress=progress,
+            )
             try:
-                comparison = make_comparison(
-                    problem,
-                    algorithms,
-                    n_eval,
-                    study.seeds,
-                    runs=place / RECORDS,
-                    resume=resume,
-                    steps=grid_steps(grid, n_eval),
-                    space={"parts": configuration.parts},
-                    n_jobs=n_jobs,
-                    progress=progress,
-                    title=label,
-                )
+                comparison = experiment.compare()
             except NothingToCompareError as error:
                 without.append(f"{label}: {error}")
                 continue
