@@ -116,7 +116,7 @@ def compare(
     """
     labeled = _label(algorithms)
     n_eval, seeds = validate_integer("n_eval", n_eval, low=1), seed_numbers(seeds)
-    check_space(problem, bounds=bounds, reference_front=reference_front, parts=parts)
+    check_space(problem, bounds, reference_front, parts)
     if resume and folder is None:
         raise ValueError("resume = True without folder: expected the folder of the study")
     experiment = Experiment(
