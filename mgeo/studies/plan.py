@@ -83,16 +83,16 @@ def describe(value: Any, depth: int = _DEPTH) -> Any:
     Equal descriptions do not prove equal behavior: they show the changes of a study that its
     author would call another study.
     """
-    if isinstance(value, float | np.floating) and not math.isfinite(value):
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, np.ndarray):
+        if value.size > _LONGEST:
+            return {"shape": list(value.shape), "hash": joblib.hash(value)}
+        value = value.tolist()
+    if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if value is None or isinstance(value, bool | int | float | str):
         return value
-    if isinstance(value, np.generic):
-        return describe(value.item())
-    if isinstance(value, np.ndarray):
-        if value.size <= _LONGEST:
-            return describe(value.tolist(), depth)
-        return {"shape": list(value.shape), "hash": joblib.hash(value)}
     if isinstance(value, list | tuple):
         return [describe(each, depth) for each in value]
     if isinstance(value, Mapping):

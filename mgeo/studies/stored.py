@@ -231,9 +231,8 @@ def _read_table(path: Path, columns: Collection[str]) -> pd.DataFrame:
     for name in ("algorithm", "seed", *columns):
         if name not in table:
             raise ValueError(f"{path}: there is no column {name!r}")
-    for name in set(table.columns) - set(_TEXTS):
-        if not pd.api.types.is_numeric_dtype(table[name]):
-            raise ValueError(f"{path}: column {name}: expected numbers")
+    for name in set(table.columns) - {*_TEXTS, *table.select_dtypes("number")}:
+        raise ValueError(f"{path}: column {name}: expected numbers")
     return table
 
 

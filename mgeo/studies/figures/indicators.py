@@ -117,7 +117,7 @@ def _curve(name: str, look: Look, x: FloatArray, values: FloatArray) -> list[go.
         mode="lines",
         name=literal(name),
         legendgroup=name,
-        line={"color": look.color, "dash": look.dash, "width": 2},
+        line=look.line(2),
         customdata=np.column_stack([low, high]),
         hovertemplate=hover,
     )
@@ -202,7 +202,7 @@ def targets_figure(reached: pd.DataFrame, n_problems: int) -> go.Figure:
             x=steps["evaluations"],
             y=steps["share"],
             mode="lines+markers",  # at the budgets that were measured
-            line={"color": look.color, "dash": look.dash, "width": 2},
+            line=look.line(2),
             marker={"symbol": look.symbol, "size": 6},
             name=literal(name),
             hovertemplate=f"<b>{literal(name)}</b><br>%{{y:.1%}} of the targets<br>"

@@ -13,7 +13,7 @@ from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import published_table
 from mgeo.studies.report import study_figures
 from mgeo.studies.schema import PublishedTable
-from mgeo.studies.tables import latex, markdown, problem_table, problems_table
+from mgeo.studies.tables import MarkedTable, markdown, problem_table, problems_table
 
 from .samples import comparison as made_by_hand
 
@@ -95,7 +95,7 @@ def test_all_problems_in_one_table(three):
 def test_special_characters_of_tables_are_escaped():
     table = pd.DataFrame({"50 %": ["a|b<c"]}, index=pd.Index(["σ ^ {1} \\"], name="x & y"))
     assert markdown(table) == "| x & y | 50 % |\n| --- | ---: |\n| σ ^ {1} \\ | a\\|b<c |\n"
-    text = latex(table)
+    text = MarkedTable(table, (), ()).latex()
     assert r"x \& y & 50 \% \\" in text
     assert (
         r"$\sigma$ \textasciicircum{} \{1\} \textbackslash{} & a\textbar{}b\textless{}c \\" in text
