@@ -8,7 +8,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import BeforeValidator, ConfigDict, Field, PlainValidator
 
 from mgeo.runs.registry import ALGORITHMS
-from mgeo.studies.execute import GRID_POINTS, seed_numbers
+from mgeo.studies.arguments import GRID_POINTS, seed_numbers
 from mgeo.validation.arguments import validate_integer
 from mgeo.validation.tables import Table
 

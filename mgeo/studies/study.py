@@ -13,9 +13,10 @@ from pymoo.core.problem import Problem
 from mgeo.figures.page import LIBRARY
 from mgeo.store.atomic import write_file, write_files
 from mgeo.store.run_folder import REPORT_FILE
+from mgeo.studies.arguments import grid_steps
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import published_table
-from mgeo.studies.execute import RECORDS, Experiment, grid_steps
+from mgeo.studies.execute import RECORDS, Experiment
 from mgeo.studies.file import Study
 from mgeo.studies.indicators import NothingToCompareError, check_space
 from mgeo.studies.plan import claim, installed_versions
