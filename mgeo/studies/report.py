@@ -12,11 +12,10 @@ from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import conclusions, control_table, published_table
 from mgeo.studies.figures.indicators import anytime_figure, ranks_figure, targets_figure
 from mgeo.studies.file import Study
-from mgeo.studies.pooled import friedman_over_problems, problem_values
+from mgeo.studies.pooled import friedman_over_problems, problem_values, targets_reached
 from mgeo.studies.statistics import LEVEL
 from mgeo.studies.stored import folder_name
 from mgeo.studies.tables import problems_table
-from mgeo.studies.targets import targets_reached
 from mgeo.validation.arguments import did_you_mean
 
 

@@ -20,11 +20,10 @@ from mgeo.studies.execute import RECORDS, Experiment
 from mgeo.studies.file import Study
 from mgeo.studies.indicators import NothingToCompareError, check_space
 from mgeo.studies.plan import claim, installed_versions
-from mgeo.studies.pooled import problem_values, ranks_over_problems
+from mgeo.studies.pooled import problem_values, ranks_over_problems, targets_reached
 from mgeo.studies.report import problem_page, study_page
 from mgeo.studies.stored import csv, problem_folder, write_comparison
 from mgeo.studies.tables import markdown, problems_table
-from mgeo.studies.targets import targets_reached
 
 TEXT = "study.toml"
 VALUES = "values.csv"
@@ -46,9 +45,8 @@ def run_study(
     evaluations), ``fronts.csv``, ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``,
     ``report.html`` and ``provenance.json``. They are in `folder`, or with several problems in a
     folder each below it. Then `folder` also has ``report.html``, ``summary.md``, ``summary.tex``,
-    ``values.csv``, ``ranks.csv`` (see `mgeo.studies.pooled`), ``targets.csv`` (see
-    `mgeo.studies.targets`) and the plotting library that the pages share. ``runs/`` has each run
-    as it finishes.
+    ``values.csv``, ``ranks.csv`` and ``targets.csv`` (see `mgeo.studies.pooled`), and the plotting
+    library that the pages share. ``runs/`` has each run as it finishes.
 
     Parameters
     ----------

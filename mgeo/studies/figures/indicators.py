@@ -15,8 +15,8 @@ from mgeo.figures.front import axis
 from mgeo.figures.style import CLICK, literal
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.figures.style import Look, finished, looks, row_height
+from mgeo.studies.pooled import SHORTFALLS
 from mgeo.studies.statistics import Friedman, bootstrap_band
-from mgeo.studies.targets import SHORTFALLS
 
 
 def anytime_figure(comparison: Comparison, indicator: str | None = None) -> go.Figure:
@@ -192,7 +192,7 @@ def targets_figure(reached: pd.DataFrame, n_problems: int) -> go.Figure:
 
     Parameters
     ----------
-    reached : as of `mgeo.studies.targets.targets_reached`.
+    reached : as of `mgeo.studies.pooled.targets_reached`.
     n_problems : how many problems it is of.
     """
     figure = go.Figure()

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 
-from mgeo.studies.targets import SHORTFALLS, runtimes, targets_reached
+from mgeo.studies.pooled import SHORTFALLS, runtimes, targets_reached
 
 
 def results(values, n_var=4, name="hypervolume", runs=None):
