@@ -13,8 +13,8 @@ import numpy as np
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
-from mgeo.evaluation.evaluator import TolerantEvaluator, changed_value
-from mgeo.evaluation.individuals import succeeded
+from mgeo._typing import FloatArray
+from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.studies.run import Task, generations, global_state
 
 # With these, 20 of 20 trials find that PatternSearch, NicheGA, SRES and ISRES of pymoo 0.6.2 do not
@@ -23,6 +23,7 @@ _GENERATIONS, _EVALUATIONS = 12, 100  # of a short run, at least
 _UNLIMITED = 10**9  # budget of a short run: a small one may cut the first generation
 _LEVELS = 10  # different values of an objective
 _EXCESS = 1.1  # times the budget
+_ROUNDING = 1e-9  # of the largest value, which is no noise
 
 
 @dataclass(frozen=True)
@@ -32,13 +33,12 @@ class Trial:
     Attributes
     ----------
     repeats : whether both proposed the same candidates.
-    changed : the first value that another evaluation of the same points changed, in words; empty
-        if there is none.
+    noise : largest difference of a value between two evaluations of the same points.
     first_generation : number of evaluations of the first generation.
     """
 
     repeats: bool
-    changed: str
+    noise: float
     first_generation: int
 
 
@@ -54,14 +54,18 @@ def try_out(task: Task) -> Trial | None:
     problem.callback = None
     try:
         sizes, candidates = _short_run(task, copy.deepcopy(problem))
+        points = candidates[0][[0, len(candidates[0]) // 2, -1]]
         with global_state(task.seed + 1):  # other noise than afterwards
-            known = _evaluated(problem, candidates[0])
+            first = _values(problem, points)
         again = _short_run(task, problem)[1]
         with global_state(task.seed):
-            changed = changed_value(problem, known, {})
+            second = _values(problem, points)
     except Exception:  # algorithms and problems of others may raise anything
         return None
-    return Trial(joblib.hash(candidates) == joblib.hash(again), changed, sizes[0])
+    change = np.abs(first - second)
+    differs = change > _ROUNDING * np.abs(first).max(axis=0)
+    noise = float(change.max(initial=0.0, where=differs))
+    return Trial(joblib.hash(candidates) == joblib.hash(again), noise, sizes[0])
 
 
 def notes(trials: Mapping[str, Trial], title: str, n_eval: int) -> list[str]:
@@ -74,19 +78,19 @@ def notes(trials: Mapping[str, Trial], title: str, n_eval: int) -> list[str]:
     n_eval : budget of each run.
     """
     found = []
-    changed = next((trial.changed for trial in trials.values() if trial.changed), "")
-    if changed:
+    noise = max((trial.noise for trial in trials.values()), default=0.0)
+    if noise:
         found.append(
-            f"{title} is noisy: another evaluation of the same point gives another value "
-            f"({changed}). The best values of a run are partly luck: evaluate final fronts again, "
-            "or let the problem average over several evaluations."
+            f"{title} is noisy: two evaluations of the same point differ by up to {noise:.2g}. The "
+            "best values of a run are partly luck: evaluate final fronts again, or let the problem "
+            "average over several evaluations."
         )
     unseeded = [label for label, trial in trials.items() if not trial.repeats]
     if unseeded:
         found.append(
             f"{title}: two runs of {', '.join(unseeded)} with the same seed differ. Their runs "
-            "cannot be repeated, and none is reused: expected an algorithm that draws all random "
-            "numbers from its random_state."
+            "cannot be repeated, and none is reused: expected algorithms that draw all random "
+            "numbers from their random_state."
         )
     for label, trial in trials.items():
         if trial.first_generation > _EXCESS * n_eval:
@@ -134,9 +138,8 @@ def _random_values(problem: Problem) -> Iterator[None]:
         problem.elementwise = is_elementwise
 
 
-def _evaluated(problem: Problem, X: Any) -> Population:
-    """Return the first, the middle and the last of some points with their values."""
-    rows = sorted({0, len(X) // 2, len(X) - 1})
-    population = Population.new("X", X[rows])
+def _values(problem: Problem, X: Any) -> FloatArray:
+    """Return F, G and H of some points side by side."""
+    population = Population.new("X", X)
     TolerantEvaluator(warn=False).eval(problem, population)
-    return population[succeeded(population)]
+    return np.column_stack(population.get("F", "G", "H"))

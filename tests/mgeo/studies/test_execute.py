@@ -95,15 +95,31 @@ def test_each_run_has_its_own_copy_of_the_problem(make, n_jobs):
             assert np.array_equal(found.records[label, seed].front_F, alone.front_F)
 
 
-def set_up_only():
-    algorithm = CMOPSO(pop_size=12)
-    algorithm.setup(ZDT1(n_var=4), termination=("n_eval", 24), seed=1)
+def only_set_up(algorithm):
+    return algorithm.setup(ZDT1(n_var=4), termination=("n_eval", 24), seed=1)
+
+
+def asked(algorithm):
+    only_set_up(algorithm).ask()
+    return algorithm
+
+
+def used(algorithm):
+    minimize(ZDT1(n_var=4), algorithm, ("n_eval", 24), copy_algorithm=False)
     return algorithm
 
 
 @pytest.mark.parametrize(
     "make",
-    [lambda: minimize(ZDT1(n_var=4), NSGA2(12), ("n_eval", 24)).algorithm, set_up_only],
+    [
+        lambda: minimize(ZDT1(n_var=4), NSGA2(12), ("n_eval", 24)).algorithm,
+        lambda: only_set_up(CMOPSO(12)),
+        lambda: asked(NSGA2(12)),
+        lambda: used(GlobalRandomSearch()),
+        lambda: used(MGEOReal(0.1, n_walkers=2)),
+        lambda: pickle.loads(pickle.dumps(used(GlobalRandomSearch()))),
+    ],
+    ids=["result", "set up", "asked", "used", "of the family", "read from a file"],
 )
 def test_an_algorithm_that_is_set_up_or_has_run_is_refused(make):
     with pytest.raises(ValueError, match=r"algorithms\['a'\] is set up or has run"):
