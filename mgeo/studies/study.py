@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 from plotly.offline import get_plotlyjs
-from pymoo.core.algorithm import Algorithm
-from pymoo.core.problem import Problem
 
 from mgeo.figures.page import LIBRARY
 from mgeo.store.atomic import write_file, write_files
@@ -87,32 +86,18 @@ def run_study(
     (['zdt1'], True)
     """
     folder = Path(folder)
-    built = build(study)
-    parts = [part for problem, algorithms in built for part in (problem, *algorithms.values())]
+    places = {p.label: problem_folder(folder, p.label, len(study.problems)) for p in study.problems}
+    how = {"resume": resume, "n_jobs": n_jobs, "progress": progress}
+    experiments = _experiments(study, places, how)
+    parts = [part for e in experiments.values() for part in (e.problem, *e.algorithms.values())]
     plan = study.plan() | {"versions": installed_versions(*parts)}
     with claim(folder, plan, resume=resume):
         write_file(folder / TEXT, study.text.encode())
         comparisons: dict[str, Comparison] = {}
         without: list[str] = []
-        for configuration, (problem, algorithms) in zip(study.problems, built, strict=True):
-            label = configuration.label
-            place = problem_folder(folder, label, len(study.problems))
-            n_eval, grid = study.budget(problem)
-            experiment = Experiment(
-                problem,
-                algorithms,
-                n_eval,
-                study.seeds,
-                steps=grid_steps(grid, n_eval),
-                space={"parts": configuration.parts},
-                title=label,
-                runs=place / RECORDS,
-                resume=resume,
-                n_jobs=n_jobs,
-                progress=progress,
-            )
+        for label, experiment in experiments.items():
             try:
-                comparison = experiment.compare()
+                comparison = comparisons[label] = experiment.compare()
             except NothingToCompareError as error:
                 without.append(f"{label}: {error}")
                 continue
@@ -120,13 +105,11 @@ def run_study(
                 "title": study.title,
                 "problem": {"label": label, **plan["problems"][label]},
                 "algorithms": plan["algorithms"],
-                "evaluations": n_eval,
+                "evaluations": experiment.n_eval,
                 "seeds": plan["seeds"],
                 "versions": plan["versions"],
             }
-            texts = _texts(study, label, comparison)
-            write_comparison(place, comparison, about, texts)
-            comparisons[label] = comparison
+            write_comparison(places[label], comparison, about, _texts(study, label, comparison))
         if len(study.problems) > 1 and comparisons:
             texts = {LIBRARY: get_plotlyjs(), **_over_problems(study, comparisons, without)}
             write_files(folder, {name: text.encode() for name, text in texts.items()})
@@ -135,23 +118,36 @@ def run_study(
     return comparisons
 
 
-def build(study: Study) -> list[tuple[Problem, dict[str, Algorithm]]]:
-    """Build each problem, and the algorithms for it by their labels.
-
-    All are built before any is used: an error should not come after hours.
+def _experiments(
+    study: Study, places: Mapping[str, Path], how: Mapping[str, Any]
+) -> dict[str, Experiment]:
+    """Build problems and algorithms, all before any is used: no error should come after hours.
 
     Raises
     ------
     ValueError, TypeError
         If one cannot be built.
     """
-    problems = [configuration.build() for configuration in study.problems]
-    for configuration, problem in zip(study.problems, problems, strict=True):
+    experiments = {}
+    for configuration in study.problems:
+        label, problem = configuration.label, configuration.build()
         try:
             check_space(problem, parts=configuration.parts)
         except ValueError as error:
-            raise ValueError(f"{configuration.label}: {error}") from error
-    return [(p, {each.label: each.build(p) for each in study.algorithms}) for p in problems]
+            raise ValueError(f"{label}: {error}") from error
+        n_eval, grid = study.budget(problem)
+        experiments[label] = Experiment(
+            problem,
+            {each.label: each.build(problem) for each in study.algorithms},
+            n_eval,
+            study.seeds,
+            steps=grid_steps(grid, n_eval),
+            space={"parts": configuration.parts},
+            title=label,
+            runs=places[label] / RECORDS,
+            **how,
+        )
+    return experiments
 
 
 def _over_problems(
