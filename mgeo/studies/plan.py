@@ -21,6 +21,7 @@ from mgeo.plugins import protocol
 from mgeo.plugins.discovery import plugin_versions
 from mgeo.store.atomic import lock, to_json, write_file
 from mgeo.store.provenance import difference
+from mgeo.store.reading import read_json
 
 PLAN = "study.json"
 
@@ -55,7 +56,7 @@ def claim(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[No
                 f"{folder} holds a study: --resume (resume=True in Python) continues it, "
                 "read_comparison reads it; expected one of these, or another folder"
             )
-        elif text := difference(json.loads(path.read_bytes()), json.loads(content)):
+        elif text := difference(read_json(path), json.loads(content)):
             raise ValueError(
                 f"{folder} holds another study: {text}; to resume, expected the same names, "
                 "options, parameters, seeds, evaluations and versions"

@@ -11,6 +11,7 @@ from plotly.offline import get_plotlyjs
 
 from mgeo.figures.page import LIBRARY
 from mgeo.store.atomic import write_file, write_files
+from mgeo.store.reading import to_csv
 from mgeo.store.run_folder import REPORT_FILE
 from mgeo.studies.arguments import grid_steps
 from mgeo.studies.comparison import Comparison
@@ -21,7 +22,7 @@ from mgeo.studies.indicators import NothingToCompareError, check_space
 from mgeo.studies.plan import claim, installed_versions
 from mgeo.studies.pooled import problem_values, ranks_over_problems, targets_reached
 from mgeo.studies.report import problem_page, study_page
-from mgeo.studies.stored import csv, problem_folder, write_comparison
+from mgeo.studies.stored import problem_folder, write_comparison
 from mgeo.studies.tables import markdown, problems_table
 
 TEXT = "study.toml"
@@ -109,10 +110,9 @@ def run_study(
                 "seeds": plan["seeds"],
                 "versions": plan["versions"],
             }
-            write_comparison(places[label], comparison, about, _texts(study, label, comparison))
+            write_comparison(places[label], comparison, about, _files(study, label, comparison))
         if len(study.problems) > 1 and comparisons:
-            texts = {LIBRARY: get_plotlyjs(), **_over_problems(study, comparisons, without)}
-            write_files(folder, {name: text.encode() for name, text in texts.items()})
+            write_files(folder, _over_problems(study, comparisons, without))
     if without:
         raise NothingToCompareError("; ".join(without))
     return comparisons
@@ -152,24 +152,26 @@ def _experiments(
 
 def _over_problems(
     study: Study, comparisons: Mapping[str, Comparison], without: list[str]
-) -> dict[str, str]:
+) -> dict[str, bytes]:
     """Return the files about all problems together."""
     values = problem_values(comparisons, study.per_variable)
     standings = ranks_over_problems(values, study.control)
     marked = problems_table(comparisons)
     remarks = [text for label, each in comparisons.items() for text in each.failures(label)]
     remarks += [*without, *(text for each in comparisons.values() for text in each.notes)]
+    summary = marked.markdown() + "".join(f"\n{text}\n" for text in remarks)
     return {
-        "summary.md": marked.markdown() + "".join(f"\n{text}\n" for text in remarks),
-        "summary.tex": marked.latex(),
-        VALUES: csv(values),
-        RANKS: csv(standings),
-        TARGETS: csv(targets_reached(comparisons)),
-        REPORT_FILE: study_page(study, comparisons, standings, remarks),
+        LIBRARY: get_plotlyjs().encode(),
+        "summary.md": summary.encode(),
+        "summary.tex": marked.latex().encode(),
+        VALUES: to_csv(values),
+        RANKS: to_csv(standings),
+        TARGETS: to_csv(targets_reached(comparisons)),
+        REPORT_FILE: study_page(study, comparisons, standings, remarks).encode(),
     }
 
 
-def _texts(study: Study, label: str, comparison: Comparison) -> dict[str, str]:
+def _files(study: Study, label: str, comparison: Comparison) -> dict[str, bytes]:
     """Return the files about one problem, besides the tables that are read back."""
     pairs = {each.name: comparison.tests(each.name).pairs for each in comparison.measures}
     tests = pd.concat(pairs, names=["indicator"])
@@ -178,8 +180,8 @@ def _texts(study: Study, label: str, comparison: Comparison) -> dict[str, str]:
     if published is not None and study.published is not None:
         summary += f"\nBeside {study.published.source}:\n\n{markdown(published)}"
     return {
-        "tests.csv": csv(tests.reset_index(0)),
-        "summary.md": summary,
-        "summary.tex": comparison.to_latex(),
-        REPORT_FILE: problem_page(study, label, comparison),
+        "tests.csv": to_csv(tests.reset_index(0)),
+        "summary.md": summary.encode(),
+        "summary.tex": comparison.to_latex().encode(),
+        REPORT_FILE: problem_page(study, label, comparison).encode(),
     }
