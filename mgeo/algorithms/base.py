@@ -30,6 +30,11 @@ _OPTIONS = parameters(Algorithm, Algorithm).keys()
 _OPTIONS_OF_A_RUN = _OPTIONS | {"pf"}  # in pymoo's examples; pymoo itself does not read it
 
 
+def is_dynamic(problem: Problem) -> bool:
+    """Return whether the values of a problem change with time, as those of pymoo's `dyn` do."""
+    return isinstance(problem, DynamicProblem) or callable(getattr(problem, "tic", None))
+
+
 class ExtremalOptimization(Algorithm, ABC):
     """Generalized extremal optimization with any number of objectives.
 
@@ -290,8 +295,3 @@ class ExtremalOptimization(Algorithm, ABC):
 
     def _set_optimum(self) -> None:
         self.opt = self.front.individuals
-
-
-def is_dynamic(problem: Problem) -> bool:
-    """Return whether the values of a problem change with time, as those of pymoo's `dyn` do."""
-    return isinstance(problem, DynamicProblem) or callable(getattr(problem, "tic", None))
