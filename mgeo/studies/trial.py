@@ -118,7 +118,10 @@ def _short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]:
 
 @contextmanager
 def _random_values(problem: Problem) -> Iterator[None]:
-    """Let a problem give random values with many ties, the same ones in the same order."""
+    """Let a problem give random values with many ties, the same ones in the same order.
+
+    So does the problem at each stage of `MGEOStaged`.
+    """
     random_state, is_elementwise = np.random.default_rng(0), problem.elementwise
 
     def evaluate(X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
@@ -130,11 +133,13 @@ def _random_values(problem: Problem) -> Iterator[None]:
         for name, (low, high, width) in ends.items():
             out[name] = random_state.integers(low, high, (len(X), width)).astype(float)
 
-    vars(problem).update(_evaluate=evaluate, elementwise=False)
+    replaced = {"_evaluate": evaluate, "at_stage": lambda stage: problem}
+    vars(problem).update(replaced, elementwise=False)
     try:
         yield
     finally:
-        del vars(problem)["_evaluate"]
+        for name in replaced:
+            del vars(problem)[name]
         problem.elementwise = is_elementwise
 
 

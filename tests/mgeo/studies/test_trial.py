@@ -18,7 +18,7 @@ from pymoo.problems.dyn import TimeSimulation
 from pymoo.problems.dynamic.df import DF1
 from pymoo.problems.multi import BNH, ZDT1
 
-from mgeo import MGEOCanonical, MGEODirected, MGEOReal, compare
+from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOStaged, compare
 from mgeo.studies import ComparisonWarning, read_comparison
 from mgeo.studies.conclusions import conclusions
 
@@ -104,6 +104,27 @@ def test_a_problem_that_gives_other_values_for_the_same_points_is_noisy(problem,
 )
 def test_nothing_is_noted_about_an_ordinary_comparison(problem, algorithms):
     assert compare(problem, algorithms, 200, 1, grid=1, progress=False).notes == ()
+
+
+class Counted(ZDT1):
+    """Counts its evaluations, also at the stages of a search."""
+
+    evaluated = 0
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        super()._evaluate(X, out, *args, **kwargs)
+        Counted.evaluated += len(X)
+
+    def at_stage(self, stage):
+        return self if stage == 2 else Counted(n_var=4)
+
+
+@pytest.mark.parametrize("algorithm", [NSGA2(20), MGEOStaged(n_walkers=4)])
+def test_a_trial_takes_six_evaluations_of_the_problem(algorithm):
+    Counted.evaluated = 0
+    found = compare(Counted(n_var=4), [algorithm], 200, 1, grid=1, n_jobs=1, progress=False)
+    (record,) = found.records.values()
+    assert Counted.evaluated == record.evaluations + 6
 
 
 class EntropySearch(GlobalRandomSearch):
