@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mgeo._typing import FloatArray
 from mgeo.evaluation.dominance import nondominated
 from mgeo.store.atomic import write_file
-from mgeo.store.reading import from_npz, read_file
+from mgeo.store.reading import from_npz
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,7 @@ class StudyRun:
             If the file is not such an archive.
         """
         try:
-            arrays: dict[str, Any] = from_npz(read_file(path))
+            arrays: dict[str, Any] = from_npz(path.read_bytes())
             return cls(**{name: a if a.ndim else a.item() for name, a in arrays.items()})
         except (ValueError, TypeError) as error:
             raise ValueError(
