@@ -48,7 +48,7 @@ def study(
     Each run is stored in the folder as it finishes: --resume continues a study that was
     interrupted.
     """
-    from mgeo.studies.comparison import FailedRunsWarning
+    from mgeo.studies.comparison import ComparisonWarning
     from mgeo.studies.file import read_study
     from mgeo.studies.study import run_study
 
@@ -70,7 +70,7 @@ def study(
                     )
             return
         with _workers(jobs, cluster) as n_jobs, warnings.catch_warnings():
-            warnings.simplefilter("ignore", FailedRunsWarning)  # noted below
+            warnings.simplefilter("ignore", ComparisonWarning)  # noted below
             try:
                 comparisons = run_study(
                     read, folder, resume=resume, n_jobs=n_jobs, progress=not quiet

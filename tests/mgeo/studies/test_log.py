@@ -62,7 +62,7 @@ def test_every_evaluation_of_an_algorithm_is_seen_once():
         evaluate(X, out),
     )
     log = EvaluationLog(2, 73)
-    algorithm.evaluator = WatchedEvaluator(algorithm.evaluator, log)
+    algorithm.evaluator = WatchedEvaluator(algorithm.evaluator, lambda _, *batch: log(*batch))
     algorithm.run()
     X = np.concatenate(evaluated)
     assert (log.seen, len(X), algorithm.evaluator.n_eval) == (100, 100, 100)
