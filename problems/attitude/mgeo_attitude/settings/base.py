@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
+import textwrap
 from abc import ABCMeta
+from collections import ChainMap
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from datetime import date
 from functools import cache
+from itertools import pairwise
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -55,7 +60,6 @@ class Settings(metaclass=_Checked):
         allow_inf_nan=False,
         extra="forbid",
         arbitrary_types_allowed=True,
-        use_attribute_docstrings=True,
     )
     #: Key that names one of several classes in a table, such as ``kind``, if it is no field.
     selector: ClassVar[str] = ""
@@ -77,14 +81,32 @@ class Settings(metaclass=_Checked):
         reference = handler(schema)
         own = handler.resolve_ref_schema(reference)
         own["description"] = " ".join((cls.__doc__ or "").partition("\n\n")[0].split())
-        described = [base for base in cls.__mro__ if hasattr(base, "__pydantic_fields__")]
+        texts = ChainMap(*map(_field_docstrings, cls.__mro__[: cls.__mro__.index(Settings)]))
         for key, entry in own["properties"].items():
-            texts = [declared(base)[key].description for base in described if key in declared(base)]
-            entry["description"] = " ".join(next(filter(None, texts), "").split())
+            text = declared(cls)[key].description or texts.get(key, "")
+            entry["description"] = " ".join(text.split())
         if name := getattr(cls, cls.selector, ""):
             kind = {"const": name, "description": "class of the table"}
             own["properties"] = {cls.selector: kind} | own["properties"]
         return reference
+
+
+def _field_docstrings(cls: type) -> dict[str, str]:
+    """Return the docstrings of a class's own fields.
+
+    They are read from the source for a schema or a message alone: reading all of them whenever the
+    package is imported would take a sixth of a second.
+    """
+    (definition,) = ast.parse(textwrap.dedent(inspect.getsource(cls))).body
+    assert isinstance(definition, ast.ClassDef)
+    return {
+        field.target.id: str(text.value.value)
+        for field, text in pairwise(definition.body)
+        if isinstance(field, ast.AnnAssign)
+        and isinstance(field.target, ast.Name)
+        and isinstance(text, ast.Expr)
+        and isinstance(text.value, ast.Constant)
+    }
 
 
 def declared(cls: type) -> dict[str, FieldInfo]:
