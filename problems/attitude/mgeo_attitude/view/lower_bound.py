@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.curves import LimitCurves
@@ -18,8 +19,6 @@ from mgeo_attitude.view.describe import span
 from mgeo_attitude.view.plans import Plans
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from mgeo_attitude.filter.history import FilterHistory
     from mgeo_attitude.filter.model import FilterModel
     from mgeo_attitude.problem import AttitudeManeuverProblem
@@ -128,8 +127,6 @@ def compare_with_bound(
 
     Columns ``unit``, ``predicted``, ``at best`` and ``predicted / at best [-]``.
     """
-    import pandas as pd
-
     step = round(history.t_end / model.step)
     units = block_units(model.suite)
     factors = np.array([unit.factor for unit in units])

@@ -11,6 +11,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.constraints import END, Limit
@@ -23,8 +24,6 @@ from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.view.plans import Plans
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from mgeo_attitude.filter.model import FilterModel
     from mgeo_attitude.scenario.scenario import Scenario
     from mgeo_attitude.trajectory.trajectory import Trajectory
@@ -49,8 +48,6 @@ def tables(
     ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit``, and ``margin``, below zero
     where it is violated.
     """
-    import pandas as pd
-
     more = [{} for _ in excesses] if after is None else after
     found = []
     for row, rest in zip(excesses, more, strict=True):

@@ -6,9 +6,10 @@ import dataclasses
 import math
 from contextlib import suppress
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 
 from mgeo.plugins.view import View
@@ -20,8 +21,6 @@ from mgeo_attitude.scenario.windows import FlightErrors
 from mgeo_attitude.settings.errors import InvalidValue
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from mgeo_attitude.filter.evaluator import Evaluation
     from mgeo_attitude.filter.model import FilterModel
     from mgeo_attitude.problem import AttitudeManeuverProblem
@@ -31,22 +30,6 @@ if TYPE_CHECKING:
 MOST, MOST_SAMPLES = 0.9, "9 of 10 Monte Carlo samples"
 #: Plans of a front that remarks and figures look at: over 200 runs each a second or two.
 _LOOKED_AT = 50
-
-
-class Exactly(NamedTuple):
-    """Results of the nominal runs of n plans.
-
-    Attributes
-    ----------
-    t_end, trace : arrays, shape (n,)
-        [s] and the weighted trace of the covariance then; NaN where that was lost.
-    covariance : array, shape (n, n_states, n_states)
-        Then.
-    """
-
-    t_end: Floats
-    trace: Floats
-    covariance: Floats
 
 
 class Plans(View):
@@ -68,11 +51,9 @@ class Plans(View):
         return part
 
     @cached_property
-    def exactly(self) -> Exactly:
-        """Results of the nominal runs."""
-        n = self.problem.model.suite.n_states
-        t_end, trace, covariance, _ = np.split(self._nominal, [1, 2, 2 + n * n], axis=1)
-        return Exactly(t_end[:, 0], trace[:, 0], covariance.reshape(len(self.X), n, n))
+    def exactly(self) -> Evaluation:
+        """Results of the nominal runs, with covariances; NaN where the covariance was lost."""
+        return self.problem.run(self.X, covariance=True)
 
     @cached_property
     def F(self) -> Floats:
@@ -94,23 +75,8 @@ class Plans(View):
         """Objectives, constraints and `excesses`, side by side."""
         problem = self.problem
         if problem.flights is None:
-            return self._nominal[:, 2 + problem.model.suite.n_states**2 :]
+            return problem.valued(problem.model, self.exactly)
         return self._cache("values").complete(self.X, problem.judged)
-
-    @cached_property
-    def _nominal(self) -> Floats:
-        """`exactly` and, if the problem has no Monte Carlo runs, the `values`, side by side."""
-        problem = self.problem
-
-        def run(X: Floats) -> Floats:
-            ran = problem.run(X, covariance=True)
-            own = [] if problem.flights else [problem.valued(problem.model, ran)]
-            size = problem.model.suite.n_states**2
-            return np.column_stack(
-                [ran.t_end, ran.trace, ran.covariance.reshape(len(X), size), *own]
-            )
-
-        return self._cache("nominal").complete(self.X, run)
 
     def _cache(self, of: object) -> EvaluationCache:
         return self._known.setdefault(of, EvaluationCache(forget=False))
@@ -180,8 +146,6 @@ class Plans(View):
             A row a plan; for each objective the columns ``promised LABEL``, ``kept LABEL`` and, of
             both, ``kept / promised LABEL``.
         """
-        import pandas as pd
-
         columns: dict[str, Floats] = {}
         found = self._over_others(flights, seed)
         for i, label in enumerate(self.problem.obj_names):

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
@@ -18,8 +19,6 @@ from mgeo_attitude.settings.base import annotation_of
 from mgeo_attitude.settings.types import Unit
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from mgeo_attitude.environment.environment import Environment
     from mgeo_attitude.problem import AttitudeManeuverProblem
     from mgeo_attitude.scenario.scenario import Scenario
@@ -154,8 +153,6 @@ def _believed(scenario: Scenario) -> str:
 
 def instruments(scenario: Scenario) -> pd.DataFrame:
     """Return noise, sample interval and initial errors of gyro and sensors, a row each."""
-    import pandas as pd
-
     suite = scenario.suite
     sigma = suite.initial_sigma(np.radians(scenario.initial.attitude_deg)).reshape(-1, 3)
     errors: dict[str, list[str]] = {}
