@@ -24,8 +24,8 @@ from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import decode
 from mgeo_attitude.scenario.channels import check_followed
+from mgeo_attitude.scenario.goals import FlightErrors
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.scenario.windows import FlightErrors
 
 if TYPE_CHECKING:
     from mgeo_attitude.bound.curves import LimitCurves

@@ -10,7 +10,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.scenario.block_numbers import RequiredSigma
+from mgeo_attitude.scenario.goals import RequiredSigma
 from mgeo_attitude.scenario.scenario import Scenario
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.filter.path_limits import excess_along
-from mgeo_attitude.scenario.block_numbers import RequiredSigma
+from mgeo_attitude.scenario.goals import RequiredSigma
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.settings.errors import InvalidValue, expect
 

@@ -24,7 +24,7 @@ from mgeo_attitude.environment.times import instant_after
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
-from mgeo_attitude.scenario.windows import FlightErrors
+from mgeo_attitude.scenario.goals import FlightErrors
 from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.sensors.suite import Suite
 

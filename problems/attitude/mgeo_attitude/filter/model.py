@@ -29,8 +29,8 @@ from mgeo_attitude.filter.layout import (
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.maneuvers.schedule import Schedule, Turning, schedule
-from mgeo_attitude.scenario.block_numbers import RequiredSigma, TraceWeights
 from mgeo_attitude.scenario.channels import channel_values
+from mgeo_attitude.scenario.goals import RequiredSigma, TraceWeights
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.suite import Suite
 

@@ -21,17 +21,20 @@ from mgeo_attitude.environment.times import instant_after
 from mgeo_attitude.maneuvers.schedule import Turning
 from mgeo_attitude.scenario.actuators import Coils, Wheels, assumed, slew_limits
 from mgeo_attitude.scenario.after import going_on
-from mgeo_attitude.scenario.block_numbers import RequiredSigma, TraceWeights, check_blocks
 from mgeo_attitude.scenario.channels import Channel
-from mgeo_attitude.scenario.convergence import Convergence
+from mgeo_attitude.scenario.goals import (
+    Convergence,
+    FlightErrors,
+    RequiredSigma,
+    TraceWeights,
+    check_blocks,
+    check_objectives,
+)
 from mgeo_attitude.scenario.initial import InitialConditions
-from mgeo_attitude.scenario.limits import ManeuverLimits, PathLimit
-from mgeo_attitude.scenario.objectives import check_objectives
+from mgeo_attitude.scenario.limits import ManeuverLimits, PathLimit, Window, deadline
 from mgeo_attitude.scenario.prior import Prior
-from mgeo_attitude.scenario.together import check_together
 from mgeo_attitude.scenario.toml import ScenarioFileError, on_preset, read_toml, to_toml
-from mgeo_attitude.scenario.validity import Implausible, implausible
-from mgeo_attitude.scenario.windows import FlightErrors, Window, deadline
+from mgeo_attitude.scenario.validity import Implausible, check_together, implausible
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.kinds import SENSORS

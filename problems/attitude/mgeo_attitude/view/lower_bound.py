@@ -12,7 +12,7 @@ import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.curves import LimitCurves
 from mgeo_attitude.bound.samples import NoLimit
-from mgeo_attitude.scenario.block_numbers import RequiredSigma
+from mgeo_attitude.scenario.goals import RequiredSigma
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.describe import span

@@ -17,7 +17,7 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import OBJECTIVES, attitude_sigma_deg
 from mgeo_attitude.criteria.robustness import FlightSamples, kept_by, over_flights
-from mgeo_attitude.scenario.windows import FlightErrors
+from mgeo_attitude.scenario.goals import FlightErrors
 from mgeo_attitude.settings.errors import InvalidValue
 
 if TYPE_CHECKING:
