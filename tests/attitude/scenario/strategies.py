@@ -14,8 +14,8 @@ from mgeo_attitude.scenario.goals import Convergence
 from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.limits import ManeuverLimits
 from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors import SENSORS
 from mgeo_attitude.sensors.gyro import Gyro
-from mgeo_attitude.sensors.kinds import SENSORS
 from mgeo_attitude.settings.base import schema_of
 
 

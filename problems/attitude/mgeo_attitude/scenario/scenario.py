@@ -35,9 +35,9 @@ from mgeo_attitude.scenario.limits import ManeuverLimits, PathLimit, Window, dea
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.toml import ScenarioFileError, on_preset, read_toml, to_toml
 from mgeo_attitude.scenario.validity import Implausible, check_together, implausible
+from mgeo_attitude.sensors import SENSORS
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
-from mgeo_attitude.sensors.kinds import SENSORS
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.world import World
 from mgeo_attitude.settings.base import Settings
