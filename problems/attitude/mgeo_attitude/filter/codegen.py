@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mgeo_attitude.filter import covariance
-from mgeo_attitude.filter.closest_approach import Turn, nearest_code
+from mgeo_attitude.filter.closest_approach import Turn, nearest
 from mgeo_attitude.filter.layout import (
     NO_MONITORS,
     Monitors,
@@ -27,7 +27,7 @@ from mgeo_attitude.filter.layout import (
 )
 from mgeo_attitude.filter.path_limits import cone_constants, excess_code
 from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_of
-from mgeo_attitude.geometry.vector import Vec3, dot
+from mgeo_attitude.geometry.vector import Vec3, dot, maximum
 from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:
@@ -137,10 +137,10 @@ def _watch_path(step: _Step) -> None:
         value, axis = code.slot(at.monitors + k), Vec3(*step.constants(code, 3))
         disc = 2 * watch.disc
         appears, *limb_given = step.numbers(code, f"off {watch.direction}", 6, 1 + disc)
-        there = nearest_code(axis, watch.inside, turn, v, moved, appears)
+        there = nearest(axis, watch.inside, turn, v, moved, appears)
         here = there.back(axis), there.seen(v, moved)
         if watch.plain:
-            value = dot(*here).maximum(value)
+            value = maximum(dot(*here), value)
         else:
             sigmas = step.constants(code, 1)[0] if watch.margin else None
             limb = None
@@ -191,7 +191,7 @@ def _watch_states(step: _Step) -> None:
     code, states = step.part("watch"), step.monitors.states
     weights = step.constants(code, len(states))
     ratios = [code.slot(slot_of(i, i)) * each for i, each in zip(states, weights, strict=True)]
-    worst = reduce(Symbol.maximum, ratios)
+    worst = reduce(maximum, ratios)
     samples = step.at.monitors + len(step.monitors.limits)
     met = (-worst).choose(-1.0, code.slot(samples) + 1.0, 0.0)
     code.store(samples, met)
