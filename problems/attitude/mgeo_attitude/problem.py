@@ -21,6 +21,7 @@ from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import Objective, can_be_polished, indicators, objective
 from mgeo_attitude.criteria.robustness import FlightSample, FlightSamples, judged, over_flights
 from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.filter.evaluator import Evaluation, evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import decode
 from mgeo_attitude.scenario.channels import check_followed
@@ -29,7 +30,6 @@ from mgeo_attitude.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from mgeo_attitude.bound.curves import LimitCurves
-    from mgeo_attitude.filter.evaluator import Evaluation
     from mgeo_attitude.view.maneuver_view import ManeuverView
 
 #: Flights that a robust run is judged by, and the share that must keep it, if not told.
@@ -162,8 +162,6 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         vary : function, optional
             What to fly in place of the model, made of it.
         """
-        from mgeo_attitude.filter.evaluator import evaluate  # compiles
-
         model = self.model if vary is None else vary(self.model)
         return evaluate(model, X, self.threads, **asked)
 

@@ -22,7 +22,7 @@ from pymoo.core.variable import Choice, Real
 from mgeo.plugins.protocol import ProblemMixin
 from mgeo_suite.catalog import Catalog
 from mgeo_suite.objectives import OBJECTIVES, SuiteObjective, check_objectives
-from mgeo_suite.suites import Place, SuiteModels
+from mgeo_suite.suites import Place, SuiteModels, evaluated
 
 if TYPE_CHECKING:
     from mgeo_attitude import Evaluation
@@ -138,8 +138,6 @@ class SensorSuiteProblem(ProblemMixin, Problem):
 
     def evaluation(self, X: ArrayLike, history: bool = False) -> Evaluation:
         """Filter runs of designs; of states only those that all suites have in common."""
-        from mgeo_suite.suites import evaluated  # compiles
-
         return evaluated(self.suites, *self.split(X), self.threads, history)
 
     def _evaluate(self, X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:

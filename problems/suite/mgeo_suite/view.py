@@ -10,6 +10,7 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.constraints import constraints
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.view.describe import maneuver_texts, span, two_digits
+from mgeo_attitude.view.margins import tables
 from numpy.typing import ArrayLike
 
 from mgeo.plugins.view import View
@@ -97,8 +98,6 @@ class SuiteView(View):
 
     def limits(self) -> list[pd.DataFrame]:
         """For each design a table with a row per limit, see `mgeo_attitude.view.margins.tables`."""
-        from mgeo_attitude.view.margins import tables  # compiles
-
         found = [each for asked in constraints(self.problem.scenario) for each in asked.limits]
         excesses = np.array([limit.excess(self.result) for limit in found]).T
         return tables(found, excesses.reshape(len(self.X), len(found)))

@@ -18,13 +18,14 @@ from mgeo_attitude.criteria.constraints import END, Limit
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.environment.directions import Place
 from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.path_limits import excess_along
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.view.plans import Plans
 
 if TYPE_CHECKING:
-    from mgeo_attitude.filter.model import FilterModel
     from mgeo_attitude.scenario.scenario import Scenario
     from mgeo_attitude.trajectory.trajectory import Trajectory
 
@@ -116,9 +117,6 @@ def _off_at_end(scenario: Scenario, model: FilterModel, trajectory: Trajectory) 
 
     With what sensors have seen until then, and what the gyro's bias has added.
     """
-    from mgeo_attitude.filter.evaluator import evaluate  # compiles
-    from mgeo_attitude.filter.model import FilterModel
-
     last = round(trajectory.end / model.step)
     if last > model.n_steps:  # duration limits t_end alone
         longer = dataclasses.replace(scenario, duration=last * model.step)
@@ -192,7 +190,7 @@ def limits_after(
 
 def _wheel_load(model: FilterModel, trajectory: Trajectory, first: int, last: int) -> Floats:
     """Greatest momentum [N m s] and torque [N m] of a wheel with a budget, shape (2,)."""
-    from mgeo_attitude.filter.wheel_load import wheel_loads  # compiles
+    from mgeo_attitude.filter.wheel_load import wheel_loads  # imports numba
 
     scenario = trajectory.scenario
     times = model.step * np.arange(last + 1, dtype=float)  # the run may end earlier

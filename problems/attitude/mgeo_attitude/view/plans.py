@@ -6,7 +6,7 @@ import dataclasses
 import math
 from contextlib import suppress
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -32,6 +32,22 @@ MOST, MOST_SAMPLES = 0.9, "9 of 10 Monte Carlo samples"
 _LOOKED_AT = 50
 
 
+class Nominal(NamedTuple):
+    """Results of the nominal runs of n plans.
+
+    Attributes
+    ----------
+    t_end, trace : arrays, shape (n,)
+        [s] and the weighted trace of the covariance then; NaN where that was lost.
+    covariance : array, shape (n, n_states, n_states)
+        Then.
+    """
+
+    t_end: Floats
+    trace: Floats
+    covariance: Floats
+
+
 class Plans(View):
     """Maneuver plans, shape (n, n_var); those taken of others share what is known of them."""
 
@@ -48,12 +64,22 @@ class Plans(View):
         part = super().take(rows)
         assert isinstance(part, Plans)  # as the problem's view is
         part._known, part._backs = self._known, self._backs
+        if "exactly" in self.__dict__:
+            part.exactly = Nominal(*(each[np.asarray(rows)] for each in self.exactly))
         return part
 
     @cached_property
-    def exactly(self) -> Evaluation:
-        """Results of the nominal runs, with covariances; NaN where the covariance was lost."""
+    def _run(self) -> Evaluation:
         return self.problem.run(self.X, covariance=True)
+
+    @cached_property
+    def exactly(self) -> Nominal:
+        """Results of the nominal runs, as a run has stored them, or else evaluated."""
+        return Nominal(self._run.t_end, self._run.trace, self._run.covariance)
+
+    def arrays(self) -> dict[str, Floats]:
+        """Return the results of the nominal runs, by the names of `Nominal`."""
+        return self.exactly._asdict()
 
     @cached_property
     def F(self) -> Floats:
@@ -75,7 +101,7 @@ class Plans(View):
         """Objectives, constraints and `excesses`, side by side."""
         problem = self.problem
         if problem.flights is None:
-            return problem.valued(problem.model, self.exactly)
+            return problem.valued(problem.model, self._run)
         return self._cache("values").complete(self.X, problem.judged)
 
     def _cache(self, of: object) -> EvaluationCache:

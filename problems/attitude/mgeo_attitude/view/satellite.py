@@ -17,6 +17,7 @@ from mgeo_attitude.scenario.validity import examined, validity
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.settings.base import annotation_of
 from mgeo_attitude.settings.types import Unit
+from mgeo_attitude.view.margins import limits_after
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
@@ -120,7 +121,6 @@ def margins_at_rest(problem: AttitudeManeuverProblem) -> Iterator[str]:
     The attitude is then as badly known as at the start.
     """
     from mgeo_attitude.trajectory.trajectory import Trajectory  # imports scipy
-    from mgeo_attitude.view.margins import limits_after  # compiles
 
     scenario, model = problem.scenario, problem.model
     wheels = scenario.wheels
