@@ -138,18 +138,14 @@ def _watch_path(step: _Step) -> None:
         disc = 2 * watch.disc
         appears, *limb_given = step.numbers(code, f"off {watch.direction}", 6, 1 + disc)
         there = nearest(axis, watch.inside, turn, v, moved, appears)
-        here = there.back(axis), there.seen(v, moved)
-        if watch.plain:
-            value = maximum(dot(*here), value)
-        else:
-            sigmas = step.constants(code, 1)[0] if watch.margin else None
-            limb = None
-            if watch.disc:
-                radius, grown = limb_given
-                limb = radius - there.share * grown
-            P, end = Triangle(code), (axis, v)
-            value = excess_code(here, end, sigmas, limb, P, watch.inside, value)
-        code.store(at.monitors + k, value)
+        here, end = (there.back(axis), there.seen(v, moved)), (axis, v)
+        sigmas = step.constants(code, 1)[0] if watch.margin else None
+        limb = None
+        if watch.disc:
+            radius, grown = limb_given
+            limb = radius - there.share * grown
+        worst = excess_code(here, end, sigmas, limb, Triangle(code), watch.inside, value)
+        code.store(at.monitors + k, worst)
 
 
 def _update(step: _Step, index: int) -> None:

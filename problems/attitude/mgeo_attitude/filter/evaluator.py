@@ -164,9 +164,7 @@ def _path_angles(model: FilterModel, watched: Floats) -> Floats:
     """`Evaluation.path_angle` of what the kernel has kept of path limits."""
     limits = model.monitors.limits
     path = watched[:, : len(limits)]
-    angles = np.where([watch.inside for watch in limits], path, -path)
-    plain = [watch.plain for watch in limits]
-    return np.where(plain, np.arccos(np.clip(path, -1.0, 1.0)), angles)
+    return np.where([watch.inside for watch in limits], path, -path)
 
 
 def _wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Floats:
