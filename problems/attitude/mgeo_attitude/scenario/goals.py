@@ -14,9 +14,8 @@ from pydantic.dataclasses import dataclass
 from pydantic_core import CoreSchema
 
 from mgeo_attitude.criteria.objectives import OBJECTIVES, TRACE_OF, blocks_of
-from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.base import Settings, flatten
 from mgeo_attitude.settings.errors import InvalidValue, expect, expect_unique, known_names
-from mgeo_attitude.settings.tables import flatten
 from mgeo_attitude.settings.types import (
     Degrees,
     DegreesPerSecond,

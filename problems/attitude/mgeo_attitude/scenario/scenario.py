@@ -40,9 +40,8 @@ from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.world import World
-from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.base import Kinds, Settings, to_table
 from mgeo_attitude.settings.errors import InvalidValue
-from mgeo_attitude.settings.tables import Kinds, to_table
 from mgeo_attitude.settings.types import Instant, Line, Seconds
 
 if TYPE_CHECKING:
