@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from mgeo_attitude import Scenario
+from mgeo_attitude import Evaluation, Scenario
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.constraints import check_start, constraints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
@@ -25,8 +25,6 @@ from mgeo_suite.objectives import OBJECTIVES, SuiteObjective, check_objectives
 from mgeo_suite.suites import Place, SuiteModels, evaluated
 
 if TYPE_CHECKING:
-    from mgeo_attitude import Evaluation
-
     from mgeo_suite.view import SuiteView
 
 #: Objectives of each preset; all have the scenario of ``cubesat.toml``.

@@ -6,6 +6,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
+from mgeo_attitude import Evaluation
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.constraints import constraints
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
@@ -15,13 +17,10 @@ from numpy.typing import ArrayLike
 
 from mgeo.plugins.view import View
 from mgeo_suite.catalog import NONE
+from mgeo_suite.problem import SensorSuiteProblem
 
 if TYPE_CHECKING:
-    import pandas as pd
     import plotly.graph_objects as go
-    from mgeo_attitude import Evaluation
-
-    from mgeo_suite.problem import SensorSuiteProblem
 
 #: Accuracies [deg] of which a front's least price is told.
 BUDGETED_DEG = (1.0, 0.1, 0.03)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import islice
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -26,12 +26,9 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario.goals import FlightErrors
+from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.sensors.suite import Suite
-
-if TYPE_CHECKING:
-    from mgeo_attitude.scenario.scenario import Scenario
-
 
 #: Flights of a scenario that stay in memory, and those that are there together besides.
 KEPT, _AT_ONCE = 64, 16

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from functools import partial, reduce
 from itertools import count, islice
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -28,10 +28,8 @@ from mgeo_attitude.filter.layout import (
 from mgeo_attitude.filter.path_limits import cone_constants, excess_code
 from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_of
 from mgeo_attitude.geometry.vector import Vec3, dot, maximum
+from mgeo_attitude.scenario.limits import PathLimit
 from mgeo_attitude.sensors.suite import Suite
-
-if TYPE_CHECKING:
-    from mgeo_attitude.scenario.limits import PathLimit
 
 CHECK = "check"
 

@@ -5,19 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from itertools import accumulate
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.filter.symbols import slots_of
+from mgeo_attitude.scenario.limits import PathLimit
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.world import World
-
-if TYPE_CHECKING:
-    from mgeo_attitude.scenario.limits import PathLimit
 
 
 class Watch(NamedTuple):

@@ -11,19 +11,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from datetime import datetime
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.directions import DIRECTIONS, Cone, Passage
+from mgeo_attitude.environment.directions import DIRECTIONS, Cone, Passage, Place
 from mgeo_attitude.filter.closest_approach import Turn, nearest
 from mgeo_attitude.filter.layout import Watch
 from mgeo_attitude.geometry.vector import Vec3, choose, cross, dot, maximum
 from mgeo_attitude.scenario.limits import PathLimit
-
-if TYPE_CHECKING:
-    from mgeo_attitude.environment.directions import Place
 
 #: Sine of the angle below which both are parallel: no single turn changes the angle then.
 _PARALLEL = 1e-6

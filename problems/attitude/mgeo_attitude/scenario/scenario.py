@@ -7,7 +7,7 @@ import os
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
@@ -16,6 +16,8 @@ from pydantic.dataclasses import dataclass
 from mgeo.store.atomic import write_file
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER, TRACE_OF
+from mgeo_attitude.environment.directions import Place
+from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.orbit import ORBITS, AnyOrbit
 from mgeo_attitude.environment.times import instant_after
 from mgeo_attitude.maneuvers.schedule import Turning
@@ -43,10 +45,6 @@ from mgeo_attitude.sensors.world import World
 from mgeo_attitude.settings.base import Kinds, Settings, to_table
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.settings.types import Instant, Line, Seconds
-
-if TYPE_CHECKING:
-    from mgeo_attitude.environment.directions import Place
-    from mgeo_attitude.environment.environment import Environment
 
 _NO_GYRO = (
     "expected a table of its keys: the filter needs a gyro, see 'Without a gyro' in docs/errors.md"

@@ -6,20 +6,18 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.geometry.vector import Vec3, scale
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.errors import Alike, GaussMarkov, Influence, State, influenced, sigma_of
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.world import World
 from mgeo_attitude.settings.types import DEG, DIMENSIONLESS, Unit
-
-if TYPE_CHECKING:
-    from mgeo_attitude.environment.environment import Environment
 
 Owner = Gyro | Sensor | World
 STILL = Vec3(0.0, 0.0, 0.0)

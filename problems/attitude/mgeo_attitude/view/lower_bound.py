@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -12,16 +11,14 @@ import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.curves import LimitCurves
 from mgeo_attitude.bound.samples import NoLimit
+from mgeo_attitude.filter.history import FilterHistory
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.goals import RequiredSigma
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.describe import span
 from mgeo_attitude.view.plans import Plans
-
-if TYPE_CHECKING:
-    from mgeo_attitude.filter.history import FilterHistory
-    from mgeo_attitude.filter.model import FilterModel
-    from mgeo_attitude.problem import AttitudeManeuverProblem
 
 #: Rounding of the filter, which the bound does not contain.
 _ROUNDING = 1e-9

@@ -5,19 +5,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 
+from mgeo.plugins.shown import Review
 from mgeo_attitude.criteria.constraints import constraints
 from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER
 from mgeo_attitude.scenario.validity import implausible, validity
-from mgeo_attitude.view import describe, lower_bound, margins, requirements
+from mgeo_attitude.view import describe, lower_bound, margins, requirements, satellite
 from mgeo_attitude.view.plans import MOST_SAMPLES, Plans, looked_at, spread
 
 if TYPE_CHECKING:
-    import pandas as pd
     import plotly.graph_objects as go
-
-    from mgeo.plugins.shown import Review
 
 #: Share by which an objective may be missed.
 TOLERANCE = 0.1
@@ -109,8 +108,6 @@ class ManeuverView(Plans):
 
     def facts(self) -> dict[str, str]:
         """Return orbit, light, margins at rest and validity; see `satellite.facts`."""
-        from mgeo_attitude.view import satellite
-
         return satellite.facts(self.problem)
 
     def notes(self) -> list[str]:

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from contextlib import suppress
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -17,14 +17,12 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import OBJECTIVES, attitude_sigma_deg
 from mgeo_attitude.criteria.robustness import FlightSamples, kept_by, over_flights
+from mgeo_attitude.filter.evaluator import Evaluation
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.goals import FlightErrors
 from mgeo_attitude.settings.errors import InvalidValue
-
-if TYPE_CHECKING:
-    from mgeo_attitude.filter.evaluator import Evaluation
-    from mgeo_attitude.filter.model import FilterModel
-    from mgeo_attitude.problem import AttitudeManeuverProblem
-    from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
+from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 
 #: Share of Monte Carlo runs that a plan's ``kept`` values hold in, and the same in words.
 MOST, MOST_SAMPLES = 0.9, "9 of 10 Monte Carlo samples"
@@ -243,8 +241,6 @@ class Plans(View):
 
         Its slew back, which takes longest to find, is found once for all views that share a front.
         """
-        from mgeo_attitude.trajectory.trajectory import Trajectory  # imports scipy
-
         problem, times = self.problem, (float(self.exactly.t_end[row]), float(self.held_until[row]))
         found = Trajectory(problem.scenario, problem.model, self.X[row], *times)
         key = self.X[row].tobytes()
