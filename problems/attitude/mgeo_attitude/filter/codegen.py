@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from mgeo_attitude.filter import covariance
-from mgeo_attitude.filter.closest_approach import Turn, nearest
 from mgeo_attitude.filter.layout import (
     NO_MONITORS,
     Monitors,
@@ -25,7 +24,7 @@ from mgeo_attitude.filter.layout import (
     transition_pattern,
     watched_directions,
 )
-from mgeo_attitude.filter.path_limits import cone_constants, excess_code
+from mgeo_attitude.filter.path_limits import Turn, cone_constants, excess_code, nearest
 from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_of
 from mgeo_attitude.geometry.vector import Vec3, dot, maximum
 from mgeo_attitude.scenario.limits import PathLimit
