@@ -80,8 +80,7 @@ class SuiteModels:
 
     def forms(self, choices: Ints) -> Ints:
         """The number of the form of each choice (n, n_places), shape (n,)."""
-        numbers: Ints = self._filled(choices) @ self._digits
-        return numbers
+        return self._filled(choices) @ self._digits
 
     def form_of(self, choice: Ints) -> FilterModel:
         """The form of a choice, shape (n_places,); computed when first needed."""
@@ -97,8 +96,7 @@ class SuiteModels:
 
     def _filled(self, choices: Ints) -> Bools:
         """Which places of choices (..., n_places) have an instrument."""
-        filled: Bools = (choices > 0) | ~self._optional
-        return filled
+        return (choices > 0) | ~self._optional
 
     @cached_property
     def _environment(self) -> Environment:

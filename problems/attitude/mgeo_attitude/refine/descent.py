@@ -49,8 +49,7 @@ class Descent:
     def steps(self) -> Ints:
         """Of the model, which may be a coarse one, shape () or (n,)."""
         steps = np.rint(np.asarray(self.times) / self.at.model.step).astype(np.int64)
-        found: Ints = np.clip(steps, 1, self.at.model.n_steps)
-        return found
+        return np.clip(steps, 1, self.at.model.n_steps)
 
     @property
     def bounds(self) -> Floats:
@@ -152,8 +151,7 @@ def descend_from_best(
     problem = Descent(at, times[which], designs.shape[1] // VARIABLES_PER_MANEUVER)
     groups = [np.flatnonzero(which == k).tolist() for k in range(len(times))]
     ends = _side_by_side(problem, problem.variables(designs), iterations, groups)
-    found: Floats = problem.designs(ends)[[group[0] for group in groups]]
-    return found
+    return problem.designs(ends)[[group[0] for group in groups]]
 
 
 def _side_by_side(

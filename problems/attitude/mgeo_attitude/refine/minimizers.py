@@ -97,8 +97,7 @@ def _updated(inverse: Floats, moved: Floats, turned: Floats) -> Floats:
     by = inverse @ turned
     factor = (1.0 + float(turned @ by) / curvature) / curvature
     mixed = np.outer(by, moved)
-    updated: Floats = inverse + factor * np.outer(moved, moved) - (mixed + mixed.T) / curvature
-    return updated
+    return inverse + factor * np.outer(moved, moved) - (mixed + mixed.T) / curvature
 
 
 class _Left(Exception):

@@ -216,8 +216,7 @@ class Plans(View):
             late = np.fmax(late, self.kept_t_end)
         step = problem.model.step
         late = np.fmin(np.nan_to_num(late, posinf=np.inf), problem.model.longest)
-        held: Floats = np.maximum(t_end, np.ceil(late / step - 1e-9) * step)  # a mean is on no step
-        return held
+        return np.maximum(t_end, np.ceil(late / step - 1e-9) * step)  # a mean is on no step
 
     @cached_property
     def ends(self) -> Floats:
