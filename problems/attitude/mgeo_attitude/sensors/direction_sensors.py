@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -12,7 +12,6 @@ from pydantic.dataclasses import dataclass
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.geometry.rotation import cross, direction, dot, rotate, tangents
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
@@ -22,6 +21,9 @@ from mgeo_attitude.sensors.vector_sensors import SunSensor, VectorSensor, where_
 from mgeo_attitude.sensors.world import POSITION_UNIT
 from mgeo_attitude.settings.errors import expect
 from mgeo_attitude.settings.types import Degrees, Identifier, Unit, Usual
+
+if TYPE_CHECKING:
+    from mgeo_attitude.environment.environment import Environment
 
 
 class DirectionSensor(VectorSensor):
