@@ -50,7 +50,7 @@ def _ended(plan: ManeuverPlan) -> str:
     if plan.problem.model.ends_by_design:
         ended = "ended"
     else:
-        ended = "converged" if plan.history.converged else "not converged at the end of the run,"
+        ended = "converged" if plan.converged else "not converged at the end of the run,"
     return f"flown exactly, {ended}" if plan.scenario.flight else ended
 
 
@@ -63,9 +63,9 @@ def plan_document(picked: Picked) -> dict[str, Any]:
         "answer": plan.answer,
         "uncalibrated": plan.uncalibrated(),
         "attitude_sigma_deg": plan.attitude_sigma_deg,
-        "attitude_accuracy_deg": float(attitude_accuracy_deg(plan.history.covariance)),
+        "attitude_accuracy_deg": float(attitude_accuracy_deg(plan.covariance)),
         "scenario": plan.scenario.name,
-        "converged": bool(plan.history.converged),
+        "converged": plan.converged,
         "t_end_s": plan.t_end,
         "held_until_s": plan.held_until,
         "duration_s": plan.duration,

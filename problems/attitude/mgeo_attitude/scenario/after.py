@@ -16,8 +16,8 @@ from mgeo_attitude.scenario.prior import Prior, prior_of
 from mgeo_attitude.scenario.toml import Table, overridden
 from mgeo_attitude.sensors.errors import by_axis
 from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.settings.base import to_table
 from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, expect
-from mgeo_attitude.settings.tables import to_table
 
 #: What a calibration's document says of where a run goes on.
 ENTRIES: Mapping[str, Any] = {

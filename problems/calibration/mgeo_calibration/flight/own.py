@@ -15,8 +15,7 @@ from mgeo_attitude.maneuvers.schedule import holding
 from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.readings import n_vectors, to_channels
-from mgeo_attitude.settings.base import declared
-from mgeo_attitude.settings.tables import require_same
+from mgeo_attitude.settings.base import declared, require_same
 from mgeo_attitude.trajectory.trajectory import Trajectory
 
 from mgeo_calibration.flight.flight import Draws, Flight, draw, fly_run, moved, unsteady
