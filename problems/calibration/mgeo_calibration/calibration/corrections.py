@@ -57,7 +57,8 @@ def _corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[
             }
         elif state in owner.rotations:
             R = matrix(value)
-            entry |= {"dcm": R.tolist(), "quaternion": quaternions(R[None])[0].tolist()}
+            quaternion = quaternions(R[None])[0].tolist()
+            entry |= {"dcm": R.tolist(), "quaternion": quaternion, "rotation": "body-to-sensor"}
         elif state == "bias":
             unit = unit_of_bias(owner)
             entry |= {"bias": (unit.factor * value).tolist(), "unit": unit.text}

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from mgeo_attitude._typing import Floats
+from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.sensors.readings import from_channels
 from mgeo_attitude.sensors.suite import Suite
 from numpy.typing import ArrayLike
@@ -68,6 +68,8 @@ class Telemetry:
         `Sensor.channels`.
     position : array, shape (n, 3), optional
         Satellite [m], GCRS, if it is not to follow from the scenario's orbit; see `positions`.
+    rows : array of int, shape (n,), optional
+        Rows of the samples in the table that was read; the first below the header is 1.
     truth : Truth, optional
         Beside what a simulation reports; it is no part of tables and files.
     others : mapping of str to array, shape (n,)
@@ -98,6 +100,7 @@ class Telemetry:
     gyro_deg_s: Floats
     sensors: Mapping[str, Floats] = field(default_factory=dict)
     position: Floats | None = None
+    rows: Ints | None = None
     truth: Truth | None = None
     others: Mapping[str, Floats] = field(default_factory=dict)
     steps: Mapping[str, Floats] = field(default_factory=dict)
@@ -159,6 +162,7 @@ class Telemetry:
             gyro_deg_s=self.gyro_deg_s[:n],
             sensors={name: rows[:n] for name, rows in self.sensors.items()},
             position=None if self.position is None else self.position[:n],
+            rows=None if self.rows is None else self.rows[:n],
             others={name: values[:n] for name, values in self.others.items()},
             steps=self.steps,
             truth=truth and truth.first(n),
@@ -234,9 +238,15 @@ class Telemetry:
             if wrong.any():
                 k = int(np.argmax(wrong))
                 raise ValueError(
-                    f"{name} at time {self.times[k]:.6f} s = {rows[k].tolist()}: {what}"
+                    f"{name} at {place(k, self.times, self.rows)} = {rows[k].tolist()}: {what}"
                 )
         return rows
+
+
+def place(k: int, times: Floats, rows: Ints | None = None) -> str:
+    """Return the time of sample k [s] and, if it is known, its row in a table."""
+    time = f"time {times[k]:.6f} s"
+    return time if rows is None else f"row {rows[k]}, {time}"
 
 
 def channels(name: str, width: int = 3) -> list[str]:
