@@ -245,7 +245,7 @@ def calibrate(
             raise typer.Exit(ExitCode.INCOMPLETE if alone.failures else ExitCode.DONE)
         samples = read_telemetry(telemetry, of, read)
         try:
-            first = found = calibrated(of, samples)
+            first = found = calibrated(of, samples, read)
         except CannotCalibrate as refused:
             if diagnose:
                 command.report_refusal(refused, output)

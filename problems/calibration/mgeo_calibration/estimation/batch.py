@@ -125,11 +125,11 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     if scenario.prior is not None:
         telemetry = _since_epoch(scenario, telemetry)
     at, rates = reported(telemetry)
-    suite = scenario.suite
+    usual = usual_step(at)
+    suite = replace(scenario.suite, gyro=scenario.gyro.sampled(usual))
     readings = telemetry.readings(suite)
     there = np.isfinite(telemetry.gyro_deg_s[:, 0])
     there |= np.any([np.isfinite(rows[:, 0, 0]) for rows in readings], axis=0)
-    usual = usual_step(at)
     silent = (np.diff(at) > SILENT * usual).nonzero()[0]
     for last, first in zip(at[silent], at[silent + 1], strict=True):
         there &= (telemetry.times <= last) | (telemetry.times >= first)

@@ -60,7 +60,8 @@ class Samples:
     @classmethod
     def of(cls, scenario: Scenario, telemetry: Telemetry) -> Samples:
         """Return samples of telemetry in body axes, for which nothing is declared."""
-        rows = {"gyro": telemetry.gyro_deg_s, **telemetry.sensors}
+        gyro = {"gyro": telemetry.gyro_deg_s} if telemetry.has_gyro else {}
+        rows = gyro | dict(telemetry.sensors)
         columns = {name: (channels(name, each.shape[1]), each) for name, each in rows.items()}
         return cls(scenario, telemetry, columns, TelemetryMapping())
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
@@ -76,18 +75,6 @@ def means(at: Floats, rates: Floats) -> Floats:
     found: Floats = (angle(at) - angle(at - stands)) / stands[:, None]
     found[0] = rates[0]
     return found
-
-
-def held(axes: str, scenario: Scenario, times: Floats) -> Floats:
-    """Rate of a satellite that holds axes, in those [deg/s], shape (n, 3): LVLH, or inertial ones.
-
-    LVLH has x forward, y against the orbit's normal and z down. It turns by |r × v| / r².
-    """
-    rates = np.zeros((len(times), 3))
-    if axes == "lvlh":
-        r, v = scenario.orbit.propagate(scenario.epoch, times)
-        rates[:, 1] = -np.linalg.norm(np.cross(r, v), axis=1) / (r * r).sum(axis=1)
-    return np.degrees(rates)
 
 
 def spikes(rates: Floats, least: Floats) -> Floats:

@@ -176,7 +176,7 @@ def rates(samples: Samples) -> Iterator[Finding]:
     """
     telemetry, scenario = samples.telemetry, samples.scenario
     bias = 3.0 * np.sqrt(3.0) * scenario.gyro.initial_bias_deg_s
-    for sensor in scenario.sensors:
+    for sensor in scenario.sensors if telemetry.has_gyro else ():
         rows = telemetry.sensors[sensor.name]
         both = np.flatnonzero(np.isfinite(rows[:, 0]) & np.isfinite(telemetry.gyro_deg_s[:, 0]))
         if len(sensor.channels) != 3 or len(both) < 2 * _LAGS[-1]:

@@ -29,7 +29,8 @@ from mgeo_calibration.telemetry.columns import (
 )
 from mgeo_calibration.telemetry.files import read_table
 from mgeo_calibration.telemetry.finding import Samples
-from mgeo_calibration.telemetry.gyro_samples import held, means, reported
+from mgeo_calibration.telemetry.gyro_samples import means, reported
+from mgeo_calibration.telemetry.held import held
 from mgeo_calibration.telemetry.mapping import (
     UNITS,
     Channels,
@@ -121,11 +122,12 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
         steps=steps,
         others=table.others,
         rows=table.numbers,
+        has_gyro=not mapping.gyro.holds,
     )
     reported(telemetry)
     if not any(np.isfinite(rows).any() for rows in sensors.values()):
         raise ValueError(f"{', '.join(sensors)}: expected a sample of one of them")
-    names = [*([] if mapping.gyro.holds else ["gyro"]), *sensors]
+    names = [*(["gyro"] if telemetry.has_gyro else []), *sensors]
     columns = {name: (found[name].columns, found[name].rows) for name in names}
     refuse(Samples(scenario, telemetry, columns, mapping))
     return telemetry

@@ -78,6 +78,8 @@ class Telemetry:
     steps : mapping of str to array, shape (3,), (4,) or (1,)
         In which ``gyro`` and sensors count, where that cannot be seen, as they were mounted
         otherwise; see `step_of`.
+    has_gyro : bool
+        Whether the rates were measured, not assumed.
 
     Raises
     ------
@@ -104,6 +106,7 @@ class Telemetry:
     truth: Truth | None = None
     others: Mapping[str, Floats] = field(default_factory=dict)
     steps: Mapping[str, Floats] = field(default_factory=dict)
+    has_gyro: bool = True
 
     def __post_init__(self) -> None:
         times = np.array(self.times, dtype=float)
@@ -165,6 +168,7 @@ class Telemetry:
             rows=None if self.rows is None else self.rows[:n],
             others={name: values[:n] for name, values in self.others.items()},
             steps=self.steps,
+            has_gyro=self.has_gyro,
             truth=truth and truth.first(n),
         )
 
