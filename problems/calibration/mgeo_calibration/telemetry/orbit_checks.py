@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import product
+from itertools import product, takewhile
 
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
@@ -188,20 +188,19 @@ def rates(samples: Samples) -> Iterator[Finding]:
             if sensor.initial_bias_nt > _LARGE * length:
                 continue
         unit = rows[both] / _length(rows[both])[:, None]
+        chords = ((lag, _length(unit[lag:] - unit[:-lag])) for lag in _LAGS)
+        small = list(takewhile(lambda each: np.median(each[1]) < _TURN, chords))
+        if not small:
+            continue
+        lag, chord = small[-1]
         steps = np.diff(times, prepend=times[0])[:, None]
         angle = np.cumsum(steps * telemetry.gyro_deg_s[both], axis=0)
-        for lag in _LAGS:
-            chord = _length(unit[lag:] - unit[:-lag])
-            if np.median(chord) > _TURN:
-                break
-            duration = times[lag:] - times[:-lag]
-            rate = (angle[lag:] - angle[:-lag]) / duration[:, None]
-            reported = float(np.median(_length(np.cross(rate, unit[lag:]))))
-            found = float(np.median(np.degrees(chord) / duration))
-            slack = bias + turning + np.degrees(3.0 * noise) / float(np.median(duration))
-        else:
-            lag = _LAGS[-1]
-        if lag > _LAGS[0] and not found / 1.5 - slack < reported < 1.5 * found + slack:
+        duration = times[lag:] - times[:-lag]
+        rate = (angle[lag:] - angle[:-lag]) / duration[:, None]
+        reported = float(np.median(_length(np.cross(rate, unit[lag:]))))
+        found = float(np.median(np.degrees(chord) / duration))
+        slack = bias + turning + np.degrees(3.0 * noise) / float(np.median(duration))
+        if not found / 1.5 - slack < reported < 1.5 * found + slack:
             value = f"{reported:.3g} deg/s across {sensor.name} (median)"
             expected = f"about {found:.3g} deg/s, as {sensor.name} rotates"
             advice = "declare gyro.unit, gyro.scale or time_unit, or a larger initial_bias_deg_s"
