@@ -171,11 +171,11 @@ GROSS = {
         gyro(lambda t, rows, rng: -rows),
     ),
     "gyro times ten": (
-        r"gyro at .*: expected about .* declare gyro\.unit",
+        r"gyro at .* declare gyro\.unit",
         gyro(lambda t, rows, rng: 10.0 * rows),
     ),
     "gyro in deg/h": (
-        r"gyro at .*: expected about .* declare gyro\.unit",
+        r"gyro at .* declare gyro\.unit",
         gyro(lambda t, rows, rng: 3600.0 * rows),
     ),
     "minutes": (".* at .* declare .*time_unit", shifted(lambda t, rng: t / 60.0)),

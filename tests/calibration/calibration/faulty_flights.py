@@ -180,9 +180,9 @@ KINDS = {
     "drift of the magnetometer": Kind("mag" + CHANGES, spoil=sized("mag", faults.ramp, 300, 5e3)),
     "drift of the gyro": Kind(DRIFTS, spoil=sized("gyro", faults.ramp, 6e-3, 0.1)),
     "temperature": Kind("mag" + CHANGES, spoil=sized("mag", faults.warmed, 300, 5e3)),
-    "torquers": Kind(r"mag\.bias follows coil_x by ", spoil=torqued),
+    "torquers": Kind(r"mag(\.bias follows coil_x by | at .* influences)", spoil=torqued),
     "orbit": Kind(
-        "the satellite is .* its orbit",
+        "(the satellite is .* its orbit|mag at .* correct epoch and orbit)",
         lambda rng: Craft(behind=sign(rng) * np.exp(rng.uniform(np.log(3.0), np.log(900.0)))),
     ),
     # what is seen without any attitude

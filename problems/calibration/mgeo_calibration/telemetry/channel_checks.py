@@ -10,6 +10,7 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_calibration.telemetry.finding import Finding, Samples
 
 _FEWEST = 10  # samples that show whether a channel is constant
+_DARK = 1e-9  # reading of a photodiode
 _CLIPPED = 5  # equal extremes in a row of a rate that saturates
 _OFTEN = 5  # occurrences of a repeated number, and factor to the next frequent one
 _LONG = 10  # equal samples in a row of a frozen sensor
@@ -22,7 +23,8 @@ def constant_channels(samples: Samples) -> Iterator[Finding]:
     for name, (columns, rows) in samples.columns.items():
         seen = np.flatnonzero(np.isfinite(rows).all(axis=1))
         found = rows[seen]
-        in_the_dark = len(columns) == 1 and not found.any()  # a photodiode
+        reported = samples.telemetry.sensors.get(name, rows)[seen]
+        in_the_dark = len(columns) == 1 and (np.abs(reported) < _DARK).all()  # a photodiode
         if len(found) < _FEWEST or in_the_dark:
             continue
         stuck = np.ptp(found, axis=0) == 0.0

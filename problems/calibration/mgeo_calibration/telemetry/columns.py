@@ -111,7 +111,8 @@ def numbers(column: pd.Series) -> Floats:
     if wrong.any():
         row = int(np.argmax(wrong))
         raise ValueError(
-            f"row {row + 1}, {column.name} = {shown(column.iloc[row])}: expected a number"
+            f"row {row + 1}, {column.name} = {shown(column.iloc[row])}: expected a number, or "
+            "an empty cell"
         )
     return values
 

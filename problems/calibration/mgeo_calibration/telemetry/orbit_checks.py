@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from itertools import product, takewhile
 
 import numpy as np
@@ -26,7 +27,7 @@ from mgeo_calibration.telemetry.mapping import UNITS
 
 #: Longest time without any sample [s].
 LONGEST_SILENCE = DAY
-_SHORTEST_STEP = 1e-3  # least usual time between samples [s]
+_SHORTEST_STEP = 3e-4  # least usual time between samples [s]
 _SAMPLES = 200  # that are compared, at most
 _FEWEST = 12
 _OTHER_UNIT = 4.0  # factor between the units of a field
@@ -108,14 +109,13 @@ def positions(samples: Samples) -> Iterator[Finding]:
     times, position, epoch = telemetry.times[k], telemetry.position[k], samples.scenario.epoch
     utc = {"UTC": 0.0} | {s: tai_minus_utc(epoch) - behind for s, behind in TAI_MINUS.items()}
     shifts = {name: utc[name] - utc[mapping.time_scale] for name in utc}
-    try:
-        orbit = {
-            name: samples.scenario.orbit.propagate(epoch, times - shift)[0]
-            for name, shift in shifts.items()
-            if mapping.time_system is None or name == mapping.time_scale
-        }
-    except (ValueError, ArithmeticError):
-        return  # times that the orbit does not cover
+    orbit = {}
+    for name, shift in shifts.items():
+        if mapping.time_system is None or name == mapping.time_scale:
+            with suppress(ValueError, ArithmeticError):  # times that the orbit does not cover
+                orbit[name] = samples.scenario.orbit.propagate(epoch, times - shift)[0]
+    if mapping.time_scale not in orbit:
+        return
     at = instants(epoch, times)
     frames = {"": position}
     if mapping.position.frame is None:
@@ -165,7 +165,10 @@ def field_strength(samples: Samples) -> Iterator[Finding]:
             worst = int(misfit.argmax())
             value = f"{_length(measured - bias)[worst]:.5g} nT without its bias"
             expected = f"{strength[worst]:.5g} ± {sigma[worst]:.2g} nT, the field on the orbit"
-            advice = "declare time_epoch, time_unit and time_system, or correct epoch and orbit"
+            advice = (
+                "declare time_epoch, time_unit and time_system, correct epoch and orbit, or add "
+            )
+            advice += f"influences, such as a torquer's current, to {sensor.name}"
             yield Finding(sensor.name, samples.place(k[worst]), value, expected, advice)
 
 
