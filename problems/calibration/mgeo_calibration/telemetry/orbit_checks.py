@@ -32,8 +32,9 @@ _SAMPLES = 200  # that are compared, at most
 _FEWEST = 12
 _OTHER_UNIT = 4.0  # factor between the units of a field
 _FARTHEST = 1e9  # of a satellite [m]
-_FRAMES = ("EME2000", "TOD", "TEME", "ITRF")
+_FRAMES = ("TOD", "TEME", "ITRF")  # EME2000 is within a meter of GCRF
 _APART = 5e3  # distance from the orbit that a declaration has to explain [m]
+_ALIKE = 1.5e3  # distance between TOD and TEME, at most [m]
 _FRAME_LEAVES, _SCALE_LEAVES = 0.2, 0.06  # largest share of the distance that remains
 _WELL = 3.0  # 1-sigmas of a median misfit of the field strength
 _FIELD_MODEL = 0.003  # relative error of the model of the field
@@ -76,10 +77,8 @@ def norms(samples: Samples) -> Iterator[Finding]:
         radius = _length(position)
         outside = (radius < EARTH_RADIUS) | (radius > _FARTHEST)
         for row in np.flatnonzero(outside).tolist():
-            value, expected = (
-                f"a radius of {radius[row]:.6g} m",
-                f"{EARTH_RADIUS:.6g} to {_FARTHEST:.6g} m",
-            )
+            value = f"a radius of {radius[row]:.6g} m"
+            expected = f"{EARTH_RADIUS:.6g} to {_FARTHEST:.6g} m"
             advice = "declare position.unit and position.scale"
             yield Finding("position", samples.place(row), value, expected, advice)
     for sensor, k, measured, strength in _vectors(samples):
@@ -88,9 +87,8 @@ def norms(samples: Samples) -> Iterator[Finding]:
         if not should / _OTHER_UNIT - bias < found < should * _OTHER_UNIT + 3.0 * bias:
             ratio, unit = should / found if found else np.inf, sensor.channel_unit.text
             fits = [u for u, by in UNITS[unit].items() if 0.25 < ratio / by < 4.0]
-            advice = (
-                f"declare {f'unit = {fits[0]!r}' if fits else 'unit or scale'} of {sensor.name}"
-            )
+            unit_key = f"unit = {fits[0]!r}" if fits else "unit or scale"
+            advice = f"declare {unit_key} of {sensor.name}"
             advice += ", or a larger initial_bias_nt in the scenario" if bias else ""
             value = f"a length of {found:.3g} {unit} (median)"
             expected = f"about {should:.5g} {unit}"
@@ -128,7 +126,8 @@ def positions(samples: Samples) -> Iterator[Finding]:
     now = apart["", mapping.time_scale]
     looks, keys = [], []
     if frame:
-        looks.append(f"positions look like {frame}")
+        alike = [f for f in _FRAMES if apart[f, scale] < least + _ALIKE]
+        looks.append(f"positions look like {' or '.join(alike)}")
         keys.append("position.frame")
     if scale != mapping.time_scale:
         looks.append(f"time tags look like {scale} time: {abs(shifts[scale]):.6g} s")
@@ -165,10 +164,8 @@ def field_strength(samples: Samples) -> Iterator[Finding]:
             worst = int(misfit.argmax())
             value = f"{_length(measured - bias)[worst]:.5g} nT without its bias"
             expected = f"{strength[worst]:.5g} ± {sigma[worst]:.2g} nT, the field on the orbit"
-            advice = (
-                "declare time_epoch, time_unit and time_system, correct epoch and orbit, or add "
-            )
-            advice += f"influences, such as a torquer's current, to {sensor.name}"
+            advice = "declare time_epoch, time_unit and time_system, correct epoch and orbit, or "
+            advice += f"add influences, such as a torquer's current, to {sensor.name}"
             yield Finding(sensor.name, samples.place(k[worst]), value, expected, advice)
 
 
