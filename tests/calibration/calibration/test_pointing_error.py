@@ -42,9 +42,7 @@ def flight(error_deg, correlation_time, seed):
 
 
 @pytest.mark.parametrize(("error_deg", "correlation_time"), [(2.0, 300.0), (5.0, 1000.0)])
-def test_a_declared_pointing_error_gives_the_bias_and_white_innovations(
-    error_deg, correlation_time
-):
+def test_a_declared_pointing_error_gives_the_bias_and_is_consistent(error_deg, correlation_time):
     table, bias = flight(error_deg, correlation_time, 1)
     gyro = GyroChannels(
         holds="lvlh",
@@ -52,7 +50,7 @@ def test_a_declared_pointing_error_gives_the_bias_and_white_innovations(
         pointing_correlation_time=correlation_time,
     )
     found = calibrate(SCENARIO, table, TelemetryMapping(gyro=gyro))
-    assert not any(test.failures() for test in found.tests)
+    assert found.supported, found.conclusion
     rows = found.table().query("block == 'mag.bias'")
     off = (rows["estimate"] - bias) / rows["sigma"]
     assert off.abs().max() < 4.0
