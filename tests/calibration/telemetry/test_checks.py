@@ -49,6 +49,7 @@ def spoiled(frame, **columns):
         (lambda f: f.assign(time=f["time"] + 1e6 * (f["time"] > 200)),
          r"^time at row 201, time 200.0+ s: 1000001.0+ s until .* declare time_epoch"),
         (lambda f: f.assign(time=f["time"] + 1.5e9), "^time at row 1, .*IGRF.* declare time_epoch"),
+        (lambda f: f.assign(time=f["time"] - 1.5e9), "^time at row 1, .*within a year"),
         (lambda f: f.assign(time=f["time"] / 86400.0), r"^time at row 1, .*1.16e-05.*time_unit"),
         (lambda f: f.assign(mag_z=f["mag_z"] * 0.0 + 5.0),
          r"^mag_z at row 2, time 1.0+ s: 5.0 in all 600 samples, .* mag.columns"),

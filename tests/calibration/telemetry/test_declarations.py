@@ -206,3 +206,11 @@ def test_two_columns_of_time(frame, telemetry):
         table = frame.drop(columns="time").assign(**own)
         found = read_telemetry(table, TRACKED, TelemetryMapping(time_epoch="GPS", **declared))
         np.testing.assert_allclose(found.times, telemetry.times + 0.25, rtol=0, atol=2e-6)
+
+
+def test_dates_of_toml_declare_an_epoch(tmp_path):
+    path = tmp_path / "columns.toml"
+    for text, year in (("2000-01-01", 2000), ("2020-01-01T00:00:00Z", 2020)):
+        path.write_text(f"time_epoch = {text}\n")
+        start = TelemetryMapping.from_toml(path).count_start
+        assert start == datetime(year, 1, 1, tzinfo=UTC)

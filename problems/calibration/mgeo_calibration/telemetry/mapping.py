@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import os
 import tomllib
-from datetime import UTC, datetime, timedelta
-from typing import Literal
+from datetime import UTC, date, datetime, timedelta
+from typing import Annotated, Literal
 
 import numpy as np
 from mgeo_attitude._typing import Floats
@@ -14,7 +14,7 @@ from mgeo_attitude.environment.times import TAI_MINUS, tai_minus_utc
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
 from mgeo_attitude.settings.types import Degrees, DegreesPerSecond, Instant, Seconds, Triple
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 from scipy.spatial.transform import Rotation
 
@@ -51,6 +51,11 @@ Quaternion = tuple[float, float, float, float]
 TimeUnit = Literal["us", "ms", "s", "min", "h", "d", "week"]
 PositionFrame = Literal["GCRF", "EME2000", "TOD", "TEME", "ITRF"]
 AttitudeFrame = Literal["GCRF", "EME2000", "TOD", "TEME", "ITRF", "LVLH"]
+
+
+def _as_text(value: object) -> object:
+    """Return the text of a date without time, as TOML has it; other values unchanged."""
+    return value.isoformat() if type(value) is date else value
 
 
 def factor(unit: str, given: str | None) -> float:
@@ -243,7 +248,9 @@ class TelemetryMapping(Settings):
     """second column of numbers that is added: milliseconds, or the GPS time of week"""
     time_fraction_unit: TimeUnit = "ms"
     """unit of the second column"""
-    time_epoch: Literal["Unix", "GPS", "J2000", "2000-01-01"] | Instant | None = None
+    time_epoch: Annotated[
+        Literal["Unix", "GPS", "J2000", "2000-01-01"] | Instant | None, BeforeValidator(_as_text)
+    ] = None
     """instant from which the numbers count; default: the scenario's epoch, in SI seconds;
     2000-01-01 is midnight, J2000 noon of that day in the time scale"""
     time_system: Literal["UTC", "TAI", "GPS", "TT"] | None = None

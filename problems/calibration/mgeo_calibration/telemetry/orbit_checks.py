@@ -31,6 +31,7 @@ _SHORTEST_STEP = 3e-4  # least usual time between samples [s]
 _SAMPLES = 200  # that are compared, at most
 _FEWEST = 12
 _OTHER_UNIT = 4.0  # factor between the units of a field
+_FARTHEST_TIME = 366.0 * DAY  # from the epoch of the orbit [s]
 _FARTHEST = 1e9  # of a satellite [m]
 _FRAMES = ("TOD", "TEME", "ITRF")  # EME2000 is within a meter of GCRF
 _APART = 5e3  # distance from the orbit that a declaration has to explain [m]
@@ -52,10 +53,10 @@ def time_range(samples: Samples) -> Iterator[Finding]:
     advice = "declare time_epoch and time_unit, or correct the scenario's epoch"
     start, end = ((limit - epoch).total_seconds() for limit in (FIELD_MODEL_START, FIELD_MODEL_END))
     for k in (0, len(times) - 1):
-        if not start <= times[k] <= end:
-            value = f"{times[k]:.6f} s after the epoch"
+        if not (start <= times[k] <= end and abs(times[k]) < _FARTHEST_TIME):
+            value = f"{times[k] / DAY:.6g} days after the epoch"
             years = f"{FIELD_MODEL_START:%Y-%m-%d} to {FIELD_MODEL_END:%Y-%m-%d}"
-            expected = f"a time in the years of the field model IGRF-14, {years}"
+            expected = f"a time within a year of it, and in the years of IGRF-14, {years}"
             yield Finding(samples.mapping.time, samples.place(k), value, expected, advice)
     steps = np.diff(times)
     if (steps > LONGEST_SILENCE).any():

@@ -139,7 +139,8 @@ def _merged(times: Floats, table: Floats, names: Sequence[str]) -> tuple[Floats,
     low, high = rows.min(), rows.max()
     if (differs := low.to_numpy() < high.to_numpy()).any():
         row, column = np.argwhere(differs)[0]
-        time, values = low.index[row], (low.iloc[row, column], high.iloc[row, column])
+        time = low.index[row]
+        values = float(low.iloc[row, column]), float(high.iloc[row, column])
         here = [int(np.flatnonzero((times == time) & (table[:, column] == v))[0]) for v in values]
         raise ValueError(
             f"{names[column]} at time {time:.6f} s = {values[0]!r} in row {here[0] + 1} and "
