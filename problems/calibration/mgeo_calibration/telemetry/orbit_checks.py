@@ -18,15 +18,13 @@ from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.frames import rotate, rotation_to_gcrs
 from mgeo_attitude.environment.times import TAI_MINUS, instants, tai_minus_utc
 from mgeo_attitude.sensors.base import Sensor
-from mgeo_attitude.sensors.errors import sigma_of
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT
 
 from mgeo_calibration.telemetry.finding import Finding, Samples
 from mgeo_calibration.telemetry.mapping import UNITS
 
-#: Longest time without any sample [s].
-LONGEST_SILENCE = DAY
+_LONGEST_SILENCE = DAY  # longest time without any sample [s]
 _SHORTEST_STEP = 3e-4  # least usual time between samples [s]
 _SAMPLES = 200  # that are compared, at most
 _FEWEST = 12
@@ -48,27 +46,27 @@ _TURN = 1.0  # largest rotation between samples that vectors show [rad]
 
 
 def time_range(samples: Samples) -> Iterator[Finding]:
-    """Find times outside the field model, long silences, and times in a longer unit."""
+    """Find times far from the epoch, outside the field model, in a longer unit, or with a gap."""
     times, epoch = samples.telemetry.times, samples.scenario.epoch
-    advice = "declare time_epoch and time_unit, or correct the scenario's epoch"
     start, end = ((limit - epoch).total_seconds() for limit in (FIELD_MODEL_START, FIELD_MODEL_END))
-    for k in (0, len(times) - 1):
-        if not (start <= times[k] <= end and abs(times[k]) < _FARTHEST_TIME):
-            value = f"{times[k] / DAY:.6g} days after the epoch"
-            years = f"{FIELD_MODEL_START:%Y-%m-%d} to {FIELD_MODEL_END:%Y-%m-%d}"
-            expected = f"a time within a year of it, and in the years of IGRF-14, {years}"
-            yield Finding(samples.mapping.time, samples.place(k), value, expected, advice)
+    inside = (times >= start) & (times <= end) & (np.abs(times) < _FARTHEST_TIME)
     steps = np.diff(times)
-    if (steps > LONGEST_SILENCE).any():
-        k = int(np.argmax(steps > LONGEST_SILENCE))
-        value = f"{steps[k]:.6f} s until the next sample"
-        expected = f"a sample at least every {LONGEST_SILENCE:g} s"
+    years = f"{FIELD_MODEL_START:%Y-%m-%d} to {FIELD_MODEL_END:%Y-%m-%d}"
+    found = []
+    if not inside.all():
+        k = int(np.argmin(inside))
+        expected = f"a time within a year of it, and in the years of IGRF-14, {years}"
+        found.append((k, f"{times[k] / DAY:.6g} days after the epoch", expected))
+    if (steps > _LONGEST_SILENCE).any():
+        k = int(np.argmax(steps > _LONGEST_SILENCE))
+        expected = f"a sample at least every {_LONGEST_SILENCE:g} s"
+        found.append((k, f"{steps[k]:.6f} s until the next sample", expected))
+    if len(steps) and (step := np.median(steps)) < _SHORTEST_STEP:
+        value = f"{step:.3g} s until the next sample (median)"
+        found.append((0, value, f"{_SHORTEST_STEP:g} s or more"))
+    advice = "declare time_epoch and time_unit, or correct the scenario's epoch"
+    for k, value, expected in found:
         yield Finding(samples.mapping.time, samples.place(k), value, expected, advice)
-    if len(steps) and np.median(steps) < _SHORTEST_STEP:
-        value = f"{np.median(steps):.3g} s until the next sample (median)"
-        yield Finding(
-            samples.mapping.time, samples.place(0), value, f"{_SHORTEST_STEP:g} s or more", advice
-        )
 
 
 def norms(samples: Samples) -> Iterator[Finding]:
@@ -149,16 +147,15 @@ def field_strength(samples: Samples) -> Iterator[Finding]:
     for sensor, k, measured, strength in _vectors(samples):
         if not isinstance(sensor, Magnetometer):
             continue
-        prior = _prior(sensor)
-        share = np.hypot(_FIELD_MODEL, prior.get("scale_factor", 0.0))
+        share = np.hypot(_FIELD_MODEL, sensor.initial_scale_factor)
         noise = np.hypot(FIELD_UNIT_NT * max(sensor.noise()), samples.scenario.world.field_error_nt)
         sigma = np.hypot(noise, share * strength)
         weight, bias = 0.5 / (strength * sigma), np.zeros(3)
         for _ in range(_LINEARIZED):
             left = measured - bias
             more = weight * ((left**2).sum(axis=1) - strength**2)
-            slopes = np.vstack([2.0 * weight[:, None] * left, np.eye(3) / prior["bias"]])
-            target = np.append(more, -bias / prior["bias"])
+            slopes = np.vstack([2.0 * weight[:, None] * left, np.eye(3) / sensor.initial_bias_nt])
+            target = np.append(more, -bias / sensor.initial_bias_nt)
             bias += np.linalg.lstsq(slopes, target, rcond=None)[0]
         misfit = np.abs(_length(measured - bias) - strength) / sigma
         if np.median(misfit) / _NORMAL > _WELL:
@@ -238,9 +235,3 @@ def _spread(rows: Floats) -> Ints:
 def _length(rows: Floats) -> Floats:
     lengths: Floats = np.linalg.norm(rows, axis=1)
     return lengths
-
-
-def _prior(sensor: Magnetometer) -> dict[str, float]:
-    """Largest initial 1-sigma of each state, of the bias in nT."""
-    found = {name: float(np.max(sigma_of(value))) for name, value in sensor.states().items()}
-    return found | {"bias": sensor.initial_bias_nt}
