@@ -183,7 +183,7 @@ def _within_limits(prior: Prior, scenario: Any) -> Prior:
         momentum = wheels.greatest_share(np.radians(rate) @ wheels.matrix())
         shares.append(momentum / wheels.max_momentum)
     share = max(shares)
-    walk = max(by_axis(scenario.gyro.angle_random_walk_deg_per_sqrt_h))
+    walk = max(by_axis(scenario.suite.gyro.angle_random_walk_deg_per_sqrt_h))
     noise = walk / 60.0 / math.sqrt(scenario.step)
     if not 1.0 < share <= 1.0 + _SIGMAS * noise / np.abs(rate).max():
         return prior

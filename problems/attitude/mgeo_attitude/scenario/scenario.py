@@ -139,8 +139,8 @@ class Scenario(Settings):
 
     @property
     def suite(self) -> Suite:
-        """Gyro, sensors and world as one error state."""
-        return Suite(self.gyro, self.sensors, self.world)
+        """Gyro, sampled at every step, sensors and world as one error state."""
+        return Suite(self.gyro.sampled(self.step), self.sensors, self.world)
 
     @property
     def n_steps(self) -> int:
