@@ -31,6 +31,11 @@ _OPTIONS = parameters(Algorithm, Algorithm).keys()
 _OPTIONS_OF_A_RUN = _OPTIONS | {"pf"}  # in pymoo's examples; pymoo itself does not read it
 
 
+def is_dynamic(problem: Problem) -> bool:
+    """Return whether the values of a problem change with time, as those of pymoo's `dyn` do."""
+    return isinstance(problem, DynamicProblem) or callable(getattr(problem, "tic", None))
+
+
 class ExtremalOptimization(Algorithm, ABC):
     """Generalized extremal optimization with any number of objectives.
 
@@ -166,7 +171,7 @@ class ExtremalOptimization(Algorithm, ABC):
                 f"this {name} has begun a run: expected a new one to set up, or a copy.deepcopy of "
                 "one before its run"
             )
-        if isinstance(problem, DynamicProblem) or callable(getattr(problem, "tic", None)):
+        if is_dynamic(problem):
             raise ValueError(
                 f"{type(problem).__name__} is a dynamic problem, and the front of {name} would "
                 "keep objectives of times that are past: expected a problem whose values do not "

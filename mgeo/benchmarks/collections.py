@@ -18,13 +18,13 @@ COCO = "coco-experiment"  # the distribution of the extra
 
 
 def is_benchmark(name: str) -> bool:
-    """Whether a problem's name has the prefix of a collection."""
+    """Return whether a problem's name has the prefix of a collection."""
     prefix, colon, _ = name.partition(":")
     return bool(colon) and prefix in PREFIXES
 
 
 def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:
-    """The problem of a name with a prefix.
+    """Build the problem of a name with a prefix.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:
 
 
 def expanded(name: str) -> list[str]:
-    """The names that one with ranges stands for, ``coco:bbob-biobj/f1-55/d5,10/i1``; or itself.
+    """Expand a name with ranges, ``coco:bbob-biobj/f1-55/d5,10/i1``; others stay as they are.
 
     Raises
     ------
@@ -52,12 +52,12 @@ def expanded(name: str) -> list[str]:
 
 
 def distributions(name: str) -> list[str]:
-    """What a problem's values come from, besides pymoo."""
+    """Return the distributions besides pymoo that compute a problem's values."""
     return [COCO] if name.startswith("coco:") else []
 
 
 def short_name(name: str) -> str:
-    """What a problem may be called in tables: without the prefix of pymoo's, in words."""
+    """Return the name of a problem in tables: in words, without the prefix of pymoo."""
     prefix, _, rest = name.partition(":")
     if not is_benchmark(name):
         return name

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +17,7 @@ from mgeo.plugins.discovery import (
     installed_plugins,
 )
 from mgeo.plugins.protocol import ProblemMixin, is_own
-from mgeo.store.reading import parse_toml, read_json, read_text
+from mgeo.store.reading import read_json, read_text
 from mgeo.validation.constructors import refuse_unknown_options
 from mgeo.validation.entries import errors_of
 
@@ -98,7 +99,7 @@ def read_scenario(
         raise FileNotFoundError(f"there is no scenario file {path}")
     text = read_text(path)
     with errors_of(path):
-        return _read_files(problem, parse_toml(text) | more, path.parent, named)
+        return _read_files(problem, tomllib.loads(text) | more, path.parent, named)
 
 
 def _read_files(

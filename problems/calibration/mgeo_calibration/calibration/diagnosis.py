@@ -9,8 +9,7 @@ from mgeo_attitude.scenario.scenario import Scenario
 
 from mgeo_calibration.estimation.axes import axes_causes
 from mgeo_calibration.estimation.batch import Batch
-from mgeo_calibration.telemetry.checks import channel_causes
-from mgeo_calibration.telemetry.clocks import clock_causes
+from mgeo_calibration.telemetry.checks import find_all
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Causes in words, the most certain first, by the name of the check.
@@ -26,8 +25,7 @@ def check(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> Check
         Samples for the estimator, if telemetry allows them.
     """
     return {
-        "numbers": tuple(channel_causes(telemetry)),
-        "times": tuple(clock_causes(scenario, telemetry)),
+        **find_all(scenario, telemetry),
         "axes": () if data is None else tuple(axes_causes(data)),
     }
 
