@@ -70,10 +70,13 @@ def _pymoo(name: str, options: Mapping[str, Any]) -> Problem:
     from pymoo.problems import get_problem
     from pymoo.problems.multi.zdt import ZDT5
 
+    from mgeo.validation.constructors import refuse_unknown_options
+
     try:
         problem: Problem = get_problem(name, **options)
     except Exception as error:  # pymoo raises bare ones for names it does not know
         raise ValueError(f"pymoo has no problem {name!r} with {dict(options)}: {error}") from error
+    refuse_unknown_options(f"pymoo:{name}", type(problem), options)
     if isinstance(problem, ZDT5):
         problem.vtype = bool  # Zitzler, Deb & Thiele 2000: strings of bits; pymoo says float
     return problem

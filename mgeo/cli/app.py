@@ -6,6 +6,7 @@ import io
 import os
 import platform
 import sys
+import warnings
 from collections.abc import Iterable, Mapping
 from importlib import metadata
 from typing import Annotated, Any
@@ -14,7 +15,13 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from mgeo.cli import explore, installed, report, solve, study
-from mgeo.cli.errors import EXIT_CODES, ExitCode, one_line_errors, raise_on_sigterm
+from mgeo.cli.errors import (
+    EXIT_CODES,
+    ExitCode,
+    one_line_errors,
+    print_warning,
+    raise_on_sigterm,
+)
 from mgeo.plugins.discovery import (
     ALGORITHMS,
     COMMANDS,
@@ -153,6 +160,7 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # not every encoding has all characters
     raise_on_sigterm()
+    warnings.showwarning = print_warning
     app()
 
 

@@ -146,6 +146,11 @@ def one_line_errors(ctx: typer.Context, *, debug: bool = False) -> Iterator[None
         raise typer.Exit(code) from error
 
 
+def print_warning(message: Warning | str, *_: object, **__: object) -> None:
+    """Print a warning as one line on stderr, in place of `warnings.showwarning`."""
+    show(f"Warning: {one_line(str(message))}", stderr=True)
+
+
 def of_interrupt(error: KeyboardInterrupt) -> ExitCode:
     """Return the exit code of Ctrl-C or SIGTERM."""
     return ExitCode.TERMINATED if isinstance(error, Terminated) else ExitCode.INTERRUPTED

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from pymoo.core.sampling import Sampling
 
-from mgeo.algorithms import constructors
 from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
 from mgeo.algorithms.starting import SuggestedSampling
 from mgeo.algorithms.variables import KINDS, Variables, kind_of_type
@@ -18,6 +17,7 @@ from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.plugins import discovery
 from mgeo.plugins.discovery import load_algorithm
 from mgeo.runs.registry import ALGORITHMS, DEFAULT, ROBUST
+from mgeo.validation import constructors
 from mgeo.validation.arguments import did_you_mean, validate_integer
 
 if TYPE_CHECKING:

@@ -13,7 +13,6 @@ from pymoo.core.algorithm import Algorithm, LoopwiseAlgorithm
 from pymoo.core.problem import Problem
 
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.algorithms.starting import SuggestedSampling
 from mgeo.plugins import protocol
 from mgeo.plugins.problems import is_own_class, load_problem
 from mgeo.runs.algorithms import (
@@ -258,8 +257,6 @@ def resume_run(
     budget = evaluations or run.evaluations
     resumed = resume(path, loaded, ("n_eval", budget), algorithm=same, check=check)
     resumed.evaluator.warn = False  # the outcome has the failures
-    if run.starts:
-        resumed.sampling = SuggestedSampling(run.starts)
     if budget < min(resumed.evaluator.n_eval, run.evaluations):
         raise ValueError(
             f"the new budget is {budget} evaluations: expected at least the "

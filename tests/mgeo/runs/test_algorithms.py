@@ -12,7 +12,7 @@ from pymoo.problems.many import DTLZ2
 from pymoo.problems.multi import BNH, ZDT1
 from pymoo.problems.single import Sphere
 
-from mgeo.algorithms import designs_of
+from mgeo.algorithms.variables import designs_of
 from mgeo.runs.algorithms import (
     build_algorithm,
     complete_parameters,
@@ -41,7 +41,7 @@ AREA = HV(ref_point=np.array([1.1, 6.0]))
 def test_every_algorithm_improves_a_front_and_repeats_itself(name):
     problem = ZDT1(n_var=5)
     algorithm = build_algorithm(name, SMALL.get(name, {"population": 20}), problem)
-    first = solve(problem, algorithm, 20, seed=1)
+    first = solve(problem, algorithm, 40, seed=1)
     longer = solve(problem, algorithm, 600, seed=1)
     again = solve(problem, algorithm, 600, seed=1)
     assert AREA(longer.F) > AREA(first.F)

@@ -18,12 +18,13 @@ from pymoo.problems.single import Sphere
 from pymoo.util.ref_dirs import get_reference_directions
 
 import mgeo
-from mgeo import MGEOReal, compare
+from mgeo import MGEODirected, MGEOReal, compare
 from mgeo.studies.comparison import ComparisonWarning, FailedRunsWarning
 from mgeo.studies.conclusions import conclusions
 from mgeo.studies.indicators import NothingToCompareError
 from mgeo.studies.run import Task, record
 
+from ..algorithms.problems import Arc
 from ..naive import nondominated_rows
 from .problems import (
     FailingNSGA2,
@@ -73,6 +74,17 @@ def test_every_algorithm_is_measured_by_all_its_evaluations(serial):
             assert row["hypervolume"] == pytest.approx(
                 HV(ref_point=serial.space.reference_point)(serial.space(front))
             )
+
+
+def test_fronts_satisfy_an_equality_and_its_corners_are_left():
+    """Points of the arc of the unit circle, whose ends are corners of the bounds."""
+    algorithms = {"default": MGEODirected(), "clip": MGEODirected(bounds="clip"), "GA": NSGA2(20)}
+    found = compare(Arc(), algorithms, 800, seeds=[1, 4, 6], grid=2, n_jobs=1)
+    for label in algorithms:
+        for F in found.fronts(label):
+            assert np.abs((F**2).sum(axis=1) - 1.0).max() <= 1e-4
+    volumes = found.samples("hypervolume")
+    assert np.median(volumes["default"]) > np.median(volumes["clip"])
 
 
 def test_processes_give_the_same_table(serial):

@@ -93,7 +93,7 @@ def test_a_study_of_two_problems(tmp_path):
         (
             '"pymoo:dtlz2"]',
             '"pymoo:dtlz2"]\noptions = { x = inf }',
-            "not JSON compliant|no problem",
+            "unknown option 'x' of problem 'pymoo:zdt1'",
         ),
     ],
 )
