@@ -30,7 +30,7 @@ from mgeo.studies.progress import show_progress
 from mgeo.studies.record import StudyRun
 from mgeo.studies.run import Task, run
 from mgeo.studies.stored import folder_name, write_comparison
-from mgeo.studies.trial import Trial, notes, try_out
+from mgeo.studies.trial import Trial, notes, require_integers, try_out
 from mgeo.validation.arguments import validate_integer
 
 RECORDS = "runs"  # folder of the finished runs
@@ -100,8 +100,8 @@ def compare(
     Raises
     ------
     TypeError, ValueError
-        For an argument that cannot be used, such as an algorithm that is set up or has run, or a
-        dynamic problem.
+        For an argument that cannot be used, such as an algorithm that is set up or has run, one
+        that evaluates fractions of integer variables, or a dynamic problem.
     FileExistsError
         If the folder holds a study and `resume` is false.
     NothingToCompareError
@@ -177,6 +177,7 @@ class Experiment:
             for label, seed in keys
         }
         trials = self._try_out([tasks[label, self.seeds[0]] for label in self.algorithms])
+        require_integers(trials, title)
         remarks = tuple(notes(trials, title, n_eval))
         for message in remarks:
             warnings.warn(message, ComparisonWarning, stacklevel=3)

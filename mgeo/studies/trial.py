@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,6 +14,7 @@ from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
+from mgeo.algorithms.variables import kind_of_type
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.studies.run import Task, generations, global_state
 
@@ -35,11 +36,14 @@ class Trial:
     repeats : whether both proposed the same candidates.
     noise : largest difference of a value between two evaluations of the same points.
     first_generation : number of evaluations of the first generation.
+    fraction : a value that was proposed for an integer or binary variable and is no integer, or
+        None.
     """
 
     repeats: bool
     noise: float
     first_generation: int
+    fraction: float | None
 
 
 def try_out(task: Task) -> Trial | None:
@@ -65,7 +69,8 @@ def try_out(task: Task) -> Trial | None:
     change = np.abs(first - second)
     differs = change > _ROUNDING * np.abs(first).max(axis=0)
     noise = float(change.max(initial=0.0, where=differs))
-    return Trial(joblib.hash(candidates) == joblib.hash(again), noise, sizes[0])
+    repeats = joblib.hash(candidates) == joblib.hash(again)
+    return Trial(repeats, noise, sizes[0], _fraction(problem, candidates))
 
 
 def notes(trials: Mapping[str, Trial], title: str, n_eval: int) -> list[str]:
@@ -100,6 +105,30 @@ def notes(trials: Mapping[str, Trial], title: str, n_eval: int) -> list[str]:
                 "an algorithm of smaller generations."
             )
     return found
+
+
+def require_integers(trials: Mapping[str, Trial], title: str) -> None:
+    """Raise ValueError if an algorithm proposes fractions for integer or binary variables.
+
+    pymoo's default operators are those of real variables: the problem would be relaxed for one
+    algorithm and not for the others.
+    """
+    for label, trial in trials.items():
+        if trial.fraction is not None:
+            raise ValueError(
+                f"{title} has integer variables, but {label} evaluates {trial.fraction:.4g}: "
+                "expected an algorithm with operators for integers (sampling, crossover, mutation "
+                "and repair), see pymoo's page on discrete variables"
+            )
+
+
+def _fraction(problem: Problem, batches: Iterable[Any]) -> float | None:
+    """Return a value of an integer or binary variable that is no integer, if there is one."""
+    if kind_of_type(problem.vtype) not in ("integer", "binary"):
+        return None
+    values = np.concatenate([np.asarray(X, float).ravel() for X in batches])
+    fractions = values[values != np.rint(values)]
+    return float(fractions[0]) if len(fractions) else None
 
 
 def _short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]:

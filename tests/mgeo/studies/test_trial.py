@@ -14,6 +14,10 @@ from pymoo.algorithms.soo.nonconvex.sres import SRES
 from pymoo.constraints.as_penalty import ConstraintsAsPenalty
 from pymoo.core.population import Population
 from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.operators.mutation.pm import PM
+from pymoo.operators.repair.rounding import RoundingRepair
+from pymoo.operators.sampling.rnd import IntegerRandomSampling
 from pymoo.problems.dyn import TimeSimulation
 from pymoo.problems.dynamic.df import DF1
 from pymoo.problems.multi import BNH, ZDT1
@@ -195,3 +199,29 @@ def test_a_first_generation_beyond_the_budget_is_noted():
     (note,) = noted(ZDT1(n_var=3), {"large": NSGA2(112)}, n_eval=100).notes
     assert "first generation of large has 112 evaluations, of which the first 100 count" in note
     assert compare(ZDT1(n_var=3), [NSGA2(110)], 100, 1, grid=1, progress=False).notes == ()
+
+
+class IntegerSums(Problem):
+    def __init__(self):
+        super().__init__(n_var=3, n_obj=2, xl=0, xu=9, vtype=int)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        X = X.astype(float)
+        out["F"] = np.column_stack([X.sum(axis=1), ((X - 9.0) ** 2).sum(axis=1)])
+
+
+def test_fractions_for_integer_variables_are_refused():
+    message = r"IntegerSums has integer variables, but NSGA2 evaluates \d\.\d+"
+    with pytest.raises(ValueError, match=message):
+        compare(IntegerSums(), {"NSGA2": NSGA2(pop_size=8)}, n_eval=60, seeds=1)
+
+
+def test_integer_operators_of_pymoo_are_accepted():
+    whole = NSGA2(
+        pop_size=8,
+        sampling=IntegerRandomSampling(),
+        crossover=SBX(vtype=float, repair=RoundingRepair()),
+        mutation=PM(vtype=float, repair=RoundingRepair()),
+    )
+    result = compare(IntegerSums(), {"NSGA2": whole}, n_eval=60, seeds=1)
+    assert (result.records["NSGA2", 1].X % 1 == 0).all()
