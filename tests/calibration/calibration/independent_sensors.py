@@ -119,8 +119,9 @@ def to_sun(sensor, own, at: Surroundings, to_body: Rotation, rng) -> np.ndarray:
     """Vectors to Sun and Earthlight, normalized if the sensor reports two angles."""
     seen = at.sun + at.all_light if sensor.sees_albedo else at.sun
     y = own["turn"].apply(to_body.apply(seen)) + own["bias"]
-    sigma = np.resize(sensor.noise(), 3)
-    y += sigma * rng.standard_normal(y.shape)
+    if sensor.unit_length:
+        y = normalized(y)
+    y += np.resize(sensor.noise(), 3) * rng.standard_normal(y.shape)
     y[~at.sunlit] = np.nan
     if sensor.half_angle_deg < 180.0:
         y[~is_near(to_body.apply(at.sun), sensor.boresight, sensor.half_angle_deg)] = np.nan
