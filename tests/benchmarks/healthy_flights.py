@@ -134,6 +134,13 @@ def larger_priors(factor: float) -> dict[str, Any]:
     return {"sensors": sensors, "gyro": {"initial_bias_deg_s": factor / 360.0}}
 
 
+def two_axis_with_albedo(factor: float) -> HealthyClass:
+    """Return a class of light from the Earth whose error is declared larger than it is."""
+    sizes = (0.03 / factor, 0.03)
+    true, declared = ({"world": {"albedo": size, "earth_albedo": 0.3}} for size in sizes)
+    return HealthyClass(changes={"sensors": [TWO_AXIS, MAG]} | true, declared=declared)
+
+
 CLASSES = {
     "three-axis": HealthyClass(),
     "nadir": HealthyClass(nadir),
@@ -154,8 +161,11 @@ CLASSES = {
     "priors x3": HealthyClass(changes={"sensors": [SUN, MAG]}, declared=larger_priors(3.0)),
     "priors x10": HealthyClass(changes={"sensors": [SUN, MAG]}, declared=larger_priors(10.0)),
     "two-axis": HealthyClass(changes={"sensors": [TWO_AXIS, MAG]}),
-    "two-axis albedo": HealthyClass(
-        changes={"sensors": [TWO_AXIS, MAG], "world": {"albedo": 0.03, "earth_albedo": 0.3}}
+    "two-axis albedo": two_axis_with_albedo(1.0),
+    "two-axis albedo x3": two_axis_with_albedo(3.0),
+    "two-axis albedo x10": two_axis_with_albedo(10.0),
+    "large walk": HealthyClass(
+        changes={"gyro": {"rate_random_walk": 2e-5, "initial_bias_deg_s": 0.05}}
     ),
     "horizon": HealthyClass(changes={"sensors": [SUN, HORIZON]}),
     "star tracker": HealthyClass(changes={"sensors": [TRACKER, MAG]}),
