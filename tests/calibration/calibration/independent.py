@@ -249,24 +249,6 @@ def fly(
     )
 
 
-def fly_tracked(scenario: Scenario, rate: Rate, seed, late, duration) -> Telemetry:
-    """Telemetry of a satellite with a gyro, whose bias does not change, and a late star tracker."""
-    rng, gyro, (tracker,) = np.random.default_rng(seed), scenario.gyro, scenario.sensors
-    times = np.arange(duration + 1.0)
-    angle, _ = turned(rate, times)
-    _, then = turned(lambda t: rate(t - late), times)
-    back = turned(rate, np.array([-late, 0.0]))[1][1].inv() if late else Rotation.identity()
-    noise = np.radians(tracker.noise_arcsec / 3600.0) * rng.standard_normal((len(times), 3))
-    seen = Rotation.random(rng=rng) * back * then * Rotation.from_rotvec(noise)
-    density = np.radians(gyro.angle_random_walk_deg_per_sqrt_h) / 60.0
-    bias = np.radians(gyro.initial_bias_deg_s) * rng.standard_normal(3)
-    return Telemetry(
-        times=times[1:],
-        gyro_deg_s=np.degrees(angle + bias + density * rng.standard_normal(angle.shape)),
-        sensors={tracker.name: seen[1:].as_quat()},
-    )
-
-
 def counted(values, step):
     """Multiples of a step."""
     return step * np.round(values / step) if step else values
