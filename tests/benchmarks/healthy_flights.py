@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import re
 import warnings
+import zlib
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -202,32 +203,37 @@ def orbital_frame(scenario: Scenario) -> Rotation:
     return Rotation.from_matrix(np.column_stack([np.cross(y, z), y, z]))
 
 
-def fly_by_itself(each: HealthyClass, true: Scenario, declared: Scenario, number: int) -> Telemetry:
-    """Fly by `mgeo_calibration.fly`."""
-    plan = each.motion(true, np.random.default_rng([1, number]))
-    telemetry = fly(
-        declared, plan.ravel(), number, truth=true, environment=Environment.from_scenario(declared)
-    )
+def fly_by_itself(
+    each: HealthyClass, true: Scenario, declared: Scenario, rng: np.random.Generator
+) -> Telemetry:
+    """Fly by `mgeo_calibration.fly`; without a gyro the orbital frame is held exactly."""
+    around = Environment.from_scenario(declared)
+    plan = each.motion(true, rng)
+    telemetry = fly(declared, plan.ravel(), rng, truth=true, environment=around)
     if not each.with_gyro:
         telemetry.truth.states[:, 3:6] = 0.0
     return telemetry
 
 
-def fly_independently(each: HealthyClass, true: Scenario, number: int) -> Telemetry:
+def fly_independently(each: HealthyClass, true: Scenario, rng: np.random.Generator) -> Telemetry:
     """Fly by the independent simulation, in any attitude or along the orbital frame."""
-    rng = np.random.default_rng([2, number])
-    smooth = each.motion is tumble
-    rate = tumbling(true, rng) if smooth else independent.steady(each.motion(true, rng))
-    start = orbital_frame(true) if each.motion is nadir else None
-    if each.with_gyro:
-        return independent.fly(
-            true, rate, number, duration=true.duration, step=true.step, start=start
-        )
-    rate, drift = disturbed(true, rate, rng)
+    drift = None
+    if each.motion is tumble:
+        rate = tumbling(true, rng)
+    else:
+        rate = independent.steady(each.motion(true, rng))
+    if not each.with_gyro:
+        rate, drift = disturbed(true, rate, rng)
     telemetry = independent.fly(
-        true, rate, number, duration=true.duration, step=true.step, start=start
+        true,
+        rate,
+        rng,
+        duration=true.duration,
+        step=true.step,
+        start=orbital_frame(true) if each.motion is nadir else None,
     )
-    telemetry.truth.states[:, 3:6] = drift
+    if drift is not None:
+        telemetry.truth.states[:, 3:6] = drift
     return telemetry
 
 
@@ -253,13 +259,14 @@ def run_flight(name: str, simulator: str, number: int) -> Outcome:
     """Fly one satellite of a class and calibrate from its telemetry."""
     each = CLASSES[name]
     true, declared = each.scenarios(DURATIONS[number % len(DURATIONS)])
-    source: Any
+    rng = np.random.default_rng([zlib.crc32(f"{name}, {simulator}".encode()), number])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutsideValidity)
         if simulator == "fly":
-            source = telemetry = fly_by_itself(each, true, declared, number)
+            telemetry = fly_by_itself(each, true, declared, rng)
         else:
-            source = telemetry = fly_independently(each, true, number)
+            telemetry = fly_independently(each, true, rng)
+        source: Any = telemetry
         mapping = None
         if not each.with_gyro:
             source = telemetry.frame().drop(columns=["gyro_x", "gyro_y", "gyro_z"])

@@ -10,6 +10,6 @@ WORST = 4.5
 
 @pytest.mark.slow
 @pytest.mark.parametrize("simulator", SIMULATORS)
-@pytest.mark.parametrize("name", [name for name in CLASSES if name != "two-axis albedo"])
+@pytest.mark.parametrize("name", CLASSES)
 def test_errors_are_within_their_claimed_sigmas(name, simulator):
     assert run_flight(name, simulator, 0).worst < WORST
