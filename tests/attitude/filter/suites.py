@@ -29,7 +29,7 @@ FULL = Scenario.cubesat_6u_full()
 FULL_SENSORS = tuple(dataclasses.replace(each, sample_interval=None) for each in FULL.sensors)
 
 SUITES = {
-    "paper": Suite(Gyro(), (SunSensor(), Magnetometer())),
+    "paper": Suite(Gyro(bias_decay=1e-5), (SunSensor(), Magnetometer())),
     "noise by axis": Suite(
         Gyro(
             angle_random_walk_deg_per_sqrt_h=(0.01, 0.2, 0.05),

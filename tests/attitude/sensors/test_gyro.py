@@ -21,8 +21,9 @@ def test_bias_instability_is_the_top_of_the_markov_process_s_allan_deviation(flo
 
 
 def test_a_floor_that_no_process_has_is_refused():
-    with pytest.raises(InvalidValue, match=r"bias_instability_deg_per_h = 1.0: expected nothing"):
-        Gyro(bias_instability_deg_per_h=1.0, bias_decay=0.0)
+    expected = r"bias_instability_deg_per_h = 1.0: expected none without bias_decay"
+    with pytest.raises(InvalidValue, match=expected):
+        Gyro(bias_instability_deg_per_h=1.0)
     with pytest.raises(InvalidValue, match=r"rate_random_walk = .*expected all > 0 rad/s\^1.5, or"):
         Gyro(rate_random_walk=(0.0, 1e-8, 1e-8))
 
@@ -48,3 +49,10 @@ def test_a_sensor_without_misalignment_sees_the_attitude_alone():
     H = suite.measurement_matrix(sensors[0], np.zeros(3))
     np.testing.assert_allclose(H[:, :3] @ H[:, :3].T, np.eye(3), atol=1e-15)
     assert not H[:, 3:].any()
+
+
+def test_the_bias_decays_in_the_paper_s_scenario_alone():
+    presets = ("cubesat_6u", "cubesat_6u_full", "cubesat_1u", "microsatellite")
+    assert {Scenario.from_dict({"preset": name}).gyro.bias_decay for name in presets} == {0.0}
+    assert Gyro().bias_decay == 0.0
+    assert Scenario.paper().gyro.bias_decay == 1e-5

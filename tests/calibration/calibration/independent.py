@@ -1,6 +1,6 @@
 """Flights of a simulation of its own: exact rotations of any motion, own errors and noise.
 
-It shares with `mgeo_attitude.fly` only what the Sun and the field are. The body turns while the
+It shares with `mgeo_calibration.fly` only what orbit, Sun and field are. The body turns while the
 gyro averages, the gyro and the sensors count in steps, clocks are late, readings are absurd.
 """
 
@@ -10,10 +10,22 @@ from functools import cache
 
 import numpy as np
 from mgeo_attitude import Environment, Scenario
+from mgeo_attitude.sensors.errors import sigma_of
 from mgeo_calibration import Telemetry
 from mgeo_calibration.telemetry.telemetry import Truth
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
+
+from .independent_sensors import (
+    FIELD_UNIT,
+    SENSORS,
+    Surroundings,
+    displaced,
+    gibbs,
+    normalized,
+    symmetric,
+    world_errors,
+)
 
 #: Parts of a step in which the rate is a line.
 PARTS = 10
@@ -118,6 +130,29 @@ class Craft:
     behind: float = 0.0
     spikes: dict[tuple[str, int], float] = field(default_factory=dict)
 
+    @property
+    def gyro(self) -> dict[str, np.ndarray]:
+        """Constants of the gyro that are given, in the filter's units."""
+        return in_units(bias=(self.gyro_bias_deg_s, np.pi / 180.0))
+
+    def of(self, sensor) -> dict[str, np.ndarray]:
+        """Constants of a sensor that are given, in the filter's units."""
+        turn, bias, unit = {
+            "sun-sensor": (self.sun_turn_deg, self.sun_bias, 1.0),
+            "magnetometer": (self.mag_turn_deg, self.mag_bias_nt, 1.0 / FIELD_UNIT),
+        }.get(sensor.kind, (None, None, 1.0))
+        late = np.full(3, self.late.get(sensor.name, 0.0))
+        return in_units(misalignment=(turn, np.pi / 180.0), bias=(bias, unit), delay=(late, 1.0))
+
+
+def in_units(**given) -> dict[str, np.ndarray]:
+    """Return the values that are there, times their units."""
+    return {
+        state: unit * np.asarray(value, dtype=float)
+        for state, (value, unit) in given.items()
+        if value is not None
+    }
+
 
 @cache
 def surroundings(scenario: Scenario, n: int, step: float, late: float, behind: float):
@@ -128,93 +163,89 @@ def surroundings(scenario: Scenario, n: int, step: float, late: float, behind: f
     return Environment.at(scenario, times, position)
 
 
-def fly(scenario: Scenario, rate: Rate, seed, craft=None, duration=3000.0, step=1.0) -> Telemetry:
-    """Telemetry of a satellite with a gyro, a Sun sensor and a magnetometer, with its truth."""
-    craft = craft or Craft()
+def errors_of(part, rng, given) -> dict:
+    """Draw the constants of a gyro or sensor that are not given.
+
+    Of them ``turn`` is the misalignment as a rotation, ``misalignment`` that as truths have it.
+    """
+    own = dict(given)
+    for state, sigma in part.states().items():
+        drawn = sigma_of(sigma) * rng.standard_normal(3)
+        own.setdefault(state, drawn)
+    own["turn"] = Rotation.from_rotvec(own.get("misalignment", np.zeros(3)))
+    return own | {"misalignment": gibbs(own["turn"])}
+
+
+def fly(
+    scenario: Scenario, rate: Rate, seed, craft=None, duration=3000.0, step=1.0, start=None
+) -> Telemetry:
+    """Telemetry of the scenario's gyro and sensors, with its truth.
+
+    Parameters
+    ----------
+    start : Rotation, optional
+        Body to GCRS at the epoch. Default: any.
+    """
+    craft, suite = craft or Craft(), scenario.suite
     rng, gyro = np.random.default_rng(seed), scenario.gyro
-    sun, mag = scenario.sensors
     n = round(duration / step)
     times = np.arange(n + 1) * step
     angle, relative = turned(rate, times)
-    attitude = Rotation.random(rng=rng) * relative
+    anywhere = Rotation.random(rng=rng)
+    attitude = (start or anywhere) * relative
 
-    def drawn(value, sigma):
-        chance = sigma * rng.standard_normal(3)
-        return chance if value is None else np.asarray(value, dtype=float)
-
-    bias = drawn(craft.gyro_bias_deg_s, gyro.initial_bias_deg_s)
+    own = errors_of(gyro, rng, craft.gyro)
     decay = gyro.bias_decay if craft.decay is None else craft.decay
     walk = gyro.rate_random_walk if craft.walk is None else craft.walk
     kicks = np.array(walk) * np.sqrt(step) * rng.standard_normal((n, 3))
     biases = np.empty((n + 1, 3))
-    biases[0] = np.radians(bias)
+    biases[0] = own["bias"]
     for k in range(n):
         biases[k + 1] = np.exp(-decay * step) * biases[k] + kicks[k]
     density = np.radians(gyro.angle_random_walk_deg_per_sqrt_h) / 60.0
     noise = density / np.sqrt(step) * rng.standard_normal((n, 3))
+    true, drift = angle / step, 0.5 * (biases[1:] + biases[:-1])
     if craft.instantaneous:
-        rates = rate(times[1:]) + biases[1:] + noise
-    else:
-        rates = angle / step + 0.5 * (biases[1:] + biases[:-1]) + noise
+        true, drift = rate(times[1:]), biases[1:]
+    rates = own["turn"].apply(true @ symmetric(own).T) + drift + noise
     rates = counted(np.degrees(rates), craft.gyro_step_deg_s)
 
-    readings, states = {}, np.zeros((n, 18))
-    states[:, 3:6] = biases[1:]
-    for number, (sensor, turn, b, unit) in enumerate(
-        (
-            (sun, craft.sun_turn_deg, craft.sun_bias, 1.0),
-            (mag, craft.mag_turn_deg, craft.mag_bias_nt, 50_000.0),
-        )
-    ):
-        mounted = Rotation.from_rotvec(drawn(turn, sensor.initial_misalignment_deg), degrees=True)
-        sigma = sensor.initial_bias if sensor is sun else sensor.initial_bias_nt
-        offset = drawn(b, sigma)
+    world = world_errors(scenario.world, n, step, rng)
+    readings, truth = {}, {f"gyro.{state}": own[state] for state in gyro.states()}
+    truth |= {"gyro.bias": biases[1:]} | {f"world.{state}": e for state, e in world.items()}
+    for sensor in scenario.sensors:
+        own = errors_of(sensor, rng, craft.of(sensor))
         late = craft.late.get(sensor.name, 0.0)
         around = surroundings(scenario, n, step, late, craft.behind)
-        vectors = np.array(around.sun if sensor is sun else around.field)
+        if "orbit_error" in world:
+            around = displaced(scenario, around, world["orbit_error"])
+        at = Surroundings(around, world, scenario.world.earth_albedo)
         then = attitude[1:]
         if late:
             _, early = turned(lambda t, late=late: rate(t - late), times)
             back = turned(rate, np.array([-late, 0.0]))[1][1].inv()
             then = (attitude[0] * back * early)[1:]
-        y = mounted.apply(then.inv().apply(vectors)) + offset
-        y += unit * np.array(sensor.noise()) * rng.standard_normal((n, 3))
-        if sensor is sun:
-            y[~around.sunlit] = np.nan
-            if craft.unit_vectors:
-                y /= np.linalg.norm(y, axis=1)[:, None]
-        else:
+        y = SENSORS[sensor.kind](sensor, own, at, then.inv(), rng)
+        if sensor.kind == "sun-sensor" and craft.unit_vectors:
+            y = normalized(y)
+        if sensor.kind == "magnetometer":
             y = counted(y, craft.mag_step_nt)
+        if max_rate := getattr(sensor, "max_rate_deg_s", None):
+            y[np.linalg.norm(angle, axis=1) / step > np.radians(max_rate)] = np.nan
         readings[sensor.name] = y
-        q = mounted.as_quat(canonical=True)
-        states[:, 6 + 6 * number : 9 + 6 * number] = 2.0 * q[:3] / q[3]
-        states[:, 9 + 6 * number : 12 + 6 * number] = offset / unit
+        truth |= {f"{sensor.name}.{state}": own[state] for state in sensor.states()}
     readings["gyro"] = rates
     for (name, k), value in craft.spikes.items():
         readings[name][k] = value
+    states = np.zeros((n, suite.n_states))
+    for block, values in truth.items():
+        first = 3 * suite.blocks.index(block)
+        states[:, first : first + 3] = values
     return Telemetry(
         times=times[1:],
         gyro_deg_s=readings.pop("gyro"),
         sensors=readings,
         truth=Truth(attitude=attitude[1:].as_matrix().swapaxes(1, 2), states=states),
-    )
-
-
-def fly_tracked(scenario: Scenario, rate: Rate, seed, late, duration) -> Telemetry:
-    """Telemetry of a satellite with a gyro, whose bias does not change, and a late star tracker."""
-    rng, gyro, (tracker,) = np.random.default_rng(seed), scenario.gyro, scenario.sensors
-    times = np.arange(duration + 1.0)
-    angle, _ = turned(rate, times)
-    _, then = turned(lambda t: rate(t - late), times)
-    back = turned(rate, np.array([-late, 0.0]))[1][1].inv() if late else Rotation.identity()
-    noise = np.radians(tracker.noise_arcsec / 3600.0) * rng.standard_normal((len(times), 3))
-    seen = Rotation.random(rng=rng) * back * then * Rotation.from_rotvec(noise)
-    density = np.radians(gyro.angle_random_walk_deg_per_sqrt_h) / 60.0
-    bias = np.radians(gyro.initial_bias_deg_s) * rng.standard_normal(3)
-    return Telemetry(
-        times=times[1:],
-        gyro_deg_s=np.degrees(angle + bias + density * rng.standard_normal(angle.shape)),
-        sensors={tracker.name: seen[1:].as_quat()},
     )
 
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pandas as pd
 import pytest
-from mgeo_attitude import Gyro, Scenario
+from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
 from mgeo_calibration import fly as fly_plan
 from mgeo_calibration.telemetry.mapping import GyroChannels, TelemetryMapping
@@ -83,6 +83,7 @@ def test_a_gyro_that_counts_is_calibrated_as_claimed(motion, step):
 def test_flights_report_in_the_declared_steps():
     step = 0.005
     scenario = short(Scenario.paper(), 300.0)
-    coarse = dataclasses.replace(scenario, gyro=Gyro(quantization_deg_per_s=step))
+    gyro = dataclasses.replace(scenario.gyro, quantization_deg_per_s=step)
+    coarse = dataclasses.replace(scenario, gyro=gyro)
     rates, exact = (fly_plan(each, PLAN, 3).gyro_deg_s[1:] for each in (coarse, scenario))
     np.testing.assert_allclose(rates, step * np.round(exact / step), rtol=0, atol=1e-9)

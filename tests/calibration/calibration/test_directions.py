@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import Scenario, TwoAxisSunSensor
+from mgeo_attitude import Scenario, TwoAxisSunSensor, World
 from mgeo_attitude.settings.base import declared
 from mgeo_calibration import calibrate, read_telemetry
 from mgeo_calibration.telemetry.mapping import SensorChannels, TelemetryMapping
@@ -45,6 +45,18 @@ def checked(name, seeds, worst=4.0):
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_normalized_vectors_are_calibrated_as_claimed(name):
     assert checked(name, [1]) == 1
+
+
+@pytest.mark.cases(1)
+@pytest.mark.parametrize("seed", range(6))
+def test_directions_with_light_from_the_earth_are_calibrated_as_claimed(seed):
+    """The independent truth adds light in all directions, also along the Sun."""
+    world = World(earth_albedo=0.3, albedo=0.03)
+    scenario = dataclasses.replace(two_axis(SCENARIOS["cubesat_6u"]), world=world)
+    telemetry = fly(scenario, steady(PLAN), seed)
+    calibration = calibrate(scenario, telemetry)
+    assert calibration.supported, calibration.conclusion
+    check_claimed([normalized(calibration, telemetry)], 0.999)
 
 
 def test_three_numbers_whose_noise_is_normalized_away_are_refused_at_once():

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import numpy as np
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_calibration import calibrate
@@ -31,6 +32,18 @@ def test_a_large_bias_that_is_believed_possible_is_found(bias, step):
     found = calibrate(scenario, telemetry)
     assert found.supported, found.conclusion
     check_claimed([normalized(found, telemetry)], 0.98)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_a_constant_turn_on_bias_is_found_with_a_preset(seed):
+    scenario = dataclasses.replace(believed(0.08), duration=9000.0)
+    craft = Craft(gyro_bias_deg_s=(0.08, -0.05, 0.03), walk=0.0)
+    telemetry = fly(scenario, MOTIONS["plan"], seed, craft, duration=9000.0)
+    found = calibrate(scenario, telemetry)
+    assert found.supported, found.conclusion
+    _, x = normalized(found, telemetry)
+    assert np.abs(x[3:6]).max() < 3.0
 
 
 def test_a_large_bias_that_is_known_is_no_other_unit():

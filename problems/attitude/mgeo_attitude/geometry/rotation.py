@@ -40,10 +40,15 @@ def dot(a: Any, b: Any) -> Any:
     return product[..., :1] + product[..., 1:2] + product[..., 2:]
 
 
+def length(v: Any) -> Any:
+    """Euclidean length of v, shape (..., 1)."""
+    square = dot(v, v)
+    return np.sqrt(square) if isinstance(square, np.ndarray) else square.sqrt()
+
+
 def direction(v: Any) -> Any:
     """The unit vector along v."""
-    square = dot(v, v)
-    return v / (np.sqrt(square) if isinstance(square, np.ndarray) else square.sqrt())
+    return v / length(v)
 
 
 def rotate(g: Any, v: Any) -> Any:

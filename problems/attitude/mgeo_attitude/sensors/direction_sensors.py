@@ -12,7 +12,7 @@ from pydantic.dataclasses import dataclass
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.geometry.rotation import cross, direction, dot, rotate, tangents
+from mgeo_attitude.geometry.rotation import cross, direction, dot, length, rotate, tangents
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Boresight, Exclusion
@@ -98,6 +98,20 @@ class TwoAxisSunSensor(DirectionSensor, SunSensor):
 
     def noise(self) -> tuple[float, ...]:
         return super().noise()[:2]
+
+    def measured(self, x: Any, v: Any) -> Any:
+        """Return the direction to the Sun, rotated by the part of the Earth's light across it.
+
+        The part along the Sun changes the angles in second order only and is left out. In the model
+        it would scale all other parts, and the most probable estimate would shrink them by it.
+        """
+        seen = direction(VectorSensor.measured(self, x, v))
+        if not hasattr(x, "albedo"):
+            return seen
+        light = x.to_body(x.albedo)
+        if hasattr(x, "misalignment"):
+            light = rotate(x.misalignment, light)
+        return rotate(cross(seen, light / length(v)), seen)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Gyro error model: bias as a first-order Markov process, white rate noise (equation 2)."""
+"""Gyro error model: white rate noise and a bias that walks or is a Markov process (equation 2)."""
 
 from __future__ import annotations
 
@@ -77,8 +77,8 @@ class Gyro(Settings):
     ] = None
     """bias instability, the floor of the Allan deviation, alike or of each axis, in place of
     rate_random_walk"""
-    bias_decay: Annotated[float, Unit("1/s")] = Field(default=1e-5, ge=0.0)
-    """inverse correlation time of the bias"""
+    bias_decay: Annotated[float, Unit("1/s")] = Field(default=0.0, ge=0.0)
+    """inverse correlation time of the bias; 0 for a random walk"""
     initial_bias_deg_s: DegreesPerSecond = Field(default=0.01, gt=0.0)
     """initial bias, 1-sigma per axis"""
     initial_scale_factor: ScaleFactor = 0.0
@@ -99,7 +99,7 @@ class Gyro(Settings):
 
     def __post_init__(self) -> None:
         floor = self.bias_instability_deg_per_h
-        lasting = "nothing with bias_decay = 0: without it the Allan deviation has no floor"
+        lasting = "none without bias_decay: the Allan deviation of a random walk has no floor"
         expect(not floor or self.bias_decay, "bias_instability_deg_per_h", floor, lasting)
         walk = by_axis(self.rate_random_walk)
         expect(all(walk) == any(walk), "rate_random_walk", walk, "all > 0 rad/s^1.5, or all zero")

@@ -1,0 +1,331 @@
+"""Fly healthy satellites and count which calibrations find them consistent.
+
+    python -m tests.benchmarks.healthy_flights [class ...] [--flights N] [--jobs 1]
+
+Each class is flown by `mgeo_calibration.fly` and by the independent simulation of the tests, which
+shares no code with the estimator. Durations, rates and axes differ from flight to flight.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import warnings
+import zlib
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from joblib import Parallel, delayed
+from mgeo_attitude import Environment, Scenario
+from mgeo_attitude.scenario.validity import OutsideValidity
+from mgeo_calibration import Telemetry, TelemetryMapping, calibrate, fly
+from mgeo_calibration.telemetry.mapping import GyroChannels
+from scipy.spatial.transform import Rotation
+
+from ..calibration.calibration import independent
+from ..calibration.calibration.flights import normalized
+
+SIMULATORS = ("fly", "independent")
+DURATIONS = (1500.0, 3000.0, 6000.0, 9000.0)
+#: Length of the constant rates that follow the orbital rate [s].
+_PIECE = 60.0
+
+Plan = np.ndarray
+Motion = Callable[[Scenario, np.random.Generator], Plan]
+
+
+def three_axis(scenario: Scenario, rng: np.random.Generator) -> Plan:
+    """Return rates [deg/s] about all axes, each for some minutes, until the end."""
+    n = int(scenario.duration // 400.0) + 1
+    return np.column_stack([rng.uniform(-0.7, 0.7, (n, 3)), rng.uniform(300.0, 700.0, n)])
+
+
+def nadir(scenario: Scenario, rng: np.random.Generator) -> Plan:
+    """Return the rate of the orbital frame, minute by minute."""
+    times = np.arange(0.5 * _PIECE, scenario.duration + _PIECE, _PIECE)
+    r, v = scenario.orbit.propagate(scenario.epoch, times)
+    rate = np.degrees(np.linalg.norm(np.cross(r, v), axis=1) / (r * r).sum(axis=1))
+    rest = np.zeros_like(rate)
+    return np.column_stack([rest, -rate, rest, np.full_like(rate, _PIECE)])
+
+
+def inertial_hold(scenario: Scenario, rng: np.random.Generator) -> Plan:
+    return np.array([[0.0, 0.0, 0.0, scenario.duration]])
+
+
+def one_axis_spin(scenario: Scenario, rng: np.random.Generator) -> Plan:
+    """Return 0.05 to 1 deg/s about one body axis."""
+    rate = np.exp(rng.uniform(np.log(0.05), np.log(1.0))) * np.eye(3)[rng.integers(3)]
+    return np.array([[*rate, scenario.duration]])
+
+
+def tumble(scenario: Scenario, rng: np.random.Generator) -> Plan:
+    """Return rates of up to 2 deg/s in steps of ten seconds, by Euler's equations."""
+    times = np.arange(5.0, scenario.duration + 10.0, 10.0)
+    rates = np.degrees(tumbling(scenario, rng)(times))
+    return np.column_stack([rates, np.full(len(times), 10.0)])
+
+
+def tumbling(scenario: Scenario, rng: np.random.Generator) -> independent.Rate:
+    start = rng.uniform(-1.0, 1.0, 3)
+    return independent.tumble([0.13, 0.10, 0.05], start, scenario.duration)
+
+
+@dataclass(frozen=True)
+class HealthyClass:
+    """Satellites of one kind.
+
+    Attributes
+    ----------
+    changes : dict
+        Keys of the scenario besides the preset.
+    declared : dict
+        Keys that the estimator's scenario has in place of the true ones.
+    with_gyro : bool
+        Without, the orbital frame is held, and the gyro's errors are those of the pointing.
+    """
+
+    motion: Motion = three_axis
+    preset: str = "cubesat_6u"
+    changes: dict[str, Any] = field(default_factory=dict)
+    declared: dict[str, Any] = field(default_factory=dict)
+    with_gyro: bool = True
+
+    def scenarios(self, duration: float) -> tuple[Scenario, Scenario]:
+        """Return the true scenario and the declared one."""
+        keys = {"preset": self.preset, "duration": duration, "convergence": {"window": 300.0}}
+        if self.motion is nadir:
+            keys["initial"] = {"pointing": "nadir"}
+        true = keys | self.changes
+        return Scenario.from_dict(true), Scenario.from_dict(true | self.declared)
+
+
+SUN = {"kind": "sun-sensor", "noise_deg": 0.5, "initial_misalignment_deg": 0.5}
+SUN |= {"initial_bias": 0.003}
+MAG = {"kind": "magnetometer", "noise_nt": 100.0, "initial_misalignment_deg": 1.0}
+MAG |= {"initial_bias_nt": 500.0}
+TWO_AXIS = SUN | {"kind": "two-axis-sun-sensor"}
+HORIZON = {"kind": "horizon-sensor", "initial_misalignment_deg": 0.5}
+TRACKER = {"kind": "star-tracker", "boresight": [-1.0, -1.0, 1.0], "max_rate_deg_s": 1.0}
+TRACKER |= {"sun_exclusion_deg": 40.0, "earth_exclusion_deg": 20.0}
+FACES = {"px": (1, 0, 0), "mx": (-1, 0, 0), "py": (0, 1, 0), "my": (0, -1, 0)}
+FACES |= {"pz": (0, 0, 1), "mz": (0, 0, -1)}
+DIODES = [
+    {"kind": "photodiode", "name": name, "normal": [*map(float, n)]} for name, n in FACES.items()
+]
+
+
+def declared_larger(key: str, size: float, factor: float) -> HealthyClass:
+    """Return a class of which one error of the environment is declared larger than it is."""
+    return HealthyClass(changes={"world": {key: size}}, declared={"world": {key: factor * size}})
+
+
+def larger_priors(factor: float) -> dict[str, Any]:
+    """Return keys with all 1-sigmas of constants times a factor."""
+    sensors = [
+        {
+            key: factor * value if key.startswith("initial_") else value
+            for key, value in each.items()
+        }
+        for each in (SUN, MAG)
+    ]
+    return {"sensors": sensors, "gyro": {"initial_bias_deg_s": factor / 360.0}}
+
+
+def two_axis_with_albedo(factor: float) -> HealthyClass:
+    """Return a class of light from the Earth whose error is declared larger than it is."""
+    sizes = (0.03 / factor, 0.03)
+    true, declared = ({"world": {"albedo": size, "earth_albedo": 0.3}} for size in sizes)
+    return HealthyClass(changes={"sensors": [TWO_AXIS, MAG]} | true, declared=declared)
+
+
+CLASSES = {
+    "three-axis": HealthyClass(),
+    "nadir": HealthyClass(nadir),
+    "inertial hold": HealthyClass(inertial_hold),
+    "one-axis spin": HealthyClass(one_axis_spin),
+    "tumble": HealthyClass(tumble),
+    "without gyro": HealthyClass(nadir, with_gyro=False),
+    "paper": HealthyClass(preset="paper"),
+    "cubesat_6u_full": HealthyClass(preset="cubesat_6u_full"),
+    "cubesat_1u": HealthyClass(preset="cubesat_1u"),
+    "microsatellite": HealthyClass(preset="microsatellite"),
+    "field error x1": declared_larger("field_error_nt", 100.0, 1.0),
+    "field error x3": declared_larger("field_error_nt", 100.0, 3.0),
+    "field error x10": declared_larger("field_error_nt", 30.0, 10.0),
+    "albedo x1": declared_larger("albedo", 0.03, 1.0),
+    "albedo x3": declared_larger("albedo", 0.01, 3.0),
+    "albedo x10": declared_larger("albedo", 0.003, 10.0),
+    "priors x3": HealthyClass(changes={"sensors": [SUN, MAG]}, declared=larger_priors(3.0)),
+    "priors x10": HealthyClass(changes={"sensors": [SUN, MAG]}, declared=larger_priors(10.0)),
+    "two-axis": HealthyClass(changes={"sensors": [TWO_AXIS, MAG]}),
+    "two-axis albedo": two_axis_with_albedo(1.0),
+    "two-axis albedo x3": two_axis_with_albedo(3.0),
+    "two-axis albedo x10": two_axis_with_albedo(10.0),
+    "large walk": HealthyClass(
+        changes={"gyro": {"rate_random_walk": 2e-5, "initial_bias_deg_s": 0.05}}
+    ),
+    "horizon": HealthyClass(changes={"sensors": [SUN, HORIZON]}),
+    "star tracker": HealthyClass(changes={"sensors": [TRACKER, MAG]}),
+    "photodiodes albedo": HealthyClass(
+        changes={"sensors": [*DIODES, MAG], "world": {"albedo": 0.03, "earth_albedo": 0.3}}
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a flight.
+
+    Attributes
+    ----------
+    verdict : str
+        ``consistent``, ``inconsistent``, ``not converged`` or ``refused``.
+    reason : str
+        Beginning of the conclusion or refusal, without numbers.
+    worst, nees : float
+        Largest error over its 1-sigma, and NEES per state; NaN without an estimate.
+    """
+
+    verdict: str
+    reason: str = ""
+    worst: float = np.nan
+    nees: float = np.nan
+
+
+def orbital_frame(scenario: Scenario) -> Rotation:
+    """Return the rotation from the orbital frame to GCRS at the epoch: z down, x forward."""
+    (r,), (v,) = scenario.orbit.propagate(scenario.epoch, np.zeros(1))
+    z, y = -r / np.linalg.norm(r), -np.cross(r, v) / np.linalg.norm(np.cross(r, v))
+    return Rotation.from_matrix(np.column_stack([np.cross(y, z), y, z]))
+
+
+def fly_by_itself(
+    each: HealthyClass, true: Scenario, declared: Scenario, rng: np.random.Generator
+) -> Telemetry:
+    """Fly by `mgeo_calibration.fly`; without a gyro the orbital frame is held exactly."""
+    around = Environment.from_scenario(declared)
+    plan = each.motion(true, rng)
+    telemetry = fly(declared, plan.ravel(), rng, truth=true, environment=around)
+    if not each.with_gyro:
+        telemetry.truth.states[:, 3:6] = 0.0
+    return telemetry
+
+
+def fly_independently(each: HealthyClass, true: Scenario, rng: np.random.Generator) -> Telemetry:
+    """Fly by the independent simulation, in any attitude or along the orbital frame."""
+    drift = None
+    if each.motion is tumble:
+        rate = tumbling(true, rng)
+    else:
+        rate = independent.steady(each.motion(true, rng))
+    if not each.with_gyro:
+        rate, drift = disturbed(true, rate, rng)
+    telemetry = independent.fly(
+        true,
+        rate,
+        rng,
+        duration=true.duration,
+        step=true.step,
+        start=orbital_frame(true) if each.motion is nadir else None,
+    )
+    if drift is not None:
+        telemetry.truth.states[:, 3:6] = drift
+    return telemetry
+
+
+def disturbed(
+    scenario: Scenario, rate: independent.Rate, rng: np.random.Generator
+) -> tuple[independent.Rate, np.ndarray]:
+    """Return a rate that is off by the gyro's errors, and the bias at the samples [rad/s]."""
+    gyro, step = scenario.gyro, scenario.step
+    n = round(scenario.duration / step)
+    drift = np.radians(gyro.initial_bias_deg_s) * rng.standard_normal(3) + np.cumsum(
+        gyro.rate_random_walk * np.sqrt(step) * rng.standard_normal((n, 3)), axis=0
+    )
+    walk = np.radians(gyro.angle_random_walk_deg_per_sqrt_h) / 60.0
+    off = drift + walk / np.sqrt(step) * rng.standard_normal((n, 3))
+
+    def disturbed_rate(t: np.ndarray) -> np.ndarray:
+        return rate(t) - off[np.clip(np.asarray(t) // step, 0, n - 1).astype(int)]
+
+    return disturbed_rate, drift
+
+
+def run_flight(name: str, simulator: str, number: int) -> Outcome:
+    """Fly one satellite of a class and calibrate from its telemetry."""
+    each = CLASSES[name]
+    true, declared = each.scenarios(DURATIONS[number % len(DURATIONS)])
+    rng = np.random.default_rng([zlib.crc32(f"{name}, {simulator}".encode()), number])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", OutsideValidity)
+        if simulator == "fly":
+            telemetry = fly_by_itself(each, true, declared, rng)
+        else:
+            telemetry = fly_independently(each, true, rng)
+        source: Any = telemetry
+        mapping = None
+        if not each.with_gyro:
+            source = telemetry.frame().drop(columns=["gyro_x", "gyro_y", "gyro_z"])
+            mapping = TelemetryMapping(gyro=GyroChannels(holds="lvlh"))
+        try:
+            found = calibrate(declared, source, mapping)
+        except ValueError as error:
+            is_divergent = "settle" in str(error) or "converge" in str(error)
+            verdict = "not converged" if is_divergent else "refused"
+            return Outcome(verdict, beginning(str(error)))
+    nees, x = normalized(found, telemetry)
+    reason = "" if found.supported else beginning(found.conclusion.split(": ", 1)[1])
+    verdict = "consistent" if found.supported else "inconsistent"
+    return Outcome(verdict, reason, float(np.abs(x).max()), float(nees))
+
+
+def beginning(message: str) -> str:
+    """Return the first words of a message with # in place of numbers."""
+    return re.sub(r"[-+]?\d[\d.e+-]*", "#", message)[:44]
+
+
+def row(name: str, simulator: str, outcomes: Sequence[Outcome]) -> str:
+    verdicts = Counter(each.verdict for each in outcomes)
+    reasons = Counter(each.reason for each in outcomes if each.verdict == "inconsistent")
+    reasons += Counter(f"({each.reason})" for each in outcomes if each.verdict == "refused")
+    estimated = [each for each in outcomes if np.isfinite(each.nees)]
+    worst = max((each.worst for each in estimated), default=np.nan)
+    nees = np.mean([each.nees for each in estimated]) if estimated else np.nan
+    counts = [len(outcomes), *(verdicts[v] for v in ("consistent", "inconsistent"))]
+    counts += [verdicts[v] for v in ("refused", "not converged")]
+    listed = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common())
+    cells = [f"{name}, {simulator}", *map(str, counts), f"{worst:.1f}", f"{nees:.2f}", listed]
+    return f"| {' | '.join(cells)} |"
+
+
+HEADER = """\
+| class | flights | consistent | inconsistent | refused | not converged | worst error [sigma] \
+| NEES per state | tests that failed, (refusals) |
+| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("classes", nargs="*", metavar="class", help=", ".join(CLASSES))
+    parser.add_argument("--flights", type=int, default=50, help="of each class and simulator")
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--simulators", nargs="+", choices=SIMULATORS, default=SIMULATORS)
+    asked = parser.parse_args()
+    print(HEADER)
+    total = list[Outcome]()
+    with Parallel(n_jobs=asked.jobs) as parallel:
+        for name in asked.classes or CLASSES:
+            for simulator in asked.simulators:
+                flights = (delayed(run_flight)(name, simulator, k) for k in range(asked.flights))
+                outcomes = parallel(flights)
+                print(row(name, simulator, outcomes), flush=True)
+                total += outcomes
+    print(row("all", "both", total))
+
+
+if __name__ == "__main__":
+    main()
