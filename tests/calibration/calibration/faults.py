@@ -12,8 +12,8 @@ from .independent import steady
 
 
 def says(cause: str, line: str) -> bool:
-    """Whether a line begins with a cause, or has it as the other of two that may be so."""
-    return re.match(f"(?:{cause})|.*: [^;]*, or (?:{cause})", line) is not None
+    """Return whether a line begins with a cause, or has the cause among its alternatives."""
+    return re.match(f"(?:either )?(?:{cause})|either .*, or (?:{cause})", line) is not None
 
 
 SCENARIO = short(Scenario.cubesat_6u(), 3000.0)

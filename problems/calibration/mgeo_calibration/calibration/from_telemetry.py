@@ -16,6 +16,7 @@ from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_calibration.calibration import model_tests as models
 from mgeo_calibration.calibration.agreement import (
     SIGNIFICANCE,
+    caution_notes,
     number_of_tests,
     prior_tests,
     sensor_tests,
@@ -105,7 +106,7 @@ def calibrate(
     made = _concluded(scenario, telemetry, belief, found)
     if made.supported:
         return made
-    return dataclasses.replace(made, causes=causes(check(scenario, telemetry, data)))
+    return dataclasses.replace(made, causes=causes(check(scenario, telemetry, None)))
 
 
 def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: Fit) -> Calibration:
@@ -115,10 +116,11 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
     past = filtered(found.solution)
     states, covariance = at_the_end(belief, found)
     channels, left_out = channels_of(telemetry, data, past.innovations)
-    tested = hypotheses(found.solution, channels)
+    tested = hypotheses(found.solution, channels, telemetry.has_gyro)
     before = Belief.of(scenario)
     n_tests = number_of_tests(before) + len(tested) + left_out * (1 + len(past.innovations))
-    n_tests += 2 * sum(len(each.samples) > 0 for each in past.innovations)
+    # NIS and correlation fail on one side of an interval each
+    n_tests += sum(len(each.samples) > 0 for each in past.innovations)
     tests = sensor_tests(found, past, n_tests)
     model_tests, doubts = models.model_tests(
         found.solution, tested, n_tests, models.scatter_of(tests)
@@ -142,6 +144,7 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
         notes=(
             *_notes(telemetry, data),
             *(note for test in tests for note in test.notes()),
+            *caution_notes(found.solution, tests),
             *doubts,
         ),
         history=_history(found, past),

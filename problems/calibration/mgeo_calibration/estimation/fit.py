@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -32,6 +33,7 @@ from mgeo_calibration.estimation.trajectory import Trajectory
 FIRST, GROWTH = 200, 3
 _FEWEST = 10
 _ASTRAY = 1.0  # by how much the gyro's bias may turn the attitude over those, 1-sigma [rad]
+_DRIFTED = 0.3  # by how much its random walk may turn what a stretch grows by [rad]
 _ITERATIONS = 30
 _LAST_OF_STRETCH = 0.1, 1e-3
 _ROUNDS = 30  # of leaving out outliers
@@ -87,13 +89,15 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     check_normalized(batch)
     reach = carried_for(batch, belief.sigma[3:6], _ASTRAY)
     least = min(FIRST, max(_FEWEST, where.stop - where.start, reach))
+    drifted = _drifted_for(batch)
     at = Trajectory(np.tile(np.eye(3), (N, 1, 1)), states)
     rejected = implausible(batch)  # until the first solution says what is an outlier
     arcs = np.concatenate([[0], np.flatnonzero(batch.breaks) + 1, [N]])
     low = high = where.start
     while high - low < N:
-        more = max(least, where.stop - where.start, (GROWTH - 1) * (high - low))
-        if 2 * (high - low + more) > N:  # hardly less work than all
+        grown = (GROWTH - 1) * (high - low)
+        more = max(least, where.stop - where.start, min(grown, max(drifted, grown // 8)))
+        if drifted >= N and 2 * (high - low + more) > N:  # hardly less work than all
             more = N
         old = low, high
         low, high = _grown(low, high, more, arcs)
@@ -148,6 +152,15 @@ def settle(
             return Fit(rejected, left, solution)
         rejected, at = beyond, solution.estimate
         del solution, left  # which the next would stand beside
+
+
+def _drifted_for(batch: Batch) -> int:
+    """Samples over which the gyro's rate random walk turns the attitude by `_DRIFTED`, 1-sigma."""
+    walk = float(np.linalg.norm(batch.suite.gyro.drift))
+    if not walk:
+        return len(batch.times)
+    duration = (math.sqrt(3.0) * _DRIFTED / walk) ** (2.0 / 3.0)
+    return int(min(len(batch.times), duration / np.median(batch.durations)))
 
 
 def limits(suite: Suite, gate: float) -> Floats:

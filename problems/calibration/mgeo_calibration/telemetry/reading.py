@@ -114,6 +114,7 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
         position=where,
         steps=steps,
         others=others,
+        has_gyro=not mapping.gyro.holds,
     )
     check_telemetry(telemetry, scenario)
     for sensor in scenario.sensors:

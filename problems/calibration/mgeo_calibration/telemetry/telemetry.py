@@ -76,6 +76,8 @@ class Telemetry:
     steps : mapping of str to array, shape (3,), (4,) or (1,)
         In which ``gyro`` and sensors count, where that cannot be seen, as they were mounted
         otherwise; see `step_of`.
+    has_gyro : bool
+        Whether the rates were measured, not assumed.
 
     Raises
     ------
@@ -101,6 +103,7 @@ class Telemetry:
     truth: Truth | None = None
     others: Mapping[str, Floats] = field(default_factory=dict)
     steps: Mapping[str, Floats] = field(default_factory=dict)
+    has_gyro: bool = True
 
     def __post_init__(self) -> None:
         times = np.array(self.times, dtype=float)
@@ -161,6 +164,7 @@ class Telemetry:
             position=None if self.position is None else self.position[:n],
             others={name: values[:n] for name, values in self.others.items()},
             steps=self.steps,
+            has_gyro=self.has_gyro,
             truth=truth and truth.first(n),
         )
 
