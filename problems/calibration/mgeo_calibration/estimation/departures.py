@@ -8,12 +8,14 @@ scale factor of 100 % (W. A. Fuller, Measurement Error Models, Wiley 1987).
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
 
 import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.rotation import matrix, rotation_vector, shear, skew
+from scipy.signal import savgol_filter
 
 from mgeo_calibration.estimation.linearization import Equations, sighting
 from mgeo_calibration.estimation.score import Combined, Departure
@@ -25,6 +27,10 @@ PARTS = 8
 WAVES = 3
 #: Periods of gyro errors that stand for its noise, in steps.
 PERIODS = (16.0, 64.0)
+#: Widths of the filter of the rates, in steps, its order, and the variance of differences of the
+#: next order of white noise. A filter is too wide if it changes rates by more than this many times
+#: their noise.
+_WIDTHS, _ORDER, _GAIN, _BLUR = (33, 17, 9, 5), 2, 20.0, 1.5
 #: Large sizes: a combination of coefficients that is less certain is not tested.
 LARGE_DELAY_S = 10.0
 LARGE_AXES_ERROR = 0.1
@@ -36,11 +42,22 @@ VectorRates = Callable[[Equations, int], Floats]
 
 
 def smoothed_rates(solution: Solution) -> Floats:
-    """Return the mean body rate in each step by the smoothed attitude, shape (N - 1, 3) [rad/s]."""
+    """Return the mean body rate in each step by the smoothed attitude, shape (N - 1, 3) [rad/s].
+
+    If noise is declared too large, the smoothed attitude follows the noise of single readings. The
+    rates are filtered over as many steps as the motion allows (A. Savitzky, M. J. E. Golay,
+    Analytical Chemistry 36 (1964) 1627-1639).
+    """
     attitude, batch = solution.estimate.attitude, solution.batch
     turn = attitude[:-1].swapaxes(1, 2) @ attitude[1:]
     rates: Floats = rotation_vector(np.moveaxis(turn, 0, -1)).T / batch.durations[:, None]
     rates[batch.breaks] = 0.0
+    noise = np.median(np.abs(np.diff(rates, _ORDER + 1, axis=0)), axis=0) / math.sqrt(_GAIN)
+    for width in _WIDTHS:
+        if width < len(rates):
+            found = savgol_filter(rates, width, _ORDER, axis=0)
+            if (np.median(np.abs(rates - found), axis=0) <= _BLUR * noise).all():
+                return found
     return rates
 
 
