@@ -14,9 +14,11 @@ from functools import lru_cache, partial
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.geometry.rotation import matrix, rotation_vector, shear, skew
+from mgeo_attitude.geometry.rotation import matrix, shear, skew
 from scipy.signal import savgol_filter
+from scipy.spatial.transform import Rotation
 
+from mgeo_calibration.estimation.kinematics import turns
 from mgeo_calibration.estimation.linearization import Equations, sighting
 from mgeo_calibration.estimation.score import Combined, Departure
 from mgeo_calibration.estimation.smoother import Solution
@@ -48,16 +50,29 @@ def smoothed_rates(solution: Solution) -> Floats:
     rates are filtered over as many steps as the motion allows (A. Savitzky, M. J. E. Golay,
     Analytical Chemistry 36 (1964) 1627-1639).
     """
-    attitude, batch = solution.estimate.attitude, solution.batch
-    turn = attitude[:-1].swapaxes(1, 2) @ attitude[1:]
-    rates: Floats = rotation_vector(np.moveaxis(turn, 0, -1)).T / batch.durations[:, None]
-    rates[batch.breaks] = 0.0
+    rates = _attitude_rates(solution)
     noise = np.median(np.abs(np.diff(rates, _ORDER + 1, axis=0)), axis=0) / math.sqrt(_GAIN)
     for width in _WIDTHS:
         if width < len(rates):
             found = savgol_filter(rates, width, _ORDER, axis=0)
             if (np.median(np.abs(rates - found), axis=0) <= _BLUR * noise).all():
-                return found
+                return np.asarray(found, dtype=np.float64)
+    return rates
+
+
+def gyro_walk(solution: Solution) -> float:
+    """Return the angle random walk of the gyro about the smoothed attitude [rad/sqrt(s)]."""
+    batch = solution.batch
+    rates, _ = turns(batch, solution.estimate.states)
+    off = (rates - _attitude_rates(solution))[~batch.breaks]
+    return float(np.sqrt(np.mean(off**2 * batch.durations[~batch.breaks, None])))
+
+
+def _attitude_rates(solution: Solution) -> Floats:
+    attitude, batch = solution.estimate.attitude, solution.batch
+    turn = attitude[:-1].swapaxes(1, 2) @ attitude[1:]
+    rates: Floats = Rotation.from_matrix(turn).as_rotvec() / batch.durations[:, None]
+    rates[batch.breaks] = 0.0
     return rates
 
 

@@ -61,6 +61,10 @@ class Fit:
         return self.solution.batch
 
 
+class NoFit(ValueError):
+    """The estimate does not converge, or most readings of a sensor are outliers."""
+
+
 def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     """Estimate everything, whatever the attitude is.
 
@@ -73,14 +77,15 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     belief : Belief
         Before the first sample.
     gate : float
-        Probability that a reading without fault is taken for an outlier.
+        Probability that a reading without fault is taken for an outlier; 0 keeps all readings.
 
     Raises
     ------
+    NoFit
+        If the estimate does not converge, or more than half of a sensor's readings are outliers.
     ValueError
-        If no attitude follows from the vectors, they are directions where three numbers are
-        expected, or more than half of a
-        sensor's readings are outliers.
+        If no attitude follows from the vectors, or they are directions where three numbers are
+        expected.
     """
     N = len(batch.times)
     begin = replace(belief, states=start_states(batch, belief))
@@ -114,7 +119,7 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
         rejected[:, low:high] = found.rejected
         if high - low < N:
             del found  # which the next would stand beside
-    check(found, gate)
+    check(found, belief, gate)
     return found
 
 
@@ -168,13 +173,13 @@ def limits(suite: Suite, gate: float) -> Floats:
     return np.array([chdtri(len(sensor.noise()), gate) for sensor in suite.sensors])
 
 
-def check(found: Fit, gate: float) -> None:
-    """Refuse what did not come to an end, or leaves out more of a sensor than it takes.
+def check(found: Fit, belief: Belief, gate: float) -> None:
+    """Refuse a fit that has not converged, or that rejects more readings of a sensor than it uses.
 
     Raises
     ------
-    ValueError
-        Saying what may be wrong.
+    NoFit
+        With the state that diverged, or the sensor.
     """
     suite = found.batch.suite
     for sensor, no, square, limit in zip(
@@ -182,17 +187,33 @@ def check(found: Fit, gate: float) -> None:
     ):
         count = int(np.isfinite(square).sum())
         if 2 * no.sum() > count > 10:
-            raise ValueError(
-                f"{sensor.name}: {no.sum()} of {count} readings are beyond the chi-square gate "
-                f"{limit:.4g}, their median is {np.nanmedian(square):.3g} where "
-                f"{chdtri(len(sensor.noise()), 0.5):.2g} is expected: "
-                f"are noise, mounting frame and unit as the scenario has them?"
+            raise NoFit(
+                f"{sensor.name}: {no.sum()} of {count} readings are beyond the chi-square gate of "
+                f"{limit:.4g}, their median is {np.nanmedian(square):.3g}: expected "
+                f"{chdtri(len(sensor.noise()), 0.5):.2g}. Check noise, mounting and unit of "
+                f"{sensor.name}"
             )
     if not found.solution.settled():
-        raise ValueError(
-            "the estimate does not settle: are orbit, epoch and mounting frames those of the "
-            "satellite?"
-        )
+        raise NoFit(f"the fit does not converge: {_diverged(found.solution, belief)}")
+
+
+def _diverged(solution: Solution, belief: Belief) -> str:
+    """Describe the state that is farthest from its prior, and the last change of the estimate."""
+    suite, at = solution.batch.suite, solution.estimate
+    off = belief.difference(at.attitude[0], at.states[0])
+    if belief.attitude is None:
+        off[:3] = 0.0
+    sigmas = np.abs(off) / belief.sigma
+    worst = int(sigmas.argmax())
+    block = suite.blocks[worst // 3]
+    unit = suite.units[block]
+    turn = np.linalg.norm(solution.e[:, :3], axis=1)
+    return (
+        f"{block} {'xyz'[worst % 3]} is {unit.factor * at.states[0, worst]:.3g} {unit.text}, "
+        f"{sigmas[worst]:.3g} prior sigmas of {unit.factor * belief.sigma[worst]:.3g} {unit.text} "
+        f"from its prior; the last iteration turns the attitude by {np.degrees(turn.max()):.2g} "
+        f"deg at {solution.batch.times[turn.argmax()]:.0f} s"
+    )
 
 
 def _grown(low: int, high: int, more: int, arcs: np.ndarray) -> tuple[int, int]:
