@@ -129,14 +129,14 @@ def caution_notes(solution: Solution, tests: Iterable[SensorTest]) -> tuple[str,
     return (f"innovations of {names} correlate negatively, sigmas are too large: {causes}",)
 
 
-def nis_bounds(count: int, tests: int) -> tuple[float, float]:
+def nis_bounds(count: int, tests: float) -> tuple[float, float]:
     """Return the interval of the mean of squared standard normal numbers, for one of the tests."""
     tail = 0.5 * SIGNIFICANCE / tests
     low, high = 2.0 * gammaincinv(0.5 * count, [tail, 1.0 - tail]) / count
     return float(low), float(high)
 
 
-def correlation_bound(count: int, tests: int) -> float:
+def correlation_bound(count: int, tests: float) -> float:
     """Return the bound of the largest of `LAGS` correlations of white noise."""
     return float(-ndtri(0.5 * SIGNIFICANCE / tests / LAGS) / np.sqrt(count))
 
@@ -151,7 +151,7 @@ def greatest_correlation(innovations: Innovations) -> float:
     return max(found, key=abs, default=0.0)
 
 
-def sensor_tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:
+def sensor_tests(found: Fit, past: Filtered, n_tests: float) -> tuple[SensorTest, ...]:
     """Return the tests of all sensors that have reported."""
     suite, made = found.batch.suite, []
     at = found.solution.estimate
@@ -245,7 +245,7 @@ def contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, str]]:
     return [(test.chi_square, test.words) for test in blocks or failed]
 
 
-def number_of_tests(belief: Belief) -> int:
+def number_of_tests(belief: Belief) -> float:
     """Return the number of prior tests: one for each block with a prior, and one for all."""
     return len(_blocks(belief)) + 1
 

@@ -16,7 +16,7 @@ from mgeo_attitude.sensors.vector_sensors import Magnetometer
 
 from mgeo_calibration.calibration.corrections import unit_of_innovations
 from mgeo_calibration.estimation import departures as made
-from mgeo_calibration.estimation.batch import Batch
+from mgeo_calibration.estimation.batch import RATE_MAGNITUDES, Batch
 from mgeo_calibration.estimation.residuals import Innovations
 from mgeo_calibration.estimation.score import Combined, Departure, Score
 from mgeo_calibration.estimation.smoother import Solution
@@ -27,6 +27,7 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 _SPLIT = "calibrate what is before and after on its own"
 _SAMPLED = 'rate = "instantaneous" under [gyro] of the mapping, or its times'
 _INFLUENCES = "influences"
+_FOLLOWS = {"bias": "{}.influences", "misalignment": '{}.influences with error = "misalignment"'}
 _TAKEN_OUT = "no state models it, remove it from the readings"
 #: Courses of an offset: slow ones, and a change within one part of the flight. A change in the
 #: first part is left to the test of the prior.
@@ -37,6 +38,7 @@ _SHARES = np.linspace(0.0, 1.0, 1001)
 _FAR = 4.0
 #: Other columns that are tested, at most: each has hypotheses for gyro and every sensor.
 _MOST_CHANNELS = 4
+_RARE = 0.2
 #: Size of an axes error with a coefficient of one, its unit, and the key of its initial 1-sigma.
 _AXES = {
     "scale_factor": (1.0, "", "initial_scale_factor"),
@@ -65,6 +67,9 @@ class Hypothesis:
         What makes the error observable.
     instead : float, optional
         Coefficient that is likely if the error exists at all: a convention that was not declared.
+    weight : float
+        Share of the significance level, relative to other tests; less of an error that is rare, or
+        large where it exists.
     """
 
     name: str
@@ -74,6 +79,7 @@ class Hypothesis:
     possible: Callable[[Score], bool] = lambda score: True
     shown_by: str = "telemetry"
     instead: float | None = None
+    weight: float = 1.0
 
 
 def hypotheses(
@@ -117,9 +123,11 @@ def channels_of(
     return {name: found[name][1] for name in most}, len(found) - len(most)
 
 
-def follows(owner: Gyro | Sensor, column: str) -> bool:
-    """Return whether the scenario models that the bias of an owner follows a column."""
-    return any(channel_of([column], each.channel) for each in owner.influences)
+def follows(owner: Gyro | Sensor, column: str, error: str = "bias") -> bool:
+    """Return whether the scenario models that an error of an owner follows a column."""
+    return any(
+        channel_of([column], each.channel) for each in owner.influences if each.error == error
+    )
 
 
 def _of_gyro(
@@ -171,7 +179,17 @@ def _of_gyro(
         key="gyro.angle_random_walk_deg_per_sqrt_h",
         options=(made.gyro_noise(solution),),
         says=is_noisy,
+        weight=_RARE,
     )
+    if not any(follows(gyro, magnitude) for magnitude in RATE_MAGNITUDES):
+        yield Hypothesis(
+            name="gyro.scale_asymmetry",
+            key=f"gyro.{_INFLUENCES} of {', '.join(RATE_MAGNITUDES)}",
+            options=(made.gyro_error(rates, "scale_asymmetry"),),
+            says=partial(_worst, "gyro.scale_asymmetry is", made.LARGE_AXES_ERROR, ""),
+            shown_by="rotation",
+            weight=_RARE,
+        )
     for state, (factor, unit, key) in _AXES.items():
         if state not in gyro.states():
             yield Hypothesis(
@@ -246,14 +264,24 @@ def _of_sensor(
                 shown_by="rotation",
             )
     for column, channel in channels.items():
-        if not follows(sensor, column):
+        if not follows(sensor, column, sensor.offset):
             yield Hypothesis(
                 name=f"{name}.{column}",
-                key=f"{name}.{_INFLUENCES}" if "bias" in sensor.states() else _TAKEN_OUT,
+                key=_FOLLOWS.get(sensor.offset, _TAKEN_OUT).format(name),
                 options=(made.follows(index, _scaled(channel)),),
                 says=partial(
                     _worst, f"{offset} follows {column} by", size / np.ptp(channel), shown.text
                 ),
+            )
+        turns = "misalignment" in sensor.states() and sensor.offset == "bias"
+        if turns and not follows(sensor, column, "misalignment"):
+            per_unit = np.degrees(made.LARGE_AXES_ERROR) / np.ptp(channel)
+            yield Hypothesis(
+                name=f"{name}.misalignment.{column}",
+                key=_FOLLOWS["misalignment"].format(name),
+                options=(made.turns_with(index, _scaled(channel)),),
+                says=partial(_worst, f"{name}.misalignment follows {column} by", per_unit, "deg"),
+                weight=_RARE,
             )
 
 

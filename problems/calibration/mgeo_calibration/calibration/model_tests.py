@@ -64,7 +64,7 @@ class ModelTest:
 
 
 def model_tests(
-    solution: Solution, hypotheses: Mapping[str, Hypothesis], n_tests: int, scatter: float
+    solution: Solution, hypotheses: Mapping[str, Hypothesis], n_tests: float, scatter: float
 ) -> tuple[tuple[ModelTest, ...], tuple[str, ...]]:
     """Test all hypotheses at a converged solution; also return notes on doubtful conventions.
 
@@ -77,8 +77,8 @@ def model_tests(
     ----------
     hypotheses : mapping of str to Hypothesis
         See `hypotheses`.
-    n_tests : int
-        Number of tests of all kinds.
+    n_tests : float
+        Sum of the weights of tests of all kinds.
     scatter : float
         Ratio of the variance of the sensors' readings to that of the scenario.
     """
@@ -107,7 +107,7 @@ def model_tests(
                 chi_square=score.chi_square / scatter,
                 freedom=score.freedom,
                 p=score.p(scatter),
-                p_least=SIGNIFICANCE / n_tests,
+                p_least=hypothesis.weight * SIGNIFICANCE / n_tests,
                 named=name in named,
                 alternatives=alternatives,
             )
@@ -125,33 +125,40 @@ def _named(
     found: Scores,
     hypotheses: Mapping[str, Hypothesis],
     alone: Mapping[str, Score],
-    n_tests: int,
+    n_tests: float,
     scatter: float,
 ) -> dict[str, tuple[Score, str]]:
     """Return the score and the alternatives of each error that is named."""
     named: dict[str, tuple[Score, str]] = {}
-    beside = alone
+    beside, rest = alone, n_tests
+
+    def is_significant(name: str, score: Score) -> bool:
+        return score.p(scatter) < hypotheses[name].weight * SIGNIFICANCE / rest
+
     while True:
-        possible = [name for name, score in beside.items() if hypotheses[name].possible(score)]
-        best = max(possible, key=lambda name: beside[name].evidence(scatter), default=None)
-        level = SIGNIFICANCE / max(n_tests - len(named), 1)
-        if best is None or beside[best].p(scatter) >= level:
+        evidence = {
+            name: score.evidence(scatter)
+            for name, score in beside.items()
+            if hypotheses[name].possible(score) and is_significant(name, score)
+        }
+        if not evidence:
             return named
+        best = max(evidence, key=lambda name: evidence[name])
         keys = [_key(name, score.option) for name, (score, _) in named.items()]
         keys.append(_key(best, beside[best].option))
         others = {n: each for n, each in hypotheses.items() if n not in named and n != best}
         left = _beside(found, others, keys)
-        least = beside[best].evidence(scatter) - 2.0 * math.log(_INDISTINCT)
-        rivals = [
-            name
-            for name in possible
-            if name != best
-            and beside[name].evidence(scatter) > least
-            and left[name].p(scatter) >= level
-        ]
-        rivals.sort(key=lambda name: -beside[name].evidence(scatter))
+        least = evidence[best] - 2.0 * math.log(_INDISTINCT)
+        rivals = sorted(
+            (
+                name
+                for name in evidence
+                if name != best and evidence[name] > least and not is_significant(name, left[name])
+            ),
+            key=lambda name: -evidence[name],
+        )
         named[best] = beside[best], _alternatives(hypotheses, beside, left, rivals)
-        beside = left
+        beside, rest = left, rest - hypotheses[best].weight
 
 
 def _alternatives(
