@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 from mgeo_attitude import Scenario
+from scipy.spatial.transform import Rotation
 
 from .flights import PLAN, short
 from .independent import steady
@@ -101,6 +102,22 @@ def temperature(t):
 def warmed(size):
     """By a bias that follows the temperature."""
     return lambda t, rows, rng: rows + changed(size, temperature(t) / 16.0, rng)
+
+
+def asymmetric(size):
+    """By scale factors that differ between the senses of rotation."""
+    return lambda t, rows, rng: rows + size * axis(rng) * np.abs(rows)
+
+
+def bent(size):
+    """By a misalignment [deg] that follows the temperature."""
+
+    def change(t, rows, rng):
+        warm = (temperature(t) - temperature(t).mean()) / np.ptp(temperature(t))
+        turn = Rotation.from_rotvec(size * np.outer(warm, axis(rng)), degrees=True)
+        return turn.apply(rows)
+
+    return change
 
 
 def shifted(seconds):

@@ -180,6 +180,14 @@ KINDS = {
     "drift of the magnetometer": Kind("mag" + CHANGES, spoil=sized("mag", faults.ramp, 300, 5e3)),
     "drift of the gyro": Kind(DRIFTS, spoil=sized("gyro", faults.ramp, 6e-3, 0.1)),
     "temperature": Kind("mag" + CHANGES, spoil=sized("mag", faults.warmed, 300, 5e3)),
+    "asymmetry of the gyro": Kind(
+        r"gyro\.(scale_asymmetry|scale_factor) is ",
+        spoil=sized("gyro", faults.asymmetric, 6e-3, 0.05),
+    ),
+    "misalignment and temperature": Kind(
+        r"mag\.(misalignment|bias) follows temperature by |mag\.bias changes",
+        spoil=sized("mag", faults.bent, 0.5, 5.0),
+    ),
     "torquers": Kind(r"mag\.bias follows coil_x by ", spoil=torqued),
     "orbit": Kind(
         "the satellite is .* its orbit",

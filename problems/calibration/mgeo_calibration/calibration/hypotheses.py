@@ -145,8 +145,10 @@ def _of_gyro(
         )
 
     def is_noisy(score: Score) -> str:
-        ratio = math.sqrt(score.chi_square / max(score.freedom, 1))
-        return f"gyro is noisier than declared, about {ratio * walk:.2g} deg/sqrt(h)"
+        # about half of the variance of a score is the gyro's, the other half the sensors'
+        more = 2.0 * max(0.0, score.chi_square / max(score.freedom, 1) - 1.0)
+        noisier = walk * math.sqrt(1.0 + more)
+        return f"gyro is noisier than declared, about {noisier:.2g} deg/sqrt(h)"
 
     yield Hypothesis(
         name="gyro.bias_decay",
@@ -158,15 +160,21 @@ def _of_gyro(
         ),
         instead=-gyro.bias_decay * duration or None,
     )
+
+    def drifts(score: Score) -> str:
+        by = size * _range(_DRIFTS, score)
+        walk = math.radians(by) / math.sqrt(duration)
+        return (
+            f"gyro.bias drifts by {by:.2g} deg/s, as with a random walk of about {walk:.1g}, not "
+            f"{max(gyro.drift):g} rad/s^1.5"
+        )
+
     rises = made.bias_drift(solution)
-    explained = f", more than rate_random_walk = {max(gyro.drift):g} explains"
     yield Hypothesis(
         name="gyro.drift",
         key="gyro.rate_random_walk",
         options=made.along(rises, _DRIFTS),
-        says=lambda score: (
-            f"gyro.bias drifts by {size * _range(_DRIFTS, score):.2g} deg/s{explained}"
-        ),
+        says=drifts,
     )
     yield Hypothesis(
         name="gyro.step",

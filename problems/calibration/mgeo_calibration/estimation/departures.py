@@ -27,8 +27,8 @@ from mgeo_calibration.estimation.smoother import Solution
 PARTS = 8
 #: Number of half waves in a slow drift.
 WAVES = 3
-#: Periods of gyro errors that stand for its noise, in steps.
-PERIODS = (16.0, 64.0)
+#: Cycles per flight of gyro errors that stand for its noise: more than a drift has.
+CYCLES = (3.0, 6.0, 12.0, 24.0)
 #: Widths of the filter of the rates, in steps, its order, and the variance of differences of the
 #: next order of white noise. A filter is too wide if it changes rates by more than this many times
 #: their noise.
@@ -99,18 +99,18 @@ def bias_drift(solution: Solution) -> Departure:
 
 
 def gyro_noise(solution: Solution) -> Departure:
-    """Sines and cosines of `PERIODS` about each axis, as large as the gyro's noise of a step."""
+    """Sines and cosines of `CYCLES` about each axis, as large as the gyro's noise of a step."""
     batch = solution.batch
     density = np.sqrt(np.array(batch.suite.gyro.diffusion()["theta"]))
-    size = density / np.sqrt(np.median(batch.durations))
+    size, share = density / np.sqrt(np.median(batch.durations)), _fractions(solution)
 
     def off(own: Equations) -> Floats:
-        phase = 2.0 * np.pi * np.arange(own.low, own.high - 1)[:, None] / np.array(PERIODS)
+        phase = 2.0 * np.pi * share[own.low : own.high - 1, None] * np.array(CYCLES)
         waves = np.concatenate([np.sin(phase), np.cos(phase)], axis=1)
         found: Floats = waves[:, None, :, None] * np.diag(size)[:, None]
         return found.reshape(len(waves), 3, -1)
 
-    return _gyro_offset(off, 6 * len(PERIODS))
+    return _gyro_offset(off, 6 * len(CYCLES))
 
 
 def gyro_error(rates: Floats, state: str) -> Departure:
