@@ -26,9 +26,9 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 #: Keys of errors that no state models.
 _SPLIT = "calibrate what is before and after on its own"
 _SAMPLED = 'rate = "instantaneous" under [gyro] of the mapping, or its times'
-_INFLUENCES = "influences"
-_FOLLOWS = {"bias": "{}.influences", "misalignment": '{}.influences with error = "misalignment"'}
 _TAKEN_OUT = "no state models it, remove it from the readings"
+#: Key of an error that follows a column.
+_FOLLOWS = {"bias": "influences", "misalignment": 'influences with error = "misalignment"'}
 #: Courses of an offset: slow ones, and a change within one part of the flight. A change in the
 #: first part is left to the test of the prior.
 _DRIFTS: tuple[made.Course, ...] = (made.ramp, made.waves)
@@ -39,15 +39,17 @@ _FAR = 4.0
 #: Other columns that are tested, at most: each has hypotheses for gyro and every sensor.
 _MOST_CHANNELS = 4
 _RARE = 0.2
-#: Size of an axes error with a coefficient of one, its unit, and the key of its initial 1-sigma.
+_DEG = float(np.degrees(made.LARGE_AXES_ERROR))
+#: Size of an axes error with a coefficient of one, its unit, and the key that models it.
 _AXES = {
-    "scale_factor": (1.0, "", "initial_scale_factor"),
-    "misalignment": (float(np.degrees(1.0)), "deg", "initial_misalignment_deg"),
-    "nonorthogonality": (float(np.degrees(1.0)), "deg", "initial_nonorthogonality_deg"),
+    "scale_factor": (made.LARGE_AXES_ERROR, "", "initial_scale_factor"),
+    "misalignment": (_DEG, "deg", "initial_misalignment_deg"),
+    "nonorthogonality": (_DEG, "deg", "initial_nonorthogonality_deg"),
+    "scale_asymmetry": (made.LARGE_AXES_ERROR, "", f"influences of {', '.join(RATE_MAGNITUDES)}"),
 }
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Hypothesis:
     """An error that the scenario does not model.
 
@@ -57,10 +59,12 @@ class Hypothesis:
         Owner and error: ``mag.delay``.
     key : str
         Key of the scenario that models the error, or what to do.
-    options : tuple of Departure or Combined
-        Alternative forms of the error, of which the most significant counts.
     says : function
         Describes the estimate of a score, with its 1-sigma and unit.
+    options : tuple of Departure or Combined
+        Alternative forms of the error, of which the most significant counts.
+    applies : bool
+        Whether the scenario does not model the error.
     possible : function
         Returns whether a score is physically possible.
     shown_by : str
@@ -74,8 +78,9 @@ class Hypothesis:
 
     name: str
     key: str
-    options: tuple[Departure | Combined, ...]
     says: Callable[[Score], str]
+    options: tuple[Departure | Combined, ...]
+    applies: bool = True
     possible: Callable[[Score], bool] = lambda score: True
     shown_by: str = "telemetry"
     instead: float | None = None
@@ -100,8 +105,12 @@ def hypotheses(
         if solution.used[index].any():
             late = made.delay(index, rates, changes)
             tested += _of_sensor(solution, index, late, channels)
-    tested += _of_orbit(solution, changes)
-    return {each.name: each for each in tested}
+    sensors = solution.batch.suite.sensors
+    track, shifted = "its orbit along the track", made.along_track(len(sensors), changes)
+    says = partial(_in_time, "the satellite is", f"behind {track}", f"ahead of {track}")
+    has_field = any(isinstance(sensor, Magnetometer) for sensor in sensors)
+    tested.append(Hypothesis("orbit.along_track", "orbit, epoch", says, (shifted,), has_field))
+    return {each.name: each for each in tested if each.applies}
 
 
 def channels_of(
@@ -136,30 +145,15 @@ def _of_gyro(
     gyro, batch = solution.batch.suite.gyro, solution.batch
     times, durations = batch.times, batch.durations
     duration, size = float(times[-1] - times[0]), gyro.initial_bias_deg_s
-    walk = max(by_axis(gyro.angle_random_walk_deg_per_sqrt_h))
 
     def decays(score: Score) -> str:
         found, sigma = score.estimate[0] / duration, score.sigma[0] / duration
-        return f"gyro.bias decays by {sized(gyro.bias_decay + found, sigma)} 1/s, not " + (
-            f"{gyro.bias_decay:g}"
-        )
+        decay = sized(gyro.bias_decay + found, sigma)
+        return f"gyro.bias decays by {decay} 1/s, not {gyro.bias_decay:g}"
 
-    def is_noisy(score: Score) -> str:
-        # about half of the variance of a score is the gyro's, the other half the sensors'
-        more = 2.0 * max(0.0, score.chi_square / max(score.freedom, 1) - 1.0)
-        noisier = walk * math.sqrt(1.0 + more)
-        return f"gyro is noisier than declared, about {noisier:.2g} deg/sqrt(h)"
-
-    yield Hypothesis(
-        name="gyro.bias_decay",
-        key="gyro.bias_decay",
-        options=(made.bias_decay(solution),),
-        says=decays,
-        possible=lambda score: (
-            gyro.bias_decay * duration + score.estimate[0] > -_FAR * score.sigma[0]
-        ),
-        instead=-gyro.bias_decay * duration or None,
-    )
+    def may_decay(score: Score) -> bool:
+        total = gyro.bias_decay * duration + score.estimate[0]
+        return bool(total > -_FAR * score.sigma[0])
 
     def drifts(score: Score) -> str:
         by = size * _range(_DRIFTS, score)
@@ -169,140 +163,105 @@ def _of_gyro(
             f"{max(gyro.drift):g} rad/s^1.5"
         )
 
-    rises = made.bias_drift(solution)
-    yield Hypothesis(
-        name="gyro.drift",
-        key="gyro.rate_random_walk",
-        options=made.along(rises, _DRIFTS),
-        says=drifts,
+    def is_noisy(score: Score) -> str:
+        # about half of the variance of a score is the gyro's, the other half the sensors'
+        more = 2.0 * max(0.0, score.chi_square / max(score.freedom, 1) - 1.0)
+        walk = max(by_axis(gyro.angle_random_walk_deg_per_sqrt_h)) * math.sqrt(1.0 + more)
+        return f"gyro is noisier than declared, about {walk:.2g} deg/sqrt(h)"
+
+    rises, steps = made.bias_drift(solution), partial(_stepped, "gyro.bias", size, "deg/s", times)
+    noise, decay = (made.gyro_noise(solution),), (made.bias_decay(solution),)
+    constant = -gyro.bias_decay * duration or None
+    walk, name = "gyro.angle_random_walk_deg_per_sqrt_h", "gyro.bias_decay"
+    yield Hypothesis(name, name, decays, decay, possible=may_decay, instead=constant)
+    yield Hypothesis("gyro.drift", "gyro.rate_random_walk", drifts, made.along(rises, _DRIFTS))
+    yield Hypothesis("gyro.step", _SPLIT, steps, made.along(rises, _STEPS))
+    yield Hypothesis("gyro.noise", walk, is_noisy, noise, weight=_RARE)
+    modeled = {*gyro.states()} | (
+        {"scale_asymmetry"} if follows(gyro, RATE_MAGNITUDES[0]) else set()
     )
+    for state in _AXES:
+        yield _axes_error("gyro", state, made.gyro_error(rates, state), state not in modeled)
     yield Hypothesis(
-        name="gyro.step",
-        key=_SPLIT,
-        options=made.along(rises, _STEPS),
-        says=partial(_stepped, "gyro.bias", size, "deg/s", times),
+        "gyro.delay",
+        _SAMPLED,
+        partial(_in_time, "gyro reports rates", "early", "late"),
+        (made.gyro_early(rates, durations),),
+        applies=int(solution.used.any(axis=1).sum()) > 1,  # else it is the sensor's delay
+        shown_by="rotation",
+        instead=0.5 * float(np.median(durations)) / made.LARGE_DELAY_S,
     )
-    yield Hypothesis(
-        name="gyro.noise",
-        key="gyro.angle_random_walk_deg_per_sqrt_h",
-        options=(made.gyro_noise(solution),),
-        says=is_noisy,
-        weight=_RARE,
-    )
-    if not any(follows(gyro, magnitude) for magnitude in RATE_MAGNITUDES):
-        yield Hypothesis(
-            name="gyro.scale_asymmetry",
-            key=f"gyro.{_INFLUENCES} of {', '.join(RATE_MAGNITUDES)}",
-            options=(made.gyro_error(rates, "scale_asymmetry"),),
-            says=partial(_worst, "gyro.scale_asymmetry is", made.LARGE_AXES_ERROR, ""),
-            shown_by="rotation",
-            weight=_RARE,
-        )
-    for state, (factor, unit, key) in _AXES.items():
-        if state not in gyro.states():
-            yield Hypothesis(
-                name=f"gyro.{state}",
-                key=f"gyro.{key}",
-                options=(made.gyro_error(rates, state),),
-                says=partial(_worst, f"gyro.{state} is", made.LARGE_AXES_ERROR * factor, unit),
-                shown_by="rotation",
-            )
-    if np.count_nonzero(solution.used.any(axis=1)) > 1:  # else it is the delay of the only sensor
-        yield Hypothesis(
-            name="gyro.delay",
-            key=_SAMPLED,
-            options=(made.gyro_early(rates, durations),),
-            says=partial(_in_time, "gyro reports rates", "early", "late"),
-            shown_by="rotation",
-            instead=0.5 * float(np.median(durations)) / made.LARGE_DELAY_S,
-        )
     for column, channel in channels.items():
-        if not follows(gyro, column):
-            yield Hypothesis(
-                name=f"gyro.{column}",
-                key=f"gyro.{_INFLUENCES}",
-                options=(made.gyro_follows(solution, _scaled(channel)),),
-                says=partial(
-                    _worst, f"gyro.bias follows {column} by", size / np.ptp(channel), "deg/s"
-                ),
-            )
+        departure = made.gyro_follows(solution, _scaled(channel))
+        yield _following("gyro", gyro, "bias", (column, channel), departure, (size, "deg/s"))
 
 
 def _of_sensor(
     solution: Solution, index: int, late: Departure, channels: Mapping[str, Floats]
 ) -> Iterator[Hypothesis]:
-    batch = solution.batch
-    sensor, name = batch.suite.sensors[index], batch.suite.sensors[index].name
-    shown = unit_of_innovations(sensor)
-    size = made.LARGE_OFFSET * float(np.max(sensor.noise())) * shown.factor
-    offset = f"{name}.{sensor.offset}"
+    times, sensor = solution.batch.times, solution.batch.suite.sensors[index]
+    name, states, unit = sensor.name, sensor.states(), unit_of_innovations(sensor)
+    size = made.LARGE_OFFSET * float(np.max(sensor.noise())) * unit.factor
+    offset, rises = f"{name}.{sensor.offset}", made.wander(solution, index)
 
     def wanders(score: Score) -> str:
-        by = f"{offset} changes by {size * _range(_DRIFTS, score):.3g} {shown.text}"
+        by = f"{offset} changes by {size * _range(_DRIFTS, score):.3g} {unit.text}"
         if not score.option:
             return f"{by}, evenly"
-        return f"{by}, most about {_when(batch.times, _DRIFTS, score):.0f} s"
+        return f"{by}, most about {_when(times, _DRIFTS, score):.0f} s"
 
-    rises = made.wander(solution, index)
+    steps = partial(_stepped, offset, size, unit.text, times)
+    yield Hypothesis(f"{name}.drift", _SPLIT, wanders, made.along(rises, _DRIFTS))
+    yield Hypothesis(f"{name}.step", _SPLIT, steps, made.along(rises, _STEPS))
     yield Hypothesis(
-        name=f"{name}.drift", key=_SPLIT, options=made.along(rises, _DRIFTS), says=wanders
+        f"{name}.delay",
+        f"{name}.initial_delay_s",
+        partial(_in_time, f"{name} is", "late", "early"),
+        (late,),
+        applies="delay" not in states,
+        shown_by="rotation",
     )
-    yield Hypothesis(
-        name=f"{name}.step",
-        key=_SPLIT,
-        options=made.along(rises, _STEPS),
-        says=partial(_stepped, offset, size, shown.text, batch.times),
-    )
-    if "delay" not in sensor.states():
-        yield Hypothesis(
-            name=f"{name}.delay",
-            key=f"{name}.initial_delay_s",
-            options=(late,),
-            says=partial(_in_time, f"{name} is", "late", "early"),
-            shown_by="rotation",
-        )
     for state in ("scale_factor", "nonorthogonality"):
-        if isinstance(sensor, Magnetometer) and state not in sensor.states():
-            factor, unit, key = _AXES[state]
-            yield Hypothesis(
-                name=f"{name}.{state}",
-                key=f"{name}.{key}",
-                options=(made.vector_error(index, state),),
-                says=partial(_worst, f"{name}.{state} is", made.LARGE_AXES_ERROR * factor, unit),
-                shown_by="rotation",
-            )
-    for column, channel in channels.items():
-        if not follows(sensor, column, sensor.offset):
-            yield Hypothesis(
-                name=f"{name}.{column}",
-                key=_FOLLOWS.get(sensor.offset, _TAKEN_OUT).format(name),
-                options=(made.follows(index, _scaled(channel)),),
-                says=partial(
-                    _worst, f"{offset} follows {column} by", size / np.ptp(channel), shown.text
-                ),
-            )
-        turns = "misalignment" in sensor.states() and sensor.offset == "bias"
-        if turns and not follows(sensor, column, "misalignment"):
-            per_unit = np.degrees(made.LARGE_AXES_ERROR) / np.ptp(channel)
-            yield Hypothesis(
-                name=f"{name}.misalignment.{column}",
-                key=_FOLLOWS["misalignment"].format(name),
-                options=(made.turns_with(index, _scaled(channel)),),
-                says=partial(_worst, f"{name}.misalignment follows {column} by", per_unit, "deg"),
-                weight=_RARE,
-            )
+        if isinstance(sensor, Magnetometer):
+            error = made.vector_error(index, state)
+            yield _axes_error(name, state, error, state not in states)
+    for each in channels.items():
+        channel = _scaled(each[1])
+        departure = made.follows(index, channel)
+        yield _following(name, sensor, sensor.offset, each, departure, (size, unit.text))
+        if "misalignment" in states and sensor.offset == "bias":
+            turned = made.turns_with(index, channel)
+            yield _following(name, sensor, "misalignment", each, turned, (_DEG, "deg"))
 
 
-def _of_orbit(solution: Solution, changes: made.VectorRates) -> Iterator[Hypothesis]:
-    sensors = solution.batch.suite.sensors
-    if any(isinstance(sensor, Magnetometer) for sensor in sensors):
-        track = "its orbit along the track"
-        yield Hypothesis(
-            name="orbit.along_track",
-            key="orbit, epoch",
-            options=(made.along_track(len(sensors), changes),),
-            says=partial(_in_time, "the satellite is", f"behind {track}", f"ahead of {track}"),
-        )
+def _axes_error(name: str, state: str, error: Departure, applies: bool) -> Hypothesis:
+    size, unit, key = _AXES[state]
+    says = partial(_worst, f"{name}.{state} is", size, unit)
+    weight = _RARE if state == "scale_asymmetry" else 1.0
+    name, key = f"{name}.{state}", f"{name}.{key}"
+    return Hypothesis(name, key, says, (error,), applies, shown_by="rotation", weight=weight)
+
+
+def _following(
+    name: str,
+    owner: Gyro | Sensor,
+    error: str,
+    column: tuple[str, Floats],
+    departure: Departure,
+    size: tuple[float, str],
+) -> Hypothesis:
+    """Return the hypothesis that an error of an owner follows a column, by name and values."""
+    (called, values), (large, unit) = column, size
+    is_offset = error == (owner.offset if isinstance(owner, Sensor) else "bias")
+    key = f"{name}.{_FOLLOWS[error]}" if error in _FOLLOWS else _TAKEN_OUT
+    return Hypothesis(
+        f"{name}.{called}" if is_offset else f"{name}.{error}.{called}",
+        key,
+        partial(_worst, f"{name}.{error} follows {called} by", large / np.ptp(values), unit),
+        (departure,),
+        applies=not follows(owner, called, error),
+        weight=1.0 if is_offset else _RARE,
+    )
 
 
 def sized(value: float, sigma: float) -> str:
