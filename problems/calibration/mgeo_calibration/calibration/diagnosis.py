@@ -15,6 +15,9 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Causes in words, the most certain first, by the name of the check.
 Checks = Mapping[str, tuple[str, ...]]
+#: Checks whose findings come before the tests of a fit that converges; what the others find is then
+#: tested with its size.
+BEFORE_TESTS = ("numbers", "repeated samples", "repeated numbers")
 
 
 def check(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> Checks:

@@ -25,7 +25,12 @@ from mgeo_calibration.calibration.agreement import (
     sensor_tests,
 )
 from mgeo_calibration.calibration.calibration import Calibration
-from mgeo_calibration.calibration.diagnosis import CannotCalibrate, causes, check
+from mgeo_calibration.calibration.diagnosis import (
+    BEFORE_TESTS,
+    CannotCalibrate,
+    causes,
+    check,
+)
 from mgeo_calibration.calibration.hypotheses import channels_of, hypotheses
 from mgeo_calibration.estimation.batch import Batch, batch
 from mgeo_calibration.estimation.belief import Belief
@@ -113,7 +118,9 @@ def calibrate(
         raise CannotCalibrate(str(error), check(scenario, telemetry, data)) from error
     if made.supported:
         return made
-    return dataclasses.replace(made, causes=causes(check(scenario, telemetry, None)))
+    checks = check(scenario, telemetry, None)
+    certain = {name: found for name, found in checks.items() if name in BEFORE_TESTS}
+    return dataclasses.replace(made, causes=causes(certain))
 
 
 def _without_fit(

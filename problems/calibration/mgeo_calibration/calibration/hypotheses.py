@@ -34,8 +34,8 @@ _FOLLOWS = {"bias": "influences", "misalignment": 'influences with error = "misa
 _DRIFTS: tuple[made.Course, ...] = (made.ramp, made.waves)
 _STEPS = tuple(made.step(number) for number in range(1, made.PARTS))
 _SHARES = np.linspace(0.0, 1.0, 1001)
-#: 1-sigmas by which a decay may be negative.
-_FAR = 4.0
+#: 1-sigmas by which a decay may be negative, and coefficients of axes errors that are linear.
+_FAR, _LINEAR = 4.0, 5.0
 #: Other columns that are tested, at most: each has hypotheses for gyro and every sensor.
 _MOST_CHANNELS = 4
 _RARE = 0.2
@@ -238,8 +238,16 @@ def _axes_error(name: str, state: str, error: Departure, applies: bool) -> Hypot
     size, unit, key = _AXES[state]
     says = partial(_worst, f"{name}.{state} is", size, unit)
     weight = _RARE if state == "scale_asymmetry" else 1.0
-    name, key = f"{name}.{state}", f"{name}.{key}"
-    return Hypothesis(name, key, says, (error,), applies, shown_by="rotation", weight=weight)
+    return Hypothesis(
+        f"{name}.{state}",
+        f"{name}.{key}",
+        says,
+        (error,),
+        applies,
+        possible=lambda score: bool(np.abs(score.estimate).max() < _LINEAR),
+        shown_by="rotation",
+        weight=weight,
+    )
 
 
 def _following(
