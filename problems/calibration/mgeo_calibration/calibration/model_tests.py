@@ -137,13 +137,13 @@ def _named(
 
     while True:
         evidence = {
-            name: score.evidence(scatter)
+            name: score.evidence(scatter) + 2.0 * math.log(hypotheses[name].weight)
             for name, score in beside.items()
-            if hypotheses[name].possible(score) and is_significant(name, score)
+            if hypotheses[name].possible(score)
         }
-        if not evidence:
+        best = max(evidence, key=lambda name: evidence[name], default=None)
+        if best is None or not is_significant(best, beside[best]):
             return named
-        best = max(evidence, key=lambda name: evidence[name])
         keys = [_key(name, score.option) for name, (score, _) in named.items()]
         keys.append(_key(best, beside[best].option))
         others = {n: each for n, each in hypotheses.items() if n not in named and n != best}
