@@ -14,7 +14,7 @@ from mgeo_calibration.estimation.score import Score, Scores, scores
 from mgeo_calibration.estimation.smoother import Solution, last_covariance
 
 #: Hypotheses cannot be told apart if their p-values differ by less than this factor.
-_INDISTINCT = 20.0
+_INDISTINCT = 1000.0
 #: Change of an estimate, in its 1-sigmas, from which a convention in doubt is noted.
 _MATTERS = 1.0
 #: 1-sigmas within which a convention may be another one.
