@@ -245,7 +245,7 @@ def contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, str]]:
     return [(test.chi_square, test.words) for test in blocks or failed]
 
 
-def number_of_tests(belief: Belief) -> float:
+def number_of_tests(belief: Belief) -> int:
     """Return the number of prior tests: one for each block with a prior, and one for all."""
     return len(_blocks(belief)) + 1
 

@@ -170,7 +170,7 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
     channels, left_out = channels_of(telemetry, data, all_past.innovations)
     tested = hypotheses(whole.solution, channels, telemetry.has_gyro)
     before = Belief.of(scenario)
-    n_tests = number_of_tests(before) + left_out * (1 + len(past.innovations))
+    n_tests: float = number_of_tests(before) + left_out * (1 + len(past.innovations))
     n_tests += sum(each.weight for each in tested.values())
     # NIS and correlation fail on one side of an interval each
     n_tests += sum(len(each.samples) > 0 for each in past.innovations)

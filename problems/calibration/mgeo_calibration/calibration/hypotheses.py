@@ -38,7 +38,7 @@ _SHARES = np.linspace(0.0, 1.0, 1001)
 _FAR, _LINEAR = 4.0, 5.0
 #: Other columns that are tested, at most: each has hypotheses for gyro and every sensor.
 _MOST_CHANNELS = 4
-_RARE = 0.2
+_RARE = 0.02
 _DEG = float(np.degrees(made.LARGE_AXES_ERROR))
 #: Size of an axes error with a coefficient of one, its unit, and the key that models it.
 _AXES = {
