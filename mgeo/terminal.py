@@ -1,19 +1,17 @@
-"""Text for terminals, pipes and logs: consoles, what may be printed on them, and tables.
-
-Commands, those of plugins too, and the progress of studies write through it.
-"""
+"""What commands print, those of plugins too: text and tables, or one JSON document."""
 
 from __future__ import annotations
 
-import io
+import json
 import os
 import sys
-import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stdout
+from dataclasses import dataclass
 from numbers import Integral, Real
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TextIO
 
-from rich.console import Console
+from rich.console import Console, RenderableType
 from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
@@ -22,6 +20,67 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _WIDTH_OF_A_FILE = 400  # of tables in pipes and files, unless COLUMNS is set
+_documents: list[TextIO] = []  # stdout, while all else goes to stderr
+
+
+@dataclass(frozen=True)
+class Output:
+    """Output of a command.
+
+    Attributes
+    ----------
+    quiet : print errors only, and the document if one is asked for.
+    json : print nothing but one document on stdout.
+    """
+
+    quiet: bool = False
+    json: bool = False
+
+    @property
+    def for_people(self) -> bool:
+        """Whether `print` prints."""
+        return not (self.quiet or self.json)
+
+    def print(self, *shown: str | RenderableType) -> None:
+        """Print text and tables, each on lines of its own."""
+        if self.for_people:
+            show(*shown)
+
+    def note(self, text: str) -> None:
+        """Print a line on stderr, beside the result."""
+        show(text, stderr=True)
+
+    def result(self, document: Mapping[str, Any]) -> None:
+        """Print the document for scripts, see `json_text`."""
+        if self.json:
+            print(json_text(document), file=_documents[0] if _documents else sys.stdout)
+
+
+def json_text(document: Mapping[str, Any]) -> str:
+    """Return a document as JSON, with null for numbers that JSON does not have."""
+    from pydantic_core import to_jsonable_python
+
+    finite = to_jsonable_python(dict(document), inf_nan_mode="null")
+    return json.dumps(finite, indent=2, allow_nan=False)
+
+
+def rows(frame: pd.DataFrame) -> list[dict[Any, Any]]:
+    """Return the rows of a table for a document, with the index unless it only counts them."""
+    import pandas as pd
+
+    named = frame if isinstance(frame.index, pd.RangeIndex) else frame.reset_index()
+    return named.to_dict("records")
+
+
+@contextmanager
+def stdout_for_documents() -> Iterator[None]:
+    """Keep stdout for `Output.result`, and send all other output to stderr."""
+    _documents.append(sys.stdout)
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        _documents.pop()
 
 
 def table(titles: Iterable[object], rows: Iterable[Sequence[object]], digits: int = 5) -> Table:
@@ -74,71 +133,26 @@ def _shown(value: object, digits: int) -> str:
 
 
 def console(*, stderr: bool = False) -> Console:
-    """Return a console on stdout or stderr, without colors if NO_COLOR is set."""
-    terminal = is_terminal(stderr=stderr)
-    width = None if terminal else _columns() or _WIDTH_OF_A_FILE
-    return Console(stderr=stderr, force_terminal=terminal, width=width)
+    """Return a console on stdout or stderr, 400 columns wide in a pipe without COLUMNS."""
+    made = Console(stderr=stderr, highlight=False)
+    if not made.is_terminal and "COLUMNS" not in os.environ:
+        made.width = _WIDTH_OF_A_FILE
+    return made
 
 
-def _columns() -> int | None:
-    """Return the width in the environment variable COLUMNS, None if it is not set."""
-    given = os.environ.get("COLUMNS", "")
-    return int(given) if given.isdecimal() and int(given) else None
-
-
-def line_width(*, stderr: bool = False) -> int | None:
-    """Return the width at which text is broken: of the terminal, or COLUMNS; None for a pipe."""
-    return console(stderr=stderr).width if is_terminal(stderr=stderr) else _columns()
-
-
-def folded(text: str, *, stderr: bool = False) -> str:
-    """Return printable text that is `broken` at the width of stdout or stderr."""
-    width = line_width(stderr=stderr)
-    return printable(text) if width is None else broken(plain(text), width).plain
-
-
-def write_anything() -> None:
-    """Make stdout and stderr write characters that their encoding does not have as escapes."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
-
-
-def printable(text: str) -> str:
-    """Return the text with its control characters as escapes.
-
-    The name of a file must not be able to control the terminal that shows it.
-    """
-    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
+def show(*shown: str | RenderableType, stderr: bool = False) -> None:
+    """Print text and tables, each on lines of its own. In a pipe no line of text is broken."""
+    out = console(stderr=stderr)
+    for each in shown:
+        if isinstance(each, str | Text):
+            text = plain(each) if isinstance(each, str) else each
+            # a path that is longer than a line stays whole
+            out.print(text, soft_wrap=not out.is_terminal, overflow="ignore", crop=False)
+        else:
+            out.print(each)
 
 
 def plain(text: object, style: str = "") -> Text:
     """Return text for a console, with its control characters as escapes."""
-    return Text(printable(str(text)), style=style)
-
-
-def broken(text: Text, width: int) -> Text:
-    """Break a text of one style between words. Continued lines are indented by two columns."""
-    lines: list[str] = []
-    for line in text.plain.splitlines():
-        indent = line[: len(line) - len(line.lstrip())]
-        lines += textwrap.wrap(
-            line,
-            width,
-            subsequent_indent=f"{indent}  ",
-            break_long_words=False,
-            break_on_hyphens=False,
-        ) or [""]
-    return Text("\n".join(lines), style=text.style)
-
-
-def is_terminal(*, stderr: bool = False) -> bool:
-    """Return whether stdout or stderr is a terminal.
-
-    Unlike rich this ignores FORCE_COLOR, which would put control characters into a pipe. A build
-    service, which sets CI, keeps a log even where it offers a terminal.
-    """
-    stream = sys.stderr if stderr else sys.stdout
-    if stream is None:  # it was closed before the program began
-        return False
-    return stream.isatty() and not os.environ.get("CI")
+    escaped = (c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in str(text))
+    return Text("".join(escaped), style=style)

@@ -1,7 +1,7 @@
 """Tables of every key of a file, made of its JSON Schema when the site is built.
 
-The directive ``keys scenario``, or ``keys study``, writes a table of the file's own keys, and a
-section for each table below it.
+The directive ``keys scenario``, ``keys study`` or ``keys mapping`` writes a table of the file's own
+keys, and a section for each table below it.
 """
 
 import json
@@ -29,7 +29,18 @@ def study() -> Schema:
     return json.loads(study_schema())
 
 
-SCHEMAS: Mapping[str, Callable[[], Schema]] = {"scenario": scenario, "study": study}
+def mapping() -> Schema:
+    from mgeo_attitude.settings.base import schema_of
+    from mgeo_calibration import TelemetryMapping
+
+    return schema_of(TelemetryMapping)
+
+
+SCHEMAS: Mapping[str, Callable[[], Schema]] = {
+    "scenario": scenario,
+    "study": study,
+    "mapping": mapping,
+}
 
 
 def markdown(schema: Schema) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from pymoo.algorithms.moo.nsga2 import NSGA2, RankAndCrowdingSurvival
+from pymoo.algorithms.moo.nsga2 import RankAndCrowdingSurvival
 from pymoo.core.mixed import MixedVariableGA
 from pymoo.core.problem import Problem
 from pymoo.core.variable import Binary, Choice, Integer, Real
@@ -20,15 +20,9 @@ from pymoo.optimize import minimize
 
 from mgeo import MGEOCanonical, MGEODirected
 from mgeo.evaluation.individuals import as_numbers
-from mgeo.runs.operators import fitted
+from mgeo.runs.algorithms import build_algorithm
 
 AREA = HV(ref_point=np.array([1.1, 1.1]))
-ALGORITHMS = {
-    "MGEODirected": MGEODirected(),
-    "MixedVariableGA": MixedVariableGA(pop_size=50, survival=RankAndCrowdingSurvival()),
-    "NSGA-II, mixed operators": NSGA2(pop_size=100),
-    "MGEOCanonical": MGEOCanonical(bits=8),
-}
 
 
 class Halves(Problem):
@@ -60,12 +54,20 @@ class Halves(Problem):
         out["F"] = np.hstack([first, g * (1.0 - np.sqrt(first / g))])
 
 
+ALGORITHMS = {
+    "MGEODirected": MGEODirected(),
+    "MixedVariableGA": MixedVariableGA(pop_size=50, survival=RankAndCrowdingSurvival()),
+    "NSGA-II, mixed operators": build_algorithm("nsga2", {"population": 100}, Halves()),
+    "MGEOCanonical": MGEOCanonical(bits=8),
+}
+
+
 def volume(algorithm, evaluations, seed):
     """Of all evaluations of one run."""
     seen, problem = [], Halves()
     minimize(
         problem,
-        fitted(algorithm, problem),
+        algorithm,
         ("n_eval", evaluations),
         seed=seed,
         callback=lambda run: seen.append(run.pop.get("F")),

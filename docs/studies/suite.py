@@ -11,15 +11,16 @@ from pathlib import Path
 
 import numpy as np
 from mgeo_suite import SensorSuiteProblem
-from pymoo.algorithms.moo.nsga2 import NSGA2, RankAndCrowdingSurvival
+from pymoo.algorithms.moo.nsga2 import RankAndCrowdingSurvival
 from pymoo.core.mixed import MixedVariableGA
 
 import mgeo
+from mgeo.runs.algorithms import build_algorithm
 
 DATA = Path(__file__).parent / "data" / "suite.csv"
 ALGORITHMS = {
     "MGEO directed (ours)": mgeo.MGEODirected(),
-    "NSGA-II, mixed operators": NSGA2(pop_size=100),
+    "NSGA-II, mixed operators": build_algorithm("nsga2", {}, SensorSuiteProblem()),
     # its own survival is that of a single objective
     "MixedVariableGA": MixedVariableGA(pop_size=50, survival=RankAndCrowdingSurvival()),
     "MGEO canonical": mgeo.MGEOCanonical(tau=1.0, n_walkers=5, bits=8),

@@ -1,10 +1,11 @@
 """The loop that all algorithms of the family share, as a pymoo `Algorithm`."""
 
+import copy
 from abc import ABC, abstractmethod
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.individual import Individual
 from pymoo.core.population import Population
@@ -15,19 +16,24 @@ from pymoo.problems.dyn import DynamicProblem
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.coding import BitCode, RealCode
-from mgeo.algorithms.constructors import call, parameters, values
 from mgeo.algorithms.run_state import ArchiveOutput, RunState
-from mgeo.algorithms.starting import SuggestedSampling, given_starts
+from mgeo.algorithms.starting import are_evaluated, evaluations_allowed, given_starts
 from mgeo.algorithms.variables import Variables
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import individuals, values_of
 from mgeo.validation.arguments import refuse_unknown, validate_integer
+from mgeo.validation.constructors import call, parameters, values
 
 EXECUTIONS = 5000  # generations of all walkers together, unless a termination is given
 MOST_WALKERS = 100_000  # each has its own random stream, of some kilobytes
 
 _OPTIONS = parameters(Algorithm, Algorithm).keys()
 _OPTIONS_OF_A_RUN = _OPTIONS | {"pf"}  # in pymoo's examples; pymoo itself does not read it
+
+
+def is_dynamic(problem: Problem) -> bool:
+    """Return whether the values of a problem change with time, as those of pymoo's `dyn` do."""
+    return isinstance(problem, DynamicProblem) or callable(getattr(problem, "tic", None))
 
 
 class ExtremalOptimization(Algorithm, ABC):
@@ -48,9 +54,10 @@ class ExtremalOptimization(Algorithm, ABC):
     tau : selection pressure, as the subclass has checked it.
     n_walkers : number of walkers.
     sampling : starting points of the first walkers: array of up to (n_walkers, n_var), population
-        or pymoo `Sampling`; the others start at random. Where walkers are strings of bits, points
-        are rounded to the nearest string. Starting points are not evaluated themselves, but for
-        those of a `SuggestedSampling`.
+        or pymoo `Sampling`; the others start at random. The first generation evaluates them, in
+        addition to its candidates, so that no result is worse than a starting point. Individuals
+        that are evaluated already are in the archive from the beginning. Where walkers are strings
+        of bits, walkers start at the nearest string.
     archive_size : largest number of points in the front, None for all of them.
     options : options of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
         given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
@@ -91,10 +98,23 @@ class ExtremalOptimization(Algorithm, ABC):
             validate_integer("archive_size", archive_size, low=1)
         self.archive_size = archive_size
         self._asked: Any = None
-        self._n_suggested = 0  # of those asked for, the first
+        self._n_starts = 0  # the first of those asked for
+        self._n_left_out = 0  # candidates beyond the budget of the first generation
 
     def __repr__(self) -> str:
         return call(self, ExtremalOptimization)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        """Copy all but the individuals of the archive, which never change.
+
+        pymoo copies an algorithm after each generation to save its history, which would take the
+        memory of the whole archive each time.
+        """
+        if "state" in self.__dict__:
+            memo.update((id(each), each) for each in self.front.individuals.tolist())
+        duplicate = memo[id(self)] = object.__new__(type(self))
+        duplicate.__dict__.update(copy.deepcopy(self.__dict__, memo))
+        return duplicate
 
     def get_params(self) -> dict[str, Any]:
         """The constructor's parameters by name, as scikit-learn's, without pymoo's own options.
@@ -151,7 +171,7 @@ class ExtremalOptimization(Algorithm, ABC):
                 f"this {name} has begun a run: expected a new one to set up, or a copy.deepcopy of "
                 "one before its run"
             )
-        if isinstance(problem, DynamicProblem) or callable(getattr(problem, "tic", None)):
+        if is_dynamic(problem):
             raise ValueError(
                 f"{type(problem).__name__} is a dynamic problem, and the front of {name} would "
                 "keep objectives of times that are past: expected a problem whose values do not "
@@ -214,26 +234,41 @@ class ExtremalOptimization(Algorithm, ABC):
             front = ParetoArchive(problem.n_obj, self.archive_size)
         except ValueError as error:
             raise ValueError(f"archive_size = {self.archive_size}: {error}") from error
-        points: list[FloatArray] = []
-        if self.sampling is not None:
-            starts = given_starts(
-                self.sampling, problem, self.variables, self.n_walkers, self.random_state
-            )
-            points.append(self.code.encode(starts))
-        if others := streams[sum(map(len, points)) :]:
-            points.append(self.code.draw(others))
-        self.state = self.new_state(streams, front, np.concatenate(points))
+        given = given_starts(
+            self.sampling, problem, self.variables, self.n_walkers, self.random_state
+        )
+        n = len(given)
+        walkers = np.concatenate([self.code.encode(given), self.code.draw(streams[n:])])
+        self.state = self.new_state(streams, front, walkers)
+        self.state.starts = np.full((self.n_walkers, problem.n_var), np.nan)
+        self.state.starts[:n] = given
         self.forget(np.arange(self.n_walkers))
+        if isinstance(self.sampling, Population) and self.problem is problem:
+            self._archive_evaluated(self.sampling)
+
+    def _archive_evaluated(self, given: Population) -> None:
+        """Archive the starting points whose values are known, instead of evaluating them."""
+        is_known = are_evaluated(given, self.problem)
+        known = copy.deepcopy(given[is_known])
+        known.set("n_gen", 0)
+        if len(known):
+            F, violation, _ = self._values(known)
+            self.front.add(F, known, violation)
+        self.state.starts[: len(given)][is_known] = np.nan
 
     def _initialize_infill(self) -> Population:
-        if not isinstance(self.sampling, SuggestedSampling):
-            return self._infill()
-        # of the walkers: those of a run that is resumed before this are where they were
-        begin = self.variables.designs(self.code.decode(self.walkers[: self.sampling.n]))
+        """Return the starting points to evaluate and the first candidates, within the budget."""
+        starts = self.state.starts[~np.isnan(self.state.starts).any(axis=1)]
         candidates = self._infill()
-        self._n_suggested = len(begin)
-        self._asked = np.concatenate([begin, self._asked])
-        return Population.merge(individuals(begin), candidates)
+        self._n_starts = len(starts)
+        if len(starts):
+            designs = self.variables.designs(starts)
+            self._asked = np.concatenate([designs, self._asked])
+            candidates = Population.merge(individuals(designs), candidates)
+        allowed = evaluations_allowed(self, len(starts), len(candidates))
+        self._n_left_out = len(candidates) - allowed
+        self._asked = self._asked[:allowed]
+        return candidates[:allowed]
 
     def _initialize_advance(self, infills: Any = None, **kwargs: Any) -> None:
         self._advance(infills, **kwargs)
@@ -243,11 +278,17 @@ class ExtremalOptimization(Algorithm, ABC):
         return individuals(self._asked)
 
     def _advance(self, infills: Any = None, **kwargs: Any) -> None:
-        F, violation, tolerated = self._told(infills)
-        own = slice(self._n_suggested, None)
-        self._n_suggested = 0
-        entered = self.front.add(F, infills, violation)[own]
-        progress = self.accept(F[own], tolerated[own])
+        infills = self._in_asked_order(infills)
+        F, violation, tolerated = self._values(infills)
+        entered = self.front.add(F, infills, violation)
+        own = slice(self._n_starts, None)
+        F, tolerated, entered = F[own], tolerated[own], entered[own]
+        if self._n_left_out:  # candidates without values are ranked as failed ones
+            F = _extend(F, self._n_left_out, np.nan)
+            tolerated = _extend(tolerated, self._n_left_out, 0.0)
+            entered = _extend(entered, self._n_left_out, False)
+        self._n_starts = self._n_left_out = 0
+        progress = self.accept(F, tolerated)
         self.restart_idle(progress, np.any(entered.reshape(self.n_walkers, -1), axis=1))
         self.pop = infills
         self._asked = None
@@ -265,28 +306,44 @@ class ExtremalOptimization(Algorithm, ABC):
         """(n, n_var) variables of these points of the archive."""
         return self.variables.values(values_of(self.front.individuals[rows], "X"))
 
-    def _told(self, infills: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _in_asked_order(self, infills: Any) -> Population:
+        """Return the candidates of the last `ask`, told in any order, in the order of `ask`."""
+        if infills is not None and self._asked is not None and len(infills) == len(self._asked):
+            X = values_of(infills, "X")
+            if np.array_equal(X, self._asked):
+                return infills
+            told, asked = (self.variables.values(designs) for designs in (X, self._asked))
+            rows, places = np.lexsort(told.T), np.lexsort(asked.T)
+            if np.array_equal(told[rows], asked[places]):
+                order = np.empty_like(rows)
+                order[places] = rows
+                return infills[order]
+        raise ValueError(
+            "tell: expected the candidates of the last ask(), unchanged, each once, in any order"
+        )
+
+    def _values(self, evaluated: Population) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Objectives (n, n_obj) and constraint violations (n,), 0 where feasible.
 
         The violations come twice: as pymoo judges them, for the archive, and as the individuals'
         configuration does, in which a constraint handling may tolerate more for a while.
         """
-        if infills is None or not np.array_equal(values_of(infills, "X"), self._asked):
+        F = values_of(evaluated, "F")
+        if F.shape != (len(evaluated), self.problem.n_obj):
             raise ValueError(
-                "tell: expected the candidates of the last ask(), unchanged, in their order and "
-                "only once"
-            )
-        F = values_of(infills, "F")
-        if F.shape != (len(infills), self.problem.n_obj):
-            raise ValueError(
-                f"tell: F of shape {F.shape}: expected ({len(infills)}, {self.problem.n_obj}), "
+                f"tell: F of shape {F.shape}: expected ({len(evaluated)}, {self.problem.n_obj}), "
                 "every candidate evaluated"
             )
         if not self.problem.has_constraints():
             return F, np.zeros(len(F)), np.zeros(len(F))
-        CV, tolerated = (values[:, 0] for values in infills.get("CV", "FEAS"))
+        CV, tolerated = (values[:, 0] for values in evaluated.get("CV", "FEAS"))
         feasible = Individual.default_config()["cv_eps"] >= CV
         return F, np.where(feasible, 0.0, CV), np.where(tolerated, 0.0, CV)
 
     def _set_optimum(self) -> None:
         self.opt = self.front.individuals
+
+
+def _extend(values: NDArray[Any], n: int, fill: float) -> NDArray[Any]:
+    """Append n rows of a constant."""
+    return np.concatenate([values, np.full((n, *values.shape[1:]), fill, dtype=values.dtype)])

@@ -22,7 +22,7 @@ class RealCode:
     def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
         """(n, n_var) a point from each of n streams, uniform within the bounds."""
         xl, xu, real = self.variables.xl, self.variables.xu, self.variables.real
-        unit = np.array([stream.random(len(xl)) for stream in streams])
+        unit = np.array([stream.random(len(xl)) for stream in streams]).reshape(-1, len(xl))
         points: FloatArray = np.clip(xl + (xu - xl) * unit, xl, xu)
         if not real.all():
             points = np.where(real, points, np.minimum(xl + np.floor((xu - xl + 1) * unit), xu))
@@ -95,7 +95,8 @@ class BitCode:
 
     def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
         """(n, length) a string from each of n streams."""
-        return np.array([stream.integers(0, 2, self.length) for stream in streams], dtype=float)
+        strings = [stream.integers(0, 2, self.length) for stream in streams]
+        return np.array(strings, dtype=float).reshape(-1, self.length)
 
     def decode(self, strings: FloatArray) -> FloatArray:
         """(..., n_var) values of strings of 0 and 1, (..., length)."""

@@ -8,7 +8,7 @@ import numpy as np
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms.moves import Moves, Pair
 from mgeo.algorithms.selection import distance, pick, random_weights, rank
-from mgeo.algorithms.steps import BOUNDS
+from mgeo.algorithms.steps import AUTO, BOUNDS
 from mgeo.validation.arguments import (
     validate_choice,
     validate_fraction,
@@ -60,8 +60,9 @@ class MGEODirected(Moves):
     momentum : shares of the candidates with momentum, in [0, 1] (`momentum_steps`); at the
         extremes only where the point that they are drawn to is within a step.
     max_candidates : largest number of candidates a walker; of more variables they are drawn.
-    bounds : what becomes of a step that leaves them: "clip" to the bound, "reflect" from it, or
-        "resample", drawn anew until it stays inside (`mgeo.algorithms.steps`).
+    bounds : treatment of a step that leaves them: "clip" to the bound, "reflect" from it, or
+        "resample", drawn anew until it stays inside (`mgeo.algorithms.steps`). "auto" reflects
+        where the problem has equality constraints, and clips elsewhere.
     options : `sampling` and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and
         those of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
         given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
@@ -108,7 +109,7 @@ class MGEODirected(Moves):
         difference: Sequence[float] = (0.2, 0.65),
         momentum: Sequence[float] = (0.6, 0.6),
         max_candidates: int = 3,
-        bounds: str = "clip",
+        bounds: str = AUTO,
         **options: Any,
     ) -> None:
         super().__init__(tau=validate_number("tau", tau, low=0), n_walkers=n_walkers, **options)
@@ -116,7 +117,7 @@ class MGEODirected(Moves):
         self.difference = validate_pair("difference", difference, validate_fraction)
         self.momentum = validate_pair("momentum", momentum, validate_fraction)
         self.max_candidates = validate_integer("max_candidates", max_candidates, low=1)
-        self.bounds = validate_choice("bounds", bounds, BOUNDS)
+        self.bounds = validate_choice("bounds", bounds, (AUTO, *BOUNDS))
 
     def forget(self, rows: IntArray) -> None:
         super().forget(rows)

@@ -15,7 +15,7 @@ from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.matrix_adaptation import Normals
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.selection import nearest, nearest_drawn, weight_vectors
-from mgeo.algorithms.steps import BOUNDS, NORMAL, whole_steps
+from mgeo.algorithms.steps import NORMAL, bounding_of, whole_steps
 from mgeo.algorithms.variables import KINDS, Variables
 
 Pair = tuple[float, float]
@@ -250,7 +250,8 @@ class Moves(ExtremalOptimization):
             steps[rows] = (xu - xl) * self.state.normals.steps(self._together, self.random_state)
             spread[rows] = 0.0
         walkers, uniform = self.walkers[:, None, :], partial(self.random_state.random, steps.shape)
-        self.proposed = BOUNDS[self.bounds](walkers, steps, spread, xl, xu, uniform, NORMAL)
+        bounding = bounding_of(self.bounds, self.problem.n_eq_constr)
+        self.proposed = bounding(walkers, steps, spread, xl, xu, uniform, NORMAL)
         whole = ~self.variables.real
         if whole.any():
             learned = np.full(steps.shape, np.nan) if donor is None else donor

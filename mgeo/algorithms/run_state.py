@@ -31,6 +31,8 @@ class RunState:
     current_fitness, incumbent_fitness : (n_walkers, 1 + n_obj) `selection.fitness` of the walkers'
         current points, and the best they have seen; kept if tau is adaptive or walkers restart.
     idle : (n_walkers,) generations since a walker's last progress; kept if walkers restart.
+    starts : (n_walkers, n_var) starting points that the first generation evaluates; NaN in the rows
+        of walkers that start at random, or at a point that was evaluated before the run.
     """
 
     streams: list[np.random.Generator]
@@ -42,6 +44,7 @@ class RunState:
     current_fitness: FloatArray
     incumbent_fitness: FloatArray
     idle: IntArray
+    starts: FloatArray
 
     @classmethod
     def begin(
@@ -66,6 +69,7 @@ class RunState:
             current_fitness=np.empty((n, 1 + n_obj)),
             incumbent_fitness=np.empty((n, 1 + n_obj)),
             idle=np.empty(n, dtype=np.intp),
+            starts=np.empty((n, 0)),
             **more,
         )
 

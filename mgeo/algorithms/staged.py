@@ -153,6 +153,7 @@ class MGEOStaged(MGEODirected):
     def _advance(self, infills: Any = None, **kwargs: Any) -> None:
         if not self.judging:
             return super()._advance(infills, **kwargs)
+        infills = self._in_asked_order(infills)
         self._begin_stage(infills)
         self.judging = False
         self.pop = infills
@@ -166,7 +167,7 @@ class MGEOStaged(MGEODirected):
 
     def _begin_stage(self, judged: Population) -> None:
         """Let the archive be what is nondominated of these, and walkers go on from its points."""
-        F, violation, _ = self._told(judged)
+        F, violation, _ = self._values(judged)
         state, walkers = self.state, np.arange(self.n_walkers)
         state.front = ParetoArchive(F.shape[1], self.archive_size)
         state.front.add(F, judged, violation)

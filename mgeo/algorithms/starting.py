@@ -1,27 +1,34 @@
-"""Where walkers start: at points that the user gives, or at designs that the problem suggests."""
+"""Starting points of a run, and what its first generation evaluates."""
 
 from __future__ import annotations
 
+import math
+import warnings
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pymoo.core.algorithm import Algorithm
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 from pymoo.core.sampling import Sampling
+from pymoo.core.termination import TerminateIfAll
 from pymoo.operators.sampling.rnd import FloatRandomSampling
+from pymoo.termination.max_eval import MaximumFunctionCallTermination
 
-from mgeo._typing import FloatArray
+from mgeo._typing import BoolArray, FloatArray
 from mgeo.algorithms.variables import Variables, designs_of
+from mgeo.evaluation.individuals import succeeded
 from mgeo.validation.arguments import validate_integer
+
+_EXCESS = 0.1  # share of the budget by which the first generation may exceed it
 
 
 class SuggestedSampling(Sampling):
     """The first designs of a run are those that the problem suggests, all others are drawn.
 
     The problem has a method ``starts(n, random_state)`` that gives n designs as numbers, shape (n,
-    n_var). Algorithms of mgeo, whose other walkers begin at random, evaluate them in their first
-    generation, in addition to its candidates.
+    n_var). Walkers of the MGEO family beyond the first n start at random.
 
     Parameters
     ----------
@@ -71,18 +78,39 @@ class SuggestedSampling(Sampling):
         return np.concatenate([first, np.asarray(drawn.get("X"), dtype=first.dtype)])
 
 
+def are_evaluated(given: Population, problem: Problem) -> BoolArray:
+    """Return which individuals have the values of a problem, (n,).
+
+    Raises
+    ------
+    ValueError : if values have other shapes than the problem's.
+    """
+    widths = {"F": problem.n_obj, "G": problem.n_ieq_constr, "H": problem.n_eq_constr}
+    mask = np.array([widths.keys() <= each.evaluated for each in given]) & succeeded(given)
+    for row in np.flatnonzero(mask):
+        for name, width in widths.items():
+            if np.shape(values := getattr(given[row], name)) != (width,):
+                raise ValueError(
+                    f"sampling[{row}].{name} of shape {np.shape(values)}: expected ({width},), "
+                    f"individuals evaluated by {type(problem).__name__}"
+                )
+    return mask
+
+
 def given_starts(
-    sampling: Sampling | ArrayLike,
+    sampling: Sampling | ArrayLike | None,
     problem: Problem,
     variables: Variables,
     n_walkers: int,
     random_state: np.random.Generator,
 ) -> FloatArray:
-    """(n, n_var) values chosen by the user: points, a population, or a pymoo sampling.
+    """(n, n_var) values chosen by the user: points, a population, or a pymoo sampling; 0 for None.
 
     TypeError for anything else, ValueError if there are not 1 to n_walkers points of n_var numbers
     each, within the bounds.
     """
+    if sampling is None:
+        return np.empty((0, problem.n_var))
     if isinstance(sampling, SuggestedSampling):
         sampling = designs_of(problem, sampling.suggested(problem, n_walkers, random_state))
     elif isinstance(sampling, Sampling):
@@ -107,3 +135,38 @@ def given_starts(
             f"[{variables.xl[variable]}, {variables.xu[variable]}]"
         )
     return starts
+
+
+def evaluations_allowed(algorithm: Algorithm, n_starts: int, n: int) -> int:
+    """Return how many points of the first generation fit into the budget of evaluations.
+
+    Parameters
+    ----------
+    algorithm : the algorithm, set up.
+    n_starts : number of starting points, which are evaluated in any case.
+    n : number of starting points and candidates.
+
+    Warns
+    -----
+    RuntimeWarning : if the generation exceeds the budget by more than a tenth and is therefore cut.
+    """
+    termination = algorithm.termination
+    is_any = not isinstance(termination, TerminateIfAll)
+    parts = (termination, *(getattr(termination, "criteria", ()) if is_any else ()))
+    limits = [
+        part.n_max_evals
+        for part in parts
+        if isinstance(part, MaximumFunctionCallTermination) and part.n_max_evals is not None
+    ]
+    budget = min(limits, default=math.inf) - algorithm.evaluator.n_eval
+    if n <= (1.0 + _EXCESS) * budget:
+        return n
+    allowed = max(int(budget), n_starts)
+    warnings.warn(
+        f"the first generation of {type(algorithm).__name__} takes {n:,} evaluations, which exceeds"
+        f" the budget of {budget:,}: only the first {allowed:,} points are evaluated. Reduce the "
+        "number of candidates, for instance by n_walkers, or increase the budget",
+        RuntimeWarning,
+        stacklevel=2,
+    )
+    return allowed

@@ -130,6 +130,19 @@ def resample(
 #: them saturation or projection, mirroring, and resampling (Arabas, Szczepankiewicz & Wroniak
 #: 2010).
 BOUNDS: dict[str, Bounding] = {"clip": clip, "reflect": reflect, "resample": resample}
+AUTO = "auto"
+
+
+def bounding_of(name: str, n_eq_constr: int) -> Bounding:
+    """Return the treatment of the bounds of a name in `BOUNDS`, or that of "auto".
+
+    "auto" reflects steps where a problem has equality constraints, and clips them elsewhere. A
+    corner of the bounds often satisfies an equality exactly. Clipped steps end in corners, and a
+    search that has found one of these rare feasible points hardly leaves it.
+    """
+    if name == AUTO:
+        return reflect if n_eq_constr else clip
+    return BOUNDS[name]
 
 
 Scale = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]

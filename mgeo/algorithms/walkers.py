@@ -28,7 +28,7 @@ class IndependentWalkers(ExtremalOptimization, ABC):
     the other. The stream gives, in this order: what is drawn to start; then for each generation
     what is drawn to propose, one uniform for the objective, one per candidate to break ties and
     one per group to pick a rank; with an adaptive tau a uniform and a normal; and what a restart
-    draws. Starting points are not evaluated, unless walkers are.
+    draws. Random starting points are not evaluated, unless walkers are.
 
     Parameters
     ----------

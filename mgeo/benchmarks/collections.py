@@ -18,13 +18,13 @@ COCO = "coco-experiment"  # the distribution of the extra
 
 
 def is_benchmark(name: str) -> bool:
-    """Whether a problem's name has the prefix of a collection."""
+    """Return whether a problem's name has the prefix of a collection."""
     prefix, colon, _ = name.partition(":")
     return bool(colon) and prefix in PREFIXES
 
 
 def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:
-    """The problem of a name with a prefix.
+    """Build the problem of a name with a prefix.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:
 
 
 def expanded(name: str) -> list[str]:
-    """The names that one with ranges stands for, ``coco:bbob-biobj/f1-55/d5,10/i1``; or itself.
+    """Expand a name with ranges, ``coco:bbob-biobj/f1-55/d5,10/i1``; others stay as they are.
 
     Raises
     ------
@@ -52,12 +52,12 @@ def expanded(name: str) -> list[str]:
 
 
 def distributions(name: str) -> list[str]:
-    """What a problem's values come from, besides pymoo."""
+    """Return the distributions besides pymoo that compute a problem's values."""
     return [COCO] if name.startswith("coco:") else []
 
 
 def short_name(name: str) -> str:
-    """What a problem may be called in tables: without the prefix of pymoo's, in words."""
+    """Return the name of a problem in tables: in words, without the prefix of pymoo."""
     prefix, _, rest = name.partition(":")
     if not is_benchmark(name):
         return name
@@ -70,10 +70,13 @@ def _pymoo(name: str, options: Mapping[str, Any]) -> Problem:
     from pymoo.problems import get_problem
     from pymoo.problems.multi.zdt import ZDT5
 
+    from mgeo.validation.constructors import refuse_unknown_options
+
     try:
         problem: Problem = get_problem(name, **options)
     except Exception as error:  # pymoo raises bare ones for names it does not know
         raise ValueError(f"pymoo has no problem {name!r} with {dict(options)}: {error}") from error
+    refuse_unknown_options(f"pymoo:{name}", type(problem), options)
     if isinstance(problem, ZDT5):
         problem.vtype = bool  # Zitzler, Deb & Thiele 2000: strings of bits; pymoo says float
     return problem

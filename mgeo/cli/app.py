@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import os
 import platform
+import sys
+import warnings
 from collections.abc import Iterable, Mapping
 from importlib import metadata
 from typing import Annotated, Any
@@ -12,7 +15,13 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from mgeo.cli import explore, installed, report, solve, study
-from mgeo.cli.errors import ExitCode, one_line_errors, raise_on_sigterm
+from mgeo.cli.errors import (
+    EXIT_CODES,
+    ExitCode,
+    one_line_errors,
+    print_warning,
+    raise_on_sigterm,
+)
 from mgeo.plugins.discovery import (
     ALGORITHMS,
     COMMANDS,
@@ -25,9 +34,8 @@ from mgeo.plugins.discovery import (
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "solve": (
         "mgeo solve attitude",
-        "mgeo solve attitude --scenario cubesat_6u --algorithm nsga2 --population 50",
+        "mgeo solve attitude --scenario cubesat_6u --algorithm nsga2 --set population=50",
         "mgeo solve attitude --robust",
-        "mgeo solve attitude --algorithm mgeo-canonical --set bits=12",
         "mgeo solve attitude --seed 2 --json | jq .hypervolume.value",
     ),
     "resume": (
@@ -36,7 +44,6 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
     "report": (
         "mgeo report runs/attitude-mgeo-directed-seed1",
-        "mgeo report runs/attitude-mgeo-directed-seed1 --png --pdf",
         "mgeo report runs/attitude-mgeo-directed-seed1 --figure front --paper",
         "mgeo report runs/first runs/second --out beside.html",
         "mgeo report studies/benchmarks --figure ranks --paper",
@@ -135,7 +142,9 @@ app = typer.Typer(
     name="mgeo",
     cls=Commands,
     help="Multiobjective generalized extremal optimization of installed problems.",
-    epilog="\n\n".join(["Exit codes:", *(f"{code.value}: {code.meaning}" for code in ExitCode)]),
+    epilog="\n\n".join(
+        ["Exit codes:", *(f"{int(code)}: {text}" for code, text in EXIT_CODES.items())]
+    ),
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["--help", "-h"]},
@@ -147,26 +156,23 @@ def main() -> None:
     # before NumPy is imported: with several threads BLAS adds in another order, so that the same
     # seed would give another front where there are more processors, and a study with other --jobs
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # not every encoding has all characters
     raise_on_sigterm()
+    warnings.showwarning = print_warning
     app()
 
 
-def versions() -> dict[str, str]:
-    """Return the versions of mgeo, its plugins, Python and the numerical libraries, by name."""
-    plugins = {
-        plugin.distribution
-        for group in (PROBLEMS, ALGORITHMS, COMMANDS)
-        for plugin in installed_plugins(group)
-    }
-    names = ["mgeo", *sorted(plugins - {"mgeo"}), "numpy", "scipy", "pymoo"]
-    return {name: metadata.version(name) for name in names} | {"python": platform.python_version()}
-
-
 def _print_version(wanted: bool) -> None:
-    if wanted:
-        for name, number in versions().items():
-            typer.echo(f"{name} {number}")
-        raise typer.Exit
+    if not wanted:
+        return
+    groups = (PROBLEMS, ALGORITHMS, COMMANDS)
+    plugins = {each.distribution for group in groups for each in installed_plugins(group)}
+    for name in ("mgeo", *sorted(plugins - {"mgeo"}), "numpy", "scipy", "pymoo"):
+        typer.echo(f"{name} {metadata.version(name)}")
+    typer.echo(f"python {platform.python_version()}")
+    raise typer.Exit
 
 
 @app.callback()

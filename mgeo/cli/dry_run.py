@@ -7,21 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.cli.output import Output
-from mgeo.cli.progress import run_title
+from mgeo.cli.running import run_title
 from mgeo.figures.front import MOST_OBJECTIVES
 from mgeo.plugins.protocol import ask, is_own, problem_size
 from mgeo.plugins.view import View, view_of
 from mgeo.runs.prepare import PreparedRun
-from mgeo.store.run_folder import (
-    ARRAYS_FILE,
-    CHECKPOINT_FILE,
-    FIGURE_FILE,
-    FRONT_FILE,
-    RECORD_FOLDER,
-    RUN_FILE,
-)
-from mgeo.terminal import pairs
+from mgeo.store import run_folder
+from mgeo.terminal import Output, pairs
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -31,17 +23,14 @@ if TYPE_CHECKING:
 
 def describe_run(run: PreparedRun, folder: Path, output: Output) -> None:
     """Describe a run of ``mgeo solve``."""
-    configuration, problem = run.configuration, run.problem
-    size, view = problem_size(problem), view_of(problem)
-    is_written = {
-        FRONT_FILE: True,
-        ARRAYS_FILE: True,
-        RUN_FILE: True,
-        FIGURE_FILE: is_own(view, View.figures) or problem.n_obj <= MOST_OBJECTIVES,
-        CHECKPOINT_FILE: isinstance(run.algorithm, ExtremalOptimization),
-        f"{RECORD_FOLDER}/": run.record,
-    }
-    files = [name for name, written in is_written.items() if written]
+    configuration, size, view = run.configuration, problem_size(run.problem), view_of(run.problem)
+    files = [run_folder.FRONT_FILE, run_folder.ARRAYS_FILE, run_folder.RUN_FILE]
+    if is_own(view, View.figures) or run.problem.n_obj <= MOST_OBJECTIVES:
+        files.append(run_folder.FIGURE_FILE)
+    if isinstance(run.algorithm, ExtremalOptimization):
+        files.append(run_folder.CHECKPOINT_FILE)
+    if run.record:
+        files.append(f"{run_folder.RECORD_FOLDER}/")
     notes, facts = ask(view, View.notes), ask(view, View.facts)
     texts = {
         "size": _size(size),
@@ -101,12 +90,8 @@ def describe_study(
 
 
 def _size(size: Mapping[str, Any]) -> str:
-    objectives = size["objectives"]
+    objectives = ", ".join(size["objectives"])
     return (
-        f"{_count(len(size['variables']), 'variable')}, {_count(len(objectives), 'objective')} "
-        f"({', '.join(objectives)}), {_count(size['constraints'], 'constraint')}"
+        f"variables: {len(size['variables'])}, objectives: {objectives}, "
+        f"constraints: {size['constraints']}"
     )
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from enum import IntEnum
 from pathlib import Path
@@ -15,7 +15,7 @@ from typing import Any
 import typer
 
 from mgeo._text import one_line
-from mgeo.terminal import folded, write_anything
+from mgeo.terminal import show
 
 
 class Terminated(KeyboardInterrupt):
@@ -23,11 +23,18 @@ class Terminated(KeyboardInterrupt):
 
 
 class StopRequest:
-    """The signal that asked a run to stop, if there was one."""
+    """The signal that asked a run to stop, if there was one.
+
+    Attributes
+    ----------
+    signal : Signals or None
+    may_raise : bool
+        Whether a second signal raises KeyboardInterrupt. False while results are written.
+    """
 
     def __init__(self) -> None:
         self.signal: signal.Signals | None = None
-        self._may_raise = True
+        self.may_raise = True
 
     def __bool__(self) -> bool:
         return self.signal is not None
@@ -37,16 +44,13 @@ class StopRequest:
         """Exit code as a shell reports it: 130 for Ctrl-C, 143 for SIGTERM; 0 for none."""
         return 0 if self.signal is None else 128 + self.signal
 
-    def settle(self) -> None:
-        """Only note further signals, as the run ends and its results must be kept."""
-        self._may_raise = False
-
     def receive(self, number: int, frame: FrameType | None = None) -> None:
         """Note a signal; the second one raises KeyboardInterrupt, once."""
-        if self.signal is not None and self._may_raise:
-            self.settle()
+        if self.signal is None:
+            self.signal = signal.Signals(number)
+        elif self.may_raise:
+            self.may_raise = False
             raise KeyboardInterrupt
-        self.signal = self.signal or signal.Signals(number)
 
 
 @contextmanager
@@ -79,30 +83,23 @@ UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 
 class ExitCode(IntEnum):
-    """Exit codes of every command."""
+    """Exit codes of every command, see `EXIT_CODES`."""
 
-    DONE = 0, "done"
-    ERROR = 1, "an error in mgeo or in a problem, which --debug shows with its traceback"
-    BAD_INPUT = (
-        2,
-        "bad input: arguments, files, options, a plugin that raises, no room on the disk; nothing "
-        "is damaged",
-    )
-    INCOMPLETE = (
-        3,
-        "done, but nothing keeps all limits, runs of a study failed, or what was checked does not "
-        "hold",
-    )
-    INTERRUPTED = 130, "Ctrl-C; what was found is kept"
-    TERMINATED = 143, "SIGTERM; what was found is kept"
+    DONE, ERROR, BAD_INPUT, INCOMPLETE = range(4)
+    INTERRUPTED, TERMINATED = 130, 143
 
-    meaning: str
 
-    def __new__(cls, code: int, meaning: str) -> ExitCode:
-        member = int.__new__(cls, code)
-        member._value_ = code
-        member.meaning = meaning
-        return member
+#: Meanings of the exit codes, for the help.
+EXIT_CODES: Mapping[ExitCode, str] = {
+    ExitCode.DONE: "done",
+    ExitCode.ERROR: "an error in mgeo or in a problem, which --debug shows with its traceback",
+    ExitCode.BAD_INPUT: "bad input: arguments, files, options, a plugin that raises, no room on "
+    "the disk; nothing is damaged",
+    ExitCode.INCOMPLETE: "done, but nothing keeps all limits, runs of a study failed, or what was "
+    "checked does not hold",
+    ExitCode.INTERRUPTED: "Ctrl-C; what was found is kept",
+    ExitCode.TERMINATED: "SIGTERM; what was found is kept",
+}
 
 
 class Refused(Exception):
@@ -136,7 +133,6 @@ def one_line_errors(ctx: typer.Context, *, debug: bool = False) -> Iterator[None
     debug
         Whether to print the traceback of an error, too.
     """
-    write_anything()
     try:
         yield
         sys.stdout.flush()
@@ -146,8 +142,13 @@ def one_line_errors(ctx: typer.Context, *, debug: bool = False) -> Iterator[None
         message, code = _describe(error, ctx)
         if debug and not isinstance(error, (UsageError, KeyboardInterrupt)):
             traceback.print_exception(error.__cause__ if isinstance(error, Refused) else error)
-        typer.echo(folded(f"Error: {one_line(message)}", stderr=True), err=True)
+        show(f"Error: {one_line(message)}", stderr=True)
         raise typer.Exit(code) from error
+
+
+def print_warning(message: Warning | str, *_: object, **__: object) -> None:
+    """Print a warning as one line on stderr, in place of `warnings.showwarning`."""
+    show(f"Warning: {one_line(str(message))}", stderr=True)
 
 
 def of_interrupt(error: KeyboardInterrupt) -> ExitCode:

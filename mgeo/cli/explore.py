@@ -10,18 +10,11 @@ import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import Terminated, bad_input
-from mgeo.cli.output import Output
+from mgeo.terminal import Output
 
 
 def explore(
-    folder: Annotated[
-        Path,
-        typer.Argument(
-            metavar="DIR",
-            help="Folder of a run.",
-            autocompletion=options.runs_with("run.json"),
-        ),
-    ],
+    folder: options.RunFolder,
     save: Annotated[
         Path | None,
         typer.Option(

@@ -8,10 +8,8 @@ import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import bad_input
-from mgeo.cli.options import FLAGS
-from mgeo.cli.output import Output
 from mgeo.plugins.discovery import Plugin, PluginError, installed_plugins, preset_names
-from mgeo.terminal import plain, table
+from mgeo.terminal import Output, plain, table
 
 
 def problems(json: options.Json = False, debug: options.Debug = False) -> None:
@@ -22,17 +20,12 @@ def problems(json: options.Json = False, debug: options.Debug = False) -> None:
     if not found:
         output.print("no problem is installed; the first to try: pip install ./problems/attitude")
         return
+    titles = ("name", "distribution", "version", "variables", "objectives")
     rows = [
-        (
-            one["name"],
-            f"{one['distribution']} {one['version']}",
-            str(len(one["variables"])),
-            ", ".join(one["objectives"]),
-        )
+        (*(one[key] for key in titles[:3]), len(one["variables"]), ", ".join(one["objectives"]))
         for one in found
     ]
     errors = [f"Error: {one['name']}: {one['error']}" for one in found if one["error"]]
-    titles = ("name", "distribution", "variables", "objectives")
     output.print(table(titles, rows), *(plain(error, style="red") for error in errors))
 
 
@@ -57,14 +50,11 @@ def algorithms(
     with bad_input():
         found = described(name)
     output.result(found)
-    rows = [
-        [FLAGS.get(p["name"], p["name"]), _text(p["default"]), p["meaning"]]
-        for p in found["parameters"]
-    ]
+    rows = [[p["name"], _text(p["default"]), p["meaning"]] for p in found["parameters"]]
     output.print(
         f"{name}: {found['about']}",
         table(("parameter", "default", "description"), rows),
-        "a parameter without -- is given by --set NAME=VALUE",
+        "parameters are given by --set NAME=VALUE",
     )
 
 

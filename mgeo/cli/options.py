@@ -1,11 +1,11 @@
-"""Flags that several commands share, and the completion of their values.
+"""Flags that several commands share, and the names that complete their values.
 
-Completion imports nothing from plugins.
+Completion imports nothing from plugins. The shell itself completes names of files and folders.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
 from pkgutil import resolve_name
@@ -13,71 +13,46 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.cli.output import reserve
 from mgeo.plugins.discovery import installed_plugins, preset_names
-
-_DEPTH = 3  # levels of folders in which a run is looked for
-
-Complete = Callable[[str], list[str]]
+from mgeo.terminal import stdout_for_documents
 
 
-def among(names: Iterable[str]) -> Complete:
+def among(names: Iterable[str]) -> Callable[[], list[str]]:
     """Return a completion of fixed names."""
-    return lambda incomplete: [name for name in names if name.startswith(incomplete)]
+    return lambda: list(names)
 
 
-def among_those_of(table: str) -> Complete:
-    """Return a completion of the names in a table, ``module:TABLE``, imported when needed."""
-    return lambda incomplete: among(resolve_name(table))(incomplete)
+def problems() -> list[str]:
+    """Return the names of the installed problems."""
+    return [plugin.name for plugin in installed_plugins()]
 
 
-def problems(incomplete: str) -> list[str]:
-    """Complete the name of an installed problem."""
-    return among(plugin.name for plugin in installed_plugins())(incomplete)
+def algorithms() -> list[str]:
+    """Return the names of the algorithms."""
+    names: list[str] = resolve_name("mgeo.runs.algorithms:algorithm_names")()
+    return names
 
 
-def algorithms(incomplete: str) -> list[str]:
-    """Complete the name of an algorithm."""
-    return among(resolve_name("mgeo.runs.algorithms:algorithm_names")())(incomplete)
-
-
-def scenarios(ctx: typer.Context, incomplete: str) -> list[str]:
-    """Complete a preset of the problem on the command line, or a file."""
+def scenarios(ctx: typer.Context) -> list[str]:
+    """Return the presets of the problem on the command line; the shell completes files."""
     # an option without its value makes typer leave the arguments unread
     words = [str(ctx.params.get("problem")), *ctx.args]
-    presets = among(preset for word in words for preset in preset_names(word))
-    return [*presets(incomplete), *toml_files(incomplete)]
+    return [preset for word in words for preset in preset_names(word)]
 
 
-def toml_files(incomplete: str) -> list[str]:
-    """Complete the path of a TOML file, folder by folder."""
-    found = [f"{path}/" if path.is_dir() else str(path) for path in _below(incomplete, "*")]
-    return [name for name in found if name.endswith((".toml", "/")) and name.startswith(incomplete)]
+def _reserve_stdout(ctx: typer.Context, wanted: bool) -> bool:
+    if wanted and not ctx.resilient_parsing:
+        ctx.find_root().with_resource(stdout_for_documents())
+    return wanted
 
 
-def runs_with(file: str) -> Complete:
-    """Return a completion of the folders of runs that contain a file of this name."""
-
-    def complete(incomplete: str) -> list[str]:
-        patterns = ["*/" * depth + file for depth in range(1, _DEPTH + 1)]
-        found = [path.parent for pattern in patterns for path in _below(incomplete, pattern)]
-        return among(map(str, found))(incomplete)
-
-    return complete
-
-
-def _below(incomplete: str, pattern: str) -> list[Path]:
-    """Return what is in the folder that is typed so far, hidden files left out."""
-    folder = Path("".join(incomplete.rpartition("/")[:2]))
-    return [path for path in sorted(folder.glob(pattern)) if not path.name.startswith(".")]
-
-
+RunFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of the run.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
 Json = Annotated[
     bool,
     typer.Option(
         "--json",
-        callback=reserve,
+        callback=_reserve_stdout,
         help="Print the result as one JSON document, for scripts; on stdout there is nothing else.",
     ),
 ]
@@ -100,101 +75,42 @@ Problem = Annotated[
         help="The problem, where it is none by name: no file has a module imported.",
     ),
 ]
-Sigma = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NUMBER[,NUMBER...]",
-        help="Standard deviation of steps, one for all variables or one for each.",
-    ),
-]
-Tau = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NUMBER|NAME",
-        help="Selection pressure; a name lets it follow the search.",
-        autocompletion=among_those_of("mgeo.algorithms.selection:RULES"),
-    ),
-]
 Walkers = Annotated[int | None, typer.Option("--walkers", "--runs", help="Number of walkers.")]
-Perturbation = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME",
-        help="What sigma is a multiple of.",
-        autocompletion=among_those_of("mgeo.algorithms.steps:SCALES"),
-    ),
-]
-Population = Annotated[int | None, typer.Option(help="Population size, of pymoo's algorithms.")]
 Settings = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
         metavar="NAME=VALUE",
-        help="Any other parameter of the algorithm, such as bits=12 or restart=archive; may be "
-        "given several times.",
+        help="A parameter of the algorithm, such as sigma=0.5 or population=50; may be given "
+        "several times.",
     ),
 ]
 
-#: Parameters of algorithms that have a flag; the others are set by --set.
-FLAGS: Mapping[str, str] = {
-    "sigma": "--sigma",
-    "tau": "--tau",
-    "n_walkers": "--walkers",
-    "perturbation": "--perturbation",
-    "population": "--population",
-}
 
-
-def flag(parameter: str) -> str:
-    """Return the option of the command line that sets a parameter of an algorithm."""
-    return FLAGS.get(parameter, f"--set {parameter}=...")
-
-
-def parse_parameters(
-    algorithm: str, flags: Mapping[str, Any], settings: Sequence[str]
-) -> dict[str, Any]:
-    """Return the parameters of an algorithm from its flags and from NAME=VALUE texts.
-
-    Parameters
-    ----------
-    flags
-        Values by parameter, None where a flag is not given.
+def parse_parameters(settings: Iterable[str]) -> dict[str, Any]:
+    """Return the parameters of an algorithm from NAME=VALUE texts.
 
     Raises
     ------
     ValueError
-        If a text is not of this form, or the algorithm has no such parameter.
+        If a text is not of this form.
     """
-    from mgeo.runs.algorithms import complete_parameters, with_parameter
-
-    given = {key: value for key, value in flags.items() if value is not None}
+    given = {}
     for setting in settings:
-        name, equals, value = setting.partition("=")
-        if not (name and equals and value):
+        name, _, value = setting.partition("=")
+        if not (name and value):
             raise ValueError(f"--set {setting}: expected NAME=VALUE")
-        if name in FLAGS:
-            raise ValueError(f"--set {setting}: expected {FLAGS[name]} for this parameter")
-        given[name] = value
-    known = complete_parameters(algorithm, {})
-    for key in given:
-        if key not in known:
-            taken, others = ", ".join(map(flag, known)), ", ".join(with_parameter(key))
-            raise ValueError(
-                f"{flag(key)} does not apply to {algorithm}, which takes {taken}"
-                f"{f': it is of {others}' if others else ''}"
-            )
-    return {key: _value(value) for key, value in given.items()}
+        given[name] = _value(value)
+    return given
 
 
-def _value(given: Any) -> Any:
+def _value(text: str) -> Any:
     """Return the integer, float, boolean or word in a text, or a list where there are commas."""
-    if not isinstance(given, str):
-        return given
-    if "," in given:
-        return [_value(entry) for entry in given.split(",")]
-    if given.lower() in ("true", "false"):
-        return given.lower() == "true"
+    if "," in text:
+        return [_value(entry) for entry in text.split(",")]
+    if text.lower() in ("true", "false"):
+        return text.lower() == "true"
     for kind in (int, float):
         with suppress(ValueError):
-            return kind(given)
-    return given
+            return kind(text)
+    return text

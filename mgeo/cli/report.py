@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import bad_input
-from mgeo.cli.output import Output
-
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
+from mgeo.terminal import Output
 
 FIGURES_FOLDER = "figures"
 COMPARISON_FILE = "comparison.html"
@@ -26,7 +23,6 @@ def report(
             metavar="DIR [DIR]",
             help="Folder of a run, or of a study; two runs, or two solutions' files, are set side "
             "by side.",
-            autocompletion=options.runs_with("run.json"),
         ),
     ],
     out: Annotated[
@@ -79,42 +75,50 @@ def report(
     and Chrome or Chromium. A study has its report already: only its figures are written, and
     without an option their names are listed.
     """
-    from mgeo.report.static import StaticExportError, drawn
+    from mgeo.report.build import report_html
+    from mgeo.report.compare import compare_html
+    from mgeo.report.static import StaticExportError, drawn, run_figures, shaped
     from mgeo.store.atomic import write_file, write_files
     from mgeo.store.run_folder import REPORT_FILE, STUDY_FILE
+    from mgeo.studies.report import study_figures
+    from mgeo.studies.stored import read_comparisons
 
     output = Output(quiet, json)
     formats = [kind for kind, wanted in (("png", png), ("pdf", pdf or paper)) if wanted]
     if figure and not formats:
         formats = ["png"]
-    only, named = figure or [], problem or []
-    is_study = len(sources) == 1 and (sources[0] / STUDY_FILE).is_file()
+    only, named, first = figure or [], problem or [], sources[0]
+    is_pair, is_study = len(sources) > 1, len(sources) == 1 and (first / STUDY_FILE).is_file()
+    page, figures = "", {}
     with bad_input((ValueError, TypeError, OSError, StaticExportError)):
-        _check_options(sources, is_study, formats, out, solution, named)
-        path = out or (Path(COMPARISON_FILE) if len(sources) == 2 else sources[0] / REPORT_FILE)
-        _check_page(path, out)
-        page = b"" if only or is_study else _page(sources, solution, named)
-        wanted = is_study or formats
-        figures = _figures(sources[0], is_study, only, paper, named) if wanted else {}
-        pictures = drawn(figures, formats)
+        _check_options(sources, is_study, formats, out, solution)
+        path = out or (Path(COMPARISON_FILE) if is_pair else first / REPORT_FILE)
+        _check_page(path)
+        if is_study:
+            figures = study_figures(read_comparisons(first, named=named), only)
+        elif is_pair:
+            page = compare_html(*sources, named=named)
+        else:
+            figures = run_figures(first, only, named=named) if formats else {}
+            page = "" if only else report_html(first, solution, named=named)
+        pictures = drawn(shaped(figures, paper), formats)
         folder = path.parent / FIGURES_FOLDER
         if pictures:
             folder.mkdir(exist_ok=True)
             write_files(folder, pictures)
         if page:
-            write_file(path, page)
+            write_file(path, page.encode())
     if page:
-        output.print(f"written: {path} ({_size(page)})")
+        output.print(f"written: {path} ({len(page) / 1e6:.1f} MB)")
     if pictures:
         output.print(f"written: {folder} ({len(pictures)} files)")
     elif is_study:
         output.print(f"report: {path}", f"figures, for --figure: {', '.join(figures)}")
-    paths = list(map(str, sources))
     output.result(
         {
-            **({"compared": paths} if len(paths) == 2 else {"folder": paths[0]}),
+            **({"compared": list(map(str, sources))} if is_pair else {"folder": str(first)}),
             "file": str(path) if page or is_study else None,
-            "bytes": len(page),
+            "bytes": len(page.encode()),
             "figures": [str(folder / name) for name in pictures],
         }
     )
@@ -126,7 +130,6 @@ def _check_options(
     formats: Sequence[str],
     out: Path | None,
     solution: int | None,
-    named: Sequence[str],
 ) -> None:
     """Refuse options that do not fit what is reported."""
     if len(sources) > 2:
@@ -137,46 +140,16 @@ def _check_options(
         raise ValueError("a study has its report already: expected no --out and no --solution")
     if len(sources) == 1 and sources[0].is_file():
         raise ValueError(f"{sources[0]} is a file: expected the folder of a run, or two solutions")
-    if len(sources) == 1 and not is_study and len(named) > 1:
-        raise ValueError(f"--problem is given {len(named)} times: a run has one")
 
 
-def _check_page(path: Path, out: Path | None) -> None:
+def _check_page(path: Path) -> None:
     """Refuse a page that cannot be written, before any work."""
     from mgeo.store.atomic import check_writable
 
     if path.suffix != ".html":
         raise ValueError(f"--out {path}: expected a name that ends in .html")
-    if out and not out.parent.is_dir():
-        raise FileNotFoundError(f"--out {out}: there is no folder {out.parent}")
     if path.is_dir():
         raise IsADirectoryError(f"{path} is a folder: expected a file, or none yet")
-    if path.parent.is_dir():
-        check_writable(path.parent)
-
-
-def _page(sources: Sequence[Path], solution: int | None, named: Sequence[str]) -> bytes:
-    from mgeo.report.build import report_html
-    from mgeo.report.compare import compare_html
-
-    if len(sources) == 2:
-        return compare_html(*sources, named=named).encode()
-    return report_html(sources[0], solution, problem=next(iter(named), None)).encode()
-
-
-def _figures(
-    folder: Path, is_study: bool, only: Sequence[str], paper: bool, named: Sequence[str]
-) -> Mapping[str, go.Figure]:
-    """Return the figures of a run or a study, shaped to be looked at alone."""
-    from mgeo.report.static import run_figures, shaped
-    from mgeo.studies.report import study_figures
-    from mgeo.studies.stored import read_comparisons
-
-    if is_study:
-        return shaped(study_figures(read_comparisons(folder, named=named), only), paper)
-    return shaped(run_figures(folder, only, problem=next(iter(named), None)), paper)
-
-
-def _size(content: bytes) -> str:
-    large = len(content) >= 1e6
-    return f"{len(content) / 1e6:.1f} MB" if large else f"{len(content) / 1e3:.0f} kB"
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{path} cannot be written: there is no folder {path.parent}")
+    check_writable(path.parent)

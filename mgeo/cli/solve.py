@@ -1,21 +1,15 @@
-"""``mgeo solve`` and ``mgeo resume``: run, write the run folder, and print the summary."""
+"""``mgeo solve`` and ``mgeo resume``: their options. What takes long to import waits for a run."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from mgeo.cli import options
-from mgeo.cli.errors import ExitCode, bad_input, stop_requests
-from mgeo.cli.output import Output
-from mgeo.terminal import console
-
-if TYPE_CHECKING:  # a run imports pymoo, `mgeo --help` does not
-    from mgeo.plugins.view import View
-    from mgeo.runs.prepare import PreparedRun
-    from mgeo.store.run import Outcome
+from mgeo.cli.errors import bad_input
+from mgeo.terminal import Output
 
 _UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0}
 
@@ -84,11 +78,7 @@ def solve(
             autocompletion=options.algorithms,
         ),
     ] = None,
-    sigma: options.Sigma = None,
-    tau: options.Tau = None,
     walkers: options.Walkers = None,
-    perturbation: options.Perturbation = None,
-    population: options.Population = None,
     settings: options.Settings = None,
     evaluations: Annotated[
         int | None,
@@ -149,17 +139,13 @@ def solve(
     # of a collection, coco:bbob/f1/d10/i1, and of a class, module:Class
     name = f"{problem}{'-robust' if robust else ''}-{algorithm}".replace(":", "-").replace("/", "-")
     folder = out or Path("runs", f"{name}-seed{seed}")
-    flags = {
-        "sigma": sigma,
-        "tau": tau,
-        "n_walkers": walkers,
-        "perturbation": perturbation,
-        "population": population,
-    }
     with bad_input():
+        parameters = options.parse_parameters(settings or [])
+        if walkers is not None:
+            parameters["n_walkers"] = walkers
         run = prepare(
             problem,
-            parameters=options.parse_parameters(algorithm, flags, settings or []),
+            parameters=parameters,
             options=read_scenario(problem, scenario, after=after, named=(problem,)),
             algorithm=given,
             evaluations=evaluations,
@@ -176,24 +162,16 @@ def solve(
 
         describe_run(run, folder, output)
     else:
-        raise typer.Exit(_run(run, folder, output, overwrite=overwrite, max_time=max_time))
+        from mgeo.cli.running import run_and_show
+
+        raise typer.Exit(run_and_show(run, folder, output, max_time))
 
 
 def resume(
-    folder: Annotated[
-        Path,
-        typer.Argument(
-            metavar="DIR",
-            help="Folder of the run.",
-            autocompletion=options.runs_with("run.checkpoint"),
-        ),
-    ],
+    folder: options.RunFolder,
     evaluations: Annotated[
         int | None,
         typer.Option(min=1, help="New budget, counted from the beginning of the run."),
-    ] = None,
-    generations: Annotated[
-        int | None, typer.Option(min=1, help="New budget, in generations from the beginning.")
     ] = None,
     algorithm: Annotated[
         str | None,
@@ -220,89 +198,15 @@ def resume(
     The run continues from run.checkpoint in the folder exactly as if it had not stopped, and
     writes the same files. A run of another problem or of other versions is refused.
     """
+    from mgeo.cli.running import run_and_show
     from mgeo.runs.prepare import resume_run
 
     with bad_input():
         run = resume_run(
             folder,
             evaluations=evaluations,
-            generations=generations,
             algorithm=algorithm,
             problem=problem,
             check=check,
         )
-    output = Output(quiet, json)
-    raise typer.Exit(_run(run, folder, output, overwrite=True, max_time=max_time))
-
-
-def _run(
-    run: PreparedRun, folder: Path, output: Output, *, overwrite: bool, max_time: float | None
-) -> int:
-    """Run until the budget is used, write the run folder and print the summary.
-
-    Returns
-    -------
-    Exit code: 0 if the run ended by its budget or `max_time`, 3 if no solution satisfies all
-    constraints or the problem knows that none can, 128 + the number of the signal that stopped the
-    run.
-    """
-    from mgeo.cli.progress import Progress, heading
-    from mgeo.cli.summary import show_summary
-    from mgeo.evaluation.evaluator import EvaluationError
-    from mgeo.plugins.protocol import ask
-    from mgeo.plugins.view import View, view_of
-    from mgeo.store.atomic import check_writable, lock
-    from mgeo.store.provenance import installed_versions
-    from mgeo.store.run import Run
-    from mgeo.store.run_folder import CHECKPOINT_FILE, check_folder, remove_run, write_run
-
-    if impossible := ask(view_of(run.problem), View.impossible):
-        output.print("nothing can keep all limits", *(f"  {why}" for why in impossible))
-        output.result({"impossible": impossible})
-        return ExitCode.INCOMPLETE
-    with bad_input():
-        folder.mkdir(parents=True, exist_ok=True)
-    with stop_requests() as stop, bad_input((ValueError, OSError)), lock(folder):
-        check_folder(folder, overwrite=overwrite)
-        check_writable(folder)
-        if run.notes is None:
-            remove_run(folder)
-        shown_on = None if output.quiet else console(stderr=True)
-        progress = Progress(shown_on, heading(run), stop)
-        try:
-            with progress.shown():
-                outcome = run.solve(progress, folder, max_time)
-            made = Run(run.configuration, outcome, installed_versions(run.configuration.problem))
-            write_run(folder, made, overwrite=True)
-        except (EvaluationError, OSError):
-            if (folder / CHECKPOINT_FILE).exists():
-                output.note(f"To go on once that is put right: mgeo resume {folder}")
-            raise
-        solutions = outcome.nearest or outcome
-        view = view_of(run.problem, solutions.X, solutions.F)
-        try:
-            _write_extras(run, outcome, view, folder)
-        finally:  # the summary is printed even if a figure fails
-            show_summary(made, view, folder, output)
-    if outcome.stop_reason == "signal":
-        return stop.exit_code or ExitCode.INTERRUPTED
-    return ExitCode.DONE if len(outcome.F) else ExitCode.INCOMPLETE
-
-
-def _write_extras(run: PreparedRun, outcome: Outcome, view: View, folder: Path) -> None:
-    """Write the further arrays of the problem, and the figure of the front."""
-    from mgeo.cli.progress import run_title
-    from mgeo.figures.page import page
-    from mgeo.plugins.protocol import ask
-    from mgeo.plugins.view import View, front_of
-    from mgeo.store.atomic import write_file
-    from mgeo.store.run_folder import FIGURE_FILE, write_arrays
-
-    if len(outcome.F) and (arrays := ask(view, View.arrays)):
-        write_arrays(folder, outcome, arrays)
-    title, note = run_title(run.configuration), ""
-    if outcome.nearest:
-        note = f"Nothing that was found keeps all limits. These {len(view.X)} come nearest."
-    figure = front_of(view, title)
-    if figure is not None:
-        write_file(folder / FIGURE_FILE, page(figure, title, note).encode())
+    raise typer.Exit(run_and_show(run, folder, Output(quiet, json), max_time))

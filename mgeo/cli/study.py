@@ -13,8 +13,7 @@ import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import ExitCode, bad_input, of_interrupt
-from mgeo.cli.output import Output
-from mgeo.terminal import plain, table
+from mgeo.terminal import Output, plain, table
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
@@ -22,10 +21,7 @@ if TYPE_CHECKING:
 
 
 def study(
-    file: Annotated[
-        Path,
-        typer.Argument(metavar="FILE", help="A study as TOML.", autocompletion=options.toml_files),
-    ],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A study as TOML.")],
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder to write [default: studies/FILE].")
     ] = None,
@@ -52,7 +48,7 @@ def study(
     Each run is stored in the folder as it finishes: --resume continues a study that was
     interrupted.
     """
-    from mgeo.studies.comparison import FailedRunsWarning
+    from mgeo.studies.comparison import ComparisonWarning
     from mgeo.studies.file import read_study
     from mgeo.studies.study import run_study
 
@@ -74,7 +70,7 @@ def study(
                     )
             return
         with _workers(jobs, cluster) as n_jobs, warnings.catch_warnings():
-            warnings.simplefilter("ignore", FailedRunsWarning)  # noted below
+            warnings.simplefilter("ignore", ComparisonWarning)  # noted below
             try:
                 comparisons = run_study(
                     read, folder, resume=resume, n_jobs=n_jobs, progress=not quiet

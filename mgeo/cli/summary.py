@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from datetime import timedelta
 from pathlib import Path
 
 from rich.table import Table
 
-from mgeo.cli.output import Output
-from mgeo.cli.progress import clock
 from mgeo.plugins.protocol import ask
 from mgeo.plugins.view import View
-from mgeo.runs.answer import DeadEnd, answer, dead_end, representative_solutions
+from mgeo.runs.answer import answer, dead_end, representative_solutions
 from mgeo.store.run import Outcome, Run
 from mgeo.store.run_folder import CHECKPOINT_FILE, FIGURE_FILE, RUN_FILES, run_document
-from mgeo.terminal import console, fits, plain, table
-
-_CAUSES = 3  # causes of failed evaluations that are printed
+from mgeo.terminal import Output, console, fits, plain, table
 
 
 def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
@@ -50,7 +47,12 @@ def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
     if best is not None:
         output.print(plain(best, "bold"))
     if stuck is not None:
-        _print_suggestions(stuck, output)
+        output.print(
+            plain("nothing that was found keeps all limits; the nearest solutions exceed", "bold"),
+            *(f"  {line}" for line in stuck.exceeded),
+            plain("ways out", "bold"),
+            *(f"  {line}" for line in stuck.ways),
+        )
     _print_statistics(outcome, remarks, output)
     if best is not None:
         output.print(_solutions(view, outcome))
@@ -64,13 +66,9 @@ def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
         output.print(f"to go on: mgeo resume {folder}")
 
 
-def _print_suggestions(found: DeadEnd, output: Output) -> None:
-    output.print(
-        plain("nothing that was found keeps all limits; the nearest solutions exceed", "bold"),
-        *(f"  {line}" for line in found.exceeded),
-        plain("ways out", "bold"),
-        *(f"  {line}" for line in found.ways),
-    )
+def clock(seconds: float) -> str:
+    """Return a duration as hours, minutes and seconds: 1:02:03."""
+    return str(timedelta(seconds=round(seconds)))
 
 
 def _print_statistics(outcome: Outcome, remarks: list[str], output: Output) -> None:
@@ -85,9 +83,7 @@ def _print_statistics(outcome: Outcome, remarks: list[str], output: Output) -> N
         output.print(f"not polished to the end: {outcome.unrefined}")
     if outcome.failures:
         causes = [f"{cause} ({count:,})" for cause, count in outcome.failures.items()]
-        more = ", ..., see run.json" if len(causes) > _CAUSES else ""
-        total = sum(outcome.failures.values())
-        output.print(f"failed evaluations: {total:,}; {', '.join(causes[:_CAUSES])}{more}")
+        output.print(f"failed evaluations: {sum(outcome.failures.values()):,}; {', '.join(causes)}")
 
 
 def _solutions(view: View, outcome: Outcome) -> Table:
@@ -97,13 +93,10 @@ def _solutions(view: View, outcome: Outcome) -> Table:
     """
     chosen = representative_solutions(view.problem, outcome.F, outcome.objectives)
     described = ask(view.take([solution.row for solution in chosen]), View.describe)
-
-    def table_of(places: list[int]) -> Table:
-        titles = ["", *(f"{chosen[i].label} ({chosen[i].row})" for i in places)]
-        shown = described.iloc[places]
-        return table(titles, [(str(name), *shown[name]) for name in shown.columns])
-
-    whole = table_of(list(range(len(chosen))))
+    titles = [f"{solution.label} ({solution.row})" for solution in chosen]
+    frame = described.astype(object).T.set_axis(titles, axis="columns")
+    whole = table(["", *frame], frame.itertuples(name=None))
     if fits(whole, console().width):
         return whole
-    return table_of([i for i, solution in enumerate(chosen) if solution.label != "between"])
+    frame = frame[[title for title in titles if not title.startswith("between")]]
+    return table(["", *frame], frame.itertuples(name=None))

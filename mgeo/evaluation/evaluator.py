@@ -43,7 +43,8 @@ class TolerantEvaluator(Evaluator):
     Algorithms of the MGEO family keep the NaN: they rank a failed candidate last and never archive
     it. In other algorithms a NaN can wipe the front. There a failed candidate gets, in each
     objective and constraint, the worst value seen so far plus the range seen, so that every
-    candidate that succeeded dominates it.
+    candidate that succeeded dominates it. A failed candidate counts as infeasible, so that a run in
+    which no candidate succeeded has no result.
 
     Parameters
     ----------
@@ -140,7 +141,8 @@ class TolerantEvaluator(Evaluator):
         self._count(failures, len(pop))
         failed = np.zeros(len(pop), dtype=np.bool_)
         failed[list(failures)] = True
-        if not getattr(kwargs.get("algorithm"), "takes_nan", False):
+        takes_nan = getattr(kwargs.get("algorithm"), "takes_nan", False)
+        if not takes_nan:
             for name in values.keys() & {"F", "G", "H"}:
                 self._penalize(name, values[name], failed)
         # an individual has no values of a kind to begin with
@@ -151,6 +153,8 @@ class TolerantEvaluator(Evaluator):
             individual.evaluated.update(values)
         if failures:
             pop[failed].set("failed", True)
+        if failures and not takes_nan and not problem.has_constraints():
+            pop[failed].set("CV", np.ones((len(failures), 1)))
 
     def _count(self, failures: dict[int, Failure], n: int) -> None:
         self.n_failed += len(failures)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Sequence
 from time import perf_counter
 from typing import Any
 
@@ -132,24 +131,14 @@ def _add_design(app: Dash, explorer: Explorer) -> None:
         ]
 
     @app.callback(
-        Output("review", "children"),
-        Input("ask", "n_clicks"),
-        State(variables, "value"),
-        prevent_initial_call=True,
-    )
-    def write_review(_: int, x: list[float]) -> list[Component]:
-        return list(layout.review(explorer.review(x)))
-
-    @app.callback(
         Output("saved", "children"),
         Input("save", "n_clicks"),
         State(variables, "value"),
         State("file", "value"),
-        State("replace", "value"),
         prevent_initial_call=True,
     )
-    def save(_: int, x: list[float], name: str, replace: Sequence[str] | None) -> str:
-        path = explorer.save(x, name, replace=bool(replace))
+    def save(_: int, x: list[float], name: str) -> str:
+        path = explorer.save(x, name)
         _show_message("")
         return f"written: {path}"
 

@@ -15,14 +15,12 @@ from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.figures.front import MOST_TEXTS
 from mgeo.figures.motion import motion_of
 from mgeo.plugins.protocol import ask, column_names
-from mgeo.plugins.shown import Review
 from mgeo.plugins.view import View, view_of
 from mgeo.report.shown_run import read_shown_run
 from mgeo.report.solutions import planned_rows
 from mgeo.runs.answer import Margin, limits
 from mgeo.store.atomic import to_json, write_file
-from mgeo.store.reading import read_json
-from mgeo.store.solution_file import is_solution, solution_document
+from mgeo.store.solution_file import solution_document
 
 
 class Explorer:
@@ -123,38 +121,29 @@ class Explorer:
             (found,) = ask(self._view_of(x), View.solution_figures)
         return {name: figure for name, figure in found.items() if motion_of(figure) is None}
 
-    def review(self, x: ArrayLike) -> Review:
-        """Return the review of one design, such as its error budget. May take seconds."""
-        with self._lock:
-            return ask(self._view_of(x), View.review)
-
-    def save(self, x: ArrayLike, name: str, *, replace: bool = False) -> Path:
+    def save(self, x: ArrayLike, name: str) -> Path:
         """Write a design as a JSON file that the problem's tools read, and return the path.
 
         Parameters
         ----------
         x : array_like, shape (n_var,)
         name : str
-            File name in `folder`, ending in ``.json``.
-        replace : bool
-            Whether an existing file of a solution is replaced.
+            Name of a new file in `folder`, ending in ``.json``.
 
         Raises
         ------
         ValueError
-            If the name is no plain ``.json`` file name, or an existing file is no solution.
+            If the name is no plain ``.json`` file name.
         FileExistsError
-            If the file exists and is not to be replaced.
+            If the file exists.
         OSError
             If the file cannot be written.
         """
         path = self.folder / name
         if path.name != name or path.suffix != ".json":
             raise ValueError(f"file name {name!r:.80}: expected a name ending in .json")
-        if path.exists() and not is_solution(read_json(path)):
-            raise ValueError(f"{path} exists and is no solution: choose another name")
-        if path.exists() and not replace:
-            raise FileExistsError(f"{path} exists: choose another name, or allow to replace it")
+        if path.exists():
+            raise FileExistsError(f"{path} exists: choose another name")
         with self._lock:
             document = solution_document(self.problem, self._problem_name, np.asarray(x, float))
         write_file(path, to_json(document))

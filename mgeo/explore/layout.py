@@ -9,7 +9,7 @@ from dash import dcc, html
 from dash.development.base_component import Component
 
 from mgeo.explore.explorer import Explorer, numbers_of
-from mgeo.plugins.shown import Review, cells, kinds_of
+from mgeo.plugins.shown import kinds_of
 
 MOST_AXES = 8  # of the parallel coordinates, at first
 DESIGN_COLUMNS = ["", "solution", "changed", "change"]
@@ -35,18 +35,14 @@ def page(explorer: Explorer) -> Component:
         graph("front"),
     )
     undo, save = html.Button("Undo changes", id="undo"), html.Button("Save", id="save")
-    file, replace = (
-        dcc.Input(explorer.file_name, id="file"),
-        dcc.Checklist(["replace"], id="replace"),
-    )
+    file = dcc.Input(explorer.file_name, id="file")
     design = section(
         "Design",
         bar(dropdown("selected", solutions, explorer.default), undo),
         *sliders(explorer),
-        bar(file, replace, save, html.Output(id="saved")),
+        bar(file, save, html.Output(id="saved")),
     )
     prediction = section("Prediction", html.Div(id="numbers"), html.Div(id="constraints"))
-    review = html.Button("Write review", id="ask"), dcc.Loading(html.Div(id="review"))
     order = labeled("sorted by", dropdown("order", columns, columns[0]))
     first = numbers_of(explorer.table, explorer.default)
     return html.Main(
@@ -56,7 +52,6 @@ def page(explorer: Explorer) -> Component:
             filters,
             html.Div([front, design, prediction], className="columns"),
             section("Figures of the design", html.Div(id="figures", className="figures")),
-            section("Review of the design", *review),
             section("Solutions", order, html.Div(id="table", className="wide")),
             dcc.Store(id="kept", data=list(range(len(explorer.X)))),
             dcc.Store(id="changed", data=first),
@@ -124,14 +119,3 @@ def comparison(solution: Mapping[str, float], changed: Mapping[str, float]) -> C
         change = f"{100 * (after / before - 1):+.3g} %" if before else ""
         rows.append([name, f"{before:.5g}", f"{after:.5g}", change])
     return table(rows)
-
-
-def review(document: Review) -> Iterator[Component]:
-    """Yield the sections of a review."""
-    yield html.P(html.B(document.answer))
-    for part in document.sections:
-        yield html.H3(part.title)
-        yield from map(html.P, part.lines)
-        if part.table is not None:
-            yield html.Div(table(cells(part.table)), className="wide")
-        yield html.P(part.note)

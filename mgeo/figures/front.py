@@ -115,7 +115,7 @@ def _shown(value: object) -> str:
 
 
 def axis(name: str, values: NDArray[np.float64], *, in_space: bool = False) -> dict[str, object]:
-    """Layout of the axis of an objective; logarithmic where its values ask for it."""
+    """Return the layout of the axis of an objective, logarithmic where its values ask for it."""
     log = logarithmic(values)
     narrow = log and values.max() / values.min() < 1e4
     largest = np.abs(values).max() if len(values) else 1.0
@@ -129,22 +129,14 @@ def axis(name: str, values: NDArray[np.float64], *, in_space: bool = False) -> d
 
 
 def logarithmic(values: NDArray[np.float64]) -> bool:
-    """Whether values spread more evenly on a logarithmic axis, and far enough to need one.
+    """Return whether values spread more evenly on a logarithmic axis, and far enough to need one.
 
-    That is where they span a factor of 20, and their logarithms are less skewed than they are.
-    The outermost 2 % on either side have no say in the skewness: one value near zero must not
-    squeeze all others into a corner.
+    They span a factor of 20, and the median of their logarithms is nearer to the middle than
+    theirs. The outermost 2 % on either side have no say: one value near zero must not squeeze all
+    others into a corner.
     """
     if not len(values) or values.min() <= 0 or values.max() < _LOG_FROM * values.min():
         return False
-    outermost = len(values) // 50
-    inner = np.sort(values)[outermost : len(values) - outermost]
-    return _skewness(np.log(inner)) < _skewness(inner)
-
-
-def _skewness(values: NDArray[np.float64]) -> float:
-    """Size of the third standardized moment; 0 if all values are equal."""
-    deviation = values - values.mean()
-    if not deviation.any():
-        return 0.0
-    return float(abs(np.mean(deviation**3)) / np.mean(deviation**2) ** 1.5)
+    low, median, high = np.quantile(values, [0.02, 0.5, 0.98])
+    skewness = abs(low + high - 2.0 * median) / (high - low)
+    return bool(abs(np.log(low * high / median**2)) / np.log(high / low) < skewness)

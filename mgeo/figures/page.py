@@ -33,17 +33,16 @@ def render(template: str, **values: Any) -> str:
 
 
 def page(figure: go.Figure, title: str, note: str = "") -> str:
-    """One HTML page that shows the figure in the whole window and loads nothing.
+    """Return one HTML page that shows the figure in the whole window and loads nothing.
 
-    The same figure always gives the same text. A `note` is said above it.
+    The same figure always gives the same text. The `note` stands above it.
     """
-    drawn, heading = _headed(figure)
-    body = _div(drawn, "figure", library=True, height="100%")
+    body, heading = _drawn(figure, height="100%")
     return render("figures/assets/page.html", title=title, heading=heading, note=note, figure=body)
 
 
 def report_page(title: str, parts: Sequence[str | go.Figure], library: bool | str = True) -> str:
-    """One HTML page of several figures and of HTML between them, which loads nothing.
+    """Return one HTML page of several figures and of HTML between them, which loads nothing.
 
     The same parts always give the same text. For many pages that stay together, `library` is the
     path from the page to the file of `LIBRARY`, which all of them share.
@@ -54,26 +53,29 @@ def report_page(title: str, parts: Sequence[str | go.Figure], library: bool | st
         if isinstance(part, str):
             written.append(Markup(part))
             continue
-        figure, heading = _headed(part)
-        height = f"{figure['layout'].get('height') or PAGE_HEIGHT}px"
-        body = _div(
-            figure, f"figure{drawn}", library=library if not drawn else False, height=height
-        )
-        written.append(Markup(render("figures/assets/heading.html", heading=heading)) + body)
+        figure, heading = _drawn(part, f"figure{drawn}", library if not drawn else False)
+        written.append(Markup(render("figures/assets/heading.html", heading=heading)) + figure)
         drawn += 1
     return render("figures/assets/report.html", title=title, parts=written)
 
 
 def drawing(figure: go.Figure) -> Markup:
-    """A figure as a part of a page of one's own, which has the scripts of ``scripts.html``."""
-    tree, _ = _headed(figure)
-    return _div(
-        tree, "figure", library=True, height=f"{tree['layout'].get('height') or PAGE_HEIGHT}px"
-    )
+    """Return a figure as a part of a page of one's own, with the scripts of ``scripts.html``."""
+    return _drawn(figure)[0]
 
 
-def _headed(figure: go.Figure) -> tuple[dict[str, Any], list[str]]:
-    """The figure without its title, and the title's lines: a page breaks them where it must."""
+def _drawn(
+    figure: go.Figure, name: str = "figure", library: bool | str = True, height: str | None = None
+) -> tuple[Markup, list[str]]:
+    """Return a figure without its title, and the title's lines: a page breaks them where it must.
+
+    Parameters
+    ----------
+    name
+        Identity of its element.
+    library
+        Whether the plotting library is inside, or the path to its file.
+    """
     tree: dict[str, Any] = figure.to_dict()  # a copy that nobody validates once more
     layout = tree["layout"]
     text = layout.get("title", {}).get("text") or ""
@@ -83,17 +85,13 @@ def _headed(figure: go.Figure) -> tuple[dict[str, Any], list[str]]:
         del layout["title"]
         margin = layout.setdefault("margin", {})
         margin["t"] = max(margin.get("t", 100) - _TITLE, 30)  # 100 is plotly's own
-    return tree, lines
-
-
-def _div(figure: dict[str, Any], name: str, *, library: bool | str, height: str) -> Markup:
-    text: str = pio.to_html(
-        figure,
+    html: str = pio.to_html(
+        tree,
         validate=False,
         full_html=False,
         include_plotlyjs=library,
         config=_CONFIG,
         div_id=name,  # plotly would draw a random one
-        default_height=height,
+        default_height=height or f"{layout.get('height') or PAGE_HEIGHT}px",
     )
-    return Markup(text)
+    return Markup(html), lines

@@ -27,11 +27,12 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import metadata
 from importlib.metadata import EntryPoint
+from pkgutil import resolve_name
 from typing import Any
 
 from mgeo.benchmarks.collections import PREFIXES
@@ -91,15 +92,22 @@ class Plugin:
         PluginError
             If the import fails, or the entry point names something else.
         """
-        noun, is_valid, expected = _KINDS[self.entry_point.group]
+        group = self.entry_point.group
+        noun, path, expected = _KINDS[group]
         label = f"{noun} {self.name!r}"
         if self.distribution:
             label += f" of {self.distribution} {self.version}"
         with code_of_others(f"{label} does not load:"):
             loaded = self.entry_point.load()
-        if not is_valid(loaded):
+        base: type = resolve_name(path)
+        if group == COMMANDS:
+            fits = isinstance(loaded, base)
+        else:
+            fits = isinstance(loaded, type) and issubclass(loaded, base)
+        if not fits:
             raise PluginError(
-                f"{label}: expected {expected} at {self.entry_point.value!r}, found {loaded!r}"
+                f"{label}: expected {expected.format(path.replace(':', '.'))} at "
+                f"{self.entry_point.value!r}, found {loaded!r}"
             )
         return loaded
 
@@ -193,31 +201,9 @@ def class_of(name: str, group: str) -> Any:
     return Plugin.of(EntryPoint(name, name, group)).load()
 
 
-def _is_problem_class(loaded: object) -> bool:
-    from pymoo.core.problem import Problem
-
-    return isinstance(loaded, type) and issubclass(loaded, Problem)
-
-
-def _is_algorithm_class(loaded: object) -> bool:
-    from pymoo.core.algorithm import Algorithm
-
-    return isinstance(loaded, type) and issubclass(loaded, Algorithm)
-
-
-def _is_app(loaded: object) -> bool:
-    import typer
-
-    return isinstance(loaded, typer.Typer)
-
-
-#: Noun, test of what an entry point names, and its description, by group.
-_KINDS: Mapping[str, tuple[str, Callable[[object], bool], str]] = {
-    PROBLEMS: ("problem", _is_problem_class, "a class derived from pymoo.core.problem.Problem"),
-    ALGORITHMS: (
-        "algorithm",
-        _is_algorithm_class,
-        "a class derived from pymoo.core.algorithm.Algorithm",
-    ),
-    COMMANDS: ("command", _is_app, "a typer app"),
+#: Noun, base class, and description of what an entry point names, by group.
+_KINDS: Mapping[str, tuple[str, str, str]] = {
+    PROBLEMS: ("problem", "pymoo.core.problem:Problem", "a class derived from {}"),
+    ALGORITHMS: ("algorithm", "pymoo.core.algorithm:Algorithm", "a class derived from {}"),
+    COMMANDS: ("command", "typer:Typer", "an instance of {}"),
 }

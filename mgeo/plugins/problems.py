@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
+import tomllib
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,8 +17,8 @@ from mgeo.plugins.discovery import (
     installed_plugins,
 )
 from mgeo.plugins.protocol import ProblemMixin, is_own
-from mgeo.store.reading import parse_toml, read_json, read_text
-from mgeo.validation.arguments import did_you_mean
+from mgeo.store.reading import read_json, read_text
+from mgeo.validation.constructors import refuse_unknown_options
 from mgeo.validation.entries import errors_of
 
 if TYPE_CHECKING:
@@ -56,13 +56,7 @@ def load_problem(
     cls = _problem_class(name, named)
     if is_own(cls, ProblemMixin.from_options):
         return _built(name, (lambda: cls.from_options(given)) if given else cls)
-    accepted = sorted(_constructor_keywords(cls))
-    unknown = [key for key in given if key not in accepted]
-    if unknown:
-        raise ValueError(
-            f"unknown option {unknown[0]!r} of problem {name!r}: expected "
-            f"{' or '.join(accepted) or 'no options'}{did_you_mean(unknown[0], accepted)}"
-        )
+    refuse_unknown_options(name, cls, given)
     return _built(name, lambda: cls(**given))
 
 
@@ -105,7 +99,7 @@ def read_scenario(
         raise FileNotFoundError(f"there is no scenario file {path}")
     text = read_text(path)
     with errors_of(path):
-        return _read_files(problem, parse_toml(text) | more, path.parent, named)
+        return _read_files(problem, tomllib.loads(text) | more, path.parent, named)
 
 
 def _read_files(
@@ -145,21 +139,3 @@ def _problem_class(name: str, named: Collection[str]) -> Any:
             f"in Python named=[{name!r}]"
         )
     return class_of(name, PROBLEMS)
-
-
-def _constructor_keywords(cls: type) -> set[str]:
-    """Return the keywords of a problem's constructor, and those that it passes on by ``**options``.
-
-    The constructor of pymoo's `Problem` ignores any keyword: its own keywords do not count.
-    """
-    found: set[str] = set()
-    for base in cls.__mro__:
-        if base.__module__ == "pymoo.core.problem":
-            break
-        if "__init__" not in vars(base):
-            continue
-        own = inspect.signature(base.__init__).parameters.values()  # type: ignore[misc]
-        found |= {p.name for p in own if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
-        if all(p.kind is not p.VAR_KEYWORD for p in own):
-            break
-    return found - {"self"}

@@ -2,11 +2,8 @@
 
 from mgeo.report.build import report_html
 from mgeo.report.compare import compare_html
-from mgeo.report.static import StaticExportError, static_figures
 
 __all__ = [
-    "StaticExportError",
     "compare_html",
     "report_html",
-    "static_figures",
 ]

@@ -11,7 +11,7 @@ folder's front, as a front before it may have left, proves nothing here, and is 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +75,7 @@ def verifications(
 
 
 def report_html(
-    folder: Path | str, solution: int | None = None, *, problem: str | None = None
+    folder: Path | str, solution: int | None = None, *, named: Collection[str] = ()
 ) -> str:
     """The report of a run folder.
 
@@ -85,8 +85,8 @@ def report_html(
         That `mgeo solve` wrote.
     solution
         Number of the one to be reviewed, with which the page opens; default: the knee.
-    problem
-        The run's, if that is ``module:Class``: a file alone has no module imported.
+    named
+        Problems ``module:Class`` whose modules may be imported: no file has that done.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def report_html(
     >>> page = report_html("runs/first")  # doctest: +SKIP
     """
     folder = Path(folder)
-    shown = read_shown_run(folder, [problem] if problem else [])
+    shown = read_shown_run(folder, named)
     run, view, default = shown.run, shown.view, shown.default
     n, is_feasible = len(view.X), default is not None and not run.outcome.nearest
     if solution is not None and not 0 <= solution < n:

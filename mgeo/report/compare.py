@@ -17,7 +17,7 @@ from mgeo.figures.front import axis
 from mgeo.figures.page import drawing, render
 from mgeo.figures.style import COLORS, SYMBOLS, finished, literal
 from mgeo.plugins.protocol import ask, column_names
-from mgeo.plugins.shown import Review, Section, cells, kinds_of
+from mgeo.plugins.shown import Review, cells, kinds_of
 from mgeo.plugins.view import View, view_of
 from mgeo.report.shown_run import read_shown_run
 from mgeo.store.reading import read_json
@@ -80,7 +80,6 @@ def compare_html(one: Path | str, other: Path | str, *, named: Collection[str] =
         options=cells(_differences(subjects)),
         front=None if front is None else drawing(front),
         pairs=list(zip_longest(*(subject.review.sections for subject in subjects))),
-        alike=_alike,
     )
 
 
@@ -161,16 +160,6 @@ def _flat(node: Any, key: str = "") -> Iterator[tuple[str, str]]:
             yield from _flat(value, f"{key}[{i}]")
     else:
         yield key, json.dumps(node, ensure_ascii=False)
-
-
-def _alike(one: Section | None, other: Section | None) -> bool:
-    """Return whether two sections have the same content."""
-    return one is not None and other is not None and _content(one) == _content(other)
-
-
-def _content(section: Section) -> tuple[object, ...]:
-    table = None if section.table is None else cells(section.table)
-    return section.title, section.lines, section.note, table
 
 
 def fronts_figure(subjects: list[Subject]) -> go.Figure | None:

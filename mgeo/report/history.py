@@ -31,8 +31,7 @@ def recorded_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Fig
         If the record is damaged, or of another run.
     """
     try:
-        columns = [*outcome.objectives, *_constraints(problem, "g"), *_constraints(problem, "h")]
-        record = read_record(folder / RECORD_FOLDER, [*columns, "failed"])
+        record = read_record(folder / RECORD_FOLDER)
     except FileNotFoundError:
         return None
     found = hypervolume_history(problem, outcome, record)

@@ -36,8 +36,8 @@ def figure_json(figure: go.Figure | Mapping[str, Any], *, lists: bool = False) -
     figure
         A figure, or a dict of its ``data`` and ``layout`` that is not validated.
     lists
-        Whether arrays become lists of numbers, for a page that reads them. Otherwise they become
-        encoded arrays that plotly.js decodes: floats of 4 bytes, and integers of 1, 2 or 4.
+        Whether arrays become lists of numbers, for a page that reads them. Otherwise floats become
+        encoded arrays of 4 bytes each, which plotly.js decodes.
     """
     tree = figure.to_dict() if isinstance(figure, go.Figure) else figure
     layout = {key: value for key, value in tree["layout"].items() if key != "template"}
@@ -51,8 +51,8 @@ def _json(node: Any, lists: bool) -> Json:
             return _json(_decoded(node), lists)
         return {str(key): _json(value, lists) for key, value in node.items()}
     if isinstance(node, np.ndarray):
-        packed = None if lists or node.ndim != 1 or not node.size else _packed(node)
-        return _json(node.tolist(), lists) if packed is None else packed
+        packs = not lists and node.ndim == 1 and node.size and node.dtype.kind == "f"
+        return _packed(node) if packs else _json(node.tolist(), lists)
     if isinstance(node, list | tuple):
         return [_json(value, lists) for value in node]
     if isinstance(node, np.generic):
@@ -67,13 +67,8 @@ def _decoded(node: Mapping[str, Any]) -> NDArray[Any]:
 
 
 def _packed(array: NDArray[Any]) -> Json:
-    """Return an array as plotly.js decodes it, or None if no small type holds its values."""
-    kinds = {"f": ("f4",), "i": ("i1", "i2", "i4"), "u": ("i1", "i2", "i4")}
-    for kind in kinds.get(array.dtype.kind, ()):
-        small = array.astype(f"<{kind}")
-        if kind == "f4" or (small == array).all():
-            return {"dtype": kind, "bdata": b64encode(small.tobytes()).decode()}
-    return None
+    """Return floats of 4 bytes as plotly.js decodes them."""
+    return {"dtype": "f4", "bdata": b64encode(array.astype("<f4").tobytes()).decode()}
 
 
 def shared(trees: Sequence[Json]) -> tuple[Json, list[list[Json]]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 import plotly.graph_objects as go
@@ -17,7 +17,7 @@ from mgeo.plugins.view import View
 from mgeo.report.history import recorded_history
 from mgeo.report.shown_run import read_shown_run
 from mgeo.report.solutions import front_picture
-from mgeo.validation.arguments import did_you_mean
+from mgeo.validation.arguments import validate_choice
 
 #: Width and height [px] of figures that have no size of their own.
 _SIZE = (900, 560)
@@ -30,42 +30,8 @@ class StaticExportError(RuntimeError):
     """Figures cannot be drawn on this machine; the message says what it lacks."""
 
 
-def static_figures(
-    folder: Path | str,
-    formats: Sequence[str],
-    *,
-    only: Sequence[str] = (),
-    paper: bool = False,
-    problem: str | None = None,
-) -> dict[str, bytes]:
-    """Return files of the figures of a run, by name.
-
-    Parameters
-    ----------
-    formats
-        Any of "png" and "pdf".
-    only, problem
-        See `run_figures`.
-    paper
-        Whether figures are as wide as a column of a paper, in its fonts, and without a title.
-
-    Raises
-    ------
-    StaticExportError
-        If kaleido or a browser is missing, or the browser does not start.
-    FileNotFoundError, ValueError, TypeError
-        See `run_figures`.
-
-    Examples
-    --------
-    >>> from mgeo.report import static_figures
-    >>> files = static_figures("runs/first", ["pdf"], paper=True)  # doctest: +SKIP
-    """
-    return drawn(shaped(run_figures(folder, only, problem=problem), paper), formats)
-
-
 def run_figures(
-    folder: Path | str, only: Sequence[str] = (), *, problem: str | None = None
+    folder: Path | str, only: Sequence[str] = (), *, named: Collection[str] = ()
 ) -> dict[str, go.Figure]:
     """Return the figures of a run, by name.
 
@@ -76,7 +42,7 @@ def run_figures(
     ----------
     only
         Names of figures. Default: all.
-    problem
+    named
         See `mgeo.report.report_html`.
 
     Raises
@@ -86,7 +52,7 @@ def run_figures(
     FileNotFoundError, TypeError
         See `mgeo.report.report_html`.
     """
-    shown = read_shown_run(Path(folder), [problem] if problem else [])
+    shown = read_shown_run(Path(folder), named)
     front = front_picture(shown.view, shown.title) if shown.representatives else None
     history = recorded_history(Path(folder), shown.problem, shown.run.outcome)
     found = {"front": front, "hypervolume": history}
@@ -98,9 +64,7 @@ def run_figures(
                 found[_file_name(solution.label, str(name))] = figure
     made = {name: figure for name, figure in found.items() if figure is not None}
     for name in only:
-        if name not in made:
-            expected = f"expected {', '.join(made)}{did_you_mean(name, made)}"
-            raise ValueError(f"the run has no figure {name!r}: {expected}")
+        validate_choice("figure", name, made)
     return {name: made[name] for name in only or made}
 
 
@@ -154,7 +118,7 @@ def _sized(figure: go.Figure) -> go.Figure:
 
 
 def _still(figure: go.Figure) -> go.Figure:
-    """Without menus, and what its title says to whoever sees it on a screen."""
+    """Return a copy without menus, and without what its title says about the screen."""
     still = go.Figure(figure)
     still.layout.updatemenus, still.layout.sliders = (), ()
     if text := still.layout.title.text:

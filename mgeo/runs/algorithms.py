@@ -1,17 +1,23 @@
-"""Algorithms by name: the MGEO family, those of pymoo and of plugins, imported when built."""
+"""Algorithms by name, imported when they are built, and set up for a run."""
 
 from __future__ import annotations
 
+import copy
 import inspect
 from collections.abc import Mapping
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
-from mgeo.algorithms import constructors
+from pymoo.core.sampling import Sampling
+
 from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
+from mgeo.algorithms.starting import SuggestedSampling
+from mgeo.algorithms.variables import KINDS, Variables, kind_of_type
+from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.plugins import discovery
 from mgeo.plugins.discovery import load_algorithm
 from mgeo.runs.registry import ALGORITHMS, DEFAULT, ROBUST
+from mgeo.validation import constructors
 from mgeo.validation.arguments import did_you_mean, validate_integer
 
 if TYPE_CHECKING:
@@ -19,6 +25,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
+
+#: Steps without an evaluation, after which an algorithm has no new candidate.
+IDLE_STEPS = 100
 
 _MOST_POPULATION = 100_000
 _NOT_SET = ("sampling", "archive_size")  # parameters that a run in a folder leaves as they are
@@ -63,9 +72,63 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
     given: dict[str, Any] = dict.fromkeys(record.population, population)
     if "ref_dirs" in given:
         given["ref_dirs"] = _directions(population, problem)
-    from mgeo.runs.operators import fitted  # imports algorithms
+    algorithm: Algorithm = cls(**given)
+    kind = "mixed" if declared else kind_of_type(problem.vtype)
+    if kind not in (None, "real"):
+        from mgeo.runs.pymoo_algorithms import use_operators_for  # imports algorithms
 
-    return fitted(cls(**given), problem, f"algorithm {name!r}")
+        Variables.of(problem, KINDS)  # a bound that is missing or broken is refused here
+        use_operators_for(kind, algorithm, name)
+    return algorithm
+
+
+def set_up(
+    problem: Problem, algorithm: Algorithm, evaluations: int, seed: int, starts: int = 0
+) -> Algorithm:
+    """Return a copy of an algorithm, set up for its first step. Nothing is evaluated yet.
+
+    Parameters
+    ----------
+    starts
+        Number of initial designs that the problem suggests.
+
+    Raises
+    ------
+    ValueError
+        If the algorithm refuses the problem or the number of designs.
+    """
+    ready = copy.deepcopy(algorithm)
+    if starts:
+        suggest(ready, starts)
+    ready.evaluator = TolerantEvaluator.like(ready.evaluator)
+    ready.evaluator.warn = False  # the outcome has the failures
+    ready.setup(problem, termination=("n_eval", evaluations), seed=seed)
+    if not isinstance(ready, ExtremalOptimization):
+        from mgeo.runs.pymoo_algorithms import seed_draws  # imports algorithms
+
+        seed_draws(ready)
+    return ready
+
+
+def suggest(algorithm: Algorithm, n: int) -> None:
+    """Let an algorithm begin with n designs that the problem suggests.
+
+    Raises
+    ------
+    ValueError
+        If the algorithm takes none, or fewer.
+    """
+    name = type(algorithm).__name__
+    most = getattr(algorithm, "n_walkers", None) or getattr(algorithm, "pop_size", None)
+    if most is not None and n > most:
+        raise ValueError(f"starts = {n}: expected at most {most}, with which {name} begins")
+    if isinstance(algorithm, ExtremalOptimization):
+        algorithm.sampling = SuggestedSampling(n)
+        return
+    begin: Any = getattr(algorithm, "initialization", None)
+    if not isinstance(getattr(begin, "sampling", None), Sampling):
+        raise ValueError(f"starts = {n}: {name} takes no designs to begin with: expected 0")
+    begin.sampling = SuggestedSampling(n, begin.sampling)
 
 
 def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -125,11 +188,6 @@ def described(name: str) -> dict[str, Any]:
         for key, value in defaults.items()
     ]
     return {"name": name, "label": label, "about": about, "parameters": rows}
-
-
-def with_parameter(parameter: str) -> list[str]:
-    """Return the algorithms of mgeo that have a parameter of this name."""
-    return [name for name in ALGORITHMS if parameter in _parameters(name)]
 
 
 def _is_pymoos(name: str) -> bool:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
 _FLAT = 1e-9  # bulges smaller than this, of a front of size 1, are rounding
+_COLUMNS = ["margin", "unit", "value", "bound", "limit"]
 _MOST_WAYS = 3  # suggestions that are printed
 
 
@@ -168,15 +169,15 @@ class Margin:
         Distance to the limit, negative where it is exceeded; NaN if it is not known.
     unit, value, bound, limit
         For a problem with ``limits``: ``value`` must be ``bound`` ("at most" or "at least") the
-        ``limit``. Without, the margin is that of the constraint, in the units of the constraint.
+        ``limit``. Without, both are NaN and the margin is that of the constraint, in its units.
     """
 
     name: str
     margin: float
     unit: str = ""
-    value: float | None = None
+    value: float = math.nan
     bound: str = ""
-    limit: float | None = None
+    limit: float = math.nan
 
     @property
     def kept(self) -> bool:
@@ -189,7 +190,7 @@ class Margin:
     def __str__(self) -> str:
         state = "margin" if self.kept else "exceeded by"
         off = f"{state} {abs(self.margin):.3g}{self._unit}"
-        if self.value is None:
+        if math.isnan(self.value):
             return f"{self.name}: {off}"
         asked = f"{self.bound} {self.limit:.4g}{self._unit}"
         return f"{self.name}: {self.value:.4g}{self._unit}, {asked}: {off}"
@@ -209,13 +210,10 @@ def limits(view: View) -> list[list[Margin]]:
 
 
 def _margins(tables: list[pd.DataFrame]) -> list[list[Margin]]:
-    found = []
-    for table in tables:
-        columns = [table[key].tolist() for key in ("margin", "unit", "value", "bound", "limit")]
-        rows = zip(map(str, table.index), *columns, strict=True)
-        # a constraint without a limit is known by its margin only
-        found.append([Margin(*row) if row[-1] == row[-1] else Margin(*row[:2]) for row in rows])
-    return found
+    return [
+        [Margin(str(name), *row) for name, *row in table[_COLUMNS].itertuples(name=None)]
+        for table in tables
+    ]
 
 
 @dataclass(frozen=True)

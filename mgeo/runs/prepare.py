@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,8 +12,7 @@ import numpy as np
 from pymoo.core.algorithm import Algorithm, LoopwiseAlgorithm
 from pymoo.core.problem import Problem
 
-from mgeo.algorithms.starting import SuggestedSampling
-from mgeo.algorithms.state import end_at
+from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.plugins import protocol
 from mgeo.plugins.problems import is_own_class, load_problem
 from mgeo.runs.algorithms import (
@@ -22,12 +20,13 @@ from mgeo.runs.algorithms import (
     complete_parameters,
     default_algorithm,
     default_evaluations,
+    set_up,
 )
-from mgeo.runs.operators import set_up, with_suggested
-from mgeo.runs.solve import State
-from mgeo.store.checkpoint import read_notes, resume
+from mgeo.runs.solve import State, solve
+from mgeo.store.checkpoint import Checkpoint, read_notes, resume
+from mgeo.store.recorder import Recorder
 from mgeo.store.run import Notes, Outcome, RunConfiguration
-from mgeo.store.run_folder import CHECKPOINT_FILE
+from mgeo.store.run_folder import CHECKPOINT_FILE, RECORD_FOLDER
 from mgeo.validation.entries import errors_of
 from mgeo.validation.tables import checked
 
@@ -73,30 +72,40 @@ class PreparedRun:
         folder: Path | None = None,
         max_time: float | None = None,
     ) -> Outcome:
-        """Run the algorithm until its budget is used or it is stopped (see `State.run`).
+        """Run the algorithm until its budget is used or it is stopped (see `mgeo.runs.solve`).
 
         Parameters
         ----------
         callback
             Called with the `State` after every generation.
         folder
-            Existing folder for checkpoints and the record; by default nothing is saved.
+            Existing folder for checkpoints of the MGEO family and the record; by default nothing is
+            saved.
         max_time
             Time from now after which the run ends [s].
         """
         run = self.configuration
         algorithm = self._set_up(run.starts) if self.notes is None else self.algorithm
-        state = State(
-            self.problem,
-            algorithm,
-            run.evaluations,
-            callback,
-            notes=self.notes,
-            max_time=max_time,
+        state = State(algorithm, run.evaluations, callback, notes=self.notes, max_time=max_time)
+        if folder is not None and self.record:
+            is_new = (algorithm.n_iter or 1) == 1
+            state.recorder = Recorder(folder / RECORD_FOLDER, overwrite=is_new)
+        if folder is not None and isinstance(algorithm, ExtremalOptimization):
+            state.checkpoint = Checkpoint(
+                folder / CHECKPOINT_FILE, notes=lambda: self._notes(state), warn=False
+            )
+        return solve(state, polish=run.polish)
+
+    def _notes(self, state: State) -> dict[str, Any]:
+        """Return what a resumed run has to know: with the checkpoint alone it can continue."""
+        notes = Notes(
+            configuration=self.configuration,
+            record=self.record,
+            started=state.started,
+            wall_time_s=state.elapsed,
+            rough=state.rough,
         )
-        if folder is not None:
-            state.save(folder, run, record=self.record)
-        return state.run(polish=run.polish)
+        return notes.model_dump(mode="json")
 
     def check(self) -> None:
         """Check that the configuration can be run, before anything is evaluated.
@@ -107,18 +116,12 @@ class PreparedRun:
             If the problem or the algorithm refuses a part of it.
         """
         run = self.configuration
-        self._set_up()
+        self._set_up(run.starts)
         if self.record and isinstance(self.algorithm, LoopwiseAlgorithm):
             raise ValueError(
                 f"evaluations of {run.algorithm!r} cannot be recorded: expected an algorithm that "
                 "evaluates its candidates a generation at a time"
             )
-        if run.starts:
-            with_suggested(self.algorithm, run.starts)
-            if not protocol.is_own(self.problem, protocol.ProblemMixin.starts):
-                raise ValueError(
-                    f"{run.problem} suggests no designs to begin with: expected starts = 0"
-                )
         if run.polish:  # without designs, a refinement checks that it is possible
             for _ in protocol.refinement(self.problem, np.empty((0, self.problem.n_var))):
                 pass
@@ -208,7 +211,6 @@ def resume_run(
     folder: Path | str,
     *,
     evaluations: int | None = None,
-    generations: int | None = None,
     algorithm: str | None = None,
     problem: str | None = None,
     check: bool = True,
@@ -219,8 +221,8 @@ def resume_run(
     ----------
     folder
         Folder of a run with a checkpoint, finished or not.
-    evaluations, generations
-        New budget, counted from the beginning of the run; at most one of them.
+    evaluations
+        New budget, counted from the beginning of the run.
     algorithm, problem
         Class of the run, ``module:Class``. No module is imported because a file names it.
     check
@@ -241,45 +243,24 @@ def resume_run(
             f"{folder} cannot be resumed: there is no {CHECKPOINT_FILE} in it; only algorithms of "
             "the MGEO family write one"
         )
-    if evaluations is not None and generations is not None:
-        raise ValueError("evaluations and generations are both given: expected one of them")
     found = read_notes(path)
     with errors_of(path):
         notes = checked(Notes, found)
-        configuration = notes.configuration
-        _check_named("algorithm", configuration.algorithm, algorithm)
-        _check_named("problem", configuration.problem, problem)
-        named = () if problem is None else (problem,)
-        loaded = load_problem(configuration.problem, configuration.options, named=named)
-        same = build_algorithm(configuration.algorithm, configuration.parameters, loaded)
-    budget = configuration.evaluations
-    run = resume(path, loaded, ("n_eval", budget), algorithm=same, check=check)
-    run.evaluator.warn = False  # the outcome has the failures
-    if configuration.starts:
-        run.sampling = SuggestedSampling(configuration.starts)
-    if evaluations is not None:
-        budget = evaluations
-    elif generations is not None:
-        twin = copy.deepcopy(run)
-        twin.n_iter = twin.n_iter or 1
-        # `candidates` leaves out the re-evaluation of the archive; suggested designs are extra
-        budget = generations * len(twin.candidates()) + configuration.starts
-    if budget != configuration.evaluations:
-        if budget < (evaluated := run.evaluator.n_eval):
+        run = notes.configuration
+        if is_own_class(run.algorithm) and algorithm != run.algorithm:
             raise ValueError(
-                f"the new budget is {budget} evaluations: expected at least the {evaluated} that "
-                "were made already"
+                f"algorithm = {run.algorithm!r}: its module is imported only if it is named: "
+                f"--algorithm {run.algorithm}"
             )
-        end_at(run, ("n_eval", budget))
-    longer = configuration.model_copy(update={"evaluations": budget})
-    return PreparedRun(longer, loaded, run, notes, notes.record)
-
-
-def _check_named(key: str, name: str, named: str | None) -> None:
-    """Refuse to import a class that is not installed, unless the caller names it, too."""
-    if named not in (None, name):
-        raise ValueError(f"{key} = {name!r}: expected {named!r}, as asked for")
-    if is_own_class(name) and named is None:
+        loaded = load_problem(run.problem, run.options, named=(problem,) if problem else ())
+        same = build_algorithm(run.algorithm, run.parameters, loaded)
+    budget = evaluations or run.evaluations
+    resumed = resume(path, loaded, ("n_eval", budget), algorithm=same, check=check)
+    resumed.evaluator.warn = False  # the outcome has the failures
+    if budget < min(resumed.evaluator.n_eval, run.evaluations):
         raise ValueError(
-            f"{key} = {name!r}: its module is imported only if it is named: --{key} {name}"
+            f"the new budget is {budget} evaluations: expected at least the "
+            f"{resumed.evaluator.n_eval} that were made already"
         )
+    longer = run.model_copy(update={"evaluations": budget})
+    return PreparedRun(longer, loaded, resumed, notes, notes.record)

@@ -1,28 +1,94 @@
-"""Corrections of pymoo's algorithms: runs that repeat with their seed, results that are fronts."""
+"""Algorithms of pymoo: operators for the variables of a problem, and repeatable runs."""
 
 from __future__ import annotations
 
+import copy
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pymoo.algorithms.base.genetic import GeneticAlgorithm
+from pymoo.algorithms.moo.cmopso import CMOPSO
+from pymoo.algorithms.moo.nsga3 import comp_by_cv_then_random
 from pymoo.algorithms.moo.rvea import RVEA
-from pymoo.core.algorithm import Algorithm
-from pymoo.core.problem import Problem
-from pymoo.operators.selection.tournament import compare
+from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
+from pymoo.algorithms.soo.nonconvex.random_search import RandomSearch
+from pymoo.core.initialization import Initialization
+from pymoo.core.mating import Mating
+from pymoo.core.mixed import (
+    MixedVariableDuplicateElimination,
+    MixedVariableMating,
+    MixedVariableSampling,
+)
+from pymoo.operators.crossover.pntx import TwoPointCrossover
+from pymoo.operators.mutation.bitflip import BitflipMutation
+from pymoo.operators.repair.rounding import RoundingRepair
+from pymoo.operators.sampling.rnd import BinaryRandomSampling, IntegerRandomSampling
+from pymoo.operators.selection.tournament import TournamentSelection
 from pymoo.termination.max_eval import MaximumFunctionCallTermination
-from pymoo.util.archive import Archive, RandomTruncation, SurvivalTruncation, Truncation
 from pymoo.util.optimum import filter_optimum
 
 if TYPE_CHECKING:
+    from pymoo.core.algorithm import Algorithm
     from pymoo.core.population import Population
+    from pymoo.core.problem import Problem
+
+# Comparisons whose ties of violation pymoo draws from the entropy of the operating system.
+_UNSEEDED = (comp_by_cv_then_random, comp_by_rank_and_ref_line_dist)
+_SAMPLINGS = {
+    "integer": IntegerRandomSampling,
+    "binary": BinaryRandomSampling,
+    "mixed": MixedVariableSampling,
+}
+
+
+def use_operators_for(kind: str, algorithm: Algorithm, name: str) -> None:
+    """Replace the operators of a new algorithm by those that pymoo documents for variables.
+
+    Parameters
+    ----------
+    kind
+        Kind of the variables: integer, binary, or mixed, which are declared one by one.
+    algorithm
+        A genetic algorithm, random search, or another one, with operators for real variables.
+
+    Raises
+    ------
+    ValueError
+        If the algorithm has no operators that could be replaced.
+    """
+    sampling: Any = _SAMPLINGS[kind]()
+    mating: Any = getattr(algorithm, "mating", None)
+    is_genetic = type(mating) is Mating and mating.crossover is not None
+    takes_dicts = type(algorithm)._infill is GeneticAlgorithm._infill
+    if isinstance(algorithm, RandomSearch):
+        algorithm.sampling = sampling
+    elif not is_genetic or (kind == "mixed" and not takes_dicts):
+        raise ValueError(
+            f"algorithm {name!r} takes arrays of real variables, and this problem has {kind} ones: "
+            "expected an algorithm with operators for them, such as mgeo-directed or nsga2"
+        )
+    elif kind == "mixed":
+        same = MixedVariableDuplicateElimination()
+        algorithm.eliminate_duplicates = same
+        algorithm.mating = MixedVariableMating(eliminate_duplicates=same)
+        algorithm.initialization = Initialization(sampling, eliminate_duplicates=same)
+    else:
+        algorithm.initialization.sampling = sampling
+        if kind == "binary":
+            mating.crossover, mating.mutation = TwoPointCrossover(), BitflipMutation()
+        else:
+            mating.crossover, mating.mutation = map(_rounded, (mating.crossover, mating.mutation))
+
+
+def _rounded(operator: Any) -> Any:
+    rounded = copy.copy(operator)  # operators are defaults that all algorithms share
+    rounded.vtype, rounded.repair = float, RoundingRepair()
+    return rounded
 
 
 class SeededComparison:
     """A comparison of pairs whose ties of violation are drawn from the algorithm's generator.
-
-    Of two solutions of which one violates constraints the less violating wins; of two feasible
-    ones whichever wins by the `inner` comparison.
 
     Parameters
     ----------
@@ -33,66 +99,35 @@ class SeededComparison:
         self.inner = inner
 
     def __call__(
-        self,
-        pop: Population,
-        P: NDArray[np.int_],
-        random_state: np.random.Generator | None = None,
-        **options: Any,
+        self, pop: Population, P: NDArray[np.int_], random_state: Any = None, **options: Any
     ) -> NDArray[np.int_]:
-        """(n, 1) winners of the (n, 2) pairs `P`, rows of the population."""
-        violation = pop.get("CV")[:, 0]
+        """Return the winners, shape (n, 1), of pairs `P`, shape (n, 2): rows of the population."""
+        violation = pop.get("CV")[P, 0]
+        tied = (violation[:, 0] == violation[:, 1]) & (violation[:, 0] > 0.0)
         winners = np.empty((len(P), 1), dtype=np.int_)
-        for i, (a, b) in enumerate(P):
-            if max(violation[a], violation[b]) > 0.0:
-                winners[i] = compare(
-                    a,
-                    violation[a],
-                    b,
-                    violation[b],
-                    method="smaller_is_better",
-                    return_random_if_equal=True,
-                    random_state=random_state,
-                )
-            else:
-                winners[i] = self.inner(pop, P[i : i + 1], random_state=random_state, **options)
+        winners[~tied] = self.inner(pop, P[~tied], random_state=random_state, **options)
+        winners[tied, 0] = random_state.permuted(P[tied], axis=1)[:, 0]
         return winners
 
 
-class SeededTruncation(Truncation):
-    """Another truncation, which draws from an algorithm's own generator.
+def seed_draws(algorithm: Algorithm) -> None:
+    """Let an algorithm that is set up draw by its own generator alone.
 
-    pymoo's archives call theirs without a generator; it then takes a new one from the entropy of
-    the operating system, and a run does not repeat with its seed.
+    pymoo draws ties of its NSGA-III and the elites of its CMOPSO from the entropy of the operating
+    system, so that a run would not repeat with its seed.
     """
-
-    def __init__(self, inner: Truncation, algorithm: Algorithm) -> None:
-        super().__init__()
-        self._inner = inner
-        self._algorithm = algorithm
-
-    def __call__(self, sols: Any, k: int) -> Any:
-        """`k` of the solutions."""
-        state, inner = self._algorithm.random_state, self._inner
-        if isinstance(inner, SurvivalTruncation):
-            return inner.survival.do(inner.problem, sols, n_survive=k, random_state=state)
-        if isinstance(inner, RandomTruncation):
-            return inner(sols, k, random_state=state)
-        return inner(sols, k)
-
-
-def seed_archives(algorithm: Algorithm) -> None:
-    """Make the archives of an algorithm that was set up draw from its generator.
-
-    These are the one given as ``archive=`` and the elites of pymoo's CMOPSO.
-    """
-    for name in ("archive", "elites"):
-        archive = getattr(algorithm, name, None)
-        if isinstance(archive, Archive):
-            archive.truncation = SeededTruncation(archive.truncation, algorithm)
+    selection: Any = getattr(getattr(algorithm, "mating", None), "selection", None)
+    if isinstance(selection, TournamentSelection) and selection.func_comp in _UNSEEDED:
+        selection.func_comp = SeededComparison(selection.func_comp)
+    if isinstance(algorithm, CMOPSO):
+        survival = algorithm.elites.truncation.survival
+        algorithm.elites.truncation = lambda solutions, k: survival.do(
+            algorithm.problem, solutions, n_survive=k, random_state=algorithm.random_state
+        )
 
 
 class FrontRVEA(RVEA):
-    """pymoo's RVEA, but its result is the nondominated part of its population.
+    """RVEA of pymoo whose result is the nondominated part of its population.
 
     Nor does it end a generation before its budget of evaluations is used, as pymoo's does, which
     counts the first generation twice.

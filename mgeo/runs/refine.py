@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 
 from mgeo._typing import FloatArray
@@ -34,24 +35,21 @@ class Refinement:
 
     Attributes
     ----------
-    solutions : the solutions of the front or their replacements, then those added.
     changed : (n,) mask of the solutions of the front that were replaced.
     error : why the refinement ended early, empty if it did not.
     """
 
     def __init__(self, problem: Problem, front: Population) -> None:
-        self.solutions = front.copy()
         self.changed = np.zeros(len(front), dtype=np.bool_)
         self.error = ""
         self._problem = problem
         # the refinement is not part of the budget of the search
         self._evaluator = TolerantEvaluator(warn=False)
-        # row of each solution in the tables of the problem
-        self._row = np.arange(len(front))
+        self._taken: dict[int, Individual] = dict(enumerate(front))  # by row of the tables
 
     def __iter__(self) -> Iterator[Population]:
         """Yield the evaluated designs after each step."""
-        if not len(self.solutions):
+        if not self._taken:
             return
         last = as_numbers(self._problem, self.solutions.get("X")).astype(float)
         try:
@@ -66,33 +64,30 @@ class Refinement:
             self.error = str(error)
 
     @property
+    def solutions(self) -> Population:
+        """Solutions of the front or their replacements, then those added."""
+        return Population.create(*(self._taken[row] for row in sorted(self._taken)))
+
+    @property
     def added(self) -> int:
         """Number of solutions added to those of the front."""
-        return len(self.solutions) - len(self.changed)
+        return len(self._taken) - len(self.changed)
 
     @property
     def front(self) -> Population:
         """Nondominated solutions."""
-        archive = ParetoArchive(self._problem.n_obj)
-        archive.add(self._objectives(self.solutions), self.solutions)
+        archive, solutions = ParetoArchive(self._problem.n_obj), self.solutions
+        archive.add(solutions.get("F").astype(float), solutions)
         return archive.individuals
 
     def _take(self, rows: NDArray[np.intp], X: FloatArray) -> Population:
         tried = individuals(designs_of(self._problem, X))
         self._evaluator.eval(self._problem, tried)
         good = tried.get("feas").astype(bool) & succeeded(tried)
-        known = np.isin(rows, self._row)
-        at = np.searchsorted(self._row, rows[known])
-        before, after = map(self._objectives, (self.solutions[at], tried[known]))
-        better = good[known] & (after <= before).all(axis=1)
-        self.solutions[at[better]] = tried[known][better]
-        self.changed[at[better & (at < len(self.changed))]] = True
-        new = good & ~known
-        order = np.argsort(np.append(self._row, rows[new]), kind="stable")
-        self._row = np.append(self._row, rows[new])[order]
-        self.solutions = Population.merge(self.solutions, tried[new])[order]
+        for row, solution in zip(rows[good].tolist(), tried[good], strict=True):
+            before = self._taken.get(row)
+            if before is None or (solution.F <= before.F).all():
+                self._taken[row] = solution
+                if row < len(self.changed):
+                    self.changed[row] = True
         return tried
-
-    def _objectives(self, solutions: Population) -> FloatArray:
-        F: FloatArray = solutions.get("F").astype(float).reshape(-1, self._problem.n_obj)
-        return F

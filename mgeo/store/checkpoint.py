@@ -7,16 +7,15 @@ as text: nothing in it is unpickled.
 from __future__ import annotations
 
 import json
-import math
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from pymoo.core.algorithm import Algorithm
-from pymoo.core.callback import Callback, CallbackCollection
+from pymoo.core.callback import Callback
 from pymoo.core.problem import Problem
 
 from mgeo import algorithms
@@ -25,28 +24,24 @@ from mgeo.algorithms.state import SavedState, capture, full_name, restore
 from mgeo.evaluation.evaluator import changed_value
 from mgeo.store.atomic import to_npz, write_file
 from mgeo.store.provenance import difference, identity, versions
-from mgeo.store.reading import from_npz, parse_json, read_file
+from mgeo.store.reading import from_npz, parse_json
 from mgeo.store.recorder import Recorder
-from mgeo.validation.arguments import validate_integer, validate_number
+from mgeo.validation.arguments import validate_number
 from mgeo.validation.entries import entry, errors_of
-
-_MAX_SHARE = 0.02  # largest share of the run time that checkpoints may take
 
 
 class Checkpoint(Callback):
     """Callback that saves the state of a run of the MGEO family in a file, for `resume`.
 
-    The first and the last generation are always saved, and generations between when one of the two
-    limits is reached. If a checkpoint cannot be written, the previous one stays, one RuntimeWarning
-    is given, and the run continues. A `Recorder` of the same run (in a pymoo `CallbackCollection`)
-    is flushed before each checkpoint.
+    The first and the last generation are always saved, and generations between after some time. If
+    a checkpoint cannot be written, the previous one stays, one RuntimeWarning is given, and the run
+    continues. A `Recorder` of the same run (in a pymoo `CallbackCollection`) is flushed before each
+    checkpoint.
 
     Parameters
     ----------
     path : file to write; its folder must exist.
-    every_seconds : time between two checkpoints, None for no limit. It is extended if checkpoints
-        would take more than 2 % of the run time.
-    every_generations : number of generations between two checkpoints, None for no limit.
+    every_seconds : time between two checkpoints; 0 saves every generation.
     notes : function that returns further JSON values to save, see `read_notes`.
     warn : whether to warn when a checkpoint cannot be written.
 
@@ -74,8 +69,7 @@ class Checkpoint(Callback):
         self,
         path: Path | str,
         *,
-        every_seconds: float | None = 5.0,
-        every_generations: int | None = None,
+        every_seconds: float = 5.0,
         notes: Callable[[], Mapping[str, Any]] = dict,
         warn: bool = True,
     ) -> None:
@@ -83,20 +77,18 @@ class Checkpoint(Callback):
         self.path = Path(path)
         if not self.path.parent.is_dir():
             raise FileNotFoundError(f"{self.path.parent} is no folder to write a checkpoint into")
-        self.every_seconds = self.every_generations = math.inf
-        if every_seconds is not None:
-            self.every_seconds = validate_number("every_seconds", every_seconds, low=0)
-        if every_generations is not None:
-            self.every_generations = validate_integer("every_generations", every_generations, low=1)
+        self.every_seconds = validate_number("every_seconds", every_seconds, low=0)
         self.notes = notes
         self.warn = warn
         self.error: OSError | None = None
         self.generation: int | None = None
         self._start_time: float | None = None  # of the run that is saved
-        self._next_time = -math.inf
+        self._next_time = 0.0
 
     def _update(self, algorithm: Any) -> None:
-        if self._is_due(algorithm) or algorithm.termination.has_terminated():
+        is_other_run = algorithm.start_time != self._start_time
+        is_due = is_other_run or time.monotonic() >= self._next_time
+        if is_due or algorithm.termination.has_terminated():
             self.write(algorithm)
 
     def write(self, algorithm: ExtremalOptimization) -> None:
@@ -107,12 +99,13 @@ class Checkpoint(Callback):
         ValueError, TypeError
             If the algorithm has no state to save, see `mgeo.algorithms.state.capture`.
         """
-        begin = time.monotonic()
         content = _content(algorithm, self.notes())
+        callbacks = getattr(algorithm.callback, "callbacks", [algorithm.callback])
         try:
-            for recorder in _recorders(algorithm.callback):
-                recorder.take(algorithm)
-                recorder.flush()
+            for recorder in callbacks:
+                if isinstance(recorder, Recorder):
+                    recorder.take(algorithm)
+                    recorder.flush()
             write_file(self.path, content)
         except OSError as error:
             if self.warn and self.error is None:
@@ -126,14 +119,7 @@ class Checkpoint(Callback):
             self.error = None
             self.generation = algorithm.n_generations
             self._start_time = algorithm.start_time
-        now = time.monotonic()
-        self._next_time = now + max(self.every_seconds, (now - begin) / _MAX_SHARE)
-
-    def _is_due(self, algorithm: ExtremalOptimization) -> bool:
-        if algorithm.start_time != self._start_time:
-            return True
-        since = algorithm.n_generations - (self.generation or 0)
-        return bool(since >= self.every_generations) or time.monotonic() >= self._next_time
+        self._next_time = time.monotonic() + self.every_seconds
 
 
 def resume(
@@ -220,12 +206,11 @@ def read_notes(path: Path | str) -> Mapping[str, Any]:
 def _build_algorithm(state: SavedState) -> ExtremalOptimization:
     """Build an algorithm of mgeo from a saved state. Nothing is imported for that."""
     name = entry(state.data, "class", str)
-    candidates = [getattr(algorithms, each) for each in dir(algorithms)]
-    for cls in (each for each in candidates if isinstance(each, type)):
-        if issubclass(cls, ExtremalOptimization) and full_name(cls) == name:
-            algorithm: ExtremalOptimization = cls(**entry(state.data, "parameters", dict))
-            return algorithm
-    raise ValueError(f"class = {name!r:.80} is no algorithm of mgeo: give it by algorithm=...")
+    cls = getattr(algorithms, name.rpartition(".")[2], None)
+    if not isinstance(cls, type) or full_name(cls) != name:
+        raise ValueError(f"class = {name!r:.80} is no algorithm of mgeo: give it by algorithm=...")
+    algorithm: ExtremalOptimization = cls(**entry(state.data, "parameters", dict))
+    return algorithm
 
 
 def _content(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
@@ -241,7 +226,7 @@ def _content(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes
 
 
 def _read(path: Path | str) -> tuple[SavedState, dict[str, Any]]:
-    content = read_file(path)
+    content = Path(path).read_bytes()
     with errors_of(path):
         try:
             arrays = from_npz(content)
@@ -253,11 +238,3 @@ def _read(path: Path | str) -> tuple[SavedState, dict[str, Any]]:
         for key in ("state", "problem", "notes", "versions"):
             entry(data, key, dict)
         return SavedState(arrays, data.pop("state"), path), data
-
-
-def _recorders(callback: Any) -> Iterator[Recorder]:
-    if isinstance(callback, Recorder):
-        yield callback
-    elif isinstance(callback, CallbackCollection):
-        for each in callback.callbacks:
-            yield from _recorders(each)

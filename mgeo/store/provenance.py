@@ -61,10 +61,7 @@ def versions(*more: str) -> dict[str, str]:
 def installed_versions(problem: str) -> dict[str, str]:
     """Return the installed versions that a run of a problem depends on."""
     if is_benchmark(problem):
-        own = {name: version(name) for name in distributions(problem)}
-    elif is_own_class(problem):
-        own = {}
+        own = distributions(problem)
     else:
-        plugin = find_plugin(problem)
-        own = {plugin.distribution: plugin.version}
-    return {"python": platform.python_version(), **versions(), **own}
+        own = [] if is_own_class(problem) else [find_plugin(problem).distribution]
+    return {"python": platform.python_version(), **versions(*own)}

@@ -1,52 +1,33 @@
-"""Reading of text, JSON, TOML, CSV and .npz files with errors that name the file."""
+"""Reading of text, JSON, CSV and .npz files with errors that name the file."""
 
 from __future__ import annotations
 
 import io
 import json
 import os
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mgeo.validation.entries import FileError, errors_of
+from mgeo.validation.entries import errors_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Largest file that is read [bytes].
-MOST_BYTES = 2**30
 
-
-def read_file(path: str | os.PathLike[str], most: int = MOST_BYTES) -> bytes:
-    """Return the content of a file.
+def read_text(path: str | os.PathLike[str]) -> str:
+    """Return the text of a UTF-8 file, without a byte-order mark.
 
     Raises
     ------
     OSError
         If the file cannot be read.
     FileError
-        If the file has more than `most` bytes.
+        If the file is not UTF-8.
     """
-    path = Path(path)
-    size = path.stat().st_size
-    if size > most:
-        raise FileError(f"{path} has {size} bytes: expected at most {most}")
-    return path.read_bytes()
-
-
-def read_text(path: str | os.PathLike[str], most: int = MOST_BYTES) -> str:
-    """Return the text of a UTF-8 file, without a byte-order mark.
-
-    Raises
-    ------
-    OSError, FileError
-        As `read_file`, or if the file is not UTF-8.
-    """
-    content = read_file(path, most)
+    content = Path(path).read_bytes()
     with errors_of(path):
         return content.decode("utf-8-sig")
 
@@ -81,26 +62,9 @@ def parse_json(text: str) -> Any:
     Raises
     ------
     ValueError
-        If the text is not JSON, or nested too deeply.
+        If the text is not JSON.
     """
-    try:
-        return json.loads(text, parse_constant=_refuse_constant)
-    except RecursionError:
-        raise ValueError("nested too deeply") from None
-
-
-def parse_toml(text: str) -> dict[str, Any]:
-    """Return the tables of a TOML text.
-
-    Raises
-    ------
-    ValueError
-        If the text is not TOML, or nested too deeply.
-    """
-    try:
-        return tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise ValueError(f"no valid TOML: {error}") from None
+    return json.loads(text, parse_constant=_refuse_constant)
 
 
 def _refuse_constant(name: str) -> float:

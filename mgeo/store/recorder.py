@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pymoo.core.callback import Callback
-from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
@@ -17,8 +15,8 @@ from mgeo._typing import FloatArray
 from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.plugins.protocol import column_names
 from mgeo.store.atomic import to_npz, write_file
-from mgeo.store.reading import from_npz, read_file
-from mgeo.validation.arguments import validate_integer, validate_number
+from mgeo.store.reading import from_npz
+from mgeo.validation.arguments import validate_number
 from mgeo.validation.entries import FileError, errors_of
 
 if TYPE_CHECKING:
@@ -29,8 +27,8 @@ class Recorder(Callback):
     """Callback that writes every candidate of a run into a folder, to be read by `read_record`.
 
     The recorder replaces ``save_history`` of pymoo, which keeps a copy of the algorithm in memory
-    for each generation. At most `chunk_rows` rows and one generation are kept in memory here. Any
-    algorithm can be recorded whose candidates are evaluated a generation at a time.
+    for each generation. Any algorithm can be recorded whose candidates are evaluated a generation
+    at a time.
 
     When a run is resumed (see `mgeo.resume`) with a recorder on the same folder, the rows after
     the checkpoint are replaced by those of the resumed run.
@@ -38,13 +36,8 @@ class Recorder(Callback):
     Parameters
     ----------
     folder : folder to write into, created if it does not exist.
-    every_seconds : time after which rows are written even if there are fewer than `chunk_rows`.
-    chunk_rows : number of rows that are written together.
+    every_seconds : time for which rows are kept in memory, to be written together.
     overwrite : whether a new run may replace a record in the folder.
-
-    Raises
-    ------
-    NotADirectoryError : if `folder` is a file.
 
     Examples
     --------
@@ -63,15 +56,11 @@ class Recorder(Callback):
         folder: Path | str,
         *,
         every_seconds: float = 5.0,
-        chunk_rows: int = 8192,
         overwrite: bool = False,
     ) -> None:
         super().__init__()
         self.folder = Path(folder)
-        if self.folder.exists() and not self.folder.is_dir():
-            raise NotADirectoryError(f"{folder} is a file: expected a folder to record into")
         self.every_seconds = validate_number("every_seconds", every_seconds, low=0)
-        self.chunk_rows = validate_integer("chunk_rows", chunk_rows, low=1)
         self.overwrite = overwrite
         self._columns: list[str] = []
         self._buffer: list[FloatArray] = []  # generations that are not written yet
@@ -99,21 +88,18 @@ class Recorder(Callback):
         if is_same_run and generation == self._generation:
             return
         candidates = algorithm.pop if algorithm.off is None else algorithm.off
-        if isinstance(candidates, Individual):
-            candidates = Population.create(candidates)
         evaluated = algorithm.evaluator.n_eval - self._n_eval
         if not is_same_run:
             self._open(algorithm.problem, generation)
-        elif evaluated > len(candidates):
+        elif evaluated > np.size(candidates):  # it may be a single one
             raise ValueError(
                 f"{type(algorithm).__name__} made {evaluated} evaluations in generation "
-                f"{generation} and has {len(candidates)} offspring: a Recorder expects all of them"
+                f"{generation} and has {np.size(candidates)} offspring: expected all among these"
             )
         self._buffer.append(_rows(algorithm.problem, candidates, generation))
         self._start_time = algorithm.start_time
         self._generation, self._n_eval = generation, algorithm.evaluator.n_eval
-        due = sum(map(len, self._buffer)) >= self.chunk_rows
-        if due or time.monotonic() >= self._next_time or algorithm.termination.has_terminated():
+        if time.monotonic() >= self._next_time or algorithm.termination.has_terminated():
             self.flush()
 
     def flush(self) -> None:
@@ -149,20 +135,21 @@ class Recorder(Callback):
             remove_record(self.folder)
 
 
-def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.DataFrame:
+def read_record(folder: Path | str) -> pd.DataFrame:
     """Return a record as a table with one row per evaluation, also while the run continues.
+
+    Its columns are ``generation`` (from 1), each variable and each objective by its name, the
+    constraints ``g1``, ..., ``h1``, ..., and ``failed``. The objectives of a failed evaluation are
+    NaN.
 
     Parameters
     ----------
     folder : folder that a `Recorder` wrote.
-    columns : columns to return, None for all: ``generation`` (from 1), each variable and each
-        objective by its name, the constraints ``g1``, ..., ``h1``, ..., and ``failed``. The
-        objectives of a failed evaluation are NaN.
 
     Raises
     ------
     FileNotFoundError : if there is no record.
-    ValueError : if a file is damaged, or the record has no such column.
+    ValueError : if a file is damaged.
 
     Examples
     --------
@@ -171,7 +158,7 @@ def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.
     >>> from mgeo import MGEOReal, Recorder, read_record
     >>> record = Recorder("evaluations")
     >>> result = minimize(ZDT1(n_var=2), MGEOReal(), ("n_gen", 3), seed=1, callback=record)
-    >>> read_record("evaluations", ["generation", "f1"]).groupby("generation").size().to_list()
+    >>> read_record("evaluations").groupby("generation").size().to_list()
     [60, 60, 60]
     """
     import pandas as pd
@@ -181,13 +168,7 @@ def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.
         raise FileNotFoundError(f"{folder} holds no record")
     names, rows = _read_part(parts[0])
     rows = np.concatenate([rows, *(_read_part(path, names)[1] for path in parts[1:])])
-    table = pd.DataFrame(rows, columns=names).astype({"generation": int, "failed": bool})
-    unknown = [name for name in columns or () if name not in names]
-    if unknown:
-        raise ValueError(
-            f"{folder} has no column {unknown[0]!r}: expected one of {', '.join(names)}"
-        )
-    return table if columns is None else table[list(columns)]
+    return pd.DataFrame(rows, columns=names).astype({"generation": int, "failed": bool})
 
 
 def remove_record(folder: Path) -> None:
@@ -206,7 +187,7 @@ def _parts(folder: Path) -> list[Path]:
 def _read_part(path: Path, columns: list[str] | None = None) -> tuple[list[str], FloatArray]:
     """Return the columns and the rows of a file, with these columns if they are known."""
     with errors_of(path):
-        arrays = from_npz(read_file(path))
+        arrays = from_npz(path.read_bytes())
         names: list[str] = arrays.get("columns", np.empty(0)).tolist()
         rows = arrays.get("rows", np.empty(0))
         if not {"generation", "failed"} <= set(names) or rows.shape[1:] != (len(names),):

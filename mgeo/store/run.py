@@ -17,7 +17,7 @@ from mgeo.validation.tables import Table
 Names = Annotated[tuple[str, ...], Strict(False)]  # a list in JSON
 
 #: Reasons for the end of a run: its budget of evaluations, ``--max-time``, a signal or a call of
-#: `State.stop`, or no design that the algorithm has not tried yet.
+#: `mgeo.runs.solve.State.stop`, or no design that the algorithm has not tried yet.
 StopReason = Literal["budget", "max_time", "signal", "exhausted"]
 
 _ENDS: dict[StopReason, str] = {

@@ -10,21 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict
 
 from mgeo.store.atomic import LOCK_FILE, to_json, to_npz, write_file, write_files
-from mgeo.store.reading import from_npz, read_file, read_json, read_numbers, to_csv
+from mgeo.store.reading import from_npz, read_json, read_numbers, to_csv
 from mgeo.store.recorder import remove_record
 from mgeo.store.run import Nearest, Outcome, Run, RunConfiguration
 from mgeo.validation.entries import entry, errors_of
 from mgeo.validation.tables import Table, checked
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 FORMAT = 3
 RUN_FILE, FRONT_FILE, ARRAYS_FILE = "run.json", "front.csv", "front.npz"
@@ -41,8 +38,6 @@ RUN_FILES = (
 STUDY_FILE = "study.json"
 #: Verifications of a solution by the tools of its problem, see `mgeo.report.build`.
 VERIFICATION_FILES = "verification*.json"
-#: Keys of a verification that identify the solution.
-ABOUT = ("problem", "options", "design")
 
 
 class _Document(Table):
@@ -87,14 +82,15 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
     """
     folder = check_folder(folder, overwrite=overwrite)
     folder.mkdir(parents=True, exist_ok=True)
-    outcome = run.outcome
-    nearest = {NEAREST_FILE: to_csv(nearest_table(outcome))} if outcome.nearest else {}
+    outcome, near = run.outcome, run.outcome.nearest
     contents = {
-        FRONT_FILE: to_csv(front_table(outcome)),
+        FRONT_FILE: _table(_front_columns(outcome), outcome.X, outcome.F),
         ARRAYS_FILE: _arrays_content(outcome, outcome.arrays),
-        **nearest,
-        RUN_FILE: to_json(run_document(run)),
     }
+    if near:
+        columns = _nearest_columns(outcome)
+        contents[NEAREST_FILE] = _table(columns, near.X, near.F, near.violation)
+    contents[RUN_FILE] = to_json(run_document(run))
     write_files(folder, contents)
     for name in {NEAREST_FILE, FIGURE_FILE, REPORT_FILE} - contents.keys():
         (folder / name).unlink(missing_ok=True)
@@ -137,9 +133,7 @@ def read_run(folder: Path | str) -> Run:
         document = checked(_Document, data)
         arrays = ("X", "F", "G", "H", "arrays", "nearest")  # in files of their own
         outcome = checked(Outcome, {key: data[key] for key in data if key not in arrays})
-    front = _read_table(
-        folder / FRONT_FILE, [*outcome.variables, *outcome.objectives], document.solutions
-    )
+    front = _read_table(folder / FRONT_FILE, _front_columns(outcome), document.solutions)
     X, F = np.hsplit(front, [len(outcome.variables)])
     nearest = Nearest.none()
     if document.nearest:
@@ -169,7 +163,7 @@ def _read_table(path: Path, columns: list[str], n: int) -> NDArray[np.float64]:
 def _read_arrays(path: Path, n: int) -> dict[str, NDArray[Any]]:
     """Read what ``front.npz`` has besides X and F, which are those of ``front.csv``."""
     with errors_of(path):
-        arrays = from_npz(read_file(path))
+        arrays = from_npz(path.read_bytes())
         for key in ("G", "H"):
             if key not in arrays:
                 raise ValueError(f"{key} is missing")
@@ -179,26 +173,19 @@ def _read_arrays(path: Path, n: int) -> dict[str, NDArray[Any]]:
     return {key: array for key, array in arrays.items() if key not in ("X", "F")}
 
 
-def front_table(outcome: Outcome) -> pd.DataFrame:
-    """Return the front as a table with one row per solution, variables first."""
-    import pandas as pd
-
-    columns = [*outcome.variables, *outcome.objectives]
-    return pd.DataFrame(np.hstack([outcome.X, outcome.F]), columns=columns)
-
-
-def nearest_table(outcome: Outcome) -> pd.DataFrame:
-    """Return the solutions nearest to feasibility: variables, objectives and violations."""
-    import pandas as pd
-
-    nearest = outcome.nearest
-    rows = np.hstack([nearest.X, nearest.F, nearest.violation])
-    return pd.DataFrame(rows, columns=_nearest_columns(outcome))
+def _front_columns(outcome: Outcome) -> list[str]:
+    return [*outcome.variables, *outcome.objectives]
 
 
 def _nearest_columns(outcome: Outcome) -> list[str]:
-    violations = (f"violation of {name}" for name in outcome.constraints)
-    return [*outcome.variables, *outcome.objectives, *violations]
+    return [*_front_columns(outcome), *(f"violation of {name}" for name in outcome.constraints)]
+
+
+def _table(columns: list[str], *parts: NDArray[np.float64]) -> bytes:
+    """Return the content of a CSV file of arrays side by side, one row per solution."""
+    import pandas as pd
+
+    return to_csv(pd.DataFrame(np.hstack(parts), columns=columns))
 
 
 def run_document(run: Run) -> dict[str, Any]:

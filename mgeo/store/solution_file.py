@@ -15,7 +15,7 @@ from mgeo.plugins.discovery import PluginError, installed_plugins
 from mgeo.plugins.problems import load_problem
 from mgeo.validation.entries import entry
 
-FORMAT, VERSION = "mgeo-solution", 1
+FORMAT = "mgeo-solution"
 
 
 def solution_document(problem: Problem, name: str, x: FloatArray) -> dict[str, Any]:
@@ -33,8 +33,7 @@ def solution_document(problem: Problem, name: str, x: FloatArray) -> dict[str, A
     if found is not None:
         return found
     options = protocol.options(problem) or {}
-    solution = {"problem": name, "options": options, "design": x.tolist()}
-    return {"format": FORMAT, "version": VERSION, **solution}
+    return {"format": FORMAT, "problem": name, "options": options, "design": x.tolist()}
 
 
 def solution_of(
@@ -60,12 +59,6 @@ def solution_of(
     raise ValueError("expected a run folder, or a solution's file of an installed problem")
 
 
-def is_solution(document: Any) -> bool:
-    """Whether a file is that of a solution, by what it says first."""
-    named = isinstance(document, dict) and document.get("format") == FORMAT
-    return named or _known(document) is not None
-
-
 def _known(document: Any) -> tuple[str, Mapping[str, Any], Any] | None:
     """Name, options and solution of the first installed problem whose file it is."""
     for plugin in installed_plugins() if isinstance(document, dict) else ():
@@ -79,8 +72,6 @@ def _known(document: Any) -> tuple[str, Mapping[str, Any], Any] | None:
 def _own(
     document: Mapping[str, Any], named: Collection[str]
 ) -> tuple[Problem, Mapping[str, Any], FloatArray]:
-    if (found := entry(document, "version", int)) != VERSION:
-        raise ValueError(f"version = {found}: expected {VERSION}")
     options = entry(document, "options", dict[str, Any])
     name = entry(document, "problem", str)
     problem = load_problem(name, options, named=named)

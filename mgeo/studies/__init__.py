@@ -11,29 +11,22 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mgeo.studies.comparison import Comparison, FailedRunsWarning, Tests
-    from mgeo.studies.execute import compare
-    from mgeo.studies.file import Study, read_study
-    from mgeo.studies.indicators import NothingToCompareError
-    from mgeo.studies.stored import read_comparison, read_comparisons
-    from mgeo.studies.study import run_study
-
-__all__ = [
-    "Comparison",
-    "FailedRunsWarning",
-    "NothingToCompareError",
-    "Study",
-    "Tests",
-    "compare",
-    "read_comparison",
-    "read_comparisons",
-    "read_study",
-    "run_study",
-]
+    from mgeo.studies.comparison import Comparison as Comparison
+    from mgeo.studies.comparison import ComparisonWarning as ComparisonWarning
+    from mgeo.studies.comparison import FailedRunsWarning as FailedRunsWarning
+    from mgeo.studies.comparison import Tests as Tests
+    from mgeo.studies.execute import compare as compare
+    from mgeo.studies.file import Study as Study
+    from mgeo.studies.file import read_study as read_study
+    from mgeo.studies.indicators import NothingToCompareError as NothingToCompareError
+    from mgeo.studies.stored import read_comparison as read_comparison
+    from mgeo.studies.stored import read_comparisons as read_comparisons
+    from mgeo.studies.study import run_study as run_study
 
 #: Modules of the public names, imported at first use: `compare` needs no package of the command.
 _MODULES = {
     "Comparison": "comparison",
+    "ComparisonWarning": "comparison",
     "FailedRunsWarning": "comparison",
     "NothingToCompareError": "indicators",
     "Study": "file",
@@ -44,6 +37,7 @@ _MODULES = {
     "read_study": "file",
     "run_study": "study",
 }
+__all__ = list(_MODULES)
 
 
 def __getattr__(name: str) -> Any:

@@ -25,7 +25,11 @@ if TYPE_CHECKING:
 _LINE = 80  # characters
 
 
-class FailedRunsWarning(RuntimeWarning):
+class ComparisonWarning(RuntimeWarning):
+    """A comparison has to be read with care, as its `notes` say."""
+
+
+class FailedRunsWarning(ComparisonWarning):
     """All runs of an algorithm failed, so that there is nothing to compare it by."""
 
 
@@ -70,6 +74,8 @@ class Comparison:
         failed, its error if it failed as a whole.
     records : the finished runs by (algorithm, seed).
     space : where the indicators were measured.
+    notes : sentences on reasons to read it with care, such as a noisy problem or runs that do not
+        repeat.
 
     Examples
     --------
@@ -89,6 +95,7 @@ class Comparison:
     runs: pd.DataFrame
     records: Mapping[tuple[str, int], StudyRun]
     space: IndicatorSpace
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         name = type(self.problem).__name__
@@ -110,6 +117,11 @@ class Comparison:
         ]
 
     @property
+    def measures(self) -> list[Indicator]:
+        """All `indicators` and `parts`."""
+        return [*self.indicators, *self.parts]
+
+    @property
     def objectives(self) -> tuple[str, ...]:
         """Names of the objectives, with units."""
         return column_names(self.problem)[1]
@@ -122,7 +134,7 @@ class Comparison:
         ValueError
             If there is no indicator of this name.
         """
-        known = {indicator.name: indicator for indicator in [*self.indicators, *self.parts]}
+        known = {indicator.name: indicator for indicator in self.measures}
         if name is not None and name not in known:
             raise ValueError(f"indicator = {name!r}: expected one of {', '.join(known)}")
         return known[name or next(iter(known))]
@@ -219,7 +231,7 @@ class Comparison:
         for name in dict.fromkeys(summary.columns.get_level_values(0).drop("runs")):
             mean, sd = summary[(name, "mean")], summary[(name, "sd")]
             columns[name] = [_mean_and_sd(m, s) for m, s in zip(mean, sd, strict=True)]
-        titles = {each.name: each.title for each in [*self.indicators, *self.parts]}
+        titles = {each.name: each.title for each in self.measures}
         return pd.DataFrame(columns, index=summary.index).rename(columns=titles)
 
     def to_latex(self) -> str:

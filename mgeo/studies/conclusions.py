@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import pandas as pd
 
+from mgeo.studies.comparison import Comparison
+from mgeo.studies.file import Study
+from mgeo.studies.indicators import Indicator
 from mgeo.studies.statistics import LEVEL, holm
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from mgeo.studies.comparison import Comparison
-    from mgeo.studies.file import Study
-    from mgeo.studies.indicators import Indicator
 
 
 def conclusions(comparison: Comparison, control: str | None = None) -> list[str]:
     """Return sentences on the algorithm that ranks first, and from which others it differs.
 
     The first two sentences are about the first indicator, the others about where another indicator
-    or a part of the front disagrees. There are none for fewer than two algorithms.
+    or a part of the front disagrees. There are none of them for fewer than two algorithms. The
+    notes of the comparison are last.
 
     Parameters
     ----------
@@ -29,7 +26,7 @@ def conclusions(comparison: Comparison, control: str | None = None) -> list[str]
     """
     order = comparison.order()
     if len(order) < 2:
-        return []
+        return [*comparison.notes]
     first, second = order[:2]
     is_control = first == control
     title = comparison.indicator().title
@@ -63,7 +60,7 @@ def conclusions(comparison: Comparison, control: str | None = None) -> list[str]
             sentences.append(
                 f"By {part.title}, {first} is significantly worse than {_names(ahead)}."
             )
-    return sentences
+    return [*sentences, *comparison.notes]
 
 
 def against(

@@ -5,31 +5,34 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import joblib
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 from pymoo.core.algorithm import Algorithm
+from pymoo.core.problem import Problem
 
-from mgeo.runs.operators import fitted
-from mgeo.studies.comparison import Comparison, FailedRunsWarning
+from mgeo.studies.arguments import (
+    GRID_POINTS,
+    grid_steps,
+    label_algorithms,
+    seed_numbers,
+)
+from mgeo.studies.comparison import Comparison, ComparisonWarning, FailedRunsWarning
 from mgeo.studies.indicators import NothingToCompareError, check_space, indicator_space, trace
 from mgeo.studies.plan import claim, describe_algorithm, describe_problem, installed_versions
 from mgeo.studies.progress import show_progress
 from mgeo.studies.record import StudyRun
 from mgeo.studies.run import Task, run
-from mgeo.studies.stored import folder_name, provenance, write_comparison
+from mgeo.studies.stored import folder_name, write_comparison
+from mgeo.studies.trial import Trial, notes, try_out
 from mgeo.validation.arguments import validate_integer
 
-if TYPE_CHECKING:
-    from pymoo.core.problem import Problem
-
-GRID_POINTS = 50
-MOST = 100_000  # seeds, or algorithms of a sweep: more are a slip
 RECORDS = "runs"  # folder of the finished runs
 
 Key = tuple[str, int]
@@ -59,6 +62,10 @@ def compare(
     to the exact evaluation. With a single objective the best value takes its place. A run that
     fails is reported and the others continue. Each run has its own copy of problem and algorithm.
 
+    Before its runs each algorithm makes two short ones with the first seed and random values in
+    place of the problem's. They show whether the algorithm follows the seed. Three points are
+    evaluated twice to show whether the problem is noisy.
+
     joblib distributes the runs: over processes with `n_jobs`, or by its context manager
     ``joblib.parallel_config``, such as over a Dask cluster. The table does not depend on that, if
     ``OPENBLAS_NUM_THREADS`` is the same everywhere: the command sets it to 1, loky to a share of
@@ -67,15 +74,15 @@ def compare(
     Parameters
     ----------
     problem : any pymoo problem.
-    algorithms : pymoo algorithms by label; without labels, the names of their classes. pymoo's own
-        algorithms get operators for the problem's variables (see `mgeo.runs.operators.fitted`).
+    algorithms : pymoo algorithms by label; without labels, the names of their classes.
     n_eval : evaluations of each run.
     seeds : how many (1, 2, ...), or which.
     folder : where each run is stored as it finishes, and the tables at the end, for
         `mgeo.studies.read_comparison`; None to store nothing.
     resume : whether to continue the study that the folder holds. Problem, algorithms with their
         parameters, seeds, evaluations and versions must be those that the folder recorded. Changes
-        of code or data that these do not name are not noticed.
+        of code or data that these do not name are not noticed. Runs of an algorithm that does not
+        repeat with its seed are made again.
     grid : how many equal steps, or at which numbers of evaluations; `n_eval` always belongs to it.
     bounds, reference_front, parts : of the indicators' space, see `mgeo.studies.indicators`.
     n_jobs : processes, as joblib counts them: -1 for one per processor.
@@ -84,13 +91,17 @@ def compare(
 
     Warns
     -----
+    ComparisonWarning
+        If the problem is noisy, runs do not repeat with their seed, or a first generation exceeds
+        `n_eval` by more than a tenth. The `notes` of the comparison have the same sentences.
     FailedRunsWarning
         For each algorithm of which all runs failed, with its first error.
 
     Raises
     ------
     TypeError, ValueError
-        For an argument that cannot be used, such as an algorithm that is set up or has run.
+        For an argument that cannot be used, such as an algorithm that is set up or has run, or a
+        dynamic problem.
     FileExistsError
         If the folder holds a study and `resume` is false.
     NothingToCompareError
@@ -106,114 +117,123 @@ def compare(
     >>> found.overview().index.to_list()
     ['directed', 'nsga2']
     """
-    labeled = _label(algorithms)
+    labeled = label_algorithms(algorithms)
     n_eval, seeds = validate_integer("n_eval", n_eval, low=1), seed_numbers(seeds)
-    check_space(problem, bounds=bounds, reference_front=reference_front, parts=parts)
+    check_space(problem, bounds, reference_front, parts)
     if resume and folder is None:
         raise ValueError("resume = True without folder: expected the folder of the study")
-    options: dict[str, Any] = {
-        "steps": grid_steps(grid, n_eval),
-        "space": {"bounds": bounds, "reference_front": reference_front, "parts": parts},
-        "n_jobs": n_jobs,
-        "progress": progress,
-        "title": title or type(problem).__name__,
-    }
+    experiment = Experiment(
+        problem,
+        labeled,
+        n_eval,
+        seeds,
+        steps=grid_steps(grid, n_eval),
+        space={"bounds": bounds, "reference_front": reference_front, "parts": parts},
+        title=title or type(problem).__name__,
+        runs=None if folder is None else Path(folder) / RECORDS,
+        resume=resume,
+        n_jobs=n_jobs,
+        progress=progress,
+    )
     if folder is None:
-        return make_comparison(problem, labeled, n_eval, seeds, **options)
-    folder = Path(folder)
-    plan = {
-        "problem": describe_problem(problem),
-        "algorithms": {label: describe_algorithm(each) for label, each in labeled.items()},
-        "evaluations": n_eval,
-        "seeds": list(seeds),
-        "versions": installed_versions(problem, *labeled.values()),
-    }
-    with claim(folder, plan, resume=resume):
-        runs = folder / RECORDS
-        found = make_comparison(
-            problem, labeled, n_eval, seeds, runs=runs, resume=resume, **options
-        )
-        write_comparison(folder, found, provenance(found, plan))
+        return experiment.compare()
+    plan = _plan(problem, labeled, n_eval, seeds)
+    with claim(Path(folder), plan, resume=resume):
+        found = experiment.compare()
+        write_comparison(Path(folder), found, plan)
     return found
 
 
-def make_comparison(
-    problem: Problem,
-    algorithms: Mapping[str, Algorithm],
-    n_eval: int,
-    seeds: Sequence[int],
-    *,
-    runs: Path | None = None,
-    resume: bool = False,
-    steps: Sequence[int],
-    space: Mapping[str, Any],
-    n_jobs: int | None,
-    progress: bool,
-    title: str,
-) -> Comparison:
-    """Make the runs of checked arguments, and measure them; see `compare`.
+@dataclass(frozen=True)
+class Experiment:
+    """Algorithms to be compared on one problem, by checked arguments of `compare`.
 
-    Parameters
+    Attributes
     ----------
-    runs : folder in which each run is stored as it finishes.
-    resume : whether to use the runs that are stored there.
     steps : ascending numbers of evaluations at which fronts are measured.
     space : `bounds`, `reference_front` and `parts` of the indicators' space.
+    runs : folder in which each run is stored as it finishes; None for none.
+    resume : whether to use the runs that are stored there.
     """
-    keys = list(product(algorithms, seeds))
-    ready = {
-        label: fitted(algorithm, problem, f"algorithms[{label!r}]")
-        for label, algorithm in algorithms.items()
-    }
-    tasks = {(label, seed): Task(problem, ready[label], n_eval, seed) for label, seed in keys}
-    results = _make_runs(tasks, runs, resume, n_jobs, progress, title)
-    records = {key: r for key in keys if isinstance(r := results[key], StudyRun)}
-    if not records:
-        error = results[keys[0]]
-        raise NothingToCompareError(f"all {len(keys)} runs failed, the first with {error}")
-    measured = indicator_space(problem, [record.front_F for record in records.values()], **space)
-    rows = [
-        {"algorithm": label, "seed": seed, **row}
-        for (label, seed), record in records.items()
-        for row in trace(problem, record, steps, measured)
-    ]
-    runs_table = pd.DataFrame([_run_row(key, results[key]) for key in keys])
-    labels, table = tuple(algorithms), pd.DataFrame(rows)
-    comparison = Comparison(problem, labels, n_eval, table, runs_table, records, measured)
-    for message in comparison.failures(title, everywhere=True):
-        warnings.warn(message, FailedRunsWarning, stacklevel=3)
-    return comparison
 
+    problem: Problem
+    algorithms: Mapping[str, Algorithm]
+    n_eval: int
+    seeds: Sequence[int]
+    steps: Sequence[int]
+    space: Mapping[str, Any]
+    title: str
+    runs: Path | None
+    resume: bool
+    n_jobs: int | None
+    progress: bool
 
-def _make_runs(
-    tasks: Mapping[Key, Task],
-    runs: Path | None,
-    resume: bool,
-    n_jobs: int | None,
-    progress: bool,
-    title: str,
-) -> dict[Key, Result]:
-    """Return the result of each run; store each run as it finishes."""
-    files: dict[Key, Path] = {}
-    if runs is not None:
-        runs.mkdir(parents=True, exist_ok=True)
-        files = {(name, s): runs / f"{folder_name(name)}-seed{s}.npz" for name, s in tasks}
-    results: dict[Key, Result] = {}
-    for key, path in files.items() if resume else ():
-        with suppress(FileNotFoundError):
-            results[key] = StudyRun.read(path)
-    reused = len(results) if resume else None
-    with show_progress(title, len(tasks), reused, shown=progress) as done:
-        missing = {key: task for key, task in tasks.items() if key not in results}
-        calls = [joblib.delayed(_run_with_key)(key, task) for key, task in missing.items()]
-        parallel: Any = joblib.Parallel(n_jobs, return_as="generator_unordered", batch_size=1)
-        for (name, seed), result in parallel(calls):
-            # written by this process: workers need not share a file system
-            if isinstance(result, StudyRun) and files:
-                result.write(files[name, seed])
-            results[name, seed] = result
-            done(name, seed, result if isinstance(result, str) else "")
-    return results
+    def compare(self) -> Comparison:
+        """Make the runs, and measure them in one space."""
+        problem, n_eval, title = self.problem, self.n_eval, self.title
+        keys = list(product(self.algorithms, self.seeds))
+        tasks = {
+            (label, seed): Task(problem, self.algorithms[label], n_eval, seed)
+            for label, seed in keys
+        }
+        trials = self._try_out([tasks[label, self.seeds[0]] for label in self.algorithms])
+        remarks = tuple(notes(trials, title, n_eval))
+        for message in remarks:
+            warnings.warn(message, ComparisonWarning, stacklevel=3)
+        unseeded = {label for label, trial in trials.items() if not trial.repeats}
+        results = self._make_runs(tasks, [key for key in keys if key[0] not in unseeded])
+        records = {key: r for key in keys if isinstance(r := results[key], StudyRun)}
+        if not records:
+            error = results[keys[0]]
+            raise NothingToCompareError(f"all {len(keys)} runs failed, the first with {error}")
+        fronts = [record.front_F for record in records.values()]
+        measured = indicator_space(problem, fronts, **self.space)
+        rows = [
+            {"algorithm": label, "seed": seed, **row}
+            for (label, seed), record in records.items()
+            for row in trace(problem, record, self.steps, measured)
+        ]
+        table, runs = pd.DataFrame(rows), pd.DataFrame([_run_row(k, results[k]) for k in keys])
+        found = Comparison(
+            problem, tuple(self.algorithms), n_eval, table, runs, records, measured, remarks
+        )
+        for message in found.failures(title, everywhere=True):
+            warnings.warn(message, FailedRunsWarning, stacklevel=3)
+        return found
+
+    def _try_out(self, tasks: Sequence[Task]) -> dict[str, Trial]:
+        """Return the trial of each algorithm, by label, that did not fail."""
+        tried = joblib.Parallel(self.n_jobs)(joblib.delayed(try_out)(task) for task in tasks)
+        return {label: t for label, t in zip(self.algorithms, tried, strict=True) if t is not None}
+
+    def _make_runs(self, tasks: Mapping[Key, Task], reusable: Sequence[Key]) -> dict[Key, Result]:
+        """Return the result of each run; store each run as it finishes.
+
+        Parameters
+        ----------
+        reusable : runs that are read where they are stored, if the study is resumed.
+        """
+        folder = self.runs
+        files: dict[Key, Path] = {}
+        if folder is not None:
+            folder.mkdir(parents=True, exist_ok=True)
+            files = {(name, s): folder / f"{folder_name(name)}-seed{s}.npz" for name, s in tasks}
+        results: dict[Key, Result] = {}
+        for key in reusable if self.resume else ():
+            with suppress(FileNotFoundError):
+                results[key] = StudyRun.read(files[key])
+        reused = len(results) if self.resume else None
+        with show_progress(self.title, len(tasks), reused, shown=self.progress) as done:
+            missing = {key: task for key, task in tasks.items() if key not in results}
+            calls = [joblib.delayed(_run_with_key)(key, task) for key, task in missing.items()]
+            pool: Any = joblib.Parallel(self.n_jobs, return_as="generator_unordered", batch_size=1)
+            for (name, seed), result in pool(calls):
+                # written by this process: workers need not share a file system
+                if isinstance(result, StudyRun) and files:
+                    result.write(files[name, seed])
+                results[name, seed] = result
+                done(name, seed, result if isinstance(result, str) else "")
+        return results
 
 
 def _run_with_key(key: Key, task: Task) -> tuple[Key, Result]:
@@ -221,63 +241,21 @@ def _run_with_key(key: Key, task: Task) -> tuple[Key, Result]:
 
 
 def _run_row(key: Key, result: Result) -> dict[str, Any]:
-    outcome: dict[str, Any] = {"status": "failed", "wall_time": np.nan, "failed_evaluations": 0}
-    if isinstance(result, StudyRun):
-        outcome = {
-            "status": "finished",
-            "wall_time": result.wall_time,
-            "failed_evaluations": result.failed,
-        }
-    error = result if isinstance(result, str) else ""
-    return {"algorithm": key[0], "seed": key[1], **outcome, "error": error}
+    row: dict[str, Any] = {"algorithm": key[0], "seed": key[1], "status": "failed"}
+    row |= {"wall_time": np.nan, "failed_evaluations": 0, "error": ""}
+    if isinstance(result, str):
+        return row | {"error": result}
+    done = {"wall_time": result.wall_time, "failed_evaluations": result.failed}
+    return row | {"status": "finished"} | done
 
 
-def _label(algorithms: Mapping[str, Algorithm] | Iterable[Algorithm]) -> dict[str, Algorithm]:
-    if isinstance(algorithms, Mapping):
-        pairs = [(str(name), algorithm) for name, algorithm in algorithms.items()]
-    else:
-        pairs = [(type(algorithm).__name__, algorithm) for algorithm in algorithms]
-    labeled = dict(pairs)
-    if len(labeled) < len(pairs):
-        raise ValueError(
-            f"algorithms of equal names among {', '.join(labeled)}: expected labels, "
-            "{'label': algorithm, ...}"
-        )
-    if not labeled:
-        raise ValueError("algorithms is empty: expected at least one")
-    for name, algorithm in labeled.items():
-        if isinstance(algorithm, str) or not hasattr(algorithm, "setup"):
-            raise TypeError(f"algorithms[{name!r}] = {algorithm!r}: expected a pymoo Algorithm")
-        if algorithm.problem is not None or algorithm.is_initialized:
-            raise ValueError(
-                f"algorithms[{name!r}] is set up or has run, and would continue from there: "
-                f"expected a new {type(algorithm).__name__}"
-            )
-    return labeled
-
-
-def seed_numbers(seeds: int | Iterable[int]) -> tuple[int, ...]:
-    """Return the seeds: the first so many from 1, or those listed.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the seeds are not integers, none, or not different.
-    """
-    if not isinstance(seeds, Iterable):
-        return tuple(range(1, validate_integer("seeds", seeds, low=1, high=MOST) + 1))
-    listed = [validate_integer(f"seeds[{i}]", seed, low=0) for i, seed in enumerate(seeds)]
-    if not listed or len(set(listed)) < len(listed):
-        raise ValueError(f"seeds = {listed}: expected one or more different ones")
-    return tuple(listed)
-
-
-def grid_steps(grid: int | Sequence[int], n_eval: int) -> list[int]:
-    """Return the numbers of evaluations that `grid` stands for, ascending, `n_eval` the last."""
-    if not isinstance(grid, Iterable):
-        steps = validate_integer("grid", grid, low=1)
-        return sorted({max(1, round(n_eval * i / steps)) for i in range(1, steps + 1)})
-    listed = {validate_integer(f"grid[{i}]", step, low=1) for i, step in enumerate(grid)} | {n_eval}
-    if max(listed) > n_eval:
-        raise ValueError(f"grid goes to {max(listed)}: expected at most n_eval = {n_eval}")
-    return sorted(listed)
+def _plan(
+    problem: Problem, algorithms: Mapping[str, Algorithm], n_eval: int, seeds: Sequence[int]
+) -> dict[str, Any]:
+    return {
+        "problem": describe_problem(problem),
+        "algorithms": {label: describe_algorithm(each) for label, each in algorithms.items()},
+        "evaluations": n_eval,
+        "seeds": list(seeds),
+        "versions": installed_versions(problem, *algorithms.values()),
+    }

@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 import json
-import math
 import re
+import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from pymoo.core.algorithm import Algorithm
+from pymoo.core.problem import Problem
 
 from mgeo.benchmarks.collections import expanded, short_name
 from mgeo.plugins.problems import load_problem, read_scenario
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
-from mgeo.store.reading import parse_toml, read_text
-from mgeo.studies.execute import MOST
-from mgeo.studies.schema import AlgorithmTable, ProblemTable, PublishedTable, StudyTable
+from mgeo.store.reading import read_text
+from mgeo.studies.schema import AlgorithmTable, ProblemTable, StudyKeys, StudyTable
 from mgeo.validation.arguments import validate_integer
 from mgeo.validation.entries import errors_of
 from mgeo.validation.tables import checked
-
-if TYPE_CHECKING:
-    from pymoo.core.algorithm import Algorithm
-    from pymoo.core.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -71,8 +69,7 @@ class AlgorithmConfiguration:
             raise kind(f"{self.label}: {error}") from error
 
 
-@dataclass(frozen=True)
-class Study:
+class Study(StudyKeys):
     """Content of a study file; `text` is the file.
 
     Attributes
@@ -102,16 +99,8 @@ class Study:
     ((1, 2), ['mgeo-directed', 'nsga2'])
     """
 
-    title: str
-    about: str
-    evaluations: int
-    per_variable: bool
-    seeds: tuple[int, ...]
-    grid: int | tuple[int, ...]
-    control: str | None
     problems: tuple[ProblemConfiguration, ...]
     algorithms: tuple[AlgorithmConfiguration, ...]
-    published: PublishedTable | None
     text: str
 
     def plan(self) -> dict[str, Any]:
@@ -155,10 +144,10 @@ class Study:
         if evaluations is not None:
             changes["evaluations"] = validate_integer("evaluations", evaluations, low=1)
         if seeds is not None:
-            count = validate_integer("seeds", seeds, low=1, high=MOST)
+            count = validate_integer("seeds", seeds, low=1)
             more = range(max(self.seeds) + 1, max(self.seeds) + 1 + count)
             changes["seeds"] = (*self.seeds, *more)[:count]
-        return replace(self, **changes)
+        return self.model_copy(update=changes)
 
 
 def read_study(path: Path | str, *, imports: bool = True) -> Study:
@@ -207,34 +196,29 @@ def parse_study(text: str, folder: Path, *, imports: bool = True) -> Study:
     ValueError, TypeError
         As `read_study`, without the name of the file.
     """
-    table = checked(StudyTable, parse_toml(text))
-    problems = [
-        each for i, one in enumerate(table.problems) for each in _problems(one, i, folder, imports)
-    ]
-    algorithms = [
-        each for i, one in enumerate(table.algorithms) for each in _algorithms(one, i, imports)
-    ]
-    labels = {"problems": [p.label for p in problems], "algorithms": [a.label for a in algorithms]}
-    for key, found in labels.items():
-        for label, times in Counter(found).items():
+    table = checked(StudyTable, tomllib.loads(text))
+    compared: dict[str, list[Any]] = {"problems": [], "algorithms": []}
+    for i, problem in enumerate(table.problems):
+        compared["problems"] += _problems(problem, i, folder, imports)
+    for i, algorithm in enumerate(table.algorithms):
+        compared["algorithms"] += _algorithms(algorithm, i, imports)
+    for key, configurations in compared.items():
+        for label, times in Counter(each.label for each in configurations).items():
             if times > 1:
                 raise ValueError(
                     f"{key}: {label!r} is there twice; expected different ones, by the key label"
                 )
-    known = labels["algorithms"]
-    mentioned = {
-        "published.table": list(table.published.table) if table.published else [],
-        "control": [] if table.control is None else [table.control],
-    }
-    for key, names in mentioned.items():
-        for label in names:
-            if label not in known:
-                raise ValueError(
-                    f"{key}: {label!r} is no algorithm of this study, which are "
-                    f"{', '.join(sorted(known))}"
-                )
-    compared = {"problems": tuple(problems), "algorithms": tuple(algorithms)}
-    return Study(**{**dict(table), **compared, "text": text})
+    known = [each.label for each in compared["algorithms"]]
+    mentioned = [] if table.control is None else [("control", table.control)]
+    mentioned += [("published.table", name) for name in getattr(table.published, "table", ())]
+    for key, label in mentioned:
+        if label not in known:
+            raise ValueError(
+                f"{key}: {label!r} is no algorithm of this study, which are "
+                f"{', '.join(sorted(known))}"
+            )
+    tuples = {key: tuple(configurations) for key, configurations in compared.items()}
+    return Study(**{**dict(table), **tuples, "text": text})
 
 
 def _problems(
@@ -267,9 +251,6 @@ def _algorithms(
     given = table.parameters
     swept = [key for key, value in given.items() if isinstance(value, list)]
     lists = [value if isinstance(value, list) else [value] for value in given.values()]
-    count = math.prod(map(len, lists))
-    if count > MOST:
-        raise ValueError(f"{where[:-1]} stands for {count} algorithms: expected at most {MOST}")
     for name in table.name:
         with _name_in_errors(where):
             if imports or ":" not in name:

@@ -6,26 +6,24 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import moocore
 import numpy as np
 from numpy.typing import ArrayLike
+from pymoo.core.problem import Problem
 from pymoo.indicators.hv import HV
 
 from mgeo._typing import FloatArray
 from mgeo.algorithms.archive import truncate
+from mgeo.algorithms.base import is_dynamic
 from mgeo.evaluation.dominance import nondominated
 from mgeo.plugins import protocol
 from mgeo.plugins.protocol import ask
 from mgeo.plugins.view import View, view_of
 from mgeo.runs.hypervolume import MAX_OBJECTIVES, scaled
+from mgeo.studies.record import StudyRun
 from mgeo.validation.arguments import validate_list, validate_number
-
-if TYPE_CHECKING:
-    from pymoo.core.problem import Problem
-
-    from mgeo.studies.record import StudyRun
 
 BEYOND_NADIR = 1.1  # reference point where the union of fronts spans 0 to 1
 REFERENCE_SIZE = 500  # points of the reference front
@@ -123,9 +121,8 @@ def indicator_space(
         If a shape does not fit, or bounds, a reference front or parts are given for a single
         objective.
     """
-    check_space(problem, bounds=bounds, reference_front=reference_front, parts=parts)
+    ends, known, given = check_space(problem, bounds, reference_front, parts)
     n_obj = problem.n_obj
-    known = None if reference_front is None else _checked(reference_front, n_obj)
     union = np.concatenate([np.empty((0, n_obj)), *fronts])
     everything = union if known is None else np.concatenate([union, known])
     best = everything[nondominated(everything)]
@@ -134,12 +131,10 @@ def indicator_space(
     if n_obj == 1:
         return OBJECTIVE_SPACE
     transform = protocol.indicator_space(problem)
-    ideal, nadir = np.zeros(n_obj), np.ones(n_obj)
-    reference_point = np.ones(n_obj)
     origin: Origin = "problem"
-    if bounds is not None:
-        origin, transform = "given", None
-        ideal, nadir = _ends(bounds, n_obj)
+    ideal, nadir, reference_point = np.zeros(n_obj), np.ones(n_obj), np.ones(n_obj)
+    if ends is not None:
+        origin, transform, (ideal, nadir) = "given", None, ends
     elif transform is None:
         origin, ideal, nadir = "union", best.min(axis=0), best.max(axis=0)
         reference_point = np.full(n_obj, BEYOND_NADIR)
@@ -149,43 +144,65 @@ def indicator_space(
     if known is None:
         rows = truncate(points, max(REFERENCE_SIZE, 2 * n_obj))
         whole, points = whole[rows], points[rows]
-    own, cuts = _parted(bare, whole, points, parts)
+    own, cuts = _parted(bare, whole, points, given)
     return replace(bare, reference_front=points, parts=own, cuts=cuts)
 
 
 def check_space(
     problem: Problem,
-    *,
     bounds: tuple[ArrayLike, ArrayLike] | None = None,
     reference_front: ArrayLike | None = None,
     parts: Sequence[float] | None = None,
-) -> None:
-    """Refuse what `indicator_space` would refuse, before any run is made; raises as that."""
-    n_obj = problem.n_obj
+) -> tuple[tuple[FloatArray, FloatArray] | None, FloatArray | None, list[float] | None]:
+    """Return the arguments of `indicator_space` as numbers, before any run is made.
+
+    Raises
+    ------
+    ValueError
+        As `indicator_space`, or if the values of the problem change with time.
+    """
+    n_obj, ends, front, given = problem.n_obj, None, None, None
+    if is_dynamic(problem):
+        raise ValueError(
+            f"{type(problem).__name__} is a dynamic problem: its values change with time, so that "
+            "no indicator can compare those of different generations; expected a problem whose "
+            "values stay, such as one problem for each time"
+        )
     if n_obj == 1 and not (bounds is None and reference_front is None and parts is None):
         raise ValueError("bounds, reference_front, parts: expected none for a single objective")
     if bounds is not None:
-        _ends(bounds, n_obj)
+        ideal, nadir = (np.broadcast_to(np.asarray(b, dtype=float), (n_obj,)) for b in bounds)
+        if not (np.isfinite([ideal, nadir]).all() and (ideal < nadir).all()):
+            raise ValueError(f"bounds = {bounds}: expected finite values, ideal < nadir")
+        ends = ideal, nadir
     if reference_front is not None:
-        _checked(reference_front, n_obj)
+        front = np.asarray(reference_front, dtype=float)
+        if front.ndim != 2 or front.shape[1] != n_obj or not len(front):
+            raise ValueError(
+                f"reference_front of shape {front.shape}: expected (n, {n_obj}), n >= 1"
+            )
+        if not np.isfinite(front).all():
+            raise ValueError("reference_front: expected finite values")
     if parts is not None:
-        _ascending(parts)
+        given = validate_list("parts", parts, validate_number)
+        if not given or any(low >= high for low, high in pairwise(given)):
+            raise ValueError(f"parts = {given}: expected one or more ascending values")
+    return ends, front, given
 
 
 def _parted(
-    space: IndicatorSpace, own: FloatArray, points: FloatArray, parts: Sequence[float] | None
+    space: IndicatorSpace, own: FloatArray, points: FloatArray, given: list[float] | None
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Where to part the front: in the first objective's own unit, and in the space.
 
     A value that is given is mapped beside the reference front's other objectives: a space treats
     each objective by itself.
     """
-    if parts is None:
+    if given is None:
         order = np.argsort(points[:, 0], kind="stable")
         rows = order[[len(order) * k // _PARTS for k in range(1, _PARTS)]]
         cuts = dict(zip(points[rows, 0], own[rows, 0], strict=True))  # each once, ascending
         return tuple(map(float, cuts.values())), tuple(map(float, cuts))
-    given = _ascending(parts)
     beside = np.repeat(own[:1], len(given), axis=0)
     beside[:, 0] = given
     return tuple(given), tuple(space(beside)[:, 0].tolist())
@@ -195,27 +212,8 @@ def _parted(
 OBJECTIVE_SPACE = IndicatorSpace(np.zeros(1), np.ones(1), np.ones(1), np.empty((0, 1)), "objective")
 
 
-def _ends(bounds: tuple[ArrayLike, ArrayLike], n_obj: int) -> tuple[FloatArray, FloatArray]:
-    ideal, nadir = (np.broadcast_to(np.asarray(b, dtype=float), (n_obj,)) for b in bounds)
-    if not (np.isfinite([ideal, nadir]).all() and (ideal < nadir).all()):
-        raise ValueError(f"bounds = {bounds}: expected finite values, ideal < nadir")
-    return ideal, nadir
-
-
-def _ascending(parts: Sequence[float]) -> list[float]:
-    given = validate_list("parts", parts, validate_number)
-    if not given or any(low >= high for low, high in pairwise(given)):
-        raise ValueError(f"parts = {given}: expected one or more ascending values")
-    return given
-
-
-def _checked(front: ArrayLike, n_obj: int) -> FloatArray:
-    points = np.asarray(front, dtype=float)
-    if points.ndim != 2 or points.shape[1] != n_obj or not len(points):
-        raise ValueError(f"reference_front of shape {points.shape}: expected (n, {n_obj}), n >= 1")
-    if not np.isfinite(points).all():
-        raise ValueError("reference_front: expected finite values")
-    return points
+#: Value of a front, shape (n, n_obj), n >= 1, in a space.
+Measure = Callable[[FloatArray, IndicatorSpace], float]
 
 
 @dataclass(frozen=True)
@@ -225,7 +223,13 @@ class Indicator:
     name: str
     title: str
     larger: bool
-    value: Callable[[FloatArray, IndicatorSpace], float]
+    measure: Measure
+
+    def value(self, points: FloatArray, space: IndicatorSpace) -> float:
+        """Return the value of a front, shape (n, n_obj), in the space; the worst if it is empty."""
+        if not len(points):
+            return 0.0 if self.larger else np.inf
+        return float(self.measure(points, space))
 
     @property
     def direction(self) -> str:
@@ -237,25 +241,25 @@ class Indicator:
         return values if self.larger else -values
 
 
-def _hypervolume(points: FloatArray, space: IndicatorSpace) -> float:
-    return float(HV(ref_point=space.reference_point)(points)) if len(points) else 0.0
+def _to_reference_front(measure: Callable[..., float]) -> Measure:
+    return lambda points, space: measure(points, ref=space.reference_front)
 
 
-def _igd_plus(points: FloatArray, space: IndicatorSpace) -> float:
-    return float(moocore.igd_plus(points, ref=space.reference_front)) if len(points) else np.inf
-
-
-def _epsilon(points: FloatArray, space: IndicatorSpace) -> float:
-    known = space.reference_front
-    return float(moocore.epsilon_additive(points, ref=known)) if len(points) else np.inf
-
-
-def _best_value(points: FloatArray, space: IndicatorSpace) -> float:
-    return float(points.min(initial=np.inf))
+def _slab(
+    points: FloatArray, space: IndicatorSpace, low: float = -np.inf, high: float = np.inf
+) -> float:
+    """Return the hypervolume between two values of the first objective, by default the whole."""
+    end = space.reference_point.copy()
+    end[0] = min(high, end[0])
+    within = points[points[:, 0] < end[0]].copy()
+    if low >= end[0] or not len(within):
+        return 0.0
+    within[:, 0] = np.maximum(within[:, 0], low)
+    return float(HV(ref_point=end)(within))
 
 
 #: Of a single objective: the least value found.
-BEST_VALUE = Indicator("best_value", "best value", False, _best_value)
+BEST_VALUE = Indicator("best_value", "best value", False, lambda points, space: points.min())
 
 #: Of several objectives.
 #: Hypervolume: how much of the space up to the reference point is dominated; an empty front has 0.
@@ -263,9 +267,9 @@ BEST_VALUE = Indicator("best_value", "best value", False, _best_value)
 #: front is from dominating it. Additive epsilon (Zitzler et al. 2003): by how much the front must
 #: be moved to weakly dominate the whole reference front. An empty front is infinitely far.
 INDICATORS = (
-    Indicator("hypervolume", "hypervolume", True, _hypervolume),
-    Indicator("igd_plus", "IGD+", False, _igd_plus),
-    Indicator("epsilon", "additive epsilon", False, _epsilon),
+    Indicator("hypervolume", "hypervolume", True, _slab),
+    Indicator("igd_plus", "IGD+", False, _to_reference_front(moocore.igd_plus)),
+    Indicator("epsilon", "additive epsilon", False, _to_reference_front(moocore.epsilon_additive)),
 )
 
 
@@ -289,16 +293,6 @@ def parts_of(space: IndicatorSpace, objective: str) -> list[Indicator]:
         )
         for i, title in enumerate(titles)
     ]
-
-
-def _slab(points: FloatArray, space: IndicatorSpace, low: float, high: float) -> float:
-    end = space.reference_point.copy()
-    end[0] = min(high, end[0])
-    within = points[points[:, 0] < end[0]].copy()
-    if low >= end[0] or not len(within):
-        return 0.0
-    within[:, 0] = np.maximum(within[:, 0], low)
-    return float(HV(ref_point=end)(within))
 
 
 def applicable(n_obj: int) -> list[Indicator]:

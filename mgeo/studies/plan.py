@@ -9,20 +9,19 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib.metadata import packages_distributions, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import joblib
 import numpy as np
 from pymoo.core.algorithm import Algorithm
+from pymoo.core.problem import Problem
 
 from mgeo.benchmarks.collections import COCO
 from mgeo.plugins import protocol
 from mgeo.plugins.discovery import plugin_versions
 from mgeo.store.atomic import lock, to_json, write_file
 from mgeo.store.provenance import difference
-
-if TYPE_CHECKING:
-    from pymoo.core.problem import Problem
+from mgeo.store.reading import read_json
 
 PLAN = "study.json"
 
@@ -57,7 +56,7 @@ def claim(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[No
                 f"{folder} holds a study: --resume (resume=True in Python) continues it, "
                 "read_comparison reads it; expected one of these, or another folder"
             )
-        elif text := difference(json.loads(path.read_bytes()), json.loads(content)):
+        elif text := difference(read_json(path), json.loads(content)):
             raise ValueError(
                 f"{folder} holds another study: {text}; to resume, expected the same names, "
                 "options, parameters, seeds, evaluations and versions"
@@ -85,16 +84,16 @@ def describe(value: Any, depth: int = _DEPTH) -> Any:
     Equal descriptions do not prove equal behavior: they show the changes of a study that its
     author would call another study.
     """
-    if isinstance(value, float | np.floating) and not math.isfinite(value):
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, np.ndarray):
+        if value.size > _LONGEST:
+            return {"shape": list(value.shape), "hash": joblib.hash(value)}
+        value = value.tolist()
+    if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if value is None or isinstance(value, bool | int | float | str):
         return value
-    if isinstance(value, np.generic):
-        return describe(value.item())
-    if isinstance(value, np.ndarray):
-        if value.size <= _LONGEST:
-            return describe(value.tolist(), depth)
-        return {"shape": list(value.shape), "hash": joblib.hash(value)}
     if isinstance(value, list | tuple):
         return [describe(each, depth) for each in value]
     if isinstance(value, Mapping):

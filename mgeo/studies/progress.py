@@ -24,7 +24,7 @@ def show_progress(title: str, total: int, reused: int | None, *, shown: bool) ->
     if shown and reused is not None:
         print(f"{title}: reused {reused} of {total} runs", file=sys.stderr)
     try:
-        from rich import progress
+        from rich import markup, progress
 
         from mgeo.terminal import console
     except ImportError:
@@ -32,16 +32,10 @@ def show_progress(title: str, total: int, reused: int | None, *, shown: bool) ->
     if not shown:
         yield lambda name, seed, error: None
         return
-    columns = (
-        progress.TextColumn("{task.description}", markup=False),
-        progress.BarColumn(),
-        progress.MofNCompleteColumn(),
-        progress.TimeElapsedColumn(),
-        progress.TimeRemainingColumn(elapsed_when_finished=False),
-    )
     screen = console(stderr=True)
+    columns = (*progress.Progress.get_default_columns(), progress.MofNCompleteColumn())
     with progress.Progress(*columns, console=screen, disable=not screen.is_terminal) as bar:
-        task = bar.add_task(title, total=total, completed=reused or 0)
+        task = bar.add_task(markup.escape(title), total=total, completed=reused or 0)
 
         def done(name: str, seed: int, error: str) -> None:
             if error:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import io
-import zipfile
-import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +14,7 @@ from numpy.typing import NDArray
 from mgeo._typing import FloatArray
 from mgeo.evaluation.dominance import nondominated
 from mgeo.store.atomic import write_file
-
-_ARRAYS = ("numbers", "F", "front", "X")
-_NUMBERS = ("n_eval", "evaluations", "failed", "wall_time")
+from mgeo.store.reading import from_npz
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +78,9 @@ class StudyRun:
             If the file is not such an archive.
         """
         try:
-            with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as archive:
-                arrays = {name: archive[name] for name in _ARRAYS}
-                numbers = {name: archive[name].item() for name in _NUMBERS}
-            return cls(**arrays, **numbers)
-        except (ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+            arrays: dict[str, Any] = from_npz(path.read_bytes())
+            return cls(**{name: a if a.ndim else a.item() for name, a in arrays.items()})
+        except (ValueError, TypeError) as error:
             raise ValueError(
                 f"{path}: not the record of a run: {error}; delete it to make the run again"
             ) from error

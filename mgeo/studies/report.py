@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import pandas as pd
 import plotly.graph_objects as go
 
 from mgeo.figures.page import LIBRARY, render, report_page
+from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import conclusions, control_table, published_table
 from mgeo.studies.figures.indicators import anytime_figure, ranks_figure, targets_figure
-from mgeo.studies.pooled import friedman_over_problems, problem_values
+from mgeo.studies.file import Study
+from mgeo.studies.pooled import friedman_over_problems, problem_values, targets_reached
 from mgeo.studies.statistics import LEVEL
 from mgeo.studies.stored import folder_name
 from mgeo.studies.tables import problems_table
-from mgeo.studies.targets import targets_reached
 from mgeo.validation.arguments import did_you_mean
-
-if TYPE_CHECKING:
-    from mgeo.studies.comparison import Comparison
-    from mgeo.studies.file import Study
-    from mgeo.studies.statistics import Friedman
 
 
 def problem_page(study: Study, label: str, comparison: Comparison) -> str:
@@ -33,8 +28,7 @@ def problem_page(study: Study, label: str, comparison: Comparison) -> str:
     published = published_table(study, comparison)
     against = None
     if study.control in comparison.order():
-        measures = [*comparison.indicators, *comparison.parts]
-        against = control_table(comparison, study.control, measures)
+        against = control_table(comparison, study.control, comparison.measures)
     results = render(
         "studies/assets/results.html",
         study=study,
@@ -61,29 +55,25 @@ def problem_page(study: Study, label: str, comparison: Comparison) -> str:
 def study_page(
     study: Study,
     comparisons: Mapping[str, Comparison],
-    ranked: Friedman | None,
     standings: pd.DataFrame,
-    reached: pd.DataFrame,
-    failed: Sequence[str],
+    remarks: Sequence[str],
 ) -> str:
     """Several problems: means of the first indicator each, ranks, and targets reached.
 
     Parameters
     ----------
     standings : as of `mgeo.studies.pooled.ranks_over_problems`.
-    reached : as of `mgeo.studies.targets.targets_reached`.
-    failed : sentences on what failed, as of `mgeo.studies.comparison.Comparison.failures`.
+    remarks : sentences on what failed, and the notes of the comparisons.
     """
-    labels = tuple(algorithm.label for algorithm in study.algorithms)
     problems = render(
         "studies/assets/problems.html",
         study=study,
         problems=problems_table(comparisons).table,
         ranks=average_ranks(standings, study.per_variable),
         folders={label: folder_name(label) for label in comparisons},
-        failed=failed,
+        remarks=remarks,
     )
-    figures = _pooled_figures(ranked, reached, labels, len(comparisons)).values()
+    figures = _pooled_figures(comparisons).values()
     head = render("studies/assets/head.html", study=study)
     return report_page(study.title, [head, *figures, problems], LIBRARY)
 
@@ -129,15 +119,7 @@ def study_figures(
     ValueError
         For the name of no figure.
     """
-    found: dict[str, go.Figure] = {}
-    if len(comparisons) > 1:
-        every = next(iter(comparisons.values())).algorithms
-        found = _pooled_figures(
-            friedman_over_problems(problem_values(comparisons)),
-            targets_reached(comparisons),
-            every,
-            len(comparisons),
-        )
+    found = _pooled_figures(comparisons) if len(comparisons) > 1 else {}
     named = {name: [name] for name in found}
     for label, comparison in comparisons.items():
         prefix = f"{folder_name(label)}-" if len(comparisons) > 1 else ""
@@ -155,10 +137,12 @@ def study_figures(
     return {full: found[full] for name in only or found for full in known[name]}
 
 
-def _pooled_figures(
-    ranked: Friedman | None, reached: pd.DataFrame, algorithms: tuple[str, ...], n_problems: int
-) -> dict[str, go.Figure]:
+def _pooled_figures(comparisons: Mapping[str, Comparison]) -> dict[str, go.Figure]:
+    """Return the figures over all problems that apply: ranks and targets."""
+    algorithms = next(iter(comparisons.values())).algorithms
+    ranked = friedman_over_problems(problem_values(comparisons))
+    reached = targets_reached(comparisons)
     figures = {"ranks": ranks_figure(ranked, algorithms)} if ranked else {}
     if len(reached):
-        figures["targets"] = targets_figure(reached, n_problems)
+        figures["targets"] = targets_figure(reached, len(comparisons))
     return figures

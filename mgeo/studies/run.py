@@ -8,12 +8,14 @@ from __future__ import annotations
 import copy
 import random
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from pymoo.core.algorithm import Algorithm
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
@@ -24,11 +26,11 @@ from mgeo.algorithms.staged import MGEOStaged, is_rough
 from mgeo.evaluation.dominance import not_weakly_dominated
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import succeeded
-from mgeo.runs.operators import IDLE_STEPS, set_up
+from mgeo.runs.algorithms import IDLE_STEPS, set_up
 from mgeo.studies.record import StudyRun
 
-if TYPE_CHECKING:
-    from pymoo.core.algorithm import Algorithm
+#: Receives problem, population and algorithm of each batch that was evaluated.
+Watch = Callable[[Any, Population, Any], object]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,28 +69,47 @@ def record(task: Task) -> StudyRun:
         If every candidate failed.
     """
     start = time.perf_counter()
-    problem = copy.deepcopy(task.problem)
-    with global_state(task.seed):
-        algorithm = set_up(problem, task.algorithm, task.n_eval, task.seed)
-        log = EvaluationLog(problem.n_obj, task.n_eval)
-        evaluator = algorithm.evaluator
-        algorithm.evaluator = WatchedEvaluator(evaluator, log)
-        idle = 0
-        # the algorithm's own termination is not used: some end a generation early
-        while log.seen < task.n_eval:
-            before = log.seen
-            algorithm.next()
-            idle = idle + 1 if log.seen == before else 0
-            if idle == IDLE_STEPS:
-                raise RuntimeError(
-                    f"{type(task.algorithm).__name__} made no new candidate after {log.seen} of "
-                    f"{task.n_eval} evaluations"
-                )
+    log = EvaluationLog(task.problem.n_obj, task.n_eval)
+    with global_state(task.seed), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "the first generation of")  # the comparison notes it
+        problem = copy.deepcopy(task.problem)
+        for algorithm in generations(task, problem, lambda _, *batch: log(*batch)):
+            evaluator = algorithm.evaluator.inner
         if isinstance(algorithm, MGEOStaged):
             algorithm.conclude()
         if isinstance(evaluator, TolerantEvaluator):
             evaluator.require_success()
     return log.record(time.perf_counter() - start)
+
+
+def generations(task: Task, problem: Problem, watch: Watch) -> Iterator[Any]:
+    """Yield a copy of the algorithm after each generation, until `n_eval` evaluations are made.
+
+    Its own termination is not used: some end a generation early.
+
+    Parameters
+    ----------
+    problem : a copy of that of the task.
+    watch : see `WatchedEvaluator`.
+
+    Raises
+    ------
+    RuntimeError
+        If the algorithm stops proposing candidates.
+    """
+    algorithm = set_up(problem, task.algorithm, task.n_eval, task.seed)
+    evaluator = algorithm.evaluator = WatchedEvaluator(algorithm.evaluator, watch)
+    idle = 0
+    while evaluator.seen < task.n_eval:
+        before = evaluator.seen
+        algorithm.next()
+        idle = idle + 1 if evaluator.seen == before else 0
+        if idle == IDLE_STEPS:
+            raise RuntimeError(
+                f"{type(task.algorithm).__name__} made no new candidate after {before} of "
+                f"{task.n_eval} evaluations"
+            )
+        yield algorithm
 
 
 class EvaluationLog:
@@ -160,16 +181,24 @@ class EvaluationLog:
 
 
 class WatchedEvaluator(Evaluator):
-    """Evaluator that passes each batch it evaluates, and the algorithm, to `watch`."""
+    """Evaluator that passes the problem, each batch it evaluates, and the algorithm to `watch`.
 
-    def __init__(self, inner: Evaluator, watch: Callable[[Population, Any], object]) -> None:
+    Attributes
+    ----------
+    inner : the evaluator that evaluates.
+    seen : number of evaluations so far.
+    """
+
+    def __init__(self, inner: Evaluator, watch: Watch) -> None:
         super().__init__(inner.skip_already_evaluated, inner.evaluate_values_of, inner.callback)
-        self._inner = inner
+        self.inner = inner
+        self.seen = 0
         self._watch = watch
 
     def _eval(self, problem: Problem, pop: Population, values: Any, **kwargs: Any) -> None:
-        self._inner._eval(problem, pop, values, **kwargs)
-        self._watch(pop, kwargs.get("algorithm"))
+        self.inner._eval(problem, pop, values, **kwargs)
+        self.seen += len(pop)
+        self._watch(problem, pop, kwargs.get("algorithm"))
 
 
 def _numeric(X: list[Any], rows: Any) -> Any:

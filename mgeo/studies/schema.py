@@ -5,35 +5,29 @@ from __future__ import annotations
 import json
 from typing import Annotated, Any, TypeVar
 
-from pydantic import ConfigDict, Field, PlainValidator
-from pydantic_core import PydanticCustomError
+from pydantic import BeforeValidator, ConfigDict, Field, PlainValidator
 
 from mgeo.runs.registry import ALGORITHMS
-from mgeo.studies.execute import GRID_POINTS, MOST, seed_numbers
+from mgeo.studies.arguments import GRID_POINTS, seed_numbers
 from mgeo.validation.arguments import validate_integer
 from mgeo.validation.tables import Table
 
 
-def _listed(value: Any) -> list[str]:
-    names = value if isinstance(value, list) else [value]
-    if not names or not all(isinstance(name, str) for name in names):
-        raise PydanticCustomError("expected", "a string, or a list of strings")
-    return names
+def _listed(value: Any) -> Any:
+    return [value] if isinstance(value, str) else value
 
 
 def _steps(value: Any) -> int | tuple[int, ...]:
-    if not isinstance(value, list):
-        return validate_integer("grid", value, low=1, high=MOST)
-    if not value:
-        raise PydanticCustomError("expected", "one number or more")
-    return tuple(validate_integer(f"grid[{i}]", step, low=1) for i, step in enumerate(value))
+    if isinstance(value, list | tuple) and value:
+        return tuple(validate_integer(f"grid[{i}]", step, low=1) for i, step in enumerate(value))
+    return validate_integer("grid", value, low=1)
 
 
 T = TypeVar("T")
 Some = Annotated[list[T], Field(min_length=1)]
-Count = Annotated[int, Field(ge=1, le=MOST)]
+Count = Annotated[int, Field(ge=1)]
 Seed = Annotated[int, Field(ge=0)]
-Names = Annotated[list[str], PlainValidator(_listed, str | Some[str])]
+Names = Annotated[Some[str], BeforeValidator(_listed, str | Some[str])]
 Grid = Annotated[int | tuple[int, ...], PlainValidator(_steps, Count | Some[Count])]
 Seeds = Annotated[tuple[int, ...], PlainValidator(seed_numbers, Count | Some[Seed])]
 
@@ -84,8 +78,8 @@ class PublishedTable(Table):
     table: dict[str, dict[str, float]] = Field(description="by label, then by column")
 
 
-class StudyTable(Table):
-    """A comparison of algorithms on problems."""
+class StudyKeys(Table):
+    """Keys of a study but for its problems and algorithms."""
 
     title: str
     about: str = ""
@@ -103,9 +97,14 @@ class StudyTable(Table):
         "and over all; p values of that are corrected for its rivals alone, so it is named before "
         "results are seen",
     )
+    published: PublishedTable | None = None
+
+
+class StudyTable(StudyKeys):
+    """A comparison of algorithms on problems."""
+
     problems: Some[ProblemTable]
     algorithms: Some[AlgorithmTable]
-    published: PublishedTable | None = None
 
 
 def study_schema() -> str:

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import re
 from collections.abc import Collection, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from pymoo.core.problem import Problem
 
 from mgeo.plugins import protocol
 from mgeo.plugins.problems import load_problem
-from mgeo.store.atomic import to_json, write_file
-from mgeo.store.reading import exact_floats
+from mgeo.store.atomic import to_json, write_files
+from mgeo.store.reading import exact_floats, read_json, to_csv
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.indicators import OBJECTIVE_SPACE, POINTS, IndicatorSpace, applicable
 from mgeo.studies.plan import PLAN
 from mgeo.studies.record import StudyRun
-
-if TYPE_CHECKING:
-    from pymoo.core.problem import Problem
+from mgeo.validation.entries import errors_of
 
 TABLE, RUNS, FRONTS = "table.csv", "runs.csv", "fronts.csv"
 PROVENANCE = "provenance.json"
@@ -33,36 +31,29 @@ _TAKEN = ("runs",)  # what else is in a study's folder
 
 
 def write_comparison(
-    folder: Path, comparison: Comparison, about: Mapping[str, Any], more: Mapping[str, str] = {}
+    folder: Path, comparison: Comparison, plan: Mapping[str, Any], more: Mapping[str, bytes] = {}
 ) -> None:
-    """Write what `read_comparison` reads, and more texts; the provenance last."""
-    fronts = []
-    for (name, seed), record in comparison.records.items():
-        front = pd.DataFrame(record.front_F, columns=list(comparison.objectives))
-        front.insert(0, "algorithm", name)
-        front.insert(1, "seed", seed)
-        fronts.append(front)
-    tables = {TABLE: comparison.table, RUNS: comparison.runs, FRONTS: pd.concat(fronts)}
-    (folder / PROVENANCE).unlink(missing_ok=True)
-    for name, table in tables.items():
-        text = table.to_csv(index=False, na_rep="nan", lineterminator="\n")
-        write_file(folder / name, text.encode())
-    for name, text in more.items():
-        write_file(folder / name, text.encode())
-    write_file(folder / PROVENANCE, to_json(about))
+    """Write what `read_comparison` reads, and more files; the provenance last.
 
-
-def provenance(comparison: Comparison, plan: Mapping[str, Any]) -> dict[str, Any]:
-    """Return how a comparison was made: its plan, its indicator space, and counts of its runs."""
-    statuses = comparison.runs["status"]
-    return {
+    Parameters
+    ----------
+    plan : the provenance but for the space of the indicators, the notes, and counts of the runs.
+    """
+    columns = list(comparison.objectives)
+    parts = {key: pd.DataFrame(r.front_F, columns=columns) for key, r in comparison.records.items()}
+    fronts = pd.concat(parts, names=["algorithm", "seed"]).reset_index(["algorithm", "seed"])
+    tables = {TABLE: comparison.table, RUNS: comparison.runs, FRONTS: fronts}
+    runs = comparison.runs
+    about = {
         **plan,
         "space": comparison.space.describe(),
-        "runs_finished": int((statuses == "finished").sum()),
-        "runs_failed": int((statuses == "failed").sum()),
-        "hours_of_runs": round(float(comparison.runs["wall_time"].sum()) / 3600.0, 3),
+        "notes": comparison.notes,
+        **{f"runs_{key}": int((runs["status"] == key).sum()) for key in ("finished", "failed")},
+        "hours_of_runs": round(float(runs["wall_time"].sum()) / 3600.0, 3),
         "written": datetime.now(UTC).isoformat(timespec="seconds"),
     }
+    contents = {name: to_csv(table) for name, table in tables.items()}
+    write_files(folder, {**contents, **more, PROVENANCE: to_json(about)})
 
 
 def read_comparison(
@@ -105,16 +96,15 @@ def read_comparison(
     if not path.is_file():
         several = " of one problem: see read_comparisons" if (folder / PLAN).is_file() else ""
         raise FileNotFoundError(f"{folder} holds no comparison{several}: there is no {PROVENANCE}")
-    about = _read_json(path)
-    try:
-        if problem is None:
-            problem = _load_problem(about["problem"], named)
-        space = _space(problem, about["space"])
-        algorithms, n_eval = tuple(about["algorithms"]), int(about["evaluations"])
-    except (KeyError, TypeError) as error:
-        raise ValueError(f"{path}: not the provenance of a comparison: {error!r}") from error
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+    about = read_json(path)
+    with errors_of(path):
+        try:
+            if problem is None:
+                problem = _load_problem(about["problem"], named)
+            space = _space(problem, about["space"])
+            algorithms, n_eval = tuple(about["algorithms"]), int(about["evaluations"])
+        except KeyError as error:
+            raise ValueError(f"{error} is missing") from error
     indicators = [indicator.name for indicator in applicable(problem.n_obj)]
     table = _read_table(folder / TABLE, ["evaluations", "points", *indicators])
     runs = _read_table(folder / RUNS, ["status", "wall_time", "failed_evaluations", "error"])
@@ -126,7 +116,8 @@ def read_comparison(
             for row in runs.to_dict("records")
             if row["status"] == "finished"
         }
-    return Comparison(problem, algorithms, n_eval, table, runs, records, space)
+    notes = tuple(about.get("notes", ()))
+    return Comparison(problem, algorithms, n_eval, table, runs, records, space, notes)
 
 
 def read_comparisons(folder: Path | str, *, named: Collection[str] = ()) -> dict[str, Comparison]:
@@ -154,7 +145,7 @@ def read_comparisons(folder: Path | str, *, named: Collection[str] = ()) -> dict
     path = folder / PLAN
     if not path.is_file():
         raise FileNotFoundError(f"{folder} holds no study: there is no {PLAN}")
-    plan = _read_json(path)
+    plan = read_json(path)
     labels = list(plan.get("problems", ())) if isinstance(plan, dict) else []
     places = {label: problem_folder(folder, label, len(labels)) for label in labels}
     done = {label: place for label, place in places.items() if (place / PROVENANCE).is_file()}
@@ -180,13 +171,6 @@ def folder_name(label: str) -> str:
         return label.replace(" ", "-")
     readable = re.sub(r"[\W-]+", "-", label.lower())[:_LONGEST].strip("-") or "problem"
     return f"{readable}~{hashlib.sha256(label.encode()).hexdigest()[:8]}"
-
-
-def _read_json(path: Path) -> Any:
-    try:
-        return json.loads(path.read_text("utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"{path}: not JSON: {error}") from error
 
 
 def _load_problem(about: Mapping[str, Any], named: Collection[str]) -> Problem:
@@ -218,7 +202,7 @@ _TYPES: dict[str, Any] = dict.fromkeys(_TEXTS, str)
 
 def _read_table(path: Path, columns: Collection[str]) -> pd.DataFrame:
     """Read a table of runs; floats exactly."""
-    try:
+    with errors_of(path):
         table: pd.DataFrame = pd.read_csv(
             path,
             **exact_floats(),
@@ -227,14 +211,11 @@ def _read_table(path: Path, columns: Collection[str]) -> pd.DataFrame:
             na_values=["nan"],
             index_col=False,
         )
-    except ValueError as error:
-        raise ValueError(f"{path}: not a table: {error}") from error
-    for name in ("algorithm", "seed", *columns):
-        if name not in table:
-            raise ValueError(f"{path}: there is no column {name!r}")
-    for name in set(table.columns) - set(_TEXTS):
-        if not pd.api.types.is_numeric_dtype(table[name]):
-            raise ValueError(f"{path}: column {name}: expected numbers")
+        for name in ("algorithm", "seed", *columns):
+            if name not in table:
+                raise ValueError(f"there is no column {name!r}")
+        for name in set(table.columns) - {*_TEXTS, *table.select_dtypes("number")}:
+            raise ValueError(f"column {name}: expected numbers")
     return table
 
 

@@ -4,29 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import pandas as pd
 from plotly.offline import get_plotlyjs
 
 from mgeo.figures.page import LIBRARY
-from mgeo.store.atomic import write_file
+from mgeo.store.atomic import write_file, write_files
+from mgeo.store.reading import to_csv
 from mgeo.store.run_folder import REPORT_FILE
+from mgeo.studies.arguments import grid_steps
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import published_table
-from mgeo.studies.execute import RECORDS, grid_steps, make_comparison
+from mgeo.studies.execute import RECORDS, Experiment
 from mgeo.studies.file import Study
 from mgeo.studies.indicators import NothingToCompareError, check_space
 from mgeo.studies.plan import claim, installed_versions
-from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
+from mgeo.studies.pooled import problem_values, ranks_over_problems, targets_reached
 from mgeo.studies.report import problem_page, study_page
-from mgeo.studies.stored import problem_folder, provenance, write_comparison
+from mgeo.studies.stored import problem_folder, write_comparison
 from mgeo.studies.tables import markdown, problems_table
-from mgeo.studies.targets import targets_reached
-
-if TYPE_CHECKING:
-    from pymoo.core.algorithm import Algorithm
-    from pymoo.core.problem import Problem
 
 TEXT = "study.toml"
 VALUES = "values.csv"
@@ -48,9 +45,8 @@ def run_study(
     evaluations), ``fronts.csv``, ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``,
     ``report.html`` and ``provenance.json``. They are in `folder`, or with several problems in a
     folder each below it. Then `folder` also has ``report.html``, ``summary.md``, ``summary.tex``,
-    ``values.csv``, ``ranks.csv`` (see `mgeo.studies.pooled`), ``targets.csv`` (see
-    `mgeo.studies.targets`) and the plotting library that the pages share. ``runs/`` has each run
-    as it finishes.
+    ``values.csv``, ``ranks.csv`` and ``targets.csv`` (see `mgeo.studies.pooled`), and the plotting
+    library that the pages share. ``runs/`` has each run as it finishes.
 
     Parameters
     ----------
@@ -91,31 +87,18 @@ def run_study(
     (['zdt1'], True)
     """
     folder = Path(folder)
-    built = build(study)
-    parts = [part for problem, algorithms in built for part in (problem, *algorithms.values())]
+    places = {p.label: problem_folder(folder, p.label, len(study.problems)) for p in study.problems}
+    how = {"resume": resume, "n_jobs": n_jobs, "progress": progress}
+    experiments = _experiments(study, places, how)
+    parts = [part for e in experiments.values() for part in (e.problem, *e.algorithms.values())]
     plan = study.plan() | {"versions": installed_versions(*parts)}
     with claim(folder, plan, resume=resume):
         write_file(folder / TEXT, study.text.encode())
         comparisons: dict[str, Comparison] = {}
         without: list[str] = []
-        for configuration, (problem, algorithms) in zip(study.problems, built, strict=True):
-            label = configuration.label
-            place = problem_folder(folder, label, len(study.problems))
-            n_eval, grid = study.budget(problem)
+        for label, experiment in experiments.items():
             try:
-                comparison = make_comparison(
-                    problem,
-                    algorithms,
-                    n_eval,
-                    study.seeds,
-                    runs=place / RECORDS,
-                    resume=resume,
-                    steps=grid_steps(grid, n_eval),
-                    space={"parts": configuration.parts},
-                    n_jobs=n_jobs,
-                    progress=progress,
-                    title=label,
-                )
+                comparison = comparisons[label] = experiment.compare()
             except NothingToCompareError as error:
                 without.append(f"{label}: {error}")
                 continue
@@ -123,75 +106,82 @@ def run_study(
                 "title": study.title,
                 "problem": {"label": label, **plan["problems"][label]},
                 "algorithms": plan["algorithms"],
-                "evaluations": n_eval,
+                "evaluations": experiment.n_eval,
                 "seeds": plan["seeds"],
                 "versions": plan["versions"],
             }
-            texts = _texts(study, label, comparison)
-            write_comparison(place, comparison, provenance(comparison, about), texts)
-            comparisons[label] = comparison
+            write_comparison(places[label], comparison, about, _files(study, label, comparison))
         if len(study.problems) > 1 and comparisons:
-            write_file(folder / LIBRARY, get_plotlyjs().encode())
-            for name, text in _over_problems(study, comparisons, without).items():
-                write_file(folder / name, text.encode())
+            write_files(folder, _over_problems(study, comparisons, without))
     if without:
         raise NothingToCompareError("; ".join(without))
     return comparisons
 
 
-def build(study: Study) -> list[tuple[Problem, dict[str, Algorithm]]]:
-    """Build each problem, and the algorithms for it by their labels.
-
-    All are built before any is used: an error should not come after hours.
+def _experiments(
+    study: Study, places: Mapping[str, Path], how: Mapping[str, Any]
+) -> dict[str, Experiment]:
+    """Build problems and algorithms, all before any is used: no error should come after hours.
 
     Raises
     ------
     ValueError, TypeError
         If one cannot be built.
     """
-    problems = [configuration.build() for configuration in study.problems]
-    for configuration, problem in zip(study.problems, problems, strict=True):
+    experiments = {}
+    for configuration in study.problems:
+        label, problem = configuration.label, configuration.build()
         try:
             check_space(problem, parts=configuration.parts)
         except ValueError as error:
-            raise ValueError(f"{configuration.label}: {error}") from error
-    return [(p, {each.label: each.build(p) for each in study.algorithms}) for p in problems]
+            raise ValueError(f"{label}: {error}") from error
+        n_eval, grid = study.budget(problem)
+        experiments[label] = Experiment(
+            problem,
+            {each.label: each.build(problem) for each in study.algorithms},
+            n_eval,
+            study.seeds,
+            steps=grid_steps(grid, n_eval),
+            space={"parts": configuration.parts},
+            title=label,
+            runs=places[label] / RECORDS,
+            **how,
+        )
+    return experiments
 
 
 def _over_problems(
     study: Study, comparisons: Mapping[str, Comparison], without: list[str]
-) -> dict[str, str]:
+) -> dict[str, bytes]:
     """Return the files about all problems together."""
     values = problem_values(comparisons, study.per_variable)
     standings = ranks_over_problems(values, study.control)
-    reached = targets_reached(comparisons)
-    ranked = friedman_over_problems(values)
     marked = problems_table(comparisons)
-    failed = [text for label, each in comparisons.items() for text in each.failures(label)]
-    failed += without
+    remarks = [text for label, each in comparisons.items() for text in each.failures(label)]
+    remarks += [*without, *(text for each in comparisons.values() for text in each.notes)]
+    summary = marked.markdown() + "".join(f"\n{text}\n" for text in remarks)
     return {
-        "summary.md": marked.markdown() + "".join(f"\n{text}\n" for text in failed),
-        "summary.tex": marked.latex(),
-        VALUES: values.to_csv(index=False, lineterminator="\n"),
-        RANKS: standings.to_csv(index=False, lineterminator="\n"),
-        TARGETS: reached.to_csv(index=False, lineterminator="\n"),
-        REPORT_FILE: study_page(study, comparisons, ranked, standings, reached, failed),
+        LIBRARY: get_plotlyjs().encode(),
+        "summary.md": summary.encode(),
+        "summary.tex": marked.latex().encode(),
+        VALUES: to_csv(values),
+        RANKS: to_csv(standings),
+        TARGETS: to_csv(targets_reached(comparisons)),
+        REPORT_FILE: study_page(study, comparisons, standings, remarks).encode(),
     }
 
 
-def _texts(study: Study, label: str, comparison: Comparison) -> dict[str, str]:
+def _files(study: Study, label: str, comparison: Comparison) -> dict[str, bytes]:
     """Return the files about one problem, besides the tables that are read back."""
-    indicators = [each.name for each in [*comparison.indicators, *comparison.parts]]
-    tests = pd.concat(
-        [comparison.tests(name).pairs for name in indicators], keys=indicators, names=["indicator"]
-    )
-    summary = comparison.to_markdown()
+    pairs = {each.name: comparison.tests(each.name).pairs for each in comparison.measures}
+    tests = pd.concat(pairs, names=["indicator"])
+    summary = comparison.to_markdown() + "".join(f"\n{text}\n" for text in comparison.notes)
     published = published_table(study, comparison)
     if published is not None and study.published is not None:
         summary += f"\nBeside {study.published.source}:\n\n{markdown(published)}"
     return {
-        "tests.csv": tests.reset_index(0).to_csv(index=False, lineterminator="\n"),
-        "summary.md": summary,
-        "summary.tex": comparison.to_latex(),
-        REPORT_FILE: problem_page(study, label, comparison),
+        "tests.csv": to_csv(tests.reset_index(0)),
+        "summary.md": summary.encode(),
+        "summary.tex": comparison.to_latex().encode(),
+        REPORT_FILE: problem_page(study, label, comparison).encode(),
     }

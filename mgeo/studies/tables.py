@@ -6,7 +6,7 @@ below the table says.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,12 @@ if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
 
 MARK = "†"
+
+_NOTE = (
+    f"Mean ± standard deviation of the runs. Bold: the best mean. {MARK}: does not differ "
+    "significantly from it, by the Mann-Whitney test with Holm's correction for all pairs at "
+    f"{100 * LEVEL:g} %."
+)
 
 _LATEX = {
     "\\": r"\textbackslash{}",
@@ -41,7 +47,7 @@ Cells = Collection[tuple[str, str]]
 
 @dataclass(frozen=True, eq=False)
 class MarkedTable:
-    """A table of text with marked cells: the `best`, and those `alike`; `note` explains the marks.
+    """A table of text with marked cells: the `best`, and those `alike`.
 
     Rows and columns have different names each.
     """
@@ -49,28 +55,43 @@ class MarkedTable:
     table: pd.DataFrame
     best: Cells
     alike: Cells
-    note: str
+
+    @property
+    def note(self) -> str:
+        """Explanation of the marks; empty if there are none."""
+        return _NOTE if self.best else ""
 
     def markdown(self) -> str:
         """Return the table in Markdown, with the note below."""
-        text = markdown(_changed(self.table, self.best, self.alike, "**{}**"))
+        text = markdown(self._marked("**{}**", str))
         return f"{text}\n{self.note}\n" if self.note else text
 
     def latex(self) -> str:
         """Return a booktabs ``tabular`` with the note below, for a ``table`` environment."""
-        text = latex(_changed(self.table, (), self.alike, ""), self.best)
+        cells = self._marked(r"\textbf{{{}}}", escape).rename(index=escape, columns=escape)
+        cells = cells.rename_axis(escape(cells.index.name or "")).reset_index()
+        columns = "l" + "r" * len(self.table.columns)
+        text: str = cells.to_latex(index=False, column_format=columns)
         note = rf"\par\smallskip{{\footnotesize {escape(self.note)}}}"
         return f"{text}{note}\n" if self.note else text
+
+    def _marked(self, bold: str, escaped: Callable[[object], str]) -> pd.DataFrame:
+        cells = self.table.map(escaped)
+        for row, column in self.best:
+            cells.at[row, column] = bold.format(cells.at[row, column])
+        for row, column in self.alike:
+            cells.at[row, column] = f"{cells.at[row, column]!s} {escaped(MARK)}"
+        return cells
 
 
 def problem_table(comparison: Comparison) -> MarkedTable:
     """Return the `overview` of a comparison, each column of an indicator marked."""
     best, alike = [], []
-    for indicator in [*comparison.indicators, *comparison.parts]:
+    for indicator in comparison.measures:
         first, others = marks(comparison, indicator)
         best += [(name, indicator.title) for name in first]
         alike += [(name, indicator.title) for name in others]
-    return MarkedTable(comparison.overview(), best, alike, _note(best))
+    return MarkedTable(comparison.overview(), best, alike)
 
 
 def problems_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
@@ -83,7 +104,7 @@ def problems_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
         first, others = marks(comparison, indicator)
         best += [(row, name) for name in first]
         alike += [(row, name) for name in others]
-    return MarkedTable(pd.DataFrame(rows).T.rename_axis("problem"), best, alike, _note(best))
+    return MarkedTable(pd.DataFrame(rows).T.rename_axis("problem"), best, alike)
 
 
 def marks(comparison: Comparison, indicator: Indicator) -> tuple[list[str], list[str]]:
@@ -111,34 +132,6 @@ def markdown(table: pd.DataFrame) -> str:
     return "".join(f"| {' | '.join(line)} |\n" for line in cells)
 
 
-def latex(table: pd.DataFrame, bold: Cells = ()) -> str:
-    """Format a booktabs ``tabular``, with its index as the first column and some bold cells."""
-    cells = _changed(table.map(escape), bold, (), r"\textbf{{{}}}")
-    shown = cells.rename(index=escape).rename_axis(str(table.index.name or "")).reset_index()
-    columns = "l" + "r" * len(table.columns)
-    text: str = shown.rename(columns=escape).to_latex(index=False, column_format=columns)
-    return text
-
-
 def escape(text: object) -> str:
     """Escape the characters of a text that LaTeX would interpret."""
     return "".join(_LATEX.get(character, character) for character in str(text))
-
-
-def _changed(table: pd.DataFrame, bold: Cells, marked: Cells, form: str) -> pd.DataFrame:
-    cells = pd.DataFrame(table, dtype=object).copy()
-    for row, column in bold:
-        cells.at[row, column] = form.format(str(cells.at[row, column]))
-    for row, column in marked:
-        cells.at[row, column] = f"{cells.at[row, column]!s} {MARK}"
-    return cells
-
-
-def _note(best: Cells) -> str:
-    return (
-        f"Mean ± standard deviation of the runs. Bold: the best mean. {MARK}: does not differ "
-        "significantly from it, by the Mann-Whitney test with Holm's correction for all pairs at "
-        f"{100 * LEVEL:g} %."
-        if best
-        else ""
-    )

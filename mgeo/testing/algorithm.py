@@ -65,6 +65,7 @@ def check_algorithm(
         _check_ask_and_tell(trial, result)
         _check_copies(trial, result)
         if isinstance(algorithm, ExtremalOptimization):
+            _check_parameters(trial, result)
             _check_restored(trial, result)
         if constraints:
             _check_constraints(trial)
@@ -156,6 +157,21 @@ def _check_copies(trial: _Trial, result: Result) -> None:
     with no_error("pickle the algorithm"):
         revived = pickle.loads(pickle.dumps(trial.algorithm))
     _require_same(replace(trial, algorithm=revived).run()[0], result, "a pickled copy, as itself")
+
+
+def _check_parameters(trial: _Trial, result: Result) -> None:
+    cls = type(trial.algorithm)
+    with no_error("get_params(), each parameter of the constructor kept under its name"):
+        found = trial.algorithm.get_params()
+        again = cls(**found)
+    for name, value in again.get_params().items():
+        require(
+            np.array_equal(value, found[name]),
+            f"{cls.__name__}({name}={found[name]!r:.80}) keeps {name} = {value!r:.80}: expected "
+            "each parameter to be kept as it was given",
+        )
+    rule = "an algorithm made from get_params(), as itself"
+    _require_same(replace(trial, algorithm=again).run()[0], result, rule)
 
 
 def _check_restored(trial: _Trial, result: Result) -> None:

@@ -92,7 +92,7 @@ def test_a_part_of_a_view_shares_what_is_known(problem, monkeypatch):
     view = problem.view(random_designs(problem, 4))
     table, kept = view.describe(), view.kept
     monkeypatch.setattr(problem.__class__, "flown", None)
-    monkeypatch.setattr("mgeo_attitude.filter.evaluator.evaluate", None)
+    monkeypatch.setattr("mgeo_attitude.problem.evaluate", None)
     part = view.take([2, 0])
     pd.testing.assert_frame_equal(part.describe(), table.iloc[[2, 0]].reset_index(drop=True))
     np.testing.assert_array_equal(part.kept, kept[[2, 0]])

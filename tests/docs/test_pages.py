@@ -46,6 +46,7 @@ def test_scenarios_are_read(text):
         "start-research.md",
         "limits.md",
         "calibration.md",
+        "telemetry.md",
         "consistency.md",
         "robust.md",
         "how-good.md",
@@ -92,7 +93,7 @@ def test_stored_fronts_belong_to_their_scenarios(start):
 @pytest.mark.slow
 def test_calibration(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (mapping,) = blocks("calibration.md", "toml")
+    (mapping,) = blocks("telemetry.md", "toml")
     Path("columns.toml").write_text(mapping)
     TelemetryMapping.from_toml("columns.toml")
     scenario = Scenario.from_toml('preset = "paper"\nduration = 900.0\n')

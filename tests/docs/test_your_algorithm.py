@@ -56,14 +56,14 @@ def test_its_own_test(installed):
 @pytest.mark.slow
 def test_commands_and_study(folder):
     solve, again = blocks(PAGE, "sh")[0].splitlines()
-    run(f"{solve} --evaluations 600 --quiet")
+    run(f"{solve} --evaluations 1800 --quiet")
     first = read_run("runs/cauchy").configuration
     assert (first.algorithm, first.parameters["scale"]) == (NAME, 0.05)
     run(f"{again} --quiet")
     run(f"{solve} --evaluations 9000 --out whole --quiet")
     assert np.array_equal(read_run("runs/cauchy").outcome.X, read_run("whole").outcome.X)
     Path("study.toml").write_text(blocks(PAGE, "toml")[0])
-    found = run("mgeo study study.toml --evaluations 600 --seeds 2 --jobs 2 --json -q")
+    found = run("mgeo study study.toml --evaluations 900 --seeds 2 --jobs 2 --json -q")
     assert json.loads(found)["problems"]["zdt1"]["runs_finished"] == 6
 
 
@@ -82,13 +82,13 @@ def test_steps_have_a_cauchy_distribution(folder):
 
 def test_an_installed_one_is_found_by_its_name(installed):
     assert re.search(rf"^{installed} ", run("mgeo algorithms"), re.MULTILINE)
-    run(f"mgeo solve pymoo:zdt1 --algorithm {installed} --evaluations 300 --out named -q")
+    run(f"mgeo solve pymoo:zdt1 --algorithm {installed} --evaluations 1800 --out named -q")
     run("mgeo resume named --evaluations 1800 -q")
     assert read_run("named").outcome.evaluations == 1800
 
 
 def test_a_run_folder_imports_no_module(folder):
-    run(f"mgeo solve pymoo:zdt1 --algorithm {NAME} --evaluations 300 --out made -q")
+    run(f"mgeo solve pymoo:zdt1 --algorithm {NAME} --evaluations 1800 --out made -q")
     sys.modules.pop("cauchy")
     assert f"--algorithm {NAME}" in run("mgeo resume made --evaluations 600", codes=(2,))
     assert "cauchy" not in sys.modules

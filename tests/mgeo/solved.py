@@ -1,9 +1,10 @@
 """One run of an algorithm on a problem, in a line."""
 
-from mgeo.runs.operators import set_up
+from mgeo.runs.algorithms import set_up
 from mgeo.runs.solve import State
+from mgeo.runs.solve import solve as run
 
 
 def solve(problem, algorithm, evaluations, seed, callback=None, max_time=None):
     ready = set_up(problem, algorithm, evaluations, seed)
-    return State(problem, ready, evaluations, callback, max_time=max_time).run()
+    return run(State(ready, evaluations, callback, max_time=max_time))

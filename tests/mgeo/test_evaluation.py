@@ -9,6 +9,9 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.algorithms.moo.spea2 import SPEA2
+from pymoo.algorithms.soo.nonconvex.de import DE
+from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.algorithms.soo.nonconvex.pso import PSO
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 from pymoo.core.problem import ElementwiseProblem, LoopedElementwiseEvaluation, Problem
@@ -218,6 +221,35 @@ class Never(Problem):
         if self.left < 0:
             raise RuntimeError(f"no license {self.left}")
         out["F"] = X
+
+
+class Failing(Problem):
+    """No candidate has finite objectives."""
+
+    def __init__(self, n_obj, n_ieq_constr):
+        super().__init__(n_var=2, n_obj=n_obj, n_ieq_constr=n_ieq_constr, xl=0.0, xu=1.0)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        out["F"] = np.full((len(X), self.n_obj), np.nan)
+        out["G"] = np.zeros((len(X), self.n_ieq_constr))
+
+
+@pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")  # of SPEA2
+@pytest.mark.parametrize(
+    ("algorithm", "n_obj"),
+    [
+        (MGEOReal(n_walkers=2), 2), (NSGA2(8), 2), (NSGA3(DIRECTIONS, 20), 2), (SPEA2(8), 2),
+        (GA(8), 1), (DE(8), 1), (PSO(8), 1),
+    ],
+    ids=lambda value: type(value).__name__,
+)  # fmt: skip
+@pytest.mark.parametrize("n_constraints", [0, 1])
+def test_a_run_in_which_no_candidate_succeeded_has_no_result(algorithm, n_obj, n_constraints):
+    evaluator = TolerantEvaluator(patience=1000)
+    result = solve(Failing(n_obj, n_constraints), algorithm, 2, evaluator=evaluator)
+    assert evaluator.n_failed == evaluator.n_eval > 0
+    assert result.F is None
+    assert result.X is None
 
 
 @pytest.mark.parametrize("algorithm", [MGEOReal(n_walkers=2), NSGA2(4)], ids=["mgeo", "nsga2"])

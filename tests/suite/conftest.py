@@ -7,7 +7,8 @@ import pytest
 from mgeo_attitude.scenario import Convergence
 from mgeo_suite import Catalog, SensorSuiteProblem
 
-from mgeo.algorithms import KINDS, RealCode, Variables
+from mgeo.algorithms import RealCode, Variables
+from mgeo.algorithms.variables import KINDS
 
 from ..three import three
 

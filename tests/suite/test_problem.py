@@ -14,7 +14,7 @@ from mgeo_suite.catalog import SunHead
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected
-from mgeo.algorithms import designs_of
+from mgeo.algorithms.variables import designs_of
 from mgeo.testing import check_problem
 
 from ..three import three

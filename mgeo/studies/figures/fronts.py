@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 from math import ceil
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import moocore
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
+from mgeo._typing import FloatArray
 from mgeo.figures.front import axis
 from mgeo.figures.style import CLICK, literal
+from mgeo.studies.comparison import Comparison
 from mgeo.studies.figures.style import finished, looks, require_objectives, set_axes
-
-if TYPE_CHECKING:
-    from mgeo._typing import FloatArray
-    from mgeo.studies.comparison import Comparison
 
 _COLUMNS = 3
 _ROW_HEIGHT = 300
 _COORDINATES = ("x", "y", "z")
 
 _SURFACES = ((50, "half of the runs", 2.0), (0, "the best run", 1.0), (100, "every run", 1.0))
-_STEPS = 5  # of the difference in share of runs, in each direction
-_LEVELS = (*range(_STEPS, 0, -1), *range(-1, -_STEPS - 1, -1))
-_FIRST, _SECOND = (0, 92, 148), (190, 75, 0)  # at their strongest
+_CELLS = 300  # of the difference, along each objective
 
 
 def fronts_figure(comparison: Comparison) -> go.Figure:
@@ -125,9 +121,12 @@ def attainment_figure(comparison: Comparison) -> go.Figure:
     require_objectives(comparison.problem, 2)
     figure, drawn = go.Figure(), [np.empty((0, 2))]
     for name, look in looks(comparison.algorithms).items():
-        points, sets = _stacked(comparison.fronts(name))
+        # an empty front is a point at infinity: a run that counts, and attains nothing
+        fronts = [f if len(f) else np.full((1, 2), np.inf) for f in comparison.fronts(name)]
+        points = np.concatenate([np.empty((0, 2)), *fronts])
         if not np.isfinite(points).any():
             continue
+        sets = np.repeat(np.arange(1.0, len(fronts) + 1), list(map(len, fronts)))
         surfaces = moocore.eaf(points, sets, percentiles=[level for level, _, _ in _SURFACES])
         surfaces = surfaces[np.isfinite(surfaces).all(axis=1)]
         for level, meaning, width in _SURFACES:
@@ -159,29 +158,53 @@ def difference_figure(comparison: Comparison, first: str, second: str) -> go.Fig
         Unless there are two objectives, both algorithms have a finished run, and a run has a front.
     """
     require_objectives(comparison.problem, 2)
-    ours, theirs = comparison.fronts(first), comparison.fronts(second)
-    runs = min(len(ours), len(theirs))  # moocore expects equal numbers
-    ours, theirs = ours[:runs], theirs[:runs]
-    if not any(map(len, ours + theirs)):
+    pair = [comparison.fronts(name) for name in (first, second)]
+    fronts = [front for each in pair for front in each if len(front)]
+    if not (all(pair) and fronts):
         raise ValueError(f"{first!r} and {second!r}: expected a finished run of each, and a front")
-    everything = np.concatenate(ours + theirs)
-    corner = everything.max(axis=0) + 0.05 * np.ptp(everything, axis=0)
-    areas, steps = _areas(ours, theirs, corner), min(_STEPS, runs)
-    figure = go.Figure()
-    for level in _LEVELS:
-        if abs(level) <= steps:
-            pair = (first, second) if level > 0 else (second, first)
-            low, high = (f"{100 * k / steps:.3g}" for k in (abs(level), abs(level) + 1))
-            share = f"{low} %" if abs(level) == steps else f"{low} to {high} %"
-            figure.add_trace(_area(*pair, level, share, areas.get(level, [])))
-    set_axes(figure, comparison.objectives, everything)
-    finished(
+    points = np.concatenate(fronts)
+    x, y = (_grid(values) for values in points.T)
+    shares = [attained_shares(each, x[:-1], y[:-1]) for each in pair]
+    figure = go.Figure(
+        go.Heatmap(
+            x=x,
+            y=y,
+            z=np.round(100.0 * (shares[0] - shares[1])).astype(np.int8),
+            zmin=-100,
+            zmax=100,
+            colorscale=[(0.0, "rgb(190,75,0)"), (0.5, "white"), (1.0, "rgb(0,92,148)")],
+            colorbar={"title": {"text": "difference in<br>share of runs"}, "ticksuffix": " %"},
+            hovertemplate=f"{literal(first)} minus {literal(second)}: %{{z}} %<extra></extra>",
+        )
+    )
+    set_axes(figure, comparison.objectives, points)
+    return finished(
         figure,
         f"Attainment of {literal(first)} against {literal(second)}",
         f"blue: {literal(first)} attains the point in more of its runs; orange: in fewer; the "
         "darker, the more",
     )
-    return figure.update_layout(legend={"title": "difference in share of runs"})
+
+
+def attained_shares(fronts: list[FloatArray], x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return the share of fronts that attain each point of a grid, shape (len(y), len(x)).
+
+    A front attains a point that one of its points, shape (n, 2), weakly dominates.
+    """
+    attained = np.zeros((len(y), len(x)))
+    for front in fronts:
+        order = front[np.argsort(front[:, 0])]
+        least = np.concatenate([[np.inf], np.minimum.accumulate(order[:, 1])])
+        attained += least[np.searchsorted(order[:, 0], x, side="right")] <= y[:, None]
+    return attained / len(fronts)
+
+
+def _grid(values: FloatArray) -> FloatArray:
+    """Return ascending coordinates of cells: all values, or quantiles of many, and an end."""
+    found = np.unique(values)
+    if len(found) > _CELLS:
+        found = np.unique(np.quantile(found, np.linspace(0.0, 1.0, _CELLS), method="nearest"))
+    return np.append(found, found[-1] + 0.05 * (np.ptp(found) or 1.0))
 
 
 def _points(
@@ -194,59 +217,3 @@ def _points(
     coordinates = dict(zip(_COORDINATES, F.T, strict=False))
     kind = go.Scatter3d if F.shape[1] == 3 else go.Scatter
     return kind(**coordinates, hovertemplate=hover, **style)
-
-
-def _stacked(fronts: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """Return all points below each other, shape (n, 2), and the number of each one's front, (n,).
-
-    An empty front is a point at infinity: a run that counts, and attains nothing.
-    """
-    counted = [front if len(front) else np.full((1, 2), np.inf) for front in fronts]
-    numbers = np.repeat(np.arange(1.0, len(counted) + 1), [len(front) for front in counted])
-    return np.concatenate([np.empty((0, 2)), *counted]), numbers
-
-
-def _areas(
-    first: list[FloatArray], second: list[FloatArray], corner: FloatArray
-) -> dict[int, list[FloatArray]]:
-    """Return rectangles (x0, y0, x1, y1) by level of the difference, cut at a corner.
-
-    Level k is a difference of k in min(`_STEPS`, runs), or up to the next.
-    """
-    sides = [_stacked(fronts) for fronts in (first, second)]
-    if np.array_equal(*(moocore.eaf(points, sets) for points, sets in sides)):
-        return {}  # moocore 0.3 cannot say that there is no difference
-    found = moocore.eafdiff(
-        *(np.column_stack(side) for side in sides),
-        intervals=min(_STEPS, len(first)),
-        rectangles=True,
-    )
-    found[:, 2:4] = np.minimum(found[:, 2:4], corner)
-    found = found[(found[:, :2] < found[:, 2:4]).all(axis=1)]
-    levels = found[:, 4].astype(int)
-    return {level: list(found[levels == level, :4]) for level in _LEVELS}
-
-
-def _area(
-    winner: str, loser: str, level: int, share: str, rectangles: list[FloatArray]
-) -> go.Scatter:
-    """Return one filled trace of all rectangles; an empty one keeps its place in the legend."""
-    strength = abs(level) / _STEPS
-    parts = [round(255 - strength * (255 - c)) for c in (_FIRST if level > 0 else _SECOND)]
-    color = "rgb({},{},{})".format(*parts)
-    corners = [[(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)] for x0, y0, x1, y1 in rectangles]
-    outline = [point for ring in corners for point in (*ring, (None, None))] or [(None, None)]
-    x, y = zip(*outline, strict=True)
-    return go.Scatter(
-        x=x,
-        y=y,
-        mode="lines",
-        fill="toself",
-        fillcolor=color,
-        line={"width": 0.5, "color": color},  # closes the seams between rectangles
-        name=literal(f"{winner}: {share}"),
-        text=f"<b>{literal(winner)}</b> attains this in {share} more<br>of its runs than "
-        f"{literal(loser)} does",
-        hoverinfo="text",
-        hoveron="fills",
-    )

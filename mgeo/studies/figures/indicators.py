@@ -5,24 +5,18 @@ Of these average ranks are drawn, and how soon targets are reached.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import pandas as pd
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
+from mgeo._typing import FloatArray
 from mgeo.figures.front import axis
 from mgeo.figures.style import CLICK, literal
+from mgeo.studies.comparison import Comparison
 from mgeo.studies.figures.style import Look, finished, looks, row_height
-from mgeo.studies.statistics import bootstrap_band
-from mgeo.studies.targets import SHORTFALLS
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from mgeo._typing import FloatArray
-    from mgeo.studies.comparison import Comparison
-    from mgeo.studies.statistics import Friedman
+from mgeo.studies.pooled import SHORTFALLS
+from mgeo.studies.statistics import Friedman, bootstrap_band
 
 
 def anytime_figure(comparison: Comparison, indicator: str | None = None) -> go.Figure:
@@ -123,7 +117,7 @@ def _curve(name: str, look: Look, x: FloatArray, values: FloatArray) -> list[go.
         mode="lines",
         name=literal(name),
         legendgroup=name,
-        line={"color": look.color, "dash": look.dash, "width": 2},
+        line=look.line(2),
         customdata=np.column_stack([low, high]),
         hovertemplate=hover,
     )
@@ -198,7 +192,7 @@ def targets_figure(reached: pd.DataFrame, n_problems: int) -> go.Figure:
 
     Parameters
     ----------
-    reached : as of `mgeo.studies.targets.targets_reached`.
+    reached : as of `mgeo.studies.pooled.targets_reached`.
     n_problems : how many problems it is of.
     """
     figure = go.Figure()
@@ -208,7 +202,7 @@ def targets_figure(reached: pd.DataFrame, n_problems: int) -> go.Figure:
             x=steps["evaluations"],
             y=steps["share"],
             mode="lines+markers",  # at the budgets that were measured
-            line={"color": look.color, "dash": look.dash, "width": 2},
+            line=look.line(2),
             marker={"symbol": look.symbol, "size": 6},
             name=literal(name),
             hovertemplate=f"<b>{literal(name)}</b><br>%{{y:.1%}} of the targets<br>"

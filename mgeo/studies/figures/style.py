@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import plotly.graph_objects as go
+from plotly.colors import hex_to_rgb
+from pymoo.core.problem import Problem
 
+from mgeo._typing import FloatArray
 from mgeo.figures import style
 from mgeo.figures.front import axis
 from mgeo.figures.style import COLORS, PAGE_HEIGHT, symbol
-
-if TYPE_CHECKING:
-    from pymoo.core.problem import Problem
-
-    from mgeo._typing import FloatArray
 
 # Where there are more algorithms than colors, dashes and symbols go on.
 _DASHES = ("solid", "6px,3px", "2px,2px")
@@ -30,8 +28,11 @@ class Look:
 
     def faint(self, opacity: float) -> str:
         """The color, transparent."""
-        red, green, blue = (int(self.color[i : i + 2], 16) for i in (1, 3, 5))
-        return f"rgba({red},{green},{blue},{opacity})"
+        return "rgba({},{},{},{})".format(*hex_to_rgb(self.color), opacity)
+
+    def line(self, width: float) -> dict[str, Any]:
+        """The line of a curve."""
+        return {"color": self.color, "dash": self.dash, "width": width}
 
 
 def looks(algorithms: tuple[str, ...]) -> dict[str, Look]:

@@ -16,20 +16,23 @@ from pymoo.core.problem import Problem
 
 from mgeo.plugins.protocol import ProblemMixin
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.bound.assembly import limit
+from mgeo_attitude.bound.curves import LimitCurves
 from mgeo_attitude.criteria.constraints import check_start, constraints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import Objective, can_be_polished, indicators, objective
 from mgeo_attitude.criteria.robustness import FlightSample, FlightSamples, judged, over_flights
 from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.filter.evaluator import Evaluation, evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import decode
+from mgeo_attitude.refine.polish import polish_steps
+from mgeo_attitude.refine.starts import starts
 from mgeo_attitude.scenario.channels import check_followed
+from mgeo_attitude.scenario.goals import FlightErrors
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.scenario.windows import FlightErrors
 
 if TYPE_CHECKING:
-    from mgeo_attitude.bound.curves import LimitCurves
-    from mgeo_attitude.filter.evaluator import Evaluation
     from mgeo_attitude.view.maneuver_view import ManeuverView
 
 #: Flights that a robust run is judged by, and the share that must keep it, if not told.
@@ -162,8 +165,6 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         vary : function, optional
             What to fly in place of the model, made of it.
         """
-        from mgeo_attitude.filter.evaluator import evaluate  # compiles
-
         model = self.model if vary is None else vary(self.model)
         return evaluate(model, X, self.threads, **asked)
 
@@ -176,8 +177,6 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         NoLimit
             Where none can be proved.
         """
-        from mgeo_attitude.bound.assembly import limit
-
         return limit(self.scenario, self.model)
 
     @cached_property
@@ -319,8 +318,6 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     def starts(self, n: int, random_state: np.random.Generator) -> Floats:
         """Designs to begin a search with, shape (n, n_var); see `refine.starts`."""
-        from mgeo_attitude.refine.starts import starts  # compiles
-
         return starts(self, n, random_state)
 
     def refine(self, X: ArrayLike) -> Iterator[Floats]:
@@ -331,8 +328,6 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         ValueError
             For other objectives than the time and one that tells how much is known.
         """
-        from mgeo_attitude.refine.polish import polish_steps  # compiles
-
         return polish_steps(self, X, more=True)
 
     def view(self, X: ArrayLike) -> ManeuverView:

@@ -8,10 +8,7 @@ if TYPE_CHECKING:
     from mgeo_calibration.calibration.calibration import Calibration
     from mgeo_calibration.calibration.diagnosis import CannotCalibrate
     from mgeo_calibration.calibration.from_telemetry import calibrate
-    from mgeo_calibration.calibration.strength_calibration import (
-        StrengthCalibration,
-        calibrate_alone,
-    )
+    from mgeo_calibration.calibration.strength_calibration import calibrate_alone
     from mgeo_calibration.flight.own import fly
     from mgeo_calibration.simulation.filter import Estimator
     from mgeo_calibration.simulation.flights import simulate
@@ -26,7 +23,6 @@ __all__ = [
     "CannotCalibrate",
     "Estimator",
     "MonteCarlo",
-    "StrengthCalibration",
     "Telemetry",
     "TelemetryMapping",
     "Verification",
@@ -46,7 +42,6 @@ _MODULES = {
     "CannotCalibrate": "mgeo_calibration.calibration.diagnosis",
     "Estimator": "mgeo_calibration.simulation.filter",
     "MonteCarlo": "mgeo_calibration.simulation.monte_carlo",
-    "StrengthCalibration": "mgeo_calibration.calibration.strength_calibration",
     "Telemetry": "mgeo_calibration.telemetry.telemetry",
     "TelemetryMapping": "mgeo_calibration.telemetry.mapping",
     "Verification": "mgeo_calibration.verification",

@@ -12,9 +12,8 @@ from typing import Annotated, Any
 
 import pydantic.dataclasses
 from mgeo_attitude import Gyro, Magnetometer, StarTracker, SunSensor
-from mgeo_attitude.settings.base import Settings, declared
+from mgeo_attitude.settings.base import Settings, declared, to_table
 from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, expect, known_names
-from mgeo_attitude.settings.tables import to_table
 from mgeo_attitude.settings.types import Unit
 from pydantic import Field
 

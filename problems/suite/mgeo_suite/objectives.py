@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from mgeo_attitude import Evaluation, FilterModel, Scenario
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.objectives import OBJECTIVES as OF_PLANS
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.settings.errors import InvalidValue, known_names
-
-if TYPE_CHECKING:
-    from mgeo_attitude import Evaluation, FilterModel, Scenario
 
 _DECADES = 4.0  # of accuracy and of resources that an indicator sees
 _FINEST_DEG = 1e-3

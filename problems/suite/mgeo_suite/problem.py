@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from mgeo_attitude import Scenario
+from mgeo_attitude import Evaluation, Scenario
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.constraints import check_start, constraints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
@@ -22,11 +22,9 @@ from pymoo.core.variable import Choice, Real
 from mgeo.plugins.protocol import ProblemMixin
 from mgeo_suite.catalog import Catalog
 from mgeo_suite.objectives import OBJECTIVES, SuiteObjective, check_objectives
-from mgeo_suite.suites import Place, SuiteModels
+from mgeo_suite.suites import Place, SuiteModels, evaluated
 
 if TYPE_CHECKING:
-    from mgeo_attitude import Evaluation
-
     from mgeo_suite.view import SuiteView
 
 #: Objectives of each preset; all have the scenario of ``cubesat.toml``.
@@ -138,8 +136,6 @@ class SensorSuiteProblem(ProblemMixin, Problem):
 
     def evaluation(self, X: ArrayLike, history: bool = False) -> Evaluation:
         """Filter runs of designs; of states only those that all suites have in common."""
-        from mgeo_suite.suites import evaluated  # compiles
-
         return evaluated(self.suites, *self.split(X), self.threads, history)
 
     def _evaluate(self, X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:

@@ -11,18 +11,16 @@ import dataclasses
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from mgeo_attitude import FilterModel, Gyro, Scenario, Sensor, Suite
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.filter.evaluator import Evaluation, evaluate
 from mgeo_attitude.settings.errors import InvalidValue
 
 from mgeo_suite.catalog import FACES, NONE, Catalog, Grade
-
-if TYPE_CHECKING:
-    from mgeo_attitude import Evaluation
 
 _MOST_KEPT = 20_000  # variants of a search; each has a suite and a few short arrays
 RESOURCES = ("price_keur", "mass_g", "power_mw")
@@ -82,8 +80,7 @@ class SuiteModels:
 
     def forms(self, choices: Ints) -> Ints:
         """The number of the form of each choice (n, n_places), shape (n,)."""
-        numbers: Ints = self._filled(choices) @ self._digits
-        return numbers
+        return self._filled(choices) @ self._digits
 
     def form_of(self, choice: Ints) -> FilterModel:
         """The form of a choice, shape (n_places,); computed when first needed."""
@@ -99,8 +96,7 @@ class SuiteModels:
 
     def _filled(self, choices: Ints) -> Bools:
         """Which places of choices (..., n_places) have an instrument."""
-        filled: Bools = (choices > 0) | ~self._optional
-        return filled
+        return (choices > 0) | ~self._optional
 
     @cached_property
     def _environment(self) -> Environment:
@@ -211,8 +207,6 @@ def evaluated(
 
     Of the states, those that all forms begin with: attitude and gyro.
     """
-    from mgeo_attitude.filter.evaluator import evaluate  # compiles
-
     if not len(choices):
         return evaluate(suites.model, maneuvers, covariance=True)
     distinct, which = np.unique(choices, axis=0, return_inverse=True)
@@ -246,8 +240,6 @@ def _joined(
     parts: list[tuple[Ints, Evaluation]], suites: SuiteModels, maneuvers: Floats
 ) -> Evaluation:
     """Results of some rows each, as one."""
-    from mgeo_attitude.filter.evaluator import Evaluation
-
     order = np.argsort(np.concatenate([rows for rows, _ in parts]))
     joined = {}
     for field in dataclasses.fields(Evaluation):

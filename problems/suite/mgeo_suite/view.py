@@ -6,21 +6,21 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
+from mgeo_attitude import Evaluation
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.constraints import constraints
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.view.describe import maneuver_texts, span, two_digits
+from mgeo_attitude.view.margins import tables
 from numpy.typing import ArrayLike
 
 from mgeo.plugins.view import View
 from mgeo_suite.catalog import NONE
+from mgeo_suite.problem import SensorSuiteProblem
 
 if TYPE_CHECKING:
-    import pandas as pd
     import plotly.graph_objects as go
-    from mgeo_attitude import Evaluation
-
-    from mgeo_suite.problem import SensorSuiteProblem
 
 #: Accuracies [deg] of which a front's least price is told.
 BUDGETED_DEG = (1.0, 0.1, 0.03)
@@ -97,8 +97,6 @@ class SuiteView(View):
 
     def limits(self) -> list[pd.DataFrame]:
         """For each design a table with a row per limit, see `mgeo_attitude.view.margins.tables`."""
-        from mgeo_attitude.view.margins import tables  # compiles
-
         found = [each for asked in constraints(self.problem.scenario) for each in asked.limits]
         excesses = np.array([limit.excess(self.result) for limit in found]).T
         return tables(found, excesses.reshape(len(self.X), len(found)))

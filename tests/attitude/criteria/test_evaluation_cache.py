@@ -37,7 +37,7 @@ def test_values_of_a_problem_with_limits_do_not_depend_on_what_was_run_before(mo
         counts.append(len(X))
         return evaluate(model, X, *args, **kwargs)
 
-    monkeypatch.setattr("mgeo_attitude.filter.evaluator.evaluate", counted)
+    monkeypatch.setattr("mgeo_attitude.problem.evaluate", counted)
     wheels = Wheels(inertia=(0.02, 0.03, 0.04), max_momentum=5e-4)
     scenario = dataclasses.replace(Scenario.paper(), wheels=wheels)
     one, other = (AttitudeManeuverProblem(scenario) for _ in range(2))

@@ -8,7 +8,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from mgeo_attitude.maneuvers.motion import phases
 from mgeo_attitude.scenario.actuators import Wheels
-from mgeo_attitude.scenario.convergence import Convergence
+from mgeo_attitude.scenario.goals import Convergence
 from mgeo_attitude.scenario.limits import ManeuverLimits, PathLimit
 
 from ..between import worst_excess

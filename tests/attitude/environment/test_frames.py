@@ -1,4 +1,4 @@
-"""Frames of files against brahe's, an independent implementation of the same conventions."""
+"""Frames of files against brahe and astropy, independent implementations of the conventions."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from datetime import UTC, datetime
 import brahe
 import numpy as np
 import pytest
-from mgeo_attitude.environment.frames import frame_name, to_gcrs
+from astropy.coordinates import GCRS, TETE, CartesianRepresentation
+from astropy.time import Time
+from mgeo_attitude.environment.frames import frame_name, lvlh_to_gcrs, to_gcrs
 from mgeo_attitude.environment.times import instants
 
 EPOCH = datetime(2018, 6, 5, 3, 4, 5, tzinfo=UTC)
@@ -37,14 +39,28 @@ def test_states_come_back_to_gcrs(frame: str, there, meters: float) -> None:
     [
         ("ICRF", "GCRF"), ("gcrf", "GCRF"), ("ICRF3", "GCRF"), ("J2000", "EME2000"),
         ("ITRF2000", "ITRF"), ("ITRF-97", "ITRF"), ("WGS-84", "ITRF"), ("TEME", "TEME"),
-        ("TEMEOFDATE", "TEME"),
+        ("TEMEOFDATE", "TEME"), ("True of Date", "TOD"),
     ],
 )  # fmt: skip
 def test_names_of_frames(text: str, name: str) -> None:
     assert frame_name(text) == name
 
 
-@pytest.mark.parametrize("text", ["GTOD", "TOD", "TEMEOFEPOCH", "RTN", "EME1950", ""])
+@pytest.mark.parametrize("text", ["GTOD", "TEMEOFEPOCH", "RTN", "EME1950", ""])
 def test_other_frames_are_refused_by_name(text: str) -> None:
     with pytest.raises(ValueError, match=rf"^reference frame '{text}': expected GCRF \(ICRF"):
         frame_name(text)
+
+
+def test_true_of_date_agrees_with_astropy() -> None:
+    given = CartesianRepresentation(*STATE[:3], unit="m")
+    when = Time(EPOCH.replace(tzinfo=None), scale="utc")
+    there = GCRS(given, obstime=when).transform_to(TETE(obstime=when)).cartesian.xyz.to_value("m")
+    found, _ = to_gcrs("TOD", instants(EPOCH, [0.0]), there[None], None)
+    assert np.abs(found[0] - STATE[:3]).max() < 0.5  # astropy's nutation model is IAU 2006/2000B
+
+
+def test_axes_of_lvlh_are_forward_against_the_momentum_and_down() -> None:
+    position, velocity = np.array([[7e6, 0.0, 0.0]]), np.array([[100.0, 0.0, 7500.0]])
+    axes = lvlh_to_gcrs(position, velocity)[0].T
+    np.testing.assert_allclose(axes, [[0, 0, 1], [0, 1, 0], [-1, 0, 0]], atol=1e-15)

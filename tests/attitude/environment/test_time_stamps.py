@@ -7,7 +7,9 @@ from datetime import UTC, datetime, timedelta, timezone
 import erfa
 import numpy as np
 import pytest
-from mgeo_attitude.environment.times import elapsed, seconds_after
+from astropy import units
+from astropy.time import Time
+from mgeo_attitude.environment.times import clock_seconds_after, elapsed, seconds_after
 
 EPOCH = datetime(2016, 12, 31, 23, 59, 50, 250000, tzinfo=UTC)
 
@@ -21,6 +23,18 @@ def test_seconds_run_through_a_leap_second() -> None:
 @pytest.mark.parametrize("stamp", ["2016-12-31T23:59:51.25", "2016-366T23:59:51.25Z"])
 def test_days_of_the_month_and_of_the_year(stamp: str) -> None:
     assert seconds_after(EPOCH, [stamp])[0] == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("system", ["TAI", "GPS", "TT"])
+def test_uniform_time_scales_agree_with_astropy(system: str) -> None:
+    utc = Time("2023-03-04T05:06:07.5", scale="utc")
+    stamp = (utc.tai - 19.0 * units.s if system == "GPS" else getattr(utc, system.lower())).isot
+    found = seconds_after(datetime(2023, 3, 4, 5, 6, 0, tzinfo=UTC), [stamp], system)
+    assert found[0] == pytest.approx(7.5, abs=1e-3)  # isot has milliseconds
+    clock = (datetime.fromisoformat(stamp).replace(tzinfo=UTC) - EPOCH).total_seconds()
+    assert clock_seconds_after(EPOCH, [clock], system)[0] == pytest.approx(
+        (utc - Time(EPOCH.replace(tzinfo=None), scale="utc")).to_value("s"), abs=1e-3
+    )
 
 
 def test_against_erfa_over_years() -> None:

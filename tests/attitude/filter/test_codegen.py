@@ -13,6 +13,7 @@ from mgeo_attitude.filter.layout import (
 )
 from mgeo_attitude.filter.reference import schmidt
 from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_of
+from mgeo_attitude.geometry.vector import maximum
 from scipy.linalg import block_diag
 
 from .suites import SUITES, every_suite
@@ -40,7 +41,7 @@ def symbols():
         (lambda a, b, c: np.sqrt(a + c), 3.0),
         (lambda a, b, c: a.choose(2.0, b, c), -3.0),
         (lambda a, b, c: a.choose(c, b, 0.5), 0.5),
-        (lambda a, b, c: b.maximum(a), 2.0),
+        (lambda a, b, c: maximum(b, a), 2.0),
     ],
 )
 def test_symbols_mean_what_their_arithmetic_means(expression, expected):

@@ -15,13 +15,13 @@ from mgeo_attitude import (
 )
 from mgeo_attitude.criteria.constraints import constraints
 from mgeo_attitude.environment.directions import DIRECTIONS, Cone, Passage, Place
-from mgeo_attitude.filter.closest_approach import Turn, nearest_code
-from mgeo_attitude.filter.path_limits import angle_sigma, arc, cone_constants, excess, excess_code
-from mgeo_attitude.filter.symbols import Code, Symbol, Triangle
-from mgeo_attitude.geometry.vector import Vec3
+from mgeo_attitude.filter.path_limits import arc, excess
+from mgeo_attitude.filter.symbols import Code, Symbol
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence, InitialConditions, PathLimit
 from scipy.spatial.transform import Rotation
+
+from . import plain_path_limits as plain
 
 #: A long way from the Sun at the start, so that only what is flown decides.
 CAMERA = PathLimit(name="camera", boresight=(0.0, 0.2, -1.0), half_angle_deg=50.0)
@@ -62,7 +62,8 @@ def test_the_margin_is_how_far_turns_of_one_sigma_move_the_sun():
         one_direction = np.outer(turn, turn)[None]
         turned = Rotation.from_rotvec(-turn).as_matrix() @ v
         change = np.arccos(turned @ axis) - np.arccos(v @ axis)
-        sigma = angle_sigma(axis, v[None], one_direction)[0]
+        found = excess(about(axis), 1.0, *at_rest(v[None]), one_direction)[0]
+        sigma = found - excess(about(axis), 0.0, *at_rest(v[None]), one_direction)[0]
         assert sigma == pytest.approx(abs(change), rel=1e-4, abs=1e-12)
 
 
@@ -80,7 +81,6 @@ def at_rest(directions, radius=0.0):
 def test_parallel_takes_the_largest_sigma_across_the_axis():
     axis, sun = np.array([0.0, 0.0, 1.0]), np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
     P = np.diag([0.01, 0.04, 9.0])  # turns about the axis itself change no angle
-    np.testing.assert_allclose(angle_sigma(axis, sun, np.array([P, P])), 0.2, rtol=1e-12)
     found = excess(about(axis), 3.0, *at_rest(sun), np.array([P, P]))
     np.testing.assert_allclose(found, [0.6, 0.6 - np.pi], rtol=1e-12)
     found = excess(about(axis, inside=True), 3.0, *at_rest(sun, 0.2), np.array([P, P]))
@@ -99,7 +99,7 @@ def test_the_arc_is_exact_at_every_angle():
 @pytest.mark.parametrize(
     ("sigmas", "inside", "radius"), [(0.5, False, 0.0), (3.0, True, 1.1), (0.0, True, 0.0)]
 )
-def test_the_code_says_what_its_twin_says(sigmas, inside, radius):
+def test_the_excess_is_that_of_other_formulas(sigmas, inside, radius):
     rng = np.random.default_rng(2)
     axis = unit(rng)[0]
     across = np.cross(axis, unit(rng)[0])
@@ -116,46 +116,15 @@ def test_the_code_says_what_its_twin_says(sigmas, inside, radius):
     appears = np.arange(len(sun)) % 6 == 2  # of those that hardly move
     radii = np.where(appears, radius, start), np.full(len(sun), radius)
     passage = Passage(before, sun, *radii, appears)
-    P = 0.01 * covariances(rng, len(sun))
-    code = Code()
-    limit = PathLimit(
-        reference="earth" if radius else "sun",
-        sense="keep-in" if inside else "keep-out",
-        boresight=tuple(axis),
-        half_angle_deg=20.0,
-        attitude_sigmas=sigmas,
-    )
-    C = cone_constants([limit])
-
-    def vector(name):
-        return Vec3(*(Symbol(f"{name}[{k}]", code) for k in range(3)))
-
-    body, v, moved = vector("C"), vector("v"), vector("moved")
-    about_axis = Turn(vector("n"), *(Symbol(name, code) for name in ("angle", "sine", "cosine")))
-    there = nearest_code(body, inside, about_axis, v, moved, Symbol("appears", code))
-    margin, limb = Symbol("C[3]", code) if sigmas else None, None
-    if radius:
-        limb = Symbol("r", code) - there.share * Symbol("grown", code)
-    here = there.back(body), there.seen(v, moved)
-    dark = Symbol("dark", code)
-    result = excess_code(here, (body, v), margin, limb, Triangle(code), inside, dark)
-
-    def found(v, moved, turn, W, appears):
-        angle = np.linalg.norm(turn)
-        names = {"n": turn / (angle or 1.0), "angle": angle, "sine": np.sin(angle)}
-        grown = 0.0 if appears else radius - start
-        names |= {"cosine": np.cos(angle), "r": radius, "grown": grown, "dark": -7.0}
-        names["appears"] = float(appears)
-        return value(result, C=C, v=v, moved=moved, W=W, **names)
-
-    W = P[:, *np.tril_indices(3)]
-    steps = zip(sun, sun - before, turn, W, appears, strict=True)
+    P, cone = 0.01 * covariances(rng, len(sun)), about(axis, inside)
+    expected = plain.excess(cone, sigmas, turn, passage, P)
     stays = passage._replace(appears=np.zeros(len(sun), dtype=bool))
-    expected = excess(limit.cone(), sigmas, turn, passage, P)
-    assert (excess(limit.cone(), sigmas, turn, stays, P) < expected - 1e-3).any()
+    assert (plain.excess(cone, sigmas, turn, stays, P) < expected - 1e-3).any()
     # the chord that a direction moves along is lengthened to the arc, to second order
-    np.testing.assert_allclose([found(*step) for step in steps], expected, rtol=0, atol=2e-9)
-    assert found(np.zeros(3), np.zeros(3), turn[1], W[0], False) == -7.0
+    found = excess(cone, sigmas, turn, passage, P)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=2e-9)
+    dark = Passage(*np.zeros((2, 1, 3)), *np.zeros((2, 1)), np.zeros(1, dtype=bool))
+    assert excess(cone, sigmas, turn[:1], dark, P[:1]) == -np.inf
 
 
 @pytest.fixture(scope="module")
@@ -197,7 +166,8 @@ def path_angles(model, x):
     for limit in model.path_limits:
         cone = limit.cone()
         passage = model.passage(cone.direction, slice(n)).seen(run.attitude)
-        worst = excess(cone, limit.attitude_sigmas, turn, passage, run.predicted_attitude).max()
+        worst = plain.excess(cone, limit.attitude_sigmas, turn, passage, run.predicted_attitude)
+        worst = worst.max()
         yield worst if limit.keep_in else -worst
 
 
@@ -209,9 +179,6 @@ def test_kernel_keeps_the_limits_that_the_reference_keeps(watched):
     assert sun[-1].any()
     result = evaluate(model, X)
     expected = np.array([[*path_angles(model, x)] for x in X])
-    plain = [2, 3]
-    # so far the Sun is of itself, in the dark
-    expected[:, plain] = np.minimum(expected[:, plain], np.pi / 2)
     np.testing.assert_allclose(result.path_angle, expected, rtol=0, atol=1e-9)
     assert (result.path_angle[:, 1] < result.path_angle[:, 2] - 1e-3).any()
     asked = constraints(scenario(*model.path_limits))
@@ -282,13 +249,13 @@ def test_limits_hold_between_filter_steps(step):
     problem = AttitudeManeuverProblem(
         scenario(eclipse=False, step=step, duration=60.0 * max(step, 2.0))
     )
-    plain = problem.scenario
-    fast = dataclasses.replace(plain.maneuvers, max_rate_deg_s=5.0)
-    problem.scenario = dataclasses.replace(plain, maneuvers=fast, path_limits=limits)
+    usual = problem.scenario
+    fast = dataclasses.replace(usual.maneuvers, max_rate_deg_s=5.0)
+    problem.scenario = dataclasses.replace(usual, maneuvers=fast, path_limits=limits)
     problem.model = FilterModel.from_scenario(problem.scenario)
     rng, blind = np.random.default_rng(8), []
     for _ in range(4):
-        x = np.append(rng.uniform(-3.0, 3.0, 3), plain.duration)
+        x = np.append(rng.uniform(-3.0, 3.0, 3), usual.duration)
         flown = flown_densely(problem, x)
         for limit, found in zip(limits, evaluate(problem.model, x).path_angle[0], strict=True):
             angles, _ = densely(problem, limit, flown)
@@ -308,10 +275,10 @@ def test_the_sun_counts_in_the_whole_step_in_which_it_appears(sense):
         sense=sense, boresight=(0.3, 1.0, -0.4), half_angle_deg=80.0, attitude_sigmas=0.0
     )
     problem = AttitudeManeuverProblem(scenario(step=5.0, convergence=Convergence(window=10.0)))
-    plain = problem.scenario
-    fast = dataclasses.replace(plain.maneuvers, max_rate_deg_s=5.0)
+    usual = problem.scenario
+    fast = dataclasses.replace(usual.maneuvers, max_rate_deg_s=5.0)
     # just the night's end: elsewhere the worst is hardly ever
-    problem.scenario = dataclasses.replace(plain, maneuvers=fast, path_limits=(limit,))
+    problem.scenario = dataclasses.replace(usual, maneuvers=fast, path_limits=(limit,))
     model = FilterModel.from_scenario(problem.scenario)
     lit = model.direction("sun")[0].any(axis=1)
     dawn = int(np.flatnonzero(~lit[:-1] & lit[1:])[0])

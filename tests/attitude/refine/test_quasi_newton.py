@@ -4,8 +4,7 @@ import threading
 
 import numpy as np
 import pytest
-from mgeo_attitude.refine.quasi_newton import minimize_bounded
-from mgeo_attitude.refine.slsqp import minimize_constrained
+from mgeo_attitude.refine.minimizers import minimize_bounded, minimize_constrained
 from scipy.optimize import minimize, rosen, rosen_der
 
 BOUNDS = np.array([(-2.0, 2.0)] * 4)

@@ -10,12 +10,12 @@ from mgeo_attitude import Suite
 from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.scenario import Orbit
-from mgeo_attitude.scenario.convergence import Convergence
+from mgeo_attitude.scenario.goals import Convergence
 from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.limits import ManeuverLimits
 from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors import SENSORS
 from mgeo_attitude.sensors.gyro import Gyro
-from mgeo_attitude.sensors.kinds import SENSORS
 from mgeo_attitude.settings.base import schema_of
 
 

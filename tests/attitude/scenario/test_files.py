@@ -18,8 +18,7 @@ from hypothesis import given, settings
 from mgeo_attitude.scenario import Orbit, TLEOrbit
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.toml import PRESETS, ScenarioFileError
-from mgeo_attitude.sensors import Gyro, Sensor, StarTracker, SunSensor
-from mgeo_attitude.sensors.kinds import SENSORS
+from mgeo_attitude.sensors import SENSORS, Gyro, Sensor, StarTracker, SunSensor
 from mgeo_attitude.settings.base import schema_of
 
 from .strategies import scenarios

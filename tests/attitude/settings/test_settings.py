@@ -11,9 +11,8 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import pytest
-from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.base import Kinds, Settings, to_table
 from mgeo_attitude.settings.errors import InvalidValue, KeyProblem
-from mgeo_attitude.settings.tables import Kinds, to_table
 from mgeo_attitude.settings.types import Instant, PerAxis, Positive, Seconds, Triple, Unit
 from pydantic import Field
 from pydantic.dataclasses import dataclass

@@ -161,9 +161,12 @@ def days_since(*date):
 
 #: Words that name the cause, and what spoils telemetry so that it cannot be calibrated.
 GROSS = {
-    "fill values": (r"mag_\w is -9999 in .*fill value", sensor("mag", filled)),
-    "fill values of a channel": (r"mag_\w is -99999 in .*fill value", sensor("mag", filled_in_one)),
-    "magnetometer clipped": (r"mag_\w is .*it is clipped", sensor("mag", clipped)),
+    "fill values": (r"mag_\w at .*: -9999 in .*expected a measured value", sensor("mag", filled)),
+    "fill values of a channel": (
+        r"mag_\w at .*: -99999 in .*expected a measured value",
+        sensor("mag", filled_in_one),
+    ),
+    "magnetometer clipped": (r"mag_\w at .*that is not clipped", sensor("mag", clipped)),
     "magnetometer flipped": (
         "mag agrees with all else if its axes are ",
         sensor("mag", lambda t, rows, rng: flipped(rows, rng)),
@@ -185,20 +188,20 @@ GROSS = {
         gyro(lambda t, rows, rng: -rows),
     ),
     "gyro times ten": (
-        "gyro: the vectors turn as if its rates were a tenth as large",
+        r"gyro at .* declare gyro\.unit",
         gyro(lambda t, rows, rng: 10.0 * rows),
     ),
     "gyro in deg/h": (
-        "gyro: the vectors turn as if its rates were in deg/h",
+        r"gyro at .* declare gyro\.unit",
         gyro(lambda t, rows, rng: 3600.0 * rows),
     ),
-    "minutes": ("times are in minutes", shifted(lambda t, rng: t / 60.0)),
-    "milliseconds": ("times are in milliseconds", shifted(lambda t, rng: 1e3 * t)),
-    "days": ("times are in days", shifted(lambda t, rng: t / 86400.0)),
-    "Excel": ("times are days of Excel", days_since(1899, 12, 30)),
-    "MJD": ("times are modified Julian dates", days_since(1858, 11, 17)),
+    "minutes": (".* at .* declare .*time_unit", shifted(lambda t, rng: t / 60.0)),
+    "milliseconds": (".* at .* declare .*time_unit", shifted(lambda t, rng: 1e3 * t)),
+    "days": (".* at .* declare .*time_unit", shifted(lambda t, rng: t / 86400.0)),
+    "Excel": ("time at .* declare time_epoch", days_since(1899, 12, 30)),
+    "MJD": ("time at .* declare time_epoch", days_since(1858, 11, 17)),
     "local time": (
-        r"times are \d+(\.5)? h (ahead of|behind) UTC",
+        "mag at .* declare time_epoch, time_unit and time_system",
         shifted(lambda t, rng: t + 1800.0 * sign(rng) * rng.integers(2, 24)),
     ),
 }

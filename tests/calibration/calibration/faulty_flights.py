@@ -188,19 +188,19 @@ KINDS = {
         r"mag\.(misalignment|bias) follows temperature by |mag\.bias changes",
         spoil=sized("mag", faults.bent, 0.5, 5.0),
     ),
-    "torquers": Kind(r"mag\.bias follows coil_x by ", spoil=torqued),
+    "torquers": Kind(r"mag(\.bias follows coil_x by | at .* influences)", spoil=torqued),
     "orbit": Kind(
-        "the satellite is .* its orbit",
+        "(the satellite is .* its orbit|mag at .* correct epoch and orbit)",
         lambda rng: Craft(behind=sign(rng) * np.exp(rng.uniform(np.log(3.0), np.log(900.0)))),
     ),
     # what is seen without any attitude
-    "magnetometer frozen": Kind("mag does not change ", spoil=sensor("mag", held(0.1, 0.5))),
-    "Sun sensor frozen": Kind("sun does not change ", spoil=sensor("sun", held(0.1, 0.5))),
-    "gyro frozen": Kind("gyro does not change ", spoil=gyro(held(0.1, 0.5))),
+    "magnetometer frozen": Kind("mag at .*equal samples", spoil=sensor("mag", held(0.1, 0.5))),
+    "Sun sensor frozen": Kind("sun at .*equal samples", spoil=sensor("sun", held(0.1, 0.5))),
+    "gyro frozen": Kind("gyro at .*equal samples", spoil=gyro(held(0.1, 0.5))),
     **{name: Kind(cause, spoil=spoil) for name, (cause, spoil) in faults.GROSS.items()},
-    "ITRF": Kind("position turns with the Earth", spoil=in_itrf),
-    "days since 1970": Kind("times are days since 1970", spoil=days_since(1970, 1, 1)),
-    "hours": Kind("times are in hours", spoil=shifted(lambda t, rng: t / 3600.0)),
+    "ITRF": Kind("position at .* look like ITRF", spoil=in_itrf),
+    "days since 1970": Kind("time at .* declare time_epoch", spoil=days_since(1970, 1, 1)),
+    "hours": Kind("time at .* declare .*time_unit", spoil=shifted(lambda t, rng: t / 3600.0)),
     "magnetometer 90 deg off": Kind(
         "mag" + AXES.format("mag"), spoil=sensor("mag", rows_of(turned))
     ),
@@ -209,7 +209,7 @@ KINDS = {
         'sun: .*Expected kind = "two-axis-sun-sensor"', lambda rng: Craft(unit_vectors=True)
     ),
     "magnetometer in uT": Kind(
-        "mag: .*are they in uT", spoil=sensor("mag", lambda t, rows, rng: 1e-3 * rows)
+        "mag at .* unit = 'uT'", spoil=sensor("mag", lambda t, rows, rng: 1e-3 * rows)
     ),
     "quaternion scalar first": Kind(
         "tracker: .*read as scalar first", spoil=quaternions(lambda q: q[:, [3, 0, 1, 2]]),

@@ -63,7 +63,9 @@ def test_steps_are_those_of_the_columns():
     for axis in "xyz":
         frame[f"gyro_{axis}"] = np.radians(frame[f"gyro_{axis}"])
     c = np.sqrt(0.5)
-    turned = GyroChannels(unit="rad/s", dcm=((c, -c, 0.0), (c, c, 0.0), (0.0, 0.0, 1.0)))
+    turned = GyroChannels(
+        unit="rad/s", dcm=((c, -c, 0.0), (c, c, 0.0), (0.0, 0.0, 1.0)), rotation="sensor-to-body"
+    )
     read = read_telemetry(pd.DataFrame(frame), SCENARIO, TelemetryMapping(gyro=turned))
     np.testing.assert_allclose(read.step_of("gyro"), 0.01, rtol=1e-6)
     assert read.until(100.0).step_of("gyro")[0] == read.step_of("gyro")[0]

@@ -61,13 +61,19 @@ def test_two_angles_of_a_mounted_sensor_are_read_as_its_directions():
     frame = telemetry.frame().drop(columns=["sun_x", "sun_y", "sun_z"])
     frame["a"], frame["b"] = (np.where(seen, np.arctan2(each, z), np.nan) for each in (x, y))
     mapping = TelemetryMapping(
-        sensors=(SensorChannels(name="sun", columns=("a", "b"), unit="rad", dcm=dcm),)
+        sensors=(
+            SensorChannels(
+                name="sun", columns=("a", "b"), unit="rad", dcm=dcm, rotation="sensor-to-body"
+            ),
+        )
     )
     found = read_telemetry(frame, scenario, mapping).sensors["sun"]
     assert 10 < seen.sum() < len(seen)
     np.testing.assert_allclose(found[seen], telemetry.sensors["sun"][seen], rtol=0, atol=1e-14)
     assert np.isnan(found[~seen]).all()
-    with pytest.raises(ValueError, match=r"sun: an angle of 100 deg: expected less than 90"):
+    with pytest.raises(
+        ValueError, match=r"a at row 1, time 1.0+ s = 100 deg: expected less than 90 deg"
+    ):
         read_telemetry(frame.assign(a=np.radians(100.0)), scenario, mapping)
     with pytest.raises(ValueError, match=r"columns of sun = .*expected 3 or 2 names"):
         read_telemetry(

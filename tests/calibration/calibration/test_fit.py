@@ -114,10 +114,16 @@ LOST = "beyond the chi-square gate|does not converge"
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (scaled("mag", 1e-9), r"mag: .* 4.*e-05 \(median\), where .* nT .*: are they in T\?"),
-        (scaled("mag", 1e-3), r"mag: .* are they in uT\?"),
-        (scaled("sun", 57.3), r"sun: vectors of the length 56.9 .* what is their unit\?"),
-        (scaled("gyro", np.radians(1.0)), LOST),
+        (
+            scaled("mag", 1e-9),
+            r"mag at .* 4.*e-05 nT \(median\), expected .*declare unit = 'T' of mag",
+        ),
+        (scaled("mag", 1e-3), r"mag at .* declare unit = 'uT' of mag"),
+        (
+            scaled("sun", 57.3),
+            r"sun at .* a length of 57 .* about 1 -; declare unit or scale of sun",
+        ),
+        (scaled("gyro", np.radians(1.0)), r"gyro at .*declare gyro\.unit"),
         (lambda f: scaled("sun", np.nan)(f)[:100], "no attitude follows"),
         (scaled("mag_x", -1.0), LOST),
         (scaled("gyro", -1.0), LOST),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
 from mgeo_calibration import TelemetryMapping, calibrate, calibrate_alone, read_telemetry
+from mgeo_calibration.calibration.document import read_json
 from mgeo_calibration.commands.app import app
 from typer.testing import CliRunner
 
@@ -53,24 +54,39 @@ def test_the_bias_is_that_of_an_affine_fit_and_what_is_not_white_is_said(
     assert "innovations of mag are not white" in found.conclusion
 
 
-def test_by_strength_alone_it_is_near_and_its_sigmas_are_said_to_be_too_small(
-    scenario, telemetry, affine
-):
+def test_by_strength_alone_it_is_near_and_its_sigmas_are_too_small(scenario, telemetry, affine):
     found = calibrate_alone(scenario, telemetry)
-    rows = found.table[found.table["block"] == "mag.bias"]
+    rows = found.table().query("block == 'mag.bias'")
     correlation = 0.85  # of residuals one after the other: so much do they say less
     sigma = rows["sigma"].to_numpy() * np.sqrt((1.0 + correlation) / (1.0 - correlation))
-    assert (np.abs(bias(found.table) - affine) / sigma).max() < 4.0
-    assert "residuals of mag are not white (correlation 0.8" in found.conclusion
-    assert "misalignments are not to be found" in found.conclusion
+    assert (np.abs(bias(found.table()) - affine) / sigma).max() < 4.0
+    assert "innovations of mag are not white (correlation 0.8" in found.conclusion
+    assert "misalignments" in found.notes[0]
 
 
-def test_the_command_does_so_where_the_mapping_says_that_nothing_is_known(tmp_path):
+def test_a_magnetometer_alone_writes_a_calibration_from_which_a_run_goes_on(tmp_path):
     mapping = tmp_path / "columns.toml"
     mapping.write_text((FOLDER / "columns.toml").read_text().replace("lvlh", "unknown"))
     command = ["calibrate", str(TABLE), "--scenario", str(FOLDER / "iss.toml")]
-    done = CliRunner().invoke(app, [*command, "--mapping", str(mapping)])
+    options = ["--mapping", str(mapping), "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(app, [*command, *options])
     assert done.exit_code == 3, done.output
-    assert "by the strength of the field alone" in " ".join(done.output.split())
-    refused = CliRunner().invoke(app, [*command, "--mapping", str(mapping), "--out", str(tmp_path)])
-    assert "--out: expected none" in str(refused.exception)
+    files = {path.name for path in (tmp_path / "out").iterdir()}
+    assert {"calibration.csv", "calibration.json", "calibration.html"} <= files
+    assert "attitude.csv" not in files
+    found = read_json(tmp_path / "out" / "calibration.json")
+    after = found.scenario_after({"accept_unsupported": True})
+    first = 3 * after.suite.blocks.index("mag.bias")
+    carried = 5e4 * after.prior.estimates[first : first + 3]
+    np.testing.assert_allclose(carried, bias(found.table()))
+    assert np.sqrt(np.diag(after.initial_attitude_covariance)).min() > 0.01
+
+
+def test_refused_telemetry_leaves_no_file(tmp_path):
+    table = tmp_path / "table.csv"
+    table.write_text(TABLE.read_text().replace("12.3227", "none"))
+    command = ["calibrate", str(table), "--scenario", str(FOLDER / "iss.toml")]
+    options = ["--mapping", str(FOLDER / "columns.toml"), "--out", str(tmp_path / "out")]
+    refused = CliRunner().invoke(app, [*command, *options])
+    assert "mx_uT = 'none': expected a number" in str(refused.exception)
+    assert not (tmp_path / "out").exists()

@@ -11,7 +11,7 @@ from mgeo_attitude import (
     SunSensor,
     World,
 )
-from mgeo_attitude.scenario.convergence import Convergence
+from mgeo_attitude.scenario.goals import Convergence
 from mgeo_calibration import consistency, simulate
 from mgeo_calibration.simulation.flights import RUNS
 

@@ -76,7 +76,6 @@ def test_units_of_a_row_count_unless_the_mapping_says_others(telemetry, frame, t
     for units, message in (
         ("s,rad/s,rad/s,rad/s,-,-,-,V,V,V", "mag.unit = 'V': unknown unit"),
         ("s,rad/s,deg/s,rad/s,-,-,-,uT,uT,uT", "gyro: columns in deg/s, rad/s: expected one unit"),
-        ("min,rad/s,rad/s,rad/s,-,-,-,uT,uT,uT", "expected seconds since the epoch"),
     ):
         path.write_text(with_units(text, units))
         with pytest.raises(ValueError, match=message):
@@ -97,7 +96,7 @@ def stamps(times, form):
         (lambda t: stamps(t, "%Y-%jT%H:%M:%S.%fZ"), {}),
         (lambda t: stamps(t - 3600.0, "%Y-%m-%dT%H:%M:%S-01:00"), {}),
         (lambda t: np.int64(1000) * (t + PAPER.epoch.timestamp()).astype(int),
-         {"time_format": "unix-ms"}),
+         {"time_epoch": "Unix", "time_unit": "ms"}),
         (lambda t: pd.to_datetime(stamps(t, "%Y-%m-%d %H:%M:%S")), {}),
     ],
 )  # fmt: skip
@@ -121,7 +120,7 @@ def test_a_leap_second_is_second_60(frame):
     )
     assert read_telemetry(own, of).times.tolist() == [9.0, 10.5, 11.0, 12.0]
     unix = frame.iloc[1:3].assign(time=[1483228799.0, 1483228801.0])
-    found = read_telemetry(unix, of, TelemetryMapping(time_format="unix"))
+    found = read_telemetry(unix, of, TelemetryMapping(time_epoch="Unix"))
     assert found.times.tolist() == [9.0, 12.0]
 
 
@@ -142,7 +141,7 @@ def test_without_a_gyro_axes_that_are_held_say_the_rate(telemetry, frame):
     assert not at_rest.gyro_deg_s.any()
     # LVLH of the orbit's positions one after the other: how it turns from sample to sample
     turned = ((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    of_lvlh = GyroChannels(holds="lvlh", dcm=turned)
+    of_lvlh = GyroChannels(holds="lvlh", dcm=turned, rotation="sensor-to-body")
     found = read_telemetry(own, PAPER, TelemetryMapping(gyro=of_lvlh)).gyro_deg_s
     r = np.array(Environment.at(PAPER, telemetry.times).position)
     r /= np.linalg.norm(r, axis=1)[:, None]

@@ -1,7 +1,10 @@
 """Problems whose fronts are known in closed form, or that misbehave on purpose."""
 
+import copy
+
 import numpy as np
 from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.variable import Binary, Integer, Real
 
 
 class Galski(Problem):
@@ -74,3 +77,48 @@ class Fixed(Problem):
         out["F"] = np.tile(self.F, (len(X), 1))
         if self.violation is not None:
             out["G"] = np.full((len(X), 1), self.violation)
+
+
+class Estimated(Problem):
+    """Two objectives that are known in the last stage, and off by some waves before."""
+
+    def __init__(self, constrained=False):
+        super().__init__(n_var=4, n_obj=2, n_ieq_constr=int(constrained), xl=0.0, xu=1.0)
+        self.batches, self.stage = [], 2
+
+    def at_stage(self, stage):
+        if stage >= 2:
+            return self
+        rough = copy.copy(self)
+        rough.stage = stage
+        return rough
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        stage = self.stage
+        self.batches.append((stage, X.copy()))
+        rest = 1.0 + X[:, 1:].sum(axis=1) + 0.1 * (2 - stage) * np.sin(40.0 * X).sum(axis=1)
+        out["F"] = np.column_stack([X[:, 0] + 0.5 * rest, 1.0 - X[:, 0] + rest])
+        if self.n_ieq_constr:
+            out["G"] = 0.1 * stage - X[:, :1] * X[:, 1:2]
+
+
+class Typed(Problem):
+    """Dicts of a real, an integer and a binary variable."""
+
+    def __init__(self):
+        variables = {"a": Real(bounds=(-1, 2)), "b": Integer(bounds=(-3, 4)), "c": Binary()}
+        super().__init__(vars=variables, n_obj=2)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        out["F"] = np.array([[x["a"] ** 2 + x["b"], x["c"] - x["b"] * x["a"]] for x in X])
+
+
+class Arc(Problem):
+    """The unit circle in the first quadrant; its front is the whole arc."""
+
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=2, n_eq_constr=1, xl=0.0, xu=1.0)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        out["F"] = -X
+        out["H"] = (X**2).sum(axis=1, keepdims=True) - 1.0

@@ -10,7 +10,7 @@ from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
 from scipy.spatial.distance import cdist
 
 from mgeo import ParetoArchive
-from mgeo.algorithms import truncate
+from mgeo.algorithms.archive import truncate
 from mgeo.evaluation.dominance import (
     front_rows,
     nondominated,

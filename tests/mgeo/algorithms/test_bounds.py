@@ -11,7 +11,8 @@ from pymoo.problems.multi import ZDT1
 from scipy.stats import cauchy, kstest, truncnorm, uniform
 
 from mgeo import MGEODirected, MGEOReal, MGEOReal2
-from mgeo.algorithms import BOUNDS, StepLaw, reflect, resample
+from mgeo.algorithms import BOUNDS, StepLaw
+from mgeo.algorithms.steps import reflect, resample
 
 NUMBER = st.floats(-1e6, 1e6)
 SIZE = st.floats(0, 1e12)

@@ -8,7 +8,8 @@ import pytest
 from pymoo.problems.multi import ZDT1
 
 from mgeo import MGEODirected
-from mgeo.algorithms import Normals, capture, restore
+from mgeo.algorithms import capture, restore
+from mgeo.algorithms.matrix_adaptation import Normals
 from mgeo.testing import check_algorithm
 
 

@@ -11,11 +11,9 @@ from pymoo.problems.multi import BNH, ZDT1
 from scipy.stats import kstest
 
 from mgeo import MGEODirected
-from mgeo.algorithms import (
-    Attraction,
+from mgeo.algorithms.moves import Attraction, joint_steps, momentum_steps
+from mgeo.algorithms.selection import (
     distance,
-    joint_steps,
-    momentum_steps,
     nearest,
     nearest_drawn,
     random_weights,

@@ -13,7 +13,9 @@ from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 
 from mgeo import MGEOCanonical, MGEODirected
-from mgeo.algorithms import KINDS, Variables, whole_steps
+from mgeo.algorithms import Variables
+from mgeo.algorithms.steps import whole_steps
+from mgeo.algorithms.variables import KINDS
 
 from .. import naive
 

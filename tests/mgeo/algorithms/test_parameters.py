@@ -6,7 +6,7 @@ from pymoo.optimize import minimize
 from pymoo.problems.multi import ZDT1
 
 from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
-from mgeo.algorithms import MOST_REAL
+from mgeo.algorithms.variables import MOST_REAL
 
 PROBLEM = ZDT1(n_var=3)
 

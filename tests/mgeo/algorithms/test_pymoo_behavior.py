@@ -8,6 +8,7 @@ from pymoo.constraints.as_penalty import ConstraintsAsPenalty
 from pymoo.core.callback import Callback
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
+from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 from pymoo.problems.dyn import TimeSimulation
 from pymoo.problems.dynamic.df import DF1
@@ -15,9 +16,9 @@ from pymoo.problems.multi import BNH, ZDT1
 from pymoo.problems.static import StaticProblem
 from pymoo.util.archive import MultiObjectiveArchive
 
-from mgeo import EvaluationError, MGEOCanonical, MGEODirected, MGEOReal, ParetoArchive
+from mgeo import EvaluationError, MGEOCanonical, MGEODirected, MGEOReal, MGEOStaged, ParetoArchive
 
-from .problems import Fixed, Mixture
+from .problems import Arc, Estimated, Fixed, Mixture, Typed
 
 PROBLEM = ZDT1(n_var=5)
 SMALL = MGEOReal(0.2, n_walkers=4)
@@ -128,12 +129,35 @@ def test_tell_refuses_other_candidates():
     with pytest.raises(ValueError, match=r"F of shape \(20, 0\): .*every candidate evaluated"):
         algorithm.tell(infills=infills)
     algorithm.evaluator.eval(PROBLEM, infills)
-    for other in (infills[::-1], infills[:7], None):
-        with pytest.raises(ValueError, match="unchanged, in their order"):
+    twice = infills[[0, *range(len(infills) - 1)]]
+    for other in (infills[:7], twice, None):
+        with pytest.raises(ValueError, match="unchanged, each once, in any order"):
             algorithm.tell(infills=other)
     algorithm.tell(infills=infills)
-    with pytest.raises(ValueError, match="only once"):
+    with pytest.raises(ValueError, match=r"the last ask\(\)"):
         algorithm.tell(infills=infills)
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "problem"),
+    [
+        (SMALL, PROBLEM),
+        (MGEODirected(n_walkers=4), PROBLEM),
+        (MGEOCanonical(n_walkers=3, bits=2), PROBLEM),  # with equal candidates
+        (MGEODirected(n_walkers=4), Typed()),
+        (MGEOStaged(n_walkers=4, stages=(0.3, 0.6)), Estimated()),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_candidates_may_be_told_in_another_order(algorithm, problem):
+    rng = np.random.default_rng(7)
+    run = copy.deepcopy(algorithm).setup(problem, termination=("n_gen", 10), seed=1)
+    while run.has_next():
+        asked = run.ask()
+        shuffled = Population.new(X=asked.get("X")[rng.permutation(len(asked))])
+        Evaluator().eval(run.problem, shuffled)
+        run.tell(infills=shuffled)
+    assert same(run.result(), solve(problem, algorithm))
 
 
 def test_callback_sees_every_generation():
@@ -160,6 +184,17 @@ def test_history_holds_independent_generations():
         assert np.array_equal(entry.front.F, F)
     assert not np.array_equal(fronts[0], fronts[-1])
     assert same(result, solve())
+
+
+def test_history_keeps_each_point_of_the_front_once():
+    result = solve(save_history=True)
+    ever = {id(each) for entry in result.history for each in entry.front.individuals}
+    archived = ParetoArchive(2)
+    entered = sum(
+        archived.add(entry.pop.get("F"), entry.pop).sum()
+        for entry in solve(save_history=True).history
+    )
+    assert len(ever) == entered
 
 
 def test_verbose_prints_a_line_a_generation(capsys):
@@ -192,6 +227,27 @@ def test_equality_constraints_count():
     assert np.all(result.G <= 0)
     assert np.isfinite(result.F).all()
     assert result.algorithm.front.n_rejected > 0
+
+
+def test_the_default_search_leaves_the_corners_that_satisfy_an_equality():
+    """Both ends of the arc are corners of the bounds; its area is a quarter of a circle."""
+    area = HV(ref_point=np.zeros(2))
+
+    def found(**options):
+        runs = (
+            minimize(Arc(), MGEODirected(**options), ("n_eval", 1000), seed=seed)
+            for seed in (1, 4, 6)
+        )
+        return np.median([area(run.F) for run in runs])
+
+    assert found() > np.pi / 16
+    assert found(bounds="clip") < np.pi / 64
+
+
+@pytest.mark.parametrize("problem", [PROBLEM, BNH()], ids=["free", "inequalities"])
+def test_steps_are_clipped_by_default_without_equalities(problem):
+    clipped = solve(problem, MGEODirected(bounds="clip"))
+    assert same(solve(problem, MGEODirected()), clipped)
 
 
 def test_evaluations_that_all_fail_leave_no_result():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2_contingency, chisquare
 
-from mgeo.algorithms import pick, rank
+from mgeo.algorithms.selection import pick, rank
 
 from .. import naive
 

@@ -1,10 +1,7 @@
 """MGEOStaged: what happens at the beginning of a stage, and at the end."""
 
-import copy
-
 import numpy as np
 import pytest
-from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
 
@@ -13,28 +10,7 @@ from mgeo.evaluation.dominance import nondominated
 from mgeo.testing import check_algorithm
 from tests.mgeo.solved import solve
 
-
-class Estimated(Problem):
-    """Two objectives that are known in the last stage, and off by some waves before."""
-
-    def __init__(self, constrained=False):
-        super().__init__(n_var=4, n_obj=2, n_ieq_constr=int(constrained), xl=0.0, xu=1.0)
-        self.batches, self.stage = [], 2
-
-    def at_stage(self, stage):
-        if stage >= 2:
-            return self
-        rough = copy.copy(self)
-        rough.stage = stage
-        return rough
-
-    def _evaluate(self, X, out, *args, **kwargs):
-        stage = self.stage
-        self.batches.append((stage, X.copy()))
-        rest = 1.0 + X[:, 1:].sum(axis=1) + 0.1 * (2 - stage) * np.sin(40.0 * X).sum(axis=1)
-        out["F"] = np.column_stack([X[:, 0] + 0.5 * rest, 1.0 - X[:, 0] + rest])
-        if self.n_ieq_constr:
-            out["G"] = 0.1 * stage - X[:, :1] * X[:, 1:2]
+from .problems import Estimated
 
 
 @pytest.mark.parametrize("options", [{}, {"stages": (0.0, 1.0), "n_walkers": 3, "archive_size": 9}])

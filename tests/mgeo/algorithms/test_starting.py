@@ -1,12 +1,209 @@
-"""Designs that a problem suggests to begin with."""
+"""Starting points that users give and problems suggest, and budgets below one generation."""
+
+import copy
+import warnings
 
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.evaluator import Evaluator
+from pymoo.core.population import Population
+from pymoo.core.termination import TerminateIfAll, TerminateIfAny
 from pymoo.optimize import minimize
-from pymoo.problems.multi import ZDT1
+from pymoo.problems.multi import BNH, ZDT1
+from pymoo.termination.default import DefaultMultiObjectiveTermination
+from pymoo.termination.max_eval import MaximumFunctionCallTermination
+from pymoo.termination.max_gen import MaximumGenerationTermination
 
-from mgeo import MGEODirected, MGEOReal, MGEOStaged, SuggestedSampling
+from mgeo import (
+    MGEOCanonical,
+    MGEODirected,
+    MGEOReal,
+    MGEOReal2,
+    MGEOStaged,
+    MGEOVar,
+    SuggestedSampling,
+)
+from mgeo.algorithms import capture, restore
+
+from .problems import Estimated, Typed
+
+FAMILY = [
+    MGEOReal(1e-3, n_walkers=5),
+    MGEOReal2(1e-3, n_walkers=5),
+    MGEOCanonical(n_walkers=5, bits=4),
+    MGEOVar(n_walkers=5, bits=4),
+    MGEODirected(n_walkers=5),
+    MGEOStaged(n_walkers=5),
+]
+#: Three points of the front of ZDT1, which no candidate of a generation or two reaches.
+OPTIMA = np.column_stack([[0.123, 0.456, 0.789], np.zeros((3, 7))])
+
+
+class Counting(ZDT1):
+    """Keeps all points that it evaluates."""
+
+    def __init__(self):
+        super().__init__(n_var=8)
+        self.seen = []
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        self.seen += x.tolist()
+        super()._evaluate(x, out, *args, **kwargs)
+
+
+class Corner(BNH):
+    """BNH with the constraint that the second variable is at most 2."""
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        super()._evaluate(x, out, *args, **kwargs)
+        out["G"] = np.column_stack([x[:, 1] - 2.0, -x[:, 1]])
+
+
+def of_family(function):
+    return pytest.mark.parametrize("algorithm", FAMILY, ids=lambda each: type(each).__name__)(
+        function
+    )
+
+
+def begin_with(algorithm, sampling):
+    given = copy.deepcopy(algorithm)
+    given.sampling = sampling
+    return given
+
+
+@of_family
+@pytest.mark.parametrize("given", ["array", "population"])
+def test_starting_points_are_evaluated_once_and_belong_to_the_result(algorithm, given):
+    problem = Counting()
+    sampling = OPTIMA if given == "array" else Population.new(X=OPTIMA)
+    result = minimize(problem, begin_with(algorithm, sampling), ("n_gen", 2), seed=1)
+    assert problem.seen[:3] == OPTIMA.tolist()
+    assert result.algorithm.evaluator.n_eval == len(problem.seen)
+    found = result.X.tolist()
+    assert all(point in found for point in OPTIMA.tolist())
+
+
+@of_family
+def test_evaluated_starting_points_are_archived_before_the_first_generation(algorithm):
+    problem, given = Counting(), Population.new(X=OPTIMA)
+    Evaluator().eval(problem, given[:2])
+    run = begin_with(algorithm, given).setup(problem, termination=("n_gen", 2), seed=1)
+    assert np.array_equal(run.front.F, given[:2].get("F"))
+    problem.seen.clear()
+    result = run.run()
+    assert problem.seen[0] == OPTIMA[2].tolist()  # the only one that is evaluated
+    others = len(problem.seen) - 1
+    assert others == minimize(problem, algorithm, ("n_gen", 2), seed=1).algorithm.evaluator.n_eval
+    found = result.X.tolist()
+    assert all(point in found for point in OPTIMA.tolist())
+    assert given[0].X is not run.front.individuals[0].X
+
+
+def test_starting_points_may_be_infeasible_or_of_declared_variables():
+    given = Population.new(X=np.array([[1.0, 1.0], [0.0, 3.0]]))
+    Evaluator().eval(Corner(), given)
+    run = MGEOReal(n_walkers=3, sampling=given).setup(Corner(), seed=1)
+    assert run.front.individuals.get("X").tolist() == [[1.0, 1.0]]
+    run = MGEOReal(n_walkers=3, sampling=given[1:]).setup(Corner(), seed=1)
+    assert run.front.violation == 1.0
+    designs = np.array([{"a": 0.0, "b": -3, "c": False}], dtype=object)
+    result = minimize(Typed(), MGEODirected(sampling=designs), ("n_gen", 1), seed=1)
+    assert {"a": 0.0, "b": -3, "c": False} in result.X.tolist()
+
+
+def test_points_that_failed_or_have_values_of_another_fidelity_are_evaluated_again():
+    given = Population.new(X=OPTIMA)
+    Evaluator().eval(Counting(), given)
+    given[0].set("failed", True)
+    run = MGEOReal(n_walkers=3, sampling=given).setup(Counting(), seed=1)
+    assert len(run.front) == 2
+    problem = Estimated()
+    known = Population.new(X=np.full((2, 4), [[0.2], [0.3]]))
+    Evaluator().eval(problem, known)
+    staged = MGEOStaged(n_walkers=3, sampling=known).setup(problem, seed=1)
+    assert len(staged.front) == 0
+    assert np.array_equal(staged.ask()[:2].get("X"), known.get("X"))
+
+
+def test_individuals_of_another_problem_are_refused():
+    given = Population.new(X=OPTIMA[:, :2])
+    Evaluator().eval(BNH(), given)
+    with pytest.raises(ValueError, match=r"sampling\[0\]\.G of shape \(2,\): expected \(0,\)"):
+        MGEOReal(sampling=given).setup(ZDT1(n_var=2), seed=1)
+
+
+@of_family
+def test_a_run_restored_before_its_first_generation_begins_with_the_same_points(algorithm):
+    problem, given = Counting(), Population.new(X=OPTIMA)
+    Evaluator().eval(problem, given[:1])
+    run = begin_with(algorithm, given).setup(problem, termination=("n_gen", 2), seed=1)
+    again = restore(capture(run), problem, algorithm)
+    assert np.array_equal(again.run().F, run.run().F)
+
+
+@of_family
+def test_a_first_generation_beyond_the_budget_is_cut_with_a_warning(algorithm):
+    problem = ZDT1(n_var=8)
+    whole = len(copy.deepcopy(algorithm).setup(problem, seed=1).ask())
+    budget = whole // 2
+    with pytest.warns(RuntimeWarning, match=f"takes {whole} evaluations.* budget of {budget}"):
+        result = minimize(problem, algorithm, ("n_eval", budget), seed=1)
+    assert result.algorithm.evaluator.n_eval == budget
+    assert result.algorithm.n_generations == 1
+    first = minimize(problem, algorithm, ("n_gen", 1), seed=1).pop.get("X")
+    assert np.array_equal(result.pop.get("X"), first[:budget])
+
+
+def test_the_warning_has_the_evaluations_of_the_canonical_variant():
+    with pytest.warns(RuntimeWarning, match=r"takes 14,400 evaluations.* the budget of 1,000: "):
+        minimize(ZDT1(), MGEOCanonical(), ("n_eval", 1000), seed=1)
+
+
+@pytest.mark.parametrize(
+    "termination",
+    [DefaultMultiObjectiveTermination(n_max_evals=25), TerminateIfAny(
+        MaximumFunctionCallTermination(25), MaximumGenerationTermination(9)
+    )],
+    ids=["default", "any"],
+)  # fmt: skip
+def test_a_budget_among_other_criteria_counts(termination):
+    with pytest.warns(RuntimeWarning, match="takes 40 evaluations.* budget of 25"):
+        result = minimize(ZDT1(n_var=8), MGEOReal(n_walkers=5), termination, seed=1)
+    assert result.algorithm.evaluator.n_eval == 25
+
+
+@pytest.mark.parametrize(
+    "termination",
+    [("n_eval", None), TerminateIfAll(
+        MaximumFunctionCallTermination(25), MaximumGenerationTermination(9)
+    )],
+    ids=["none", "all"],
+)  # fmt: skip
+def test_without_a_budget_of_evaluations_the_first_generation_is_whole(termination):
+    run = MGEOReal(n_walkers=5).setup(ZDT1(n_var=8), termination=termination, seed=1)
+    assert len(run.ask()) == 40
+
+
+def test_a_tenth_beyond_the_budget_is_evaluated_and_starting_points_in_any_case():
+    problem, algorithm = ZDT1(n_var=8), MGEOReal(n_walkers=5)  # of 40 candidates
+    result = minimize(problem, algorithm, ("n_eval", 37), seed=1)
+    assert result.algorithm.evaluator.n_eval == 40
+    with pytest.warns(RuntimeWarning, match="takes 43 evaluations"):
+        result = minimize(problem, begin_with(algorithm, OPTIMA), ("n_eval", 2), seed=1)
+    assert result.algorithm.evaluator.n_eval == 3
+    assert np.array_equal(result.X[:, 0], OPTIMA[:, 0])
+
+
+@of_family
+def test_a_run_whose_first_generation_was_cut_can_be_continued(algorithm):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        run = copy.deepcopy(algorithm).setup(ZDT1(n_var=8), termination=("n_eval", 7), seed=1)
+        run.run()
+    again = restore(capture(run), run.problem, algorithm, termination=("n_gen", 4))
+    assert len(again.run().F) > 0
+    assert again.n_generations == 4
 
 
 class Suggesting(ZDT1):

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
-from pymoo.core.variable import Binary, Integer, Real
 from pymoo.operators.sampling.lhs import LHS
 from pymoo.problems.multi import BNH, ZDT1
 from pymoo.termination.default import DefaultMultiObjectiveTermination
@@ -19,7 +18,7 @@ from mgeo import MGEOCanonical, MGEOReal, MGEOReal2, ParetoArchive
 from mgeo.algorithms import RunState, SavedState, capture, restore
 from mgeo.validation.entries import FileError
 
-from .problems import Fixed, Mixture
+from .problems import Fixed, Mixture, Typed
 
 NAMES = [name for name in mgeo.algorithms.__all__ if name.startswith("MGEO")]
 PUBLISHED = [getattr(mgeo.algorithms, name) for name in NAMES]
@@ -70,17 +69,6 @@ def assert_same_end(one, two):
 def test_every_variant_goes_on_bit_for_bit(cls, problem, generations):
     run = begun(cls(n_walkers=3, archive_size=10), problem, generations)
     assert_same_end(again(run), run)
-
-
-class Typed(Problem):
-    """Dicts of a real, an integer and a binary variable."""
-
-    def __init__(self):
-        variables = {"a": Real(bounds=(-1, 2)), "b": Integer(bounds=(-3, 4)), "c": Binary()}
-        super().__init__(vars=variables, n_obj=2)
-
-    def _evaluate(self, X, out, *args, **kwargs):
-        out["F"] = np.array([[x["a"] ** 2 + x["b"], x["c"] - x["b"] * x["a"]] for x in X])
 
 
 class Whole(Problem):

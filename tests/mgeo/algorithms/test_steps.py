@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from mgeo.algorithms import SCALES, clip
-from mgeo.algorithms import perturb as perturb_within
+from mgeo.algorithms.steps import SCALES, clip
+from mgeo.algorithms.steps import perturb as perturb_within
 
 
 def perturb(*arguments):

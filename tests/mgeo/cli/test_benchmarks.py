@@ -15,7 +15,7 @@ from mgeo.store.run_folder import read_run
     ],
 )
 def test_test_problems_are_solved(mgeo, name, folder):
-    done = mgeo("solve", name, "--evaluations", "60", "--runs", "2", "-q")
+    done = mgeo("solve", name, "--evaluations", "60", "--walkers", "2", "-q")
     assert done.exit_code == 0, done.output
     run = read_run(Path("runs") / folder)
     assert run.configuration.problem == name

@@ -12,7 +12,7 @@ def test_a_run_is_described_and_nothing_is_written(mgeo):
     done = mgeo("solve", "cantilever", "--evaluations", 4000, "--record", "--dry-run")
     assert done.exit_code == 0, done.output
     for line in (
-        r"size +2 variables, 2 objectives \(mass \[kg\], deflection \[m\]\), 0 constraints",
+        r"size +variables: 2, objectives: mass \[kg\], deflection \[m\], constraints: 0",
         r"budget +4,000 evaluations",
         r"folder +runs/cantilever-mgeo-directed-seed1",
         r"files +front.csv, front.npz, run.json, front.html, run.checkpoint, evaluations/",

@@ -9,7 +9,7 @@ from mgeo.store.run_folder import read_run
 
 from ..stand_in.stand_in import Cantilever
 
-SHORT = ["--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]
+SHORT = ["--algorithm", "mgeo-real", "--walkers", "4", "--set", "sigma=0.05"]
 STUDY = """
 title = "One"
 evaluations = 60

@@ -50,3 +50,20 @@ def test_blas_has_one_thread_however_many_processors_there_are():
             timeout=100,
         )
         assert done.stdout.splitlines()[-1] == expected
+
+
+def test_a_warning_is_a_line_without_a_place_in_the_code(tmp_path):
+    words = "solve pymoo:zdt1 --algorithm mgeo-canonical --evaluations 100 --out made -q"
+    done = subprocess.run(
+        [*COMMAND, *words.split()],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=100,
+    )
+    text = " ".join(done.stderr.split())
+    assert text.startswith(
+        "Warning: the first generation of MGEOCanonical takes 14,400 evaluations"
+    )
+    assert ".py" not in text

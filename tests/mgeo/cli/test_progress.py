@@ -1,13 +1,12 @@
 import io
 import re
 
-import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.problems.multi import ZDT1
 from rich.console import Console
 
 from mgeo.cli.errors import StopRequest
-from mgeo.cli.progress import Progress, clock
+from mgeo.cli.running import Progress
 from tests.mgeo.solved import solve
 
 
@@ -25,7 +24,7 @@ def shown(progress, evaluations=400, before=lambda state: None):
 
 def progress_on(terminal, request=None):
     console = Console(file=io.StringIO(), width=100, force_terminal=terminal)
-    return Progress(console, "a title [s]", StopRequest() if request is None else request)
+    return Progress(console, "title [s]", StopRequest() if request is None else request)
 
 
 def test_elsewhere_there_are_whole_lines_without_escapes():
@@ -34,11 +33,13 @@ def test_elsewhere_there_are_whole_lines_without_escapes():
     outcome, text = shown(progress, 60)
     title, first, *_, last = text.splitlines()
     f1, f2 = outcome.F.min(axis=0)
-    assert title == "a title [s]"
-    assert re.fullmatch(r" 33%  20 of 60 evaluations  front \d+  .*  elapsed 0:0\d  left -", first)
+    assert title == "title [s]"
+    assert re.fullmatch(
+        r" 33%  20 of 60 evaluations  front \d+  .*  elapsed 0:00:0\d  left -", first
+    )
     assert re.fullmatch(
         rf"100%  60 of 60 evaluations  front {len(outcome.F)}  best f1 {f1:.6g}  best f2 {f2:.6g}"
-        r"  elapsed 0:0\d  left 0:00",
+        r"  elapsed 0:00:0\d  left 0:00:00",
         last,
     )
 
@@ -53,10 +54,3 @@ def test_a_request_to_stop_reaches_the_run():
     outcome, text = shown(progress_on(False, request), before=interrupt)
     assert (outcome.stop_reason, outcome.evaluations) == ("signal", 60)
     assert "60 of 400 evaluations" in text.splitlines()[-1]
-
-
-@pytest.mark.parametrize(
-    ("seconds", "text"), [(0, "0:00"), (59.6, "1:00"), (61, "1:01"), (3725, "1:02:05")]
-)
-def test_clock(seconds, text):
-    assert clock(seconds) == text

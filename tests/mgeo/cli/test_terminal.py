@@ -12,7 +12,7 @@ from mgeo.cli.app import app
 
 pty = pytest.importorskip("pty")
 
-RUN = ["solve", "cantilever", "--runs", "4", "--evaluations", "400", "--out", "a"]
+RUN = ["solve", "cantilever", "--walkers", "4", "--evaluations", "400", "--out", "a"]
 TERMINAL = {"TERM": "xterm-256color", "COLUMNS": "100"}
 ESCAPE, COLOR = "\x1b", r"\x1b\[[\d;]*\b[349]\d\b[\d;]*m"
 

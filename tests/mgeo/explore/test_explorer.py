@@ -61,20 +61,18 @@ def test_rows_pass_the_ranges_of_every_axis(folder):
     assert brushed(table, dimensions[:1]) == list(range(len(mass)))
 
 
-def test_a_design_is_saved_and_a_file_is_replaced_only_if_allowed(folder, tmp_path):
+def test_a_design_is_saved_into_a_new_file(folder, tmp_path):
     explorer = Explorer(folder, save=tmp_path / "beam.json")
     assert (explorer.folder, explorer.file_name) == (tmp_path, "beam.json")
     path = explorer.save([0.02, 0.5], "beam.json")
-    assert json.loads(path.read_text())["design"] == [0.02, 0.5]
     with pytest.raises(FileExistsError, match=r"beam\.json exists"):
         explorer.save([0.03, 0.5], "beam.json")
-    explorer.save([0.03, 0.5], "beam.json", replace=True)
-    assert json.loads(path.read_text())["design"] == [0.03, 0.5]
+    assert json.loads(path.read_text())["design"] == [0.02, 0.5]
 
 
 @pytest.mark.parametrize("name", ["run.json", "../plan.json", "plan.txt", ""])
 def test_other_files_are_never_written(folder, name):
     before = (folder / "run.json").read_text()
-    with pytest.raises(ValueError, match="name"):
-        Explorer(folder).save([0.02, 0.5], name, replace=True)
+    with pytest.raises((ValueError, FileExistsError), match="name"):
+        Explorer(folder).save([0.02, 0.5], name)
     assert (folder / "run.json").read_text() == before

@@ -1,9 +1,8 @@
 """The look that all figures share."""
 
-import plotly.graph_objects as go
 import pytest
 
-from mgeo.figures.style import COLORS, finished, log_axis, symbol
+from mgeo.figures.style import COLORS, log_axis, symbol
 
 
 @pytest.mark.parametrize(
@@ -18,9 +17,3 @@ def test_the_labels_of_a_logarithmic_axis_depend_on_its_width(values, dtick):
 
 def test_no_two_of_many_lines_look_alike():
     assert len({(COLORS[i % len(COLORS)], symbol(i)) for i in range(49)}) == 49
-
-
-def test_titles_stand_above_subtitles():
-    figure = finished(go.Figure(go.Scatter(y=[1.0])), "Title", "subtitle")
-    assert figure.layout.title.text.startswith("Title<br>")
-    assert "subtitle" in figure.layout.title.text

@@ -105,3 +105,49 @@ class Forgetful(MGEOReal):
 def test_a_variant_of_the_family_that_does_not_resume_is_found():
     with pytest.raises(CheckError, match="a run that was kept and restored midway: X"):
         check_algorithm(Forgetful(n_walkers=3))
+
+
+class Unnamed(MGEOReal):
+    """It keeps a parameter under another name."""
+
+    def __init__(self, scale=0.1, **options):
+        super().__init__(**options)
+        self.width = scale
+
+    def deviations(self, sigma):
+        return self.width * sigma
+
+
+class Halved(MGEOReal):
+    """It does not keep what it was given."""
+
+    def __init__(self, scale=0.1, **options):
+        super().__init__(**options)
+        self.scale = scale / 2
+
+    def deviations(self, sigma):
+        return self.scale * sigma
+
+
+class Hidden(MGEOReal):
+    """It searches by another value than the one that it keeps."""
+
+    def __init__(self, scale=0.1, **options):
+        super().__init__(**options)
+        self.scale, self.width = 0.1, scale
+
+    def deviations(self, sigma):
+        return self.width * sigma
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "message"),
+    [
+        (Unnamed(n_walkers=3), "has no attribute 'scale'"),
+        (Halved(n_walkers=3), r"Halved\(scale=0.05\) keeps scale = 0.025"),
+        (Hidden(0.3, n_walkers=3), r"an algorithm made from get_params\(\), as itself: X"),
+    ],
+)
+def test_a_parameter_that_is_not_kept_under_its_name_is_found(algorithm, message):
+    with pytest.raises(CheckError, match=message):
+        check_algorithm(algorithm, n_gen=3)

@@ -36,11 +36,40 @@ def test_a_problem_is_built_by_from_options_or_by_its_constructor():
     assert load_problem("zdt1", {"n_var": 7}).n_var == 7
 
 
-def test_an_option_is_refused_by_the_problem_or_because_the_constructor_would_ignore_it():
+def test_the_message_of_a_problem_that_refuses_an_option_is_shown():
     with pytest.raises(ValueError, match="load = -1"):
         load_problem("cantilever", {"load": -1})
-    with pytest.raises(ValueError, match=r"unknown option 'n_vars' of problem 'zdt1'.*n_var"):
-        load_problem("zdt1", {"n_vars": 7})
+
+
+@pytest.mark.parametrize(
+    ("name", "option", "expected"),
+    [
+        ("zdt1", "n_vars", "n_var"),
+        ("pymoo:zdt1", "n_vars", "n_var"),
+        ("pymoo:zdt3", "nvar", "n_var"),
+        ("pymoo:dtlz2", "n_objs", "k or n_obj or n_var"),
+        ("pymoo:zdt2", "replace_nan_values_by", "n_var"),
+        ("swallowing:Leaf", "lenght", "length or width"),
+        ("swallowing:Leaf", "xn", "length or width"),
+        ("swallowing:Deaf", "length", "no options"),
+    ],
+)
+def test_an_option_that_the_constructor_would_ignore_is_refused(
+    name, option, expected, tmp_path, monkeypatch
+):
+    (tmp_path / "swallowing.py").write_text(SWALLOWING)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    message = rf"unknown option '{option}' of problem '{name}': expected {expected}(;|$)"
+    with pytest.raises(ValueError, match=message):
+        load_problem(name, {option: 7}, named=(name,))
+    sys.modules.pop("swallowing", None)
+
+
+def test_options_of_a_base_are_accepted_where_keywords_are_passed_on(tmp_path, monkeypatch):
+    (tmp_path / "passing.py").write_text(SWALLOWING)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    problem = load_problem("passing:Leaf", {"length": 3.0, "width": 2.0}, named=("passing:Leaf",))
+    assert (problem.length, problem.width, problem.n_var) == (3.0, 2.0, 2)
 
 
 def test_the_problem_reads_the_files_that_a_scenario_names(tmp_path, monkeypatch):
@@ -84,6 +113,27 @@ def test_a_name_claimed_twice_is_refused_naming_both_distributions(tmp_path, mon
     with pytest.raises(PluginError, match=r"'cantilever' is claimed by rival 2\.0 and stand-in"):
         load_problem("cantilever")
 
+
+SWALLOWING = """
+from pymoo.core.problem import ElementwiseProblem
+
+
+class Stem(ElementwiseProblem):
+    def __init__(self, length=1.0, **options):
+        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0, **options)
+        self.length = length
+
+
+class Leaf(Stem):
+    def __init__(self, *, width=1.0, **options):
+        super().__init__(**options)
+        self.width = width
+
+
+class Deaf(ElementwiseProblem):
+    def __init__(self, **options):
+        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0)
+"""
 
 BEAM = """
 import numpy as np

@@ -15,7 +15,16 @@ def solved(stand_in, tmp_path):
 
     def solve(*more, name="run", problem="cantilever"):
         folder = tmp_path / name
-        arguments = ["solve", problem, "--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]
+        arguments = [
+            "solve",
+            problem,
+            "--algorithm",
+            "mgeo-real",
+            "--walkers",
+            "4",
+            "--set",
+            "sigma=0.05",
+        ]
         arguments += ["--evaluations", "400"]
         done = CliRunner().invoke(app, [*arguments, "--out", str(folder), "-q", *more])
         assert done.exit_code == 0, done.output

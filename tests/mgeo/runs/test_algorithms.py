@@ -6,14 +6,19 @@ All in one module, for one process: numba compiles AGE-MOEA2 anew in each.
 import numpy as np
 import pytest
 from pymoo.core.problem import Problem
+from pymoo.core.variable import Binary, Integer, Real
 from pymoo.indicators.hv import HV
 from pymoo.problems.many import DTLZ2
 from pymoo.problems.multi import BNH, ZDT1
 from pymoo.problems.single import Sphere
 
-from mgeo.algorithms import designs_of
-from mgeo.runs.algorithms import build_algorithm, complete_parameters, default_evaluations
-from mgeo.runs.operators import set_up
+from mgeo.algorithms.variables import designs_of
+from mgeo.runs.algorithms import (
+    build_algorithm,
+    complete_parameters,
+    default_evaluations,
+    set_up,
+)
 from mgeo.runs.registry import ALGORITHMS
 from tests.mgeo.solved import solve
 
@@ -36,7 +41,7 @@ AREA = HV(ref_point=np.array([1.1, 6.0]))
 def test_every_algorithm_improves_a_front_and_repeats_itself(name):
     problem = ZDT1(n_var=5)
     algorithm = build_algorithm(name, SMALL.get(name, {"population": 20}), problem)
-    first = solve(problem, algorithm, 20, seed=1)
+    first = solve(problem, algorithm, 40, seed=1)
     longer = solve(problem, algorithm, 600, seed=1)
     again = solve(problem, algorithm, 600, seed=1)
     assert AREA(longer.F) > AREA(first.F)
@@ -128,6 +133,31 @@ def test_integers_and_bits_are_searched_as_such_or_refused(name, vtype):
     assert (problem.xu >= X).all()
     assert len(np.unique(X, axis=0)) > 10
     assert np.array_equal(outcome.F, problem.evaluate(designs_of(problem, outcome.X)))
+
+
+class Declared(Problem):
+    """Two objectives of an integer, a real and a bit, declared one by one."""
+
+    def __init__(self):
+        kinds = {"a": Integer(bounds=(0, 9)), "b": Real(bounds=(0, 1)), "c": Binary()}
+        super().__init__(vars=kinds, n_obj=2)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        rows = [(x["a"] + x["b"], 9 - x["a"] + x["b"] + x["c"]) for x in X]
+        out["F"] = np.array(rows, dtype=float)
+
+
+@pytest.mark.parametrize("name", ["nsga2", "nsga3", "random", "mgeo-directed"])
+def test_variables_declared_one_by_one_are_searched_as_such(name):
+    problem = Declared()
+    algorithm = build_algorithm(name, SMALL.get(name, {"population": 12}), problem)
+    assert len(solve(problem, algorithm, 240, seed=1).F) >= 4
+
+
+@pytest.mark.parametrize("name", ["gde3", "moead", "ctaea"])
+def test_variables_declared_one_by_one_are_refused_by_algorithms_of_arrays(name):
+    with pytest.raises(ValueError, match=f"^algorithm '{name}' takes arrays of real .* nsga2"):
+        build_algorithm(name, {"population": 12}, Declared())
 
 
 class Tied(ZDT1):

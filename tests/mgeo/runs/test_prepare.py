@@ -57,8 +57,8 @@ def test_options_that_cannot_be_written_are_refused_before_the_run(value, monkey
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"seed": True}, "seed = True: expected an integer"),
-        ({"evaluations": "10"}, "evaluations = '10': expected an integer"),
+        ({"seed": True}, "seed = True: expected a valid integer"),
+        ({"evaluations": "10"}, "evaluations = '10': expected a valid integer"),
         ({"sed": 1}, "sed is unknown"),
     ],
 )

@@ -1,39 +1,25 @@
 import numpy as np
 import pytest
-from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.moo.nsga3 import comp_by_cv_then_random
+from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
+from pymoo.core.population import Population
 from pymoo.problems.multi import ZDT1
-from pymoo.util.archive import MultiObjectiveArchive, RandomTruncation, Truncation
 
-from mgeo.runs.operators import set_up
-from mgeo.runs.pymoo_algorithms import FrontRVEA
+from mgeo.runs.pymoo_algorithms import FrontRVEA, SeededComparison
 from tests.mgeo.solved import solve
 
 
-class Last(Truncation):
-    def __call__(self, sols, k):
-        return sols[-k:]
+@pytest.mark.parametrize("pymoos", [comp_by_cv_then_random, comp_by_rank_and_ref_line_dist])
+def test_comparisons_without_ties_are_those_of_pymoo(pymoos):
+    population = Population.new(F=np.zeros((4, 2)), G=np.array([[0.0], [0.0], [1.0], [2.0]]))
+    population.set("niche", 0, "rank", 0, "dist_to_niche", 0.5)
+    pairs = np.array([(a, b) for a in range(4) for b in range(4) if a != b])
+    draws = [np.random.default_rng(5) for _ in range(2)]
+    expected = pymoos(population, pairs, random_state=draws[0])
+    found = SeededComparison(pymoos)(population, pairs, random_state=draws[1])
+    assert np.array_equal(found, expected)
 
 
-def archived(seed, truncation):
-    archive = MultiObjectiveArchive(max_size=6, truncate_size=4, truncation=truncation)
-    algorithm = set_up(ZDT1(n_var=4), NSGA2(pop_size=20, archive=archive), 400, seed)
-    algorithm.run()
-    return algorithm.archive.get("F")
-
-
-@pytest.mark.parametrize("truncation", [RandomTruncation(), Last()])
-def test_an_archive_that_pymoo_truncates_repeats_with_the_seed(truncation):
-    found = archived(1, truncation)
-    assert 0 < len(found) <= 6
-    assert np.array_equal(found, archived(1, truncation))
-    assert not np.array_equal(found, archived(2, truncation))
-
-
-def test_rvea_makes_all_generations_of_its_budget_and_returns_a_front():
+def test_rvea_makes_all_generations_of_its_budget():
     directions = np.column_stack([np.linspace(0, 1, 10), np.linspace(1, 0, 10)])
-    outcome = solve(ZDT1(n_var=4), FrontRVEA(directions), 95, seed=1)
-    assert outcome.evaluations == 100
-    by_generations = set_up(ZDT1(n_var=4), FrontRVEA(directions), 95, seed=1)
-    by_generations.setup(ZDT1(n_var=4), termination=("n_gen", 3), seed=1)
-    by_generations.run()
-    assert by_generations.evaluator.n_eval == 30
+    assert solve(ZDT1(n_var=4), FrontRVEA(directions), 95, seed=1).evaluations == 100

@@ -8,40 +8,9 @@ import pytest
 from mgeo import read_record
 from mgeo.plugins.problems import load_problem
 from mgeo.report.history import hypervolume_history
-from mgeo.runs.prepare import PreparedRun, prepare, resume_run
+from mgeo.runs.prepare import prepare, resume_run
 
 pytestmark = pytest.mark.usefixtures("stand_in")
-
-
-def begun(folder, generations):
-    """A run of 40 generations that was stopped, kept in a folder."""
-    run = prepare("cantilever", parameters={"n_walkers": 4}, evaluations=320, seed=2)
-
-    def stop(state):
-        if state.evaluations >= 8 * generations:
-            state.stop()
-
-    run.solve(stop, folder)
-    return run
-
-
-def test_the_configuration_has_the_new_budget(tmp_path):
-    begun(tmp_path, 3)
-    longer = resume_run(tmp_path, generations=50)
-    assert longer.configuration.evaluations == 400
-    once, again = longer.solve(), PreparedRun.of(longer.configuration).solve()
-    assert np.array_equal(once.F, again.F)
-    shorter = resume_run(tmp_path, evaluations=100)
-    assert shorter.solve().evaluations == 104  # the last generation is completed
-
-
-def test_suggested_designs_take_no_generation_from_the_budget(tmp_path):
-    few = {"n_walkers": 4, "max_candidates": 1}
-    run = prepare("cantilever", parameters=few, evaluations=40, starts=4)
-    run.solve(None, tmp_path)
-    longer = resume_run(tmp_path, generations=20)
-    longer.solve()
-    assert longer.algorithm.n_generations == 20
 
 
 SMALL = {"n_walkers": 4, "stages": [0.5, 1.0]}

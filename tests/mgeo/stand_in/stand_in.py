@@ -99,17 +99,3 @@ class SlowCantilever(Cantilever):
     def _evaluate(self, X, out, *args, **kwargs):
         time.sleep(float(os.environ.get("STAND_IN_SECONDS", "0.02")))
         super()._evaluate(X, out, *args, **kwargs)
-
-
-class StuckCantilever(Cantilever):
-    """Its second batch takes forever."""
-
-    def __init__(self, load=1000.0):
-        super().__init__(load)
-        self.batches = 0
-
-    def _evaluate(self, X, out, *args, **kwargs):
-        self.batches += 1
-        while self.batches == 2:
-            time.sleep(0.02)
-        super()._evaluate(X, out, *args, **kwargs)

@@ -6,15 +6,15 @@ from typing import Annotated
 import typer
 
 from mgeo.cli.errors import bad_input
-from mgeo.cli.options import Debug, Json, toml_files
-from mgeo.cli.output import Output
+from mgeo.cli.options import Debug, Json
+from mgeo.terminal import Output
 
 app = typer.Typer(help="Beams, weighed.", rich_markup_mode="rich")
 
 
 @app.command()
 def weigh(
-    file: Annotated[Path, typer.Argument(autocompletion=toml_files)],
+    file: Annotated[Path, typer.Argument()],
     density: float = 7800.0,
     json: Json = False,
     debug: Debug = False,

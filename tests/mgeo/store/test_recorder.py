@@ -28,17 +28,17 @@ class Spy(Evaluator):
 
 
 @pytest.mark.parametrize(
-    ("algorithm", "problem", "chunk_rows"),
+    ("algorithm", "problem", "every_seconds"),
     [
-        (MGEOReal(0.2, n_walkers=4), PROBLEM, 50),
-        (NSGA2(12), BNH(), 1),
-        (GDE3(12), OSY(), 10_000),
+        (MGEOReal(0.2, n_walkers=4), PROBLEM, 0.0),
+        (NSGA2(12), BNH(), 1e9),
+        (GDE3(12), OSY(), 0.01),
     ],
     ids=["mgeo", "nsga2", "gde3"],
 )
-def test_every_evaluation_is_there_in_order(algorithm, problem, chunk_rows, tmp_path):
+def test_every_evaluation_is_there_in_order(algorithm, problem, every_seconds, tmp_path):
     spy = Spy()
-    recorder = Recorder(tmp_path, every_seconds=0.0, chunk_rows=chunk_rows)
+    recorder = Recorder(tmp_path, every_seconds=every_seconds)
     solve(problem, algorithm, callback=recorder, evaluator=spy)
     table = read_record(tmp_path)
     X, F, G = (np.concatenate(parts) for parts in zip(*spy.seen, strict=True))
@@ -52,7 +52,7 @@ def test_every_evaluation_is_there_in_order(algorithm, problem, chunk_rows, tmp_
     assert not table["failed"].any()
 
 
-def test_rows_are_written_when_they_are_many_or_the_time_has_come(tmp_path, monkeypatch):
+def test_rows_are_written_when_the_time_has_come(tmp_path, monkeypatch):
     now = [0.0]
     monkeypatch.setattr("mgeo.store.recorder.time.monotonic", lambda: now[0])
     lengths = []
@@ -62,13 +62,9 @@ def test_rows_are_written_when_they_are_many_or_the_time_has_come(tmp_path, monk
         recorder(algorithm)
         lengths.append(len(read_record(tmp_path)))
 
-    recorder = Recorder(tmp_path, every_seconds=4.0, chunk_rows=60)
+    recorder = Recorder(tmp_path, every_seconds=4.0)
     solve(n_gen=11, callback=watch)  # 12 rows a generation
     assert lengths == [12, 12, 12, 12, 60, 60, 60, 60, 108, 108, 132]
-    lengths.clear()
-    recorder = Recorder(tmp_path, every_seconds=99.0, chunk_rows=36, overwrite=True)
-    solve(n_gen=9, callback=watch)
-    assert lengths == [12, 12, 12, 48, 48, 48, 84, 84, 108]
 
 
 def test_failed_evaluations_are_marked(tmp_path):
@@ -93,7 +89,7 @@ def test_a_record_is_not_overwritten_unless_told(tmp_path):
     with pytest.raises(ValueError, match="holds a record"):
         solve(callback=Recorder(tmp_path), seed=2)
     assert read_record(tmp_path).equals(before)
-    solve(callback=Recorder(tmp_path, overwrite=True, chunk_rows=50), seed=2)
+    solve(callback=Recorder(tmp_path, overwrite=True), seed=2)
     assert len(read_record(tmp_path)) == 120
     assert not read_record(tmp_path).equals(before)
     assert (tmp_path / "notes.txt").exists()
@@ -122,17 +118,12 @@ def test_what_cannot_be_recorded_is_refused(tmp_path):
     decomposition = MOEAD(directions, n_neighbors=3)
     with pytest.raises(ValueError, match=r"MOEAD made \d+ evaluations in generation 2 and has"):
         solve(algorithm=decomposition, callback=Recorder(tmp_path))
-    (tmp_path / "file").write_text("")
-    with pytest.raises(NotADirectoryError, match="is a file: expected a folder"):
-        Recorder(tmp_path / "file")
-    with pytest.raises(ValueError, match="chunk_rows = 0"):
-        Recorder(tmp_path, chunk_rows=0)
 
 
 def test_damage_is_noticed(tmp_path):
     with pytest.raises(FileNotFoundError, match="holds no record"):
         read_record(tmp_path)
-    solve(callback=Recorder(tmp_path, chunk_rows=50))
+    solve(callback=Recorder(tmp_path, every_seconds=0))
     path = tmp_path / "000000002.npz"
     content = path.read_bytes()
     middle = len(content) // 2

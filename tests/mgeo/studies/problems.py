@@ -33,6 +33,33 @@ class Wearing(ZDT1):
         out["F"] = out["F"] + 0.01 * len(self.calls)
 
 
+class OwnNoise(ZDT1):
+    """Adds noise from a generator of its own."""
+
+    def __init__(self):
+        super().__init__(n_var=4)
+        self.random_state = np.random.default_rng(1)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        super()._evaluate(X, out, *args, **kwargs)
+        out["F"] = out["F"] + self.random_state.normal(0.0, 0.01, out["F"].shape)
+
+
+class Remembering(ZDT1):
+    """Gives the nearest of the values it remembers, as a surrogate model does."""
+
+    def __init__(self):
+        super().__init__(n_var=4)
+        self.X, self.F = np.empty((0, 4)), np.empty((0, 2))
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        super()._evaluate(X, out, *args, **kwargs)
+        self.X, self.F = np.concatenate([self.X, X]), np.concatenate([self.F, out["F"]])
+        if len(self.X) > 30:
+            distances = np.abs(X[:, None] - self.X[:20]).sum(axis=2)
+            out["F"] = self.F[distances.argmin(axis=1)]
+
+
 class FailingNSGA2(NSGA2):
     """Fails with even seeds."""
 

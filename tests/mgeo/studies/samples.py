@@ -47,3 +47,16 @@ def comparison(problem=None):
     space = indicator_space(problem, [r.front_F for r in records.values()])
     table, runs = pd.DataFrame(rows), pd.DataFrame()
     return Comparison(problem, tuple(VALUES), 100, table, runs, records, space)
+
+
+def final(values):
+    """A comparison of hypervolumes only, by algorithm; 0 is a run without a front."""
+    rows = [
+        {"algorithm": name, "seed": seed, "evaluations": 100, "hypervolume": v}
+        | {"igd_plus": 1 - v if v else np.inf, "epsilon": 1 - v if v else np.inf}
+        | {"points": 9 if v else 0}
+        for name, column in values.items()
+        for seed, v in enumerate(column, 1)
+    ]
+    table = pd.DataFrame(rows)
+    return Comparison(**{**vars(comparison()), "table": table, "algorithms": tuple(values)})

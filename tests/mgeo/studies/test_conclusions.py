@@ -3,27 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 from scipy import stats
 
-from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import against, conclusions, control_table
 
-from .samples import VALUES, comparison
-
-
-def final(values):
-    """A comparison of hypervolumes only, by algorithm; 0 is a run without a front."""
-    rows = [
-        {"algorithm": name, "seed": seed, "evaluations": 100, "hypervolume": v}
-        | {"igd_plus": 1 - v if v else np.inf, "epsilon": 1 - v if v else np.inf}
-        | {"points": 9 if v else 0}
-        for name, column in values.items()
-        for seed, v in enumerate(column, 1)
-    ]
-    table = pd.DataFrame(rows)
-    return Comparison(**{**vars(comparison()), "table": table, "algorithms": tuple(values)})
+from .samples import VALUES, comparison, final
 
 
 def test_conclusions_sort_the_rivals_of_the_first():

@@ -1,6 +1,8 @@
 """`mgeo.compare`: what is run, what is measured, and what is refused."""
 
+import pickle
 import random
+import warnings
 
 import numpy as np
 import pytest
@@ -16,14 +18,23 @@ from pymoo.problems.single import Sphere
 from pymoo.util.ref_dirs import get_reference_directions
 
 import mgeo
-from mgeo import MGEOReal, compare
-from mgeo.studies.comparison import FailedRunsWarning
+from mgeo import MGEODirected, MGEOReal, compare
+from mgeo.studies.comparison import ComparisonWarning, FailedRunsWarning
 from mgeo.studies.conclusions import conclusions
 from mgeo.studies.indicators import NothingToCompareError
 from mgeo.studies.run import Task, record
 
+from ..algorithms.problems import Arc
 from ..naive import nondominated_rows
-from .problems import FailingNSGA2, GlobalRandomSearch, Half, StuckSearch, Wearing
+from .problems import (
+    FailingNSGA2,
+    GlobalRandomSearch,
+    Half,
+    OwnNoise,
+    Remembering,
+    StuckSearch,
+    Wearing,
+)
 
 PROBLEM = ZDT1(n_var=4)
 ALGORITHMS = {
@@ -65,30 +76,62 @@ def test_every_algorithm_is_measured_by_all_its_evaluations(serial):
             )
 
 
+def test_fronts_satisfy_an_equality_and_its_corners_are_left():
+    """Points of the arc of the unit circle, whose ends are corners of the bounds."""
+    algorithms = {"default": MGEODirected(), "clip": MGEODirected(bounds="clip"), "GA": NSGA2(20)}
+    found = compare(Arc(), algorithms, 800, seeds=[1, 4, 6], grid=2, n_jobs=1)
+    for label in algorithms:
+        for F in found.fronts(label):
+            assert np.abs((F**2).sum(axis=1) - 1.0).max() <= 1e-4
+    volumes = found.samples("hypervolume")
+    assert np.median(volumes["default"]) > np.median(volumes["clip"])
+
+
 def test_processes_give_the_same_table(serial):
     parallel = compare(PROBLEM, ALGORITHMS, 150, seeds=3, grid=[50, 77], n_jobs=2)
     assert parallel.table.equals(serial.table)
 
 
-def test_each_run_has_its_own_copy_of_the_problem():
-    problem = Wearing()
-    found = compare(problem, {"a": NSGA2(12), "b": NSGA2(12)}, 60, seeds=2, n_jobs=1)
-    assert problem.calls == []
+@pytest.mark.parametrize("n_jobs", [1, 2])
+@pytest.mark.parametrize("make", [Wearing, OwnNoise, Remembering])
+def test_each_run_has_its_own_copy_of_the_problem(make, n_jobs):
+    problem = make()
+    before = pickle.dumps(problem)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ComparisonWarning)
+        found = compare(problem, {"a": NSGA2(12), "b": NSGA2(12)}, 60, seeds=2, n_jobs=n_jobs)
+    assert pickle.dumps(problem) == before
     for seed in (1, 2):
-        alone = record(Task(Wearing(), NSGA2(12), 60, seed))
+        alone = record(Task(make(), NSGA2(12), 60, seed))
         for label in ("a", "b"):
             assert np.array_equal(found.records[label, seed].front_F, alone.front_F)
 
 
-def set_up_only():
-    algorithm = CMOPSO(pop_size=12)
-    algorithm.setup(ZDT1(n_var=4), termination=("n_eval", 24), seed=1)
+def only_set_up(algorithm):
+    return algorithm.setup(ZDT1(n_var=4), termination=("n_eval", 24), seed=1)
+
+
+def asked(algorithm):
+    only_set_up(algorithm).ask()
+    return algorithm
+
+
+def used(algorithm):
+    minimize(ZDT1(n_var=4), algorithm, ("n_eval", 24), copy_algorithm=False)
     return algorithm
 
 
 @pytest.mark.parametrize(
     "make",
-    [lambda: minimize(ZDT1(n_var=4), NSGA2(12), ("n_eval", 24)).algorithm, set_up_only],
+    [
+        lambda: minimize(ZDT1(n_var=4), NSGA2(12), ("n_eval", 24)).algorithm,
+        lambda: only_set_up(CMOPSO(12)),
+        lambda: asked(NSGA2(12)),
+        lambda: used(GlobalRandomSearch()),
+        lambda: used(MGEOReal(0.1, n_walkers=2)),
+        lambda: pickle.loads(pickle.dumps(used(GlobalRandomSearch()))),
+    ],
+    ids=["result", "set up", "asked", "used", "of the family", "read from a file"],
 )
 def test_an_algorithm_that_is_set_up_or_has_run_is_refused(make):
     with pytest.raises(ValueError, match=r"algorithms\['a'\] is set up or has run"):

@@ -7,6 +7,7 @@ from pymoo.problems.many import DTLZ2
 
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.figures.fronts import (
+    attained_shares,
     attainment_figure,
     difference_figure,
     each_figure,
@@ -64,22 +65,28 @@ def test_attainment_surfaces():
     assert list(zip(of_b.x, of_b.y, strict=True)) == [(2, 3)]
 
 
-def areas(figure):
-    return {trace.name: trace for trace in figure.data if trace.x[0] is not None}
+def differences(figure):
+    """Difference in percent at the lower left corner of each cell with a difference."""
+    (heat,) = figure.data
+    x, y = heat.x[:-1], heat.y[:-1]
+    return {(x[j], y[i]): heat.z[i][j] for i, j in np.argwhere(heat.z)}
 
 
 def test_the_difference_is_counted_in_runs():
     # two of three runs of A_1 attain (1, 2) to (2, 3) where those of B do not; one of them (2, 1)
-    shown = areas(difference_figure(comparison(), "A_1", "B"))
-    assert set(shown) == {"A_1: 66.7 to 100 %", "A_1: 33.3 to 66.7 %"}
-    assert min(x for x in shown["A_1: 66.7 to 100 %"].x if x is not None) == 1
-    swapped = areas(difference_figure(comparison(), "B", "A_1"))
-    assert {name: trace.x for name, trace in swapped.items()} == {
-        name: trace.x for name, trace in shown.items()
-    }
-    equal = difference_figure(comparison(), "A_1", "C")
-    assert len(equal.data) == 6
-    assert areas(equal) == {}
+    expected = {(1, 2): 67, (1, 3): 67, (2, 1): 33, (2, 2): 67}
+    assert differences(difference_figure(comparison(), "A_1", "B")) == expected
+    swapped = difference_figure(comparison(), "B", "A_1")
+    assert differences(swapped) == {point: -share for point, share in expected.items()}
+    assert differences(difference_figure(comparison(), "A_1", "C")) == {}
+
+
+def test_attained_shares_are_those_of_a_plain_loop():
+    rng = np.random.default_rng(2)
+    fronts = [rng.random((n, 2)) for n in (1, 5, 0, 7)]
+    x, y = rng.random(6), rng.random(4)
+    expected = [[np.mean([any(((a, b) >= F).all(axis=1)) for F in fronts]) for a in x] for b in y]
+    assert np.array_equal(attained_shares(fronts, x, y), expected)
 
 
 def test_runs_without_a_front_count_in_what_is_attained():
@@ -89,11 +96,10 @@ def test_runs_without_a_front_count_in_what_is_attained():
     made.records.update({("B", 1): nothing, ("B", 2): nothing})
     half, best, every = attainment_figure(made).data[3:6]
     assert (len(half.x), best.x.tolist(), len(every.x)) == (0, [1.0], 0)
-    shown = areas(difference_figure(made, "A_1", "B"))
     # all runs of A_1 attain (1, 2), and one of three of B
-    assert set(shown) == {"A_1: 66.7 to 100 %", "A_1: 33.3 to 66.7 %"}
+    assert differences(difference_figure(made, "A_1", "B"))[1, 2] == 67
     made.records[("B", 3)] = nothing
-    assert "100 %" in {name.split(": ")[1] for name in areas(difference_figure(made, "B", "A_1"))}
+    assert differences(difference_figure(made, "B", "A_1"))[1, 2] == -100
     assert [t.text for t in each_figure(made).layout.annotations[:2]] == ["A_1", "C"]
     assert "difference" in made.figures()
 

@@ -93,7 +93,7 @@ def test_it_can_be_reduced_and_extended():
             "'b' is no algorithm of this study, which are nsga2",
         ),
         ("seeds = 2", "seeds = 2\ncontrol = 'b'", "control: 'b' is no algorithm of this study"),
-        ("seeds = 2", "seeds = ", "no valid TOML"),
+        ("seeds = 2", "seeds = ", "Invalid value"),
     ],
 )
 def test_what_is_wrong_is_named_with_its_file(old, new, message, tmp_path):

@@ -7,7 +7,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.population import Population
 from pymoo.problems.multi import ZDT1
 
-from mgeo.runs.operators import set_up
+from mgeo.runs.algorithms import set_up
 from mgeo.studies.record import StudyRun
 from mgeo.studies.run import EvaluationLog, WatchedEvaluator
 
@@ -62,7 +62,7 @@ def test_every_evaluation_of_an_algorithm_is_seen_once():
         evaluate(X, out),
     )
     log = EvaluationLog(2, 73)
-    algorithm.evaluator = WatchedEvaluator(algorithm.evaluator, log)
+    algorithm.evaluator = WatchedEvaluator(algorithm.evaluator, lambda _, *batch: log(*batch))
     algorithm.run()
     X = np.concatenate(evaluated)
     assert (log.seen, len(X), algorithm.evaluator.n_eval) == (100, 100, 100)

@@ -1,5 +1,6 @@
-"""Ranks over problems, against a plain loop, and their test against its exact distribution."""
+"""Ranks and runtimes against plain loops, and the test of ranks against its exact distribution."""
 
+import math
 from itertools import product
 from types import SimpleNamespace
 
@@ -8,8 +9,15 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from mgeo.studies.indicators import INDICATORS
-from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
+from mgeo.studies.indicators import BEST_VALUE, INDICATORS
+from mgeo.studies.pooled import (
+    SHORTFALLS,
+    friedman_over_problems,
+    problem_values,
+    ranks_over_problems,
+    runtimes,
+    targets_reached,
+)
 
 NAMES = ("one", "two", "three")
 
@@ -18,7 +26,7 @@ def pooled(given, per_variable=False, control=None):
     return ranks_over_problems(problem_values(given, per_variable), control)
 
 
-def results(values, n_var=4, epsilon=None, instance_of=""):
+def results(values, n_var=4, epsilon=None, instance_of="", runs=None, indicator=INDICATORS[0]):
     """Of {(algorithm, seed): hypervolumes after 40, 80, ... evaluations}."""
     rows = [
         {
@@ -31,11 +39,13 @@ def results(values, n_var=4, epsilon=None, instance_of=""):
         for (name, seed), trace in values.items()
         for i, value in enumerate(trace)
     ]
+    made = pd.DataFrame(runs or list(values), columns=["algorithm", "seed"])
     return SimpleNamespace(
         table=pd.DataFrame(rows),
-        algorithms=NAMES,
+        runs=made,
+        algorithms=tuple(dict.fromkeys(made["algorithm"])),
         problem=SimpleNamespace(n_var=n_var, instance_of=instance_of),
-        indicator=lambda: INDICATORS[0],
+        indicator=lambda: indicator,
     )
 
 
@@ -174,3 +184,55 @@ def test_an_algorithm_whose_runs_all_failed_is_last_there():
     pd.testing.assert_frame_equal(ranks_over_problems(values), ranks_over_problems(expected))
     found = friedman_over_problems(values)
     assert (len(found.ranks), found.blocks) == (3, 5)
+
+
+def plainly(values, n_var, best):
+    found = {}
+    for (algorithm, _), trace in values.items():
+        for shortfall in SHORTFALLS:
+            reached = [40 * (i + 1) for i, v in enumerate(trace) if v >= best - shortfall * best]
+            found.setdefault(algorithm, []).append(reached[0] / n_var if reached else math.inf)
+    return {name: sorted(times) for name, times in found.items()}
+
+
+def test_runtimes_are_those_of_a_plain_loop():
+    rng = np.random.default_rng(0)
+    values = {
+        (a, seed): np.sort(1.0 - 10.0 ** rng.uniform(-6, 0, 7))
+        for a in ("one", "two", "three")
+        for seed in (1, 2)
+    }
+    best = max(trace[-1] for trace in values.values())
+    found, expected = runtimes({"p": results(values)}), plainly(values, 4, best)
+    assert found.keys() == expected.keys()
+    for name, times in expected.items():
+        assert np.array_equal(found[name], times)
+
+
+def test_problems_are_pooled_by_evaluations_per_variable():
+    values = {("a", 1): [0.0, 1.0]}
+    found = runtimes({"p": results(values, n_var=4), "q": results(values, n_var=8)})["a"]
+    assert found.tolist() == [20.0] * 2 * len(SHORTFALLS)
+
+
+def test_a_run_that_failed_or_found_nothing_reaches_no_target():
+    values = {("a", 1): [0.5, 1.0], ("b", 1): [0.0, 0.0]}
+    made = results(values, runs=[("a", 1), ("a", 2), ("b", 1), ("c", 1)])
+    found = runtimes({"p": made})
+    assert np.isfinite(found["a"]).sum() == len(SHORTFALLS)
+    assert len(found["a"]) == 2 * len(SHORTFALLS)
+    assert np.isinf(found["b"]).all()
+    assert np.isinf(found["c"]).all()
+
+
+def test_nobody_reaches_a_target_where_nobody_reached_anything():
+    nothing = results({("a", 1): [0.0, 0.0], ("b", 1): [0.0, 0.0]})
+    assert targets_reached({"p": nothing})["share"].tolist() == [0.0, 0.0]
+    both = targets_reached({"p": nothing, "q": results({("a", 1): [0.0, 1.0], ("b", 1): [0, 0]})})
+    assert both["share"].tolist() == [0.5, 0.0]
+
+
+def test_there_are_no_targets_without_a_hypervolume():
+    made = results({("a", 1): [1.0]}, indicator=BEST_VALUE)
+    assert runtimes({"p": made}) == {}
+    assert targets_reached({"p": made}).empty

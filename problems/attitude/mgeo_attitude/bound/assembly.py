@@ -179,8 +179,7 @@ def _considered(model: FilterModel) -> Iterator[tuple[str, Block]]:
 def _information(model: FilterModel) -> Floats:
     """Inverse of the initial covariance, by blocks what is known of each, all else known."""
     sigma = model.initial_sigma
-    information: Floats = np.linalg.inv(model.initial_correlation) / np.outer(sigma, sigma)
-    return information
+    return np.linalg.inv(model.initial_correlation) / np.outer(sigma, sigma)
 
 
 def _states(suite: Suite, block: str) -> np.ndarray:

@@ -90,8 +90,7 @@ def cost_of_following(carrier: Carrier, angle: float, v: Floats | None, n: int) 
         least_trace = np.minimum(along * alike, 3.0 * alike) - size[1:] * size[:-1]
         costs[1:] = 2.0 * (size[1:] ** 2 + (decay * size[:-1]) ** 2 - decay * least_trace)
     costs[1:] /= carrier.noise
-    cumulated: Floats = np.cumsum(costs)
-    return cumulated
+    return np.cumsum(costs)
 
 
 def common_modes(
@@ -139,5 +138,4 @@ def _both(told: Floats, follow: Sequence[Floats]) -> Floats:
     if not follow:
         return told
     start = float(np.trace(follow[0]))
-    both: Floats = told * start / (told + start)
-    return both
+    return told * start / (told + start)

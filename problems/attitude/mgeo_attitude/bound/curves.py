@@ -10,7 +10,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.scenario.block_numbers import RequiredSigma
+from mgeo_attitude.scenario.goals import RequiredSigma
 from mgeo_attitude.scenario.scenario import Scenario
 
 
@@ -101,10 +101,7 @@ def unobserved(start: Floats, decay: float, walk: Floats, times: Floats) -> Floa
     twice = 2.0 * decay * times
     # (1 - exp(-2 λ t)) / 2 λ, which is t without decay
     grown = times if decay == 0.0 else -np.expm1(-twice) / (2.0 * decay)
-    covariance: Floats = np.exp(-twice)[:, None, None] * start + walk * grown[
-        :, None, None
-    ] * np.eye(3)
-    return covariance
+    return np.exp(-twice)[:, None, None] * start + walk * grown[:, None, None] * np.eye(3)
 
 
 @dataclass(frozen=True)
@@ -157,8 +154,7 @@ class LimitCurves:
         KeyError
             For one that is not in the state.
         """
-        sigma: Floats = np.sqrt(self.worst[block])
-        return sigma
+        return np.sqrt(self.worst[block])
 
     def at(self, times: Floats) -> Floats:
         """Of the trace, at times [s] that are those of samples, or NaN; shape (m,)."""

@@ -65,8 +65,7 @@ def through_attitude(
     along = 3.0 * times / walk  # what the attitude would tell if it were known all the way
     both = spread + along
     gained = drift.gain**2 * spread * along / np.where(both > 0.0, both, 1.0)
-    faded: Floats = np.exp(-2.0 * drift.decay * times)[:, None] * filled(known, gained)
-    return faded
+    return np.exp(-2.0 * drift.decay * times)[:, None] * filled(known, gained)
 
 
 def along_attitude(times: Floats, drift: Drift, known: Floats, walk: float) -> Floats:
@@ -78,8 +77,7 @@ def along_attitude(times: Floats, drift: Drift, known: Floats, walk: float) -> F
     rate = np.sqrt(drift.decay**2 + drift.walk / walk)
     x = (np.tanh(rate * times) / rate if rate > 0.0 else times)[:, None]
     rising = start * (1.0 - drift.decay * x) + drift.walk * x
-    variances: Floats = rising / (1.0 + (drift.decay + start / walk) * x)
-    return variances
+    return rising / (1.0 + (drift.decay + start / walk) * x)
 
 
 def recursion(start: Floats, decay: Floats, noise: Floats, information: Floats) -> Floats:

@@ -10,8 +10,8 @@ import typer
 
 from mgeo.cli.app import epilog
 from mgeo.cli.errors import ExitCode, bad_input
-from mgeo.cli.options import Debug, Json, Quiet, among, toml_files
-from mgeo.cli.output import Output, json_text
+from mgeo.cli.options import Debug, Json, Quiet, among
+from mgeo.terminal import Output, json_text
 from mgeo_attitude.export_formats import FORMATS
 
 app = typer.Typer(
@@ -188,9 +188,7 @@ def export(
 def check(
     scenario: Annotated[
         str,
-        typer.Argument(
-            metavar="FILE.toml|PRESET", help="Satellite and orbit.", autocompletion=toml_files
-        ),
+        typer.Argument(metavar="FILE.toml|PRESET", help="Satellite and orbit."),
     ],
     plans: Annotated[int, typer.Option(min=1, help="Random plans, a second each.")] = 10,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the plans.")] = 1,

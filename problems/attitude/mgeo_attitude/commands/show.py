@@ -8,10 +8,9 @@ from typing import Any
 
 from rich.console import RenderableType
 
-from mgeo.cli.output import Output, rows
 from mgeo.figures.page import report_page
 from mgeo.store.atomic import write_file
-from mgeo.terminal import note, plain, titled
+from mgeo.terminal import Output, note, plain, rows, titled
 from mgeo_attitude.bound.samples import NoLimit
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
@@ -51,7 +50,7 @@ def _ended(plan: ManeuverPlan) -> str:
     if plan.problem.model.ends_by_design:
         ended = "ended"
     else:
-        ended = "converged" if plan.history.converged else "not converged at the end of the run,"
+        ended = "converged" if plan.converged else "not converged at the end of the run,"
     return f"flown exactly, {ended}" if plan.scenario.flight else ended
 
 
@@ -64,9 +63,9 @@ def plan_document(picked: Picked) -> dict[str, Any]:
         "answer": plan.answer,
         "uncalibrated": plan.uncalibrated(),
         "attitude_sigma_deg": plan.attitude_sigma_deg,
-        "attitude_accuracy_deg": float(attitude_accuracy_deg(plan.history.covariance)),
+        "attitude_accuracy_deg": float(attitude_accuracy_deg(plan.covariance)),
         "scenario": plan.scenario.name,
-        "converged": bool(plan.history.converged),
+        "converged": plan.converged,
         "t_end_s": plan.t_end,
         "held_until_s": plan.held_until,
         "duration_s": plan.duration,

@@ -5,22 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.directions import DIRECTIONS
+from mgeo_attitude.environment.directions import DIRECTIONS, Place
+from mgeo_attitude.filter.evaluator import Evaluation
 from mgeo_attitude.filter.path_limits import excess_along
-from mgeo_attitude.scenario.block_numbers import RequiredSigma
+from mgeo_attitude.scenario.goals import RequiredSigma
+from mgeo_attitude.scenario.limits import PathLimit
+from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.settings.errors import InvalidValue, expect
-
-if TYPE_CHECKING:
-    from mgeo_attitude.environment.directions import Place
-    from mgeo_attitude.filter.evaluator import Evaluation
-    from mgeo_attitude.scenario.limits import PathLimit
-    from mgeo_attitude.scenario.scenario import Scenario
 
 #: Label of the constraint that a plan is over before its window ends.
 END = "end of the plan"
@@ -103,8 +99,6 @@ def check_start(scenario: Scenario) -> None:
     moving = initial.rate_deg_s is not None or initial.pointing != "inertial"
     if not (moving or scenario.prior is not None or scenario.path_limits):
         return
-    from mgeo_attitude.environment.directions import Place  # imports scipy
-
     at = Place.at(scenario, np.zeros(1))
     at = at if scenario.eclipse else at.without_shadow()
     _check_rate(scenario, scenario.initial_rate(at))

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:
     from mgeo_attitude.filter.evaluator import Evaluation
     from mgeo_attitude.filter.model import FilterModel
     from mgeo_attitude.scenario.scenario import Scenario
-    from mgeo_attitude.sensors.suite import Suite
 
 #: Objectives of the paper, equation (5).
 PAPER = ("t_end", "trace")

@@ -14,24 +14,21 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import islice
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.times import instant_after
+from mgeo_attitude.filter.evaluator import Evaluation, available_threads, evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
-from mgeo_attitude.scenario.windows import FlightErrors
+from mgeo_attitude.scenario.goals import FlightErrors
+from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.sensors.suite import Suite
-
-if TYPE_CHECKING:
-    from mgeo_attitude.filter.evaluator import Evaluation
-    from mgeo_attitude.scenario.scenario import Scenario
-
 
 #: Flights of a scenario that stay in memory, and those that are there together besides.
 KEPT, _AT_ONCE = 64, 16
@@ -70,8 +67,6 @@ class FlightSample:
 
     def run(self, designs: Floats, covariance: bool) -> Evaluation:
         """What the filter makes of designs in this flight, in one thread."""
-        from mgeo_attitude.filter.evaluator import evaluate  # compiles
-
         flown = self.flown(designs)
         return evaluate(self.model, flown, 1, covariance=covariance, variants=self.variants)
 
@@ -163,7 +158,6 @@ def over_flights(
     Flights are run side by side, each in one thread: the result does not depend on how many. A
     few are in memory at once.
     """
-    from mgeo_attitude.filter.evaluator import available_threads  # compiles
 
     def one(flight: FlightSample) -> Floats:
         return values(flight.model, flight.run(designs, covariance))

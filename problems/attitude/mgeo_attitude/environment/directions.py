@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment.constants import EARTH_RADIUS
+from mgeo_attitude.environment.environment import Course, Environment
 from mgeo_attitude.environment.sun_moon import (
     lit_fraction,
     moon_position,
@@ -22,9 +23,6 @@ from mgeo_attitude.environment.sun_moon import (
     sun_position,
 )
 from mgeo_attitude.environment.times import instants
-
-if TYPE_CHECKING:
-    from mgeo_attitude.environment.environment import Course, Environment
 
 #: Sine of the least angle between a target and what the clock angle is counted from.
 _LEAST_SINE = 1e-3

@@ -17,7 +17,7 @@ from mgeo_attitude.environment.frames import gcrs_to_itrs, rotate
 from mgeo_attitude.environment.orbit import AnyOrbit
 from mgeo_attitude.environment.sun_moon import lit_fraction, sun_direction, sun_position
 from mgeo_attitude.environment.times import instants
-from mgeo_attitude.settings.tables import require_same
+from mgeo_attitude.settings.base import require_same
 
 #: What the tables follow from, of a `Scenario`.
 KEYS = ("epoch", "duration", "step", "orbit")

@@ -1,4 +1,4 @@
-"""Rotations between GCRS, TEME, the rotating Earth (ITRS) and EME2000.
+"""Rotations between GCRS, EME2000, equator and equinox of date, the rotating Earth and LVLH.
 
 No Earth orientation parameters are used: UT1 = UTC (they differ by less than 0.9 s, 0.004° of
 Earth rotation) and no polar motion (below 1 arc second). On the ground that is up to 420 m.
@@ -7,6 +7,7 @@ Earth rotation) and no polar motion (below 1 arc second). On the ground that is 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 
 import erfa
 import numpy as np
@@ -40,12 +41,17 @@ def rotate(matrices: Floats, vectors: Floats) -> Floats:
 
 
 def _gcrs_to_cirs(at: Instants) -> Floats:
-    """Matrices of IAU 2006/2000A, shape (n, 3, 3), linear between the first and last instant.
+    """Matrices of IAU 2006/2000A, shape (n, 3, 3), see `_interpolated`.
 
     The 2000A series takes 0.04 ms an instant. A chord differs from it by 2e-10 rad over a few
     hours, 3e-8 over a day and 1e-6 over two weeks (the fortnightly nutation).
     """
-    first, last = (erfa.c2i06a(at.midnight, at.tt[k]) for k in (0, -1))
+    return _interpolated(erfa.c2i06a, at)
+
+
+def _interpolated(matrix: Callable[[float, float], Floats], at: Instants) -> Floats:
+    """Matrices of two-part dates, shape (n, 3, 3), linear between the first and last instant."""
+    first, last = (matrix(at.midnight, at.tt[k]) for k in (0, -1))
     span = at.tt[-1] - at.tt[0]
     weight = (at.tt - at.tt[0]) / (span or 1.0)  # a single instant has no span
     return np.asarray(first + weight[:, None, None] * (last - first))
@@ -56,6 +62,7 @@ def _gcrs_to_cirs(at: Instants) -> Floats:
 _NAMES = {
     "GCRF": r"(GCRF|GCRS|ICRF)\d*",
     "EME2000": r"EME2000|J2000",
+    "TOD": r"TOD|TRUEOFDATE",
     "TEME": r"TEME(OFDATE)?",
     "ITRF": r"(ITRF|ITRS)\d*|WGS84",
 }
@@ -65,14 +72,14 @@ _EARTH_RATE = 2.0 * np.pi * 1.00273781191135448 / erfa.DAYSEC
 
 
 def frame_name(text: str) -> str:
-    """Return GCRF, EME2000, TEME or ITRF for any name of it; another is a ValueError."""
+    """Return GCRF, EME2000, TOD, TEME or ITRF for any name of it; another is a ValueError."""
     plain = re.sub(r"[-_ ]", "", text.upper())
     for name, pattern in _NAMES.items():
         if re.fullmatch(pattern, plain):
             return name
     raise ValueError(
-        f"reference frame {text!r:.60}: expected GCRF (ICRF, GCRS), EME2000 (J2000), TEME or ITRF "
-        "(any of its years, WGS-84)"
+        f"reference frame {text!r:.60}: expected GCRF (ICRF, GCRS), EME2000 (J2000), TOD, TEME "
+        "or ITRF (any of its years, WGS-84)"
     )
 
 
@@ -83,7 +90,7 @@ def to_gcrs(
 
     The velocity is relative to the frame. TEME counts as inertial, as in `gcrs_of`; ITRF rotates.
     """
-    rotation = np.broadcast_to(_rotation(frame, at), (len(position), 3, 3))
+    rotation = rotation_to_gcrs(frame, at)
     if velocity is not None:
         if frame == "ITRF":
             x, y, _ = position.T
@@ -92,11 +99,26 @@ def to_gcrs(
     return rotate(rotation, position), velocity
 
 
-def _rotation(frame: str, at: Instants) -> Floats:
-    """Matrices, shape (n, 3, 3) or (3, 3), that take vectors of a frame to GCRS."""
+def rotation_to_gcrs(frame: str, at: Instants) -> Floats:
+    """Return matrices, shape (n, 3, 3), that take vectors of a frame by `frame_name` to GCRS."""
     if frame == "TEME":
         return teme_to_gcrs(at)
     if frame == "ITRF":
         return np.swapaxes(gcrs_to_itrs(at), -1, -2)
+    if frame == "TOD":  # true equator and equinox of date, IAU 2006/2000A
+        return np.swapaxes(_interpolated(erfa.pnm06a, at), -1, -2)
     # EME2000's axes are 0.02 arc seconds from those of GCRS: the frame bias
-    return np.eye(3) if frame == "GCRF" else np.asarray(erfa.bp06(at.midnight, at.tt[0])[0].T)
+    fixed = np.eye(3) if frame == "GCRF" else erfa.bp06(at.midnight, at.tt[0])[0].T
+    return np.broadcast_to(fixed, (len(at.tt), 3, 3))
+
+
+def lvlh_to_gcrs(position: Floats, velocity: Floats) -> Floats:
+    """Return matrices, shape (n, 3, 3), that take vectors of LVLH to GCRS.
+
+    LVLH (local vertical, local horizontal) has z toward the Earth's center, y against the orbit's
+    angular momentum, and x = y × z, forward.
+    """
+    z = -position / np.linalg.norm(position, axis=1, keepdims=True)
+    y = -np.cross(position, velocity)
+    y /= np.linalg.norm(y, axis=1, keepdims=True)
+    return np.stack([np.cross(y, z), y, z], axis=-1)

@@ -24,9 +24,8 @@ from mgeo_attitude.environment.kepler import (
     secular_rates,
     two_body,
 )
-from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.base import Kinds, Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
-from mgeo_attitude.settings.tables import Kinds
 from mgeo_attitude.settings.types import Degrees, Unit, one_of
 
 #: Functions of Keplerian elements and times, by the ``propagator`` that names them.

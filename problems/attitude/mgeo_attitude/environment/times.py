@@ -11,7 +11,7 @@ import erfa
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mgeo_attitude._typing import Floats
+from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.environment.constants import DAY
 
 _MJD_ZERO = 2400000.5
@@ -21,6 +21,9 @@ _MJD_START = datetime(1858, 11, 17, tzinfo=UTC)
 _STAMP = re.compile(
     r"(\d{4})-(?:(\d\d)-(\d\d)|(\d{3}))[T ](\d\d):(\d\d)(?::(\d\d(?:\.\d*)?))?(?:Z|\+00:00)?"
 )
+
+#: TAI less the time of each uniform time scale [s]; UTC has leap seconds.
+TAI_MINUS = {"TAI": 0.0, "GPS": 19.0, "TT": -erfa.TTMTAI}
 
 
 class Instants(NamedTuple):
@@ -86,35 +89,61 @@ def tai_minus_utc(utc: datetime) -> float:
     return float(erfa.ufunc.dat(utc.year, utc.month, utc.day, fraction)[0])
 
 
-def seconds_after(epoch: datetime, stamps: Sequence[str]) -> Floats:
-    """SI seconds from an epoch with a UTC offset to stamps in UTC, shape (n,).
+def seconds_after(epoch: datetime, stamps: Sequence[str], system: str = "UTC") -> Floats:
+    """Return SI seconds from an epoch with a UTC offset to time stamps, shape (n,).
 
-    Between 23:59:59 and midnight a leap second is second 60. A stamp that is none is a ValueError.
+    Between 23:59:59 and midnight a leap second is second 60.
+
+    Parameters
+    ----------
+    system : str
+        Time scale of the stamps: UTC or one of `TAI_MINUS`.
+
+    Raises
+    ------
+    ValueError
+        For text that is no time stamp.
     """
     utc = as_utc(epoch)
     days, clocks = zip(*map(_parts, stamps), strict=True) if stamps else ((), ())
     seconds = np.array([DAY * (day - utc.date()).days for day in days]) + np.array(clocks)
     dates = np.array([(day.year, day.month, day.day) for day in days]).reshape(-1, 3)
-    ahead, _ = erfa.ufunc.dat(*dates.T, np.minimum(np.array(clocks) / DAY, 1.0))
+    ahead = _tai_minus(system, dates, np.minimum(np.array(clocks) / DAY, 1.0))
     midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
     # whole numbers first: sums of hours and fractions keep the last digit of a microsecond
     return np.asarray(seconds - (utc - midnight).total_seconds() + (ahead - tai_minus_utc(utc)))
 
 
-def clock_seconds_after(epoch: datetime, seconds: ArrayLike) -> Floats:
-    """SI seconds from an epoch with a UTC offset to instants n calendar seconds after it, as Unix
-    counts them: without leap seconds. NaN stays."""
+def clock_seconds_after(epoch: datetime, seconds: ArrayLike, system: str = "UTC") -> Floats:
+    """Return SI seconds from an epoch with a UTC offset to calendar instants, shape (n,).
+
+    Parameters
+    ----------
+    seconds : array_like, shape (n,)
+        Calendar seconds from the epoch's date to dates of a time scale, without leap seconds, as
+        Unix counts; NaN stays.
+    system : str
+        Time scale of the dates: UTC or one of `TAI_MINUS`.
+    """
     utc, clock = as_utc(epoch), np.asarray(seconds, dtype=float)
     known = np.isfinite(clock)
     midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
     today = np.floor(((utc - midnight).total_seconds() + clock[known]) / DAY).astype(np.int64)
     days, which = np.unique(today, return_inverse=True)
-    # erfa.dat would warn of years before 1960 and of those to come
     dates = [((midnight + timedelta(days=int(day))).timetuple()[:3]) for day in days]
-    ahead, _ = erfa.ufunc.dat(*np.array(dates).reshape(-1, 3).T, 0.0)
+    ahead = _tai_minus(system, np.array(dates).reshape(-1, 3), np.zeros(len(dates)))
     found = clock.copy()
     found[known] += ahead[which] - tai_minus_utc(utc)
     return found
+
+
+def _tai_minus(system: str, dates: Ints, fractions: Floats) -> Floats:
+    """TAI less a time scale [s] on dates (year, month, day), shape (n, 3), and day fractions."""
+    if system in TAI_MINUS:
+        return np.full(len(dates), TAI_MINUS[system])
+    # erfa.dat would warn of years before 1960 and of those to come
+    ahead: Floats = erfa.ufunc.dat(*dates.T, fractions)[0]
+    return ahead
 
 
 def _parts(stamp: str) -> tuple[date, float]:

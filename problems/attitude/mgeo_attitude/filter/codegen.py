@@ -11,12 +11,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from functools import partial, reduce
 from itertools import count, islice
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mgeo_attitude.filter import covariance
-from mgeo_attitude.filter.closest_approach import Turn, nearest_code
 from mgeo_attitude.filter.layout import (
     NO_MONITORS,
     Monitors,
@@ -25,13 +24,11 @@ from mgeo_attitude.filter.layout import (
     transition_pattern,
     watched_directions,
 )
-from mgeo_attitude.filter.path_limits import cone_constants, excess_code
+from mgeo_attitude.filter.path_limits import Turn, cone_constants, excess_code, nearest
 from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_of
-from mgeo_attitude.geometry.vector import Vec3, dot
+from mgeo_attitude.geometry.vector import Vec3, dot, maximum
+from mgeo_attitude.scenario.limits import PathLimit
 from mgeo_attitude.sensors.suite import Suite
-
-if TYPE_CHECKING:
-    from mgeo_attitude.scenario.limits import PathLimit
 
 CHECK = "check"
 
@@ -137,19 +134,15 @@ def _watch_path(step: _Step) -> None:
         value, axis = code.slot(at.monitors + k), Vec3(*step.constants(code, 3))
         disc = 2 * watch.disc
         appears, *limb_given = step.numbers(code, f"off {watch.direction}", 6, 1 + disc)
-        there = nearest_code(axis, watch.inside, turn, v, moved, appears)
-        here = there.back(axis), there.seen(v, moved)
-        if watch.plain:
-            value = dot(*here).maximum(value)
-        else:
-            sigmas = step.constants(code, 1)[0] if watch.margin else None
-            limb = None
-            if watch.disc:
-                radius, grown = limb_given
-                limb = radius - there.share * grown
-            P, end = Triangle(code), (axis, v)
-            value = excess_code(here, end, sigmas, limb, P, watch.inside, value)
-        code.store(at.monitors + k, value)
+        there = nearest(axis, watch.inside, turn, v, moved, appears)
+        here, end = (there.back(axis), there.seen(v, moved)), (axis, v)
+        sigmas = step.constants(code, 1)[0] if watch.margin else None
+        limb = None
+        if watch.disc:
+            radius, grown = limb_given
+            limb = radius - there.share * grown
+        worst = excess_code(here, end, sigmas, limb, Triangle(code), watch.inside, value)
+        code.store(at.monitors + k, worst)
 
 
 def _update(step: _Step, index: int) -> None:
@@ -191,7 +184,7 @@ def _watch_states(step: _Step) -> None:
     code, states = step.part("watch"), step.monitors.states
     weights = step.constants(code, len(states))
     ratios = [code.slot(slot_of(i, i)) * each for i, each in zip(states, weights, strict=True)]
-    worst = reduce(Symbol.maximum, ratios)
+    worst = reduce(maximum, ratios)
     samples = step.at.monitors + len(step.monitors.limits)
     met = (-worst).choose(-1.0, code.slot(samples) + 1.0, 0.0)
     code.store(samples, met)

@@ -21,7 +21,6 @@ from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.history import measurements
-from mgeo_attitude.filter.kernel import load_driver
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.sensors.suite import Suite, block_units
@@ -133,6 +132,8 @@ def _update(P: Floats, H: Floats, R: Floats, sensor: int, considered: Ints) -> _
 
 def _discretized(model: FilterModel, rate: Floats) -> tuple[Floats, Floats]:
     """F, shape (n, n), and Q of each block that is driven, shape (d, n, n), of a step."""
+    from mgeo_attitude.filter.kernel import load_driver  # imports numba
+
     suite, n = model.suite, model.suite.n_states
     A, m, F = suite.dynamics_matrix(rate), suite.n_dynamic, np.eye(n)
     driven = []

@@ -7,17 +7,19 @@ import os
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.filter.jobs import Batch, Ran, run
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.symbols import triangle
 from mgeo_attitude.filter.variants import check_variants
-from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.maneuvers.schedule import Schedule
+
+if TYPE_CHECKING:
+    from mgeo_attitude.filter.jobs import Batch, Ran
 
 
 @dataclass(frozen=True)
@@ -115,6 +117,8 @@ def evaluate(
     >>> evaluate(model, [design, design], threads=2).t_end
     array([2337., 2337.])
     """
+    from mgeo_attitude.filter.jobs import Batch, run  # imports numba, which takes long
+
     variants = variants or [model]
     check_variants(model, variants)
     plan = model.schedule(designs)
@@ -160,15 +164,15 @@ def _path_angles(model: FilterModel, watched: Floats) -> Floats:
     """`Evaluation.path_angle` of what the kernel has kept of path limits."""
     limits = model.monitors.limits
     path = watched[:, : len(limits)]
-    angles = np.where([watch.inside for watch in limits], path, -path)
-    plain = [watch.plain for watch in limits]
-    return np.where(plain, np.arccos(np.clip(path, -1.0, 1.0)), angles)
+    return np.where([watch.inside for watch in limits], path, -path)
 
 
 def _wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Floats:
     """`Evaluation.wheel_load` of runs that end at these steps."""
     if model.budget is None:
         return np.full((len(end_step), 2), np.nan)
+    from mgeo_attitude.filter.wheel_load import wheel_loads  # imports numba
+
     return wheel_loads(model.budget, batch.plan, end_step, step=model.step, threads=batch.threads)
 
 

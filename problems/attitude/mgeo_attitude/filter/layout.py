@@ -5,23 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from itertools import accumulate
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.filter.symbols import slots_of
+from mgeo_attitude.scenario.limits import PathLimit
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.world import World
 
-if TYPE_CHECKING:
-    from mgeo_attitude.scenario.limits import PathLimit
-
 
 class Watch(NamedTuple):
-    """A path limit as the kernel watches it.
+    """A path limit as the kernel watches it: the greatest `path_limits.excess` so far [rad].
 
     Attributes
     ----------
@@ -32,23 +30,17 @@ class Watch(NamedTuple):
         Whether its angle counts from a limb.
     margin : bool
         Whether there is one for the unknown attitude.
-    plain : bool
-        Whether the cosine of the angle tells all: its greatest value is then kept. Of all others
-        the greatest excess is kept [rad], see `path_limits.excess`.
     """
 
     direction: str
     inside: bool
     disc: bool
     margin: bool
-    plain: bool
 
     @classmethod
     def of(cls, limit: PathLimit) -> Watch:
-        cone, margin = limit.cone(), limit.attitude_sigmas > 0.0
-        # in the dark the cosine is zero, as if at 90 deg
-        plain = not (cone.inside or cone.disc or margin or limit.half_angle_deg >= 90.0)
-        return cls(cone.direction, cone.inside, cone.disc, margin, plain)
+        cone = limit.cone()
+        return cls(cone.direction, cone.inside, cone.disc, limit.attitude_sigmas > 0.0)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,14 +29,12 @@ from mgeo_attitude.filter.layout import (
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.maneuvers.schedule import Schedule, Turning, schedule
-from mgeo_attitude.scenario.block_numbers import RequiredSigma, TraceWeights
 from mgeo_attitude.scenario.channels import channel_values
+from mgeo_attitude.scenario.goals import RequiredSigma, TraceWeights
+from mgeo_attitude.scenario.limits import PathLimit
+from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.suite import Suite
-
-if TYPE_CHECKING:
-    from mgeo_attitude.scenario.limits import PathLimit
-    from mgeo_attitude.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True)

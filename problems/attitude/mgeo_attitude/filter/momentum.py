@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.scenario.actuators import pseudo_inverse
-
-if TYPE_CHECKING:
-    from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True)

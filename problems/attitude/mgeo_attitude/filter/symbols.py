@@ -60,9 +60,6 @@ class Symbol:
         text = f"{_text(yes)} if {self.name} >= {_text(bound)} else {_text(no)}"
         return self.code.line(text)
 
-    def maximum(self, other: Symbol | float) -> Symbol:
-        return self.choose(other, self, other)
-
 
 @dataclass(frozen=True)
 class Index:

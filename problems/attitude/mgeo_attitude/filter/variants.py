@@ -25,9 +25,6 @@ from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.suite import Suite
 
-#: The cosine of the angle to what has not been seen.
-_NEVER_SEEN = -2.0
-
 
 def check_variants(model: FilterModel, variants: Sequence[FilterModel]) -> None:
     """ValueError if the compiled kernel of the model does not fit a variant, and which trait."""
@@ -96,15 +93,12 @@ def initial_values(model: FilterModel, variants: Sequence[FilterModel]) -> Float
 def _monitors_at_start(model: FilterModel, watched: bool) -> list[float]:
     """What `layout.Monitors` says, at time zero; with the states', if they are `watched`."""
     values = []
-    for limit, watch in zip(model.path_limits, model.monitors.limits, strict=True):
+    still, covariance = np.zeros((1, 3)), model.initial_covariance[None, :3, :3]
+    for limit in model.path_limits:
         cone = limit.cone()
         start = model.passage(cone.direction, slice(1)).seen(model.initial_attitude[None])
-        if watch.plain:
-            values.append(start.after[0] @ cone.axis if start.after.any() else _NEVER_SEEN)
-        else:
-            still, covariance = np.zeros((1, 3)), model.initial_covariance[None, :3, :3]
-            at_start = excess(cone, limit.attitude_sigmas, still, start, covariance)[0]
-            values.append(max(-np.pi, at_start))
+        at_start = excess(cone, limit.attitude_sigmas, still, start, covariance)[0]
+        values.append(max(-np.pi, at_start))
     if watched:
         values.append(float(np.all(model.initial_sigma <= model.required_sigma)))
     return values

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class Vec3:
@@ -19,6 +21,8 @@ class Vec3:
     x: Any
     y: Any
     z: Any
+
+    __array_ufunc__ = None  # an array times a vector is the vector's to compute
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.x, self.y, self.z))
@@ -61,3 +65,15 @@ def scale(a: Vec3, b: Vec3) -> Vec3:
 def shear(a: Vec3, b: Vec3) -> Vec3:
     """The cross product with a plus, N(a) b: a symmetric matrix with zeros on the diagonal."""
     return Vec3(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x)
+
+
+def choose(value: Any, bound: Any, yes: Any, no: Any) -> Any:
+    """Return one thing where a value reaches a bound, another where it does not."""
+    if isinstance(value, float | np.ndarray):
+        return np.where(value >= bound, yes, no)
+    return value.choose(bound, yes, no)
+
+
+def maximum(a: Any, b: Any) -> Any:
+    """Return the greater of a symbol, or an array, and another number."""
+    return choose(a, b, a, b)

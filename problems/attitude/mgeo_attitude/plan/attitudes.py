@@ -98,8 +98,7 @@ def gcrf_to_eme2000() -> Floats:
 
     IAU 2006, by erfa (IERS Conventions 2010, section 5.4.4); it is the same at all times.
     """
-    bias: Floats = np.asarray(erfa.bp06(erfa.DJ00, 0.0)[0])
-    return bias
+    return np.asarray(erfa.bp06(erfa.DJ00, 0.0)[0])
 
 
 _MONTHS = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"]

@@ -179,7 +179,7 @@ def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
             "t_end [s]": plan.t_end,
             "trace [-]": plan.trace,
             "attitude 1-sigma [deg]": plan.attitude_sigma_deg,
-            "converged": plan.history.converged,
+            "converged": plan.converged,
             **held,
             **slew_back,
         },

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cached_property, lru_cache
 
@@ -137,13 +138,33 @@ class ManeuverPlan(Settings):
 
     @property
     def t_end(self) -> float:
-        """When the filter has converged, or the scenario's duration [s]."""
-        return self.history.t_end
+        """When the filter has converged, or the scenario's duration [s].
+
+        Raises
+        ------
+        ValueError
+            If the covariance loses positivity, so that nothing follows from it.
+        """
+        t_end = float(self.view.exactly.t_end[0])
+        if math.isnan(t_end):
+            raise ValueError(f"design {list(self.design)}: its covariance loses positivity")
+        return t_end
+
+    @property
+    def converged(self) -> bool:
+        """Whether the run ended before the scenario's duration."""
+        return self.t_end < self.problem.model.longest
 
     @property
     def trace(self) -> float:
         """Weighted trace of the covariance at `t_end`."""
-        return float(self.history.trace[-1])
+        return float(self.view.exactly.trace[0])
+
+    @property
+    def covariance(self) -> Floats:
+        """Covariance at `t_end`, shape (n_states, n_states)."""
+        covariance: Floats = self.view.exactly.covariance[0]
+        return covariance
 
     @property
     def sigma(self) -> Floats:
@@ -206,10 +227,10 @@ class ManeuverPlan(Settings):
         """When the plan ends, slew back included [s]."""
         return self.trajectory.end
 
-    @cached_property
+    @property
     def attitude(self) -> Floats:
         """GCRS to body at every step of the filter until the end, shape (n + 1, 3, 3)."""
-        return self.history.attitude if self.duration == self.t_end else self.trajectory.attitude
+        return self.trajectory.attitude
 
     def steps(self, times: ArrayLike) -> NDArray[np.int64]:
         """Filter steps of times [s] that are on one."""
@@ -252,7 +273,7 @@ class ManeuverPlan(Settings):
     def accuracy(self) -> pd.DataFrame:
         """Predicted 1-sigma of every state at the start and at `t_end`, one row per state."""
         states = covariance.States.of(self.problem.model.suite)
-        before, after = self.history.sigma[0], self.sigma
+        before, after = self.problem.model.initial_sigma, self.sigma
         return pd.DataFrame(
             {
                 "unit": states.units,
@@ -293,7 +314,7 @@ class ManeuverPlan(Settings):
         suite = self.problem.model.suite
         # not of what a calibration has left: one that teaches little more is no bad plan
         initial = suite.initial_sigma(np.radians(self.scenario.initial.attitude_deg))
-        left = (self.history.sigma[-1] / initial).reshape(-1, 3).max(axis=1)
+        left = (np.sqrt(np.diag(self.covariance)) / initial).reshape(-1, 3).max(axis=1)
         blocks = block_units(suite)
         return [
             f"{block.label} ({100.0 * share:.0f} % of the initial 1-sigma is left)"
@@ -352,11 +373,11 @@ class ManeuverPlan(Settings):
 
     def correlations(self) -> pd.DataFrame:
         """Correlations of the errors at `t_end`; see `covariance.correlations`."""
-        return covariance.correlations(self.problem.model, self.history.covariance)
+        return covariance.correlations(self.problem.model, self.covariance)
 
     def least_observable(self, count: int = 3) -> pd.DataFrame:
         """What the plan leaves least known; see `covariance.least_observable`."""
-        return covariance.least_observable(self.problem.model, self.history.covariance, count)
+        return covariance.least_observable(self.problem.model, self.covariance, count)
 
     def compare(self, designs: Mapping[str, ArrayLike] | None = None) -> pd.DataFrame:
         """The plan, in the first row, beside others at its `t_end`; see `alternatives.compare`.

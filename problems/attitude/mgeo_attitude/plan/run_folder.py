@@ -20,6 +20,7 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.settings.errors import InvalidValue
+from mgeo_attitude.view.plans import Nominal
 
 Choice = Literal["knee", "fastest", "best"]
 
@@ -39,6 +40,8 @@ class Front:
     problem : AttitudeManeuverProblem
     X, F : arrays, shapes (n, n_var) and (n, n_obj)
         n >= 1 designs, and the problem's objectives as the file has them.
+    nominal : Nominal, optional
+        Results of the nominal runs, if the run has stored them.
     feasible : bool
         Whether they satisfy the scenario's constraints; if not they are those of ``nearest.csv``,
         the nearest first.
@@ -54,6 +57,7 @@ class Front:
     problem: AttitudeManeuverProblem
     X: Floats
     F: Floats
+    nominal: Nominal | None = None
     feasible: bool = True
 
     def plan(self, choice: Choice | float) -> ManeuverPlan:
@@ -76,7 +80,7 @@ class Front:
     def solution(self, number: int) -> ManeuverPlan:
         """Return the plan of a solution by its number, from 0 in the order of ``front.csv``.
 
-        Its objectives are those that the run has stored.
+        Its objectives and nominal results are those that the run has stored.
 
         Raises
         ------
@@ -86,7 +90,10 @@ class Front:
         if not 0 <= number < len(self.X):
             raise ValueError(f"solution {number}: expected 0 to {len(self.X) - 1}")
         with errors_of(self.path):
-            return ManeuverPlan.from_design(self.problem, self.X[number], self.F[number])
+            plan = ManeuverPlan.from_design(self.problem, self.X[number], self.F[number])
+        if self.nominal is not None:
+            plan.view.exactly = Nominal(*(each[[number]] for each in self.nominal))
+        return plan
 
     def row(self, choice: Choice | float) -> int:
         """Return the number of the solution that `plan` picks."""
@@ -103,10 +110,9 @@ class Front:
     @cached_property
     def _by_time(self) -> tuple[Ints, Floats]:
         """Rows that no other beats in both t_end and trace, and their t_end, ascending."""
-        if self.problem.objectives == PAPER:
-            F = self.F
-        else:
-            result = self.problem.run(self.X)
+        F = self.F
+        if self.problem.objectives != PAPER:
+            result = self.nominal or self.problem.run(self.X)
             F = np.column_stack([result.t_end, result.trace])
         rows = front_rows(F)
         return rows, F[rows, 0]
@@ -156,4 +162,7 @@ def read_front(folder: Path | str) -> Front:
         solutions = outcome if is_feasible else outcome.nearest
         if not solutions:
             raise ValueError("expected at least one row below the header")
-    return Front(path, problem, solutions.X, solutions.F, is_feasible)
+    nominal = None
+    if is_feasible and outcome.arrays.keys() >= {*Nominal._fields}:
+        nominal = Nominal(*(outcome.arrays[name] for name in Nominal._fields))
+    return Front(path, problem, solutions.X, solutions.F, nominal, is_feasible)

@@ -93,8 +93,7 @@ class AtTime:
 
         Limits are those on the way.
         """
-        found: Floats = designs[self.order(designs, steps, within_steps)[:most]]
-        return found
+        return designs[self.order(designs, steps, within_steps)[:most]]
 
     def order(self, designs: Floats, steps: Ints | int, within_steps: bool = False) -> Ints:
         """Rows of designs, the best first, as `best`."""

@@ -12,8 +12,7 @@ import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.refine.at_time import AtTime
-from mgeo_attitude.refine.quasi_newton import minimize_bounded
-from mgeo_attitude.refine.slsqp import minimize_constrained
+from mgeo_attitude.refine.minimizers import minimize_bounded, minimize_constrained
 
 #: Change of a rate, of the greatest, by which slopes are taken; of a duration, of a step.
 _SMALL, _PART = 1e-5, 1e-2
@@ -50,8 +49,7 @@ class Descent:
     def steps(self) -> Ints:
         """Of the model, which may be a coarse one, shape () or (n,)."""
         steps = np.rint(np.asarray(self.times) / self.at.model.step).astype(np.int64)
-        found: Ints = np.clip(steps, 1, self.at.model.n_steps)
-        return found
+        return np.clip(steps, 1, self.at.model.n_steps)
 
     @property
     def bounds(self) -> Floats:
@@ -111,8 +109,8 @@ class Descent:
 def descend(at: AtTime, designs: Floats, times: float | Floats, iterations: int) -> Floats:
     """Designs that are worth more at their times [s], within all limits, as far as can be found.
 
-    Each by itself, side by side. Slopes are differences. Steps are those of `slsqp` where
-    there are limits, or else of `quasi_newton`.
+    Each by itself, side by side. Slopes are differences. Steps are those of `minimize_constrained`
+    where there are limits, or else of `minimize_bounded`.
 
     Parameters
     ----------
@@ -153,8 +151,7 @@ def descend_from_best(
     problem = Descent(at, times[which], designs.shape[1] // VARIABLES_PER_MANEUVER)
     groups = [np.flatnonzero(which == k).tolist() for k in range(len(times))]
     ends = _side_by_side(problem, problem.variables(designs), iterations, groups)
-    found: Floats = problem.designs(ends)[[group[0] for group in groups]]
-    return found
+    return problem.designs(ends)[[group[0] for group in groups]]
 
 
 def _side_by_side(

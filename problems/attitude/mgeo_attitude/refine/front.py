@@ -51,8 +51,7 @@ class Front:
     @property
     def plans(self) -> Floats:
         """Of these rows, shape (n + a, n_var)."""
-        plans: Floats = self.X[self.rows]
-        return plans
+        return self.X[self.rows]
 
     def take(self, designs: Floats) -> None:
         """Let designs take the place of rows that end no sooner and know less, within limits.

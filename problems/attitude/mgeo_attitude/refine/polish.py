@@ -262,8 +262,7 @@ def _nearest(at: AtTime, plans: Floats, time: float, most: int) -> Ints:
     total = _total(plans)
     lasting = np.flatnonzero(total >= at.model.step)
     far = np.abs(np.log(total[lasting] / time))
-    rows: Ints = lasting[np.argsort(far, kind="stable")[:most]]
-    return rows
+    return lasting[np.argsort(far, kind="stable")[:most]]
 
 
 def _ended(thinned: ThinnedSamples, learned: Floats, time: float, judge: Judge | None) -> Floats:
@@ -292,8 +291,7 @@ def _at_other_times(thinned: ThinnedSamples, plans: Floats, times: Floats) -> Fl
     best = thinned.best_of_each(bodies, np.resize(until, len(bodies)), alike * _TAKEN)
     bodies, tails = bodies[best], tails[best]
     found = np.hstack([bodies, tails]) if _holds(at) else on_steps(at, bodies)
-    distinct: Floats = np.unique(found, axis=0)
-    return distinct
+    return np.unique(found, axis=0)
 
 
 def _total(designs: Floats) -> Floats:

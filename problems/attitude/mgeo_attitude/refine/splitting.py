@@ -102,8 +102,7 @@ def without_unneeded(problem: PlanProblem, designs: ArrayLike) -> Floats:
         chosen = np.flatnonzero(good)[order][at]
         found[first], F[first], violation[first] = left_out[chosen], found_F[chosen], kept[chosen]
         rows = first
-    every: Floats = found[row_of]
-    return every
+    return found[row_of]
 
 
 def _flown(durations: Floats) -> Bools:

@@ -43,8 +43,7 @@ def until_converged(
     F, violation = (judge or at.converging)(held)
     rows = _soonest(F, violation)
     late = np.abs(F[rows, 0] - durations_of(design).sum() - at.model.step * at.model.window_steps)
-    found: Floats = held[rows[np.argsort(late, kind="stable")]]
-    return found
+    return held[rows[np.argsort(late, kind="stable")]]
 
 
 def receding_horizon(at: AtTime, count: int, time: float) -> Floats:

@@ -73,8 +73,7 @@ class ThinnedSamples:
         """
         order = np.lexsort((*self.of_each(designs, times), times))
         places = np.arange(len(order)) - np.searchsorted(times[order], times[order])
-        found: Ints = order[places < most]
-        return found
+        return order[places < most]
 
     def descended(
         self, begins: Sequence[Floats], times: Floats, iterations: int, most: int

@@ -4,16 +4,14 @@ from mgeo_attitude.environment.element_set import MeanElements, TLEOrbit
 from mgeo_attitude.environment.ephemeris import EphemerisOrbit
 from mgeo_attitude.environment.orbit import Orbit, OrbitFile
 from mgeo_attitude.scenario.actuators import Coils, Wheels
-from mgeo_attitude.scenario.block_numbers import RequiredSigma, TraceWeights
 from mgeo_attitude.scenario.channels import Channel
-from mgeo_attitude.scenario.convergence import Convergence
+from mgeo_attitude.scenario.goals import Convergence, FlightErrors, RequiredSigma, TraceWeights
 from mgeo_attitude.scenario.initial import InitialConditions
-from mgeo_attitude.scenario.limits import ManeuverLimits, PathLimit
+from mgeo_attitude.scenario.limits import ManeuverLimits, PathLimit, Window
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.schema import scenario_schema
 from mgeo_attitude.scenario.toml import ScenarioFileError
-from mgeo_attitude.scenario.windows import FlightErrors, Window
 from mgeo_attitude.settings.errors import KeyProblem
 
 __all__ = [

@@ -16,8 +16,8 @@ from mgeo_attitude.scenario.prior import Prior, prior_of
 from mgeo_attitude.scenario.toml import Table, overridden
 from mgeo_attitude.sensors.errors import by_axis
 from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.settings.base import to_table
 from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, expect
-from mgeo_attitude.settings.tables import to_table
 
 #: What a calibration's document says of where a run goes on.
 ENTRIES: Mapping[str, Any] = {
@@ -183,7 +183,7 @@ def _within_limits(prior: Prior, scenario: Any) -> Prior:
         momentum = wheels.greatest_share(np.radians(rate) @ wheels.matrix())
         shares.append(momentum / wheels.max_momentum)
     share = max(shares)
-    walk = max(by_axis(scenario.gyro.angle_random_walk_deg_per_sqrt_h))
+    walk = max(by_axis(scenario.suite.gyro.angle_random_walk_deg_per_sqrt_h))
     noise = walk / 60.0 / math.sqrt(scenario.step)
     if not 1.0 < share <= 1.0 + _SIGMAS * noise / np.abs(rate).max():
         return prior

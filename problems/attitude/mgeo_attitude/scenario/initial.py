@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -12,13 +12,11 @@ from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_MU
+from mgeo_attitude.environment.directions import Place, pointed
+from mgeo_attitude.environment.environment import Course, Environment
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
 from mgeo_attitude.settings.types import Degrees, Unit, Vector, one_of
-
-if TYPE_CHECKING:
-    from mgeo_attitude.environment.directions import Place
-    from mgeo_attitude.environment.environment import Course, Environment
 
 #: Unit vectors and right angles may be off by this: numbers are typed with four digits.
 _TOLERANCE = 1e-3
@@ -111,8 +109,6 @@ class InitialConditions(Settings):
         """
         if self.pointing == "inertial":
             return np.repeat(self._fixed()[None], len(at.position), axis=0)
-        from mgeo_attitude.environment.directions import pointed  # imports scipy
-
         target, toward, _ = _LAWS[self.pointing]
         axis = np.array(self.axis or (0.0, 0.0, 1.0))
         clock = math.radians(self.clock_deg or 0.0)
@@ -140,8 +136,6 @@ class InitialConditions(Settings):
 
         It may be later than the scenario's run ends.
         """
-        from mgeo_attitude.environment.directions import Place  # imports scipy
-
         if self.pointing == "inertial":  # wherever the satellite is
             return self._fixed(), np.zeros(3)
         at = Place.at(course, np.array([time]))

@@ -1,4 +1,4 @@
-"""Limits of a scenario: of the design vector, and of directions along the way.
+"""Limits of a scenario: of the design vector, of directions along the way, and of time.
 
 `criteria.constraints` measures path limits.
 """
@@ -6,11 +6,13 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
+import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import DIRECTIONS, Cone
 from mgeo_attitude.geometry.vector import unit
 from mgeo_attitude.settings.base import Settings
@@ -19,11 +21,15 @@ from mgeo_attitude.settings.types import (
     Degrees,
     DegreesPerSecond,
     Direction,
+    Instant,
     Line,
     Seconds,
     Unit,
     one_of,
 )
+
+if TYPE_CHECKING:
+    from mgeo_attitude.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,3 +105,74 @@ class PathLimit(Settings):
         """The cone, in rad."""
         half_angle = math.radians(self.half_angle_deg)
         return Cone(self.reference, unit(self.boresight), half_angle, self.keep_in)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Window(Settings):
+    """A time in which a plan may be flown as a whole; both ends are converted to UTC.
+
+    Examples
+    --------
+    >>> from datetime import UTC, datetime
+    >>> from mgeo_attitude.scenario import Window
+    >>> start, end = (datetime(2026, 3, 1, hour, tzinfo=UTC) for hour in (10, 11))
+    >>> Window(start=start, end=end).end.hour
+    11
+    """
+
+    start: Instant
+    """no plan begins earlier; with its UTC offset"""
+    end: Instant
+    """every plan is over by then, with the slew back"""
+
+    def __post_init__(self) -> None:
+        later = f"later than start = {self.start.isoformat()}"
+        expect(self.end > self.start, "end", self.end.isoformat(), later)
+
+    def __str__(self) -> str:
+        return f"{self.start:%Y-%m-%dT%H:%M:%SZ} to {self.end:%Y-%m-%dT%H:%M:%SZ}"
+
+
+def deadline(scenario: Scenario) -> float:
+    """Return when plans have to be over [s] after the epoch.
+
+    Infinite without windows; minus infinity if none is open at the epoch. The deadline holds even
+    if a plan begins as late as the flights that it is judged over.
+    """
+    if not scenario.windows:
+        return math.inf
+    late = 0.0 if scenario.flight is None else scenario.flight.start_delay
+    return float(_ends_of_open(scenario).max()) - late
+
+
+def _ends_of_open(scenario: Scenario) -> Floats:
+    """End of each window [s] after the epoch; minus infinity of one not open then."""
+    spans = ((each.start - scenario.epoch, each.end - scenario.epoch) for each in scenario.windows)
+    seconds = ((start.total_seconds(), end.total_seconds()) for start, end in spans)
+    return np.array([end if start <= 0.0 < end else -np.inf for start, end in seconds])
+
+
+def check_windows(scenario: Scenario) -> None:
+    """Refuse an epoch at which no plan may begin, or after which none would be over in time.
+
+    Raises
+    ------
+    InvalidValue
+        Naming the epoch, or the end of the window.
+    """
+    if not scenario.windows:
+        return
+    ends = _ends_of_open(scenario)
+    within = f"a start in one of the windows, {', '.join(map(str, scenario.windows))}"
+    expect(np.isfinite(ends).any(), "epoch", scenario.epoch.isoformat(), within)
+    # no other rule waits for a window after the start
+    waits = scenario.convergence.rule == "trace"
+    least, name = (
+        (scenario.convergence.window, "convergence.window") if waits else (scenario.step, "a step")
+    )
+    left, index = deadline(scenario), int(ends.argmax())
+    after = (
+        f"{least + ends[index] - left:g} s or more after the epoch, {name} and "
+        "flight.start_delay: no plan is over sooner"
+    )
+    expect(left >= least, f"windows[{index}].end", scenario.windows[index].end.isoformat(), after)

@@ -7,7 +7,7 @@ import os
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
@@ -16,35 +16,35 @@ from pydantic.dataclasses import dataclass
 from mgeo.store.atomic import write_file
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER, TRACE_OF
+from mgeo_attitude.environment.directions import Place
+from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.orbit import ORBITS, AnyOrbit
 from mgeo_attitude.environment.times import instant_after
 from mgeo_attitude.maneuvers.schedule import Turning
 from mgeo_attitude.scenario.actuators import Coils, Wheels, assumed, slew_limits
 from mgeo_attitude.scenario.after import going_on
-from mgeo_attitude.scenario.block_numbers import RequiredSigma, TraceWeights, check_blocks
 from mgeo_attitude.scenario.channels import Channel
-from mgeo_attitude.scenario.convergence import Convergence
+from mgeo_attitude.scenario.goals import (
+    Convergence,
+    FlightErrors,
+    RequiredSigma,
+    TraceWeights,
+    check_blocks,
+    check_objectives,
+)
 from mgeo_attitude.scenario.initial import InitialConditions
-from mgeo_attitude.scenario.limits import ManeuverLimits, PathLimit
-from mgeo_attitude.scenario.objectives import check_objectives
+from mgeo_attitude.scenario.limits import ManeuverLimits, PathLimit, Window, deadline
 from mgeo_attitude.scenario.prior import Prior
-from mgeo_attitude.scenario.together import check_together
 from mgeo_attitude.scenario.toml import ScenarioFileError, on_preset, read_toml, to_toml
-from mgeo_attitude.scenario.validity import Implausible, implausible
-from mgeo_attitude.scenario.windows import FlightErrors, Window, deadline
+from mgeo_attitude.scenario.validity import Implausible, check_together, implausible
+from mgeo_attitude.sensors import SENSORS
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
-from mgeo_attitude.sensors.kinds import SENSORS
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.sensors.world import World
-from mgeo_attitude.settings.base import Settings
+from mgeo_attitude.settings.base import Kinds, Settings, to_table
 from mgeo_attitude.settings.errors import InvalidValue
-from mgeo_attitude.settings.tables import Kinds, to_table
 from mgeo_attitude.settings.types import Instant, Line, Seconds
-
-if TYPE_CHECKING:
-    from mgeo_attitude.environment.directions import Place
-    from mgeo_attitude.environment.environment import Environment
 
 _NO_GYRO = (
     "expected a table of its keys: the filter needs a gyro, see 'Without a gyro' in docs/errors.md"
@@ -139,8 +139,8 @@ class Scenario(Settings):
 
     @property
     def suite(self) -> Suite:
-        """Gyro, sensors and world as one error state."""
-        return Suite(self.gyro, self.sensors, self.world)
+        """Gyro, sampled at every step, sensors and world as one error state."""
+        return Suite(self.gyro.sampled(self.step), self.sensors, self.world)
 
     @property
     def n_steps(self) -> int:

@@ -139,5 +139,4 @@ def _text(value: Any) -> str:
     item = tomlkit.inline_table() if isinstance(value, Mapping) else tomlkit.item(value)
     if isinstance(value, Mapping):
         item.update(value)
-    text: str = item.as_string()
-    return text
+    return item.as_string()

@@ -9,7 +9,14 @@ from mgeo_attitude.sensors.star_tracker import StarTracker
 from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
 from mgeo_attitude.sensors.world import World
 
+#: Sensor classes by the ``kind`` that names them in a scenario file.
+SENSORS: dict[str, type[Sensor]] = {
+    cls.kind: cls
+    for cls in (SunSensor, TwoAxisSunSensor, Photodiode, HorizonSensor, Magnetometer, StarTracker)
+}
+
 __all__ = [
+    "SENSORS",
     "GaussMarkov",
     "Gyro",
     "HorizonSensor",

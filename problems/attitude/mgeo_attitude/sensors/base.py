@@ -6,13 +6,14 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
+from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.geometry.vector import Vec3
 from mgeo_attitude.sensors.errors import (
     Alike,
@@ -33,10 +34,6 @@ from mgeo_attitude.settings.types import (
     Seconds,
     Unit,
 )
-
-if TYPE_CHECKING:
-    from mgeo_attitude.environment.environment import Environment
-
 
 #: A gyro or a sensor.
 Noisy = TypeVar("Noisy")

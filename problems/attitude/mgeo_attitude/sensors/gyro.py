@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
@@ -88,6 +89,9 @@ class Gyro(Settings):
     """greatest rate about an axis that it measures; no plan is faster"""
     quantization_deg_per_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
     """steps in which flights report rates, and calibrations read them"""
+    sample_noise_deg_s: Annotated[PerAxis[Positive] | None, Unit("deg/s"), Usual(1e-5, 5.0)] = None
+    """noise of each reported rate beside the angle random walk, 1-sigma per axis, alike or of each;
+    it does not depend on the time between samples"""
     considered: tuple[str, ...] = ()
     """its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"""
     influences: tuple[Influence, ...] = ()
@@ -116,6 +120,26 @@ class Gyro(Settings):
             },
         }
         return {state: sigma for state, sigma in states.items() if sigma}
+
+    def sampled(self, interval: float) -> Gyro:
+        """Return the gyro with its sample noise as part of the angle random walk.
+
+        Independent errors σ of rates that each stand for an interval T add up to an angle random
+        walk of σ √T.
+
+        Parameters
+        ----------
+        interval : float
+            Time between samples [s].
+        """
+        if self.sample_noise_deg_s is None:
+            return self
+        walks = by_axis(self.angle_random_walk_deg_per_sqrt_h)
+        each = zip(walks, by_axis(self.sample_noise_deg_s), strict=True)
+        x, y, z = (math.hypot(walk, 60.0 * sigma * math.sqrt(interval)) for walk, sigma in each)
+        return dataclasses.replace(
+            self, angle_random_walk_deg_per_sqrt_h=(x, y, z), sample_noise_deg_s=None
+        )
 
     def derivative(self, x: Any, omega: Vec3) -> dict[str, Vec3]:
         """Time derivative of the error state, equation (2); states left out are constant.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -12,15 +12,13 @@ from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
+from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.geometry.rotation import dot, frame
-from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
+from mgeo_attitude.geometry.vector import Vec3, choose, cross, scale, unit
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.errors import State
 from mgeo_attitude.settings.types import Degrees, Direction, Identifier, Usual
-
-if TYPE_CHECKING:
-    from mgeo_attitude.environment.environment import Environment
 
 
 @dataclass(frozen=True)
@@ -124,8 +122,4 @@ class Photodiode(Sensor):
 
 def _from_before(cosine: Any) -> Any:
     """1 where light comes from before a face, 0 where from behind; of symbols and `Taylor`, too."""
-    if isinstance(cosine, float | np.ndarray):
-        return np.where(cosine >= 0.0, 1.0, 0.0)
-    return (
-        _from_before(cosine.value.T) if hasattr(cosine, "value") else cosine.choose(0.0, 1.0, 0.0)
-    )
+    return choose(cosine.value.T if hasattr(cosine, "value") else cosine, 0.0, 1.0, 0.0)

@@ -6,20 +6,18 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.geometry.vector import Vec3, scale
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.errors import Alike, GaussMarkov, Influence, State, influenced, sigma_of
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.world import World
 from mgeo_attitude.settings.types import DEG, DIMENSIONLESS, Unit
-
-if TYPE_CHECKING:
-    from mgeo_attitude.environment.environment import Environment
 
 Owner = Gyro | Sensor | World
 STILL = Vec3(0.0, 0.0, 0.0)
@@ -75,6 +73,20 @@ class Suite:
         first = (*(f"gyro.{state}" for state in self.gyro.states()), *self.processes)
         return {"attitude": DEG} | {block: units[block] for block in first} | units
 
+    @cached_property
+    def slices(self) -> dict[str, slice]:
+        """Places of the three states of each block."""
+        return {block: slice(3 * i, 3 * i + 3) for i, block in enumerate(self.blocks)}
+
+    @cached_property
+    def states(self) -> dict[str, State]:
+        """What gyro, world and sensors say of the states of their blocks at the start."""
+        return {
+            f"{name}.{state}": value
+            for name, owner in self.owners.items()
+            for state, value in owner.states().items()
+        }
+
     @property
     def n_states(self) -> int:
         return 3 * len(self.blocks)
@@ -92,12 +104,7 @@ class Suite:
     @cached_property
     def processes(self) -> dict[str, GaussMarkov]:
         """Gauss-Markov processes by their blocks, which follow the kinematic ones."""
-        return {
-            f"{name}.{state}": value
-            for name, owner in self.owners.items()
-            for state, value in owner.states().items()
-            if isinstance(value, GaussMarkov)
-        }
+        return {b: value for b, value in self.states.items() if isinstance(value, GaussMarkov)}
 
     @cached_property
     def considered_blocks(self) -> tuple[str, ...]:
@@ -205,36 +212,29 @@ class Suite:
         """
         if isinstance(owner, Gyro):
             return {state: f"gyro.{state}" for state in owner.states()}
-        seen = {s: f"world.{s}" for s in owner.sees() if s in self._world_states}
+        seen = {state: f"world.{state}" for state in owner.sees()}
+        seen = {state: block for state, block in seen.items() if block in self.slices}
         return {state: f"{owner.name}.{state}" for state in owner.states()} | seen
-
-    @cached_property
-    def _world_states(self) -> frozenset[str]:
-        return frozenset(self.world.states())
 
     def places(self, owner: Gyro | Sensor) -> dict[str, int]:
         """Number of the first of the three states of each of `blocks_of`."""
-        return {state: 3 * self.blocks.index(b) for state, b in self.blocks_of(owner).items()}
+        return {state: self.slices[b].start for state, b in self.blocks_of(owner).items()}
 
     def initial_sigma(self, attitude_sigma: float) -> Floats:
         """Initial 1-sigma of every state, shape (n_states,), for an attitude 1-sigma [rad]."""
         sigmas = np.full(self.n_states, attitude_sigma)
-        for name, owner in self.owners.items():
-            states: Mapping[str, State] = owner.states()
-            for state, value in states.items():
-                first = 3 * self.blocks.index(f"{name}.{state}")
-                sigmas[first : first + 3] = sigma_of(value)
+        for block, value in self.states.items():
+            sigmas[self.slices[block]] = sigma_of(value)
         return sigmas
 
     @cached_property
     def initial_correlation(self) -> Floats:
         """Of the errors at the start, shape (n_states, n_states)."""
         correlation = np.eye(self.n_states)
-        for sensor in self.sensors:
-            for state, value in sensor.states().items():
-                if isinstance(value, Alike):
-                    own = self.places(sensor)[state] + np.arange(3)
-                    correlation[np.ix_(own, own)] += value.correlation * (1.0 - np.eye(3))
+        for block, value in self.states.items():
+            if isinstance(value, Alike):
+                own = self.slices[block]
+                correlation[own, own] += value.correlation * (1.0 - np.eye(3))
         return correlation
 
     def measure(
@@ -345,21 +345,18 @@ class Suite:
         varying = [np.broadcast_to(each.density, 3) for each in self.processes.values()]
         return np.concatenate([np.ravel(gyro), *varying])
 
-    @cached_property
+    @property
     def following(self) -> tuple[slice, ...]:
         """States of each of the gyro's influences."""
-        places = self.places(self.gyro)
-        firsts = [places[influence.state] for influence in self.gyro.influences]
-        return tuple(slice(first, first + 3) for first in firsts)
+        return tuple(self.slices[f"gyro.{each.state}"] for each in self.gyro.influences)
 
     def _states(self, blocks: Iterable[str]) -> Ints:
         """States of blocks, one after the other."""
-        first = np.array([3 * self.blocks.index(block) for block in blocks], dtype=np.int64)
-        return np.add.outer(first, np.arange(3)).ravel()
+        every = np.arange(self.n_states).reshape(-1, 3)
+        return every[[self.blocks.index(block) for block in blocks]].ravel()
 
     def _block(self, column: Sequence[Any], name: str) -> Vec3:
-        start = 3 * self.blocks.index(name)
-        return Vec3(*column[start : start + 3])
+        return Vec3(*column[self.slices[name]])
 
 
 def units_of(owner: Owner) -> dict[str, Unit]:

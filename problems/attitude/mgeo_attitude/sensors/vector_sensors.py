@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
+from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.geometry.rotation import rotate, shear
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import shear as shear_components
@@ -34,9 +35,6 @@ from mgeo_attitude.settings.types import (
     Unit,
     Usual,
 )
-
-if TYPE_CHECKING:
-    from mgeo_attitude.environment.environment import Environment
 
 
 class VectorSensor(Sensor):

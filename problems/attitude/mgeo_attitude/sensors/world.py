@@ -7,21 +7,19 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.sun_moon import above_limb, earthlight
 from mgeo_attitude.sensors.errors import GaussMarkov, check_considered
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
 from mgeo_attitude.settings.types import ARCMIN, NonNegative, Seconds, Triple, Unit
-
-if TYPE_CHECKING:
-    from mgeo_attitude.environment.environment import Environment
 
 #: Unit of the field inside the filter [nT], so that every state is of order one or less.
 FIELD_UNIT_NT = 50_000.0

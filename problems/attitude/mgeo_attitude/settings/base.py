@@ -1,24 +1,33 @@
-"""Base class of settings, which pydantic checks and whose errors name key, value and unit."""
+"""Settings, which pydantic checks and whose errors name key, value and unit, and their tables.
+
+A table is a dict of plain values, as JSON has them.
+"""
 
 from __future__ import annotations
 
+import ast
+import inspect
+import textwrap
 from abc import ABCMeta
-from collections.abc import Callable, Mapping
-from dataclasses import fields
-from datetime import date
+from collections import ChainMap
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, fields
+from datetime import date, datetime
 from functools import cache
-from typing import Any, ClassVar, TypeVar
+from itertools import pairwise
+from typing import Any, ClassVar, TypeVar, get_args
 
 import numpy as np
 from pydantic import (
     ConfigDict,
+    GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     TypeAdapter,
     ValidationError,
     model_validator,
 )
 from pydantic.fields import FieldInfo
-from pydantic_core import ArgsKwargs, CoreSchema
+from pydantic_core import ArgsKwargs, CoreSchema, core_schema
 
 from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, known_names
 from mgeo_attitude.settings.types import Schema
@@ -55,7 +64,6 @@ class Settings(metaclass=_Checked):
         allow_inf_nan=False,
         extra="forbid",
         arbitrary_types_allowed=True,
-        use_attribute_docstrings=True,
     )
     #: Key that names one of several classes in a table, such as ``kind``, if it is no field.
     selector: ClassVar[str] = ""
@@ -77,14 +85,32 @@ class Settings(metaclass=_Checked):
         reference = handler(schema)
         own = handler.resolve_ref_schema(reference)
         own["description"] = " ".join((cls.__doc__ or "").partition("\n\n")[0].split())
-        described = [base for base in cls.__mro__ if hasattr(base, "__pydantic_fields__")]
+        texts = ChainMap(*map(_field_docstrings, cls.__mro__[: cls.__mro__.index(Settings)]))
         for key, entry in own["properties"].items():
-            texts = [declared(base)[key].description for base in described if key in declared(base)]
-            entry["description"] = " ".join(next(filter(None, texts), "").split())
+            text = declared(cls)[key].description or texts.get(key, "")
+            entry["description"] = " ".join(text.split())
         if name := getattr(cls, cls.selector, ""):
             kind = {"const": name, "description": "class of the table"}
             own["properties"] = {cls.selector: kind} | own["properties"]
         return reference
+
+
+def _field_docstrings(cls: type) -> dict[str, str]:
+    """Return the docstrings of a class's own fields.
+
+    They are read from the source for a schema or a message alone: reading all of them whenever the
+    package is imported would take a sixth of a second.
+    """
+    (definition,) = ast.parse(textwrap.dedent(inspect.getsource(cls))).body
+    assert isinstance(definition, ast.ClassDef)
+    return {
+        field.target.id: str(text.value.value)
+        for field, text in pairwise(definition.body)
+        if isinstance(field, ast.AnnAssign)
+        and isinstance(field.target, ast.Name)
+        and isinstance(text, ast.Expr)
+        and isinstance(text.value, ast.Constant)
+    }
 
 
 def declared(cls: type) -> dict[str, FieldInfo]:
@@ -145,3 +171,96 @@ def _explain(error: ValidationError, cls: Any) -> ValueError:
     value = first["input"]
     value = value.isoformat() if isinstance(value, date) else value
     return InvalidValue(key, value, str(cause) if cause else expected)
+
+
+Table = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Kinds:
+    """Annotation of a field that takes one of several classes of settings.
+
+    A table names its class by the entry `key`. Without this entry, a key among `telling` names the
+    class, or else the class is `default`.
+    """
+
+    key: str
+    classes: Mapping[str, type[Any]]
+    default: str = ""
+    telling: Mapping[str, str] = field(default_factory=dict)
+
+    def name_of(self, table: Mapping[str, Any]) -> Any:
+        """Return the name in a table, unchecked; None if the table has none."""
+        names = (name for key, name in self.telling.items() if key in table)
+        return table[self.key] if self.key in table else next(names, None)
+
+    def read(self, value: Any) -> Any:
+        """Convert a table to the settings that it names; return other values unchanged."""
+        if not isinstance(value, Mapping):
+            return value
+        name = self.name_of(value)
+        name = self.default if name is None else name
+        cls = self.classes.get(name) if isinstance(name, str) else None
+        if cls is None:
+            expected = f"unknown {self.key}{known_names(name, self.classes)}"
+            raise InvalidValue(self.key, name, expected)
+        return cls(**{k: v for k, v in value.items() if k != self.key or k in declared(cls)})
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        classes = tuple(dict.fromkeys(self.classes.values()))
+        tables = core_schema.union_schema([handler.generate_schema(cls) for cls in classes])
+        bases = get_args(source) or (source,)
+        words = f"{' or '.join(base.__name__ for base in bases)}, or a table"
+        instance = core_schema.is_instance_schema((*bases, *classes), cls_repr=words)
+        read = core_schema.no_info_before_validator_function(self.read, instance)
+        return core_schema.json_or_python_schema(json_schema=tables, python_schema=read)
+
+
+def to_table(settings: Any) -> Table:
+    """Return settings as a table; times become ISO 8601 text, and what is empty is left out."""
+    values = {key: getattr(settings, key) for key in declared(type(settings))}
+    selector = type(settings).selector
+    name = {selector: getattr(settings, selector)} if selector else {}
+    # TOML has no word for nothing
+    return name | {k: _as_entry(v) for k, v in values.items() if v is not None and v != ()}
+
+
+def flatten(values: Any) -> Any:
+    """Return ``{"mag.bias": 1}`` for ``{"mag": {"bias": 1}}``; other values unchanged."""
+    if not isinstance(values, Mapping):
+        return values
+    flat: Table = {}
+    for name, value in values.items():
+        nested = flatten(value) if isinstance(value, Mapping) else {"": value}
+        for rest, number in nested.items():
+            key = f"{name}.{rest}" if rest else str(name)
+            if key in flat:
+                raise KeyProblem(key, number, "given twice")
+            flat[key] = number
+    return flat
+
+
+def require_same(name: str, one: Any, other: Any, keys: Iterable[str]) -> None:
+    """Raise an `InvalidValue` if settings called `name` differ from the scenario's.
+
+    The message names the first of the `keys` that differs, ``orbit.eccentricity``, and both values.
+    """
+    found, expected = to_table(one), to_table(other)
+    for key in keys:
+        own, others = (flatten({key: table.get(key)}) for table in (found, expected))
+        for place in dict.fromkeys([*own, *others]):
+            if own.get(place) != others.get(place):
+                wanted = f"expected the scenario's {others.get(place)!r:.300}"
+                raise InvalidValue(f"{name}.{place}", own.get(place), wanted)
+
+
+def _as_entry(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return dict(value)
+    if isinstance(value, tuple):
+        return [_as_entry(entry) for entry in value]
+    if isinstance(value, datetime):
+        return value.isoformat().replace("+00:00", "Z")
+    return to_table(value) if isinstance(value, Settings) else value

@@ -12,7 +12,6 @@ import dataclasses
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,10 +28,8 @@ from mgeo_attitude.maneuvers.schedule import (
     flown,
     schedule,
 )
+from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.settings.errors import InvalidValue
-
-if TYPE_CHECKING:
-    from mgeo_attitude.scenario.scenario import Scenario
 
 #: What the two maneuvers after those of the design are called.
 LABELS = ("slew back", "starting attitude")

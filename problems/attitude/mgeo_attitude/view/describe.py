@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 
 from mgeo.evaluation.dominance import nondominated
@@ -17,9 +18,6 @@ from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_o
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite, block_units
 from mgeo_attitude.view.plans import MOST_SAMPLES, Plans
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 #: Answer for a plan that has no result.
 LOST = "the filter's covariance lost positivity"
@@ -125,8 +123,6 @@ def glance(plans: Plans) -> pd.DataFrame:
     plan that is flown exactly. A design whose covariance lost positivity has NaN in objectives and
     1-sigmas. A design that is no plan is a ValueError.
     """
-    import pandas as pd
-
     problem, designs, result = plans.problem, plans.X, plans.exactly
     variances = np.diagonal(result.covariance, axis1=1, axis2=2)
     sigma = np.sqrt(np.where(np.isnan(result.t_end)[:, None], np.nan, variances))

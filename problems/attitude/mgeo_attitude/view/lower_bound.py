@@ -4,25 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.curves import LimitCurves
 from mgeo_attitude.bound.samples import NoLimit
-from mgeo_attitude.scenario.block_numbers import RequiredSigma
+from mgeo_attitude.filter.history import FilterHistory
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.problem import AttitudeManeuverProblem
+from mgeo_attitude.scenario.goals import RequiredSigma
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.describe import span
 from mgeo_attitude.view.plans import Plans
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from mgeo_attitude.filter.history import FilterHistory
-    from mgeo_attitude.filter.model import FilterModel
-    from mgeo_attitude.problem import AttitudeManeuverProblem
 
 #: Rounding of the filter, which the bound does not contain.
 _ROUNDING = 1e-9
@@ -128,8 +124,6 @@ def compare_with_bound(
 
     Columns ``unit``, ``predicted``, ``at best`` and ``predicted / at best [-]``.
     """
-    import pandas as pd
-
     step = round(history.t_end / model.step)
     units = block_units(model.suite)
     factors = np.array([unit.factor for unit in units])

@@ -5,19 +5,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 
+from mgeo.plugins.shown import Review
 from mgeo_attitude.criteria.constraints import constraints
 from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER
 from mgeo_attitude.scenario.validity import implausible, validity
-from mgeo_attitude.view import describe, lower_bound, requirements
+from mgeo_attitude.view import describe, lower_bound, margins, requirements, satellite
 from mgeo_attitude.view.plans import MOST_SAMPLES, Plans, looked_at, spread
 
 if TYPE_CHECKING:
-    import pandas as pd
     import plotly.graph_objects as go
-
-    from mgeo.plugins.shown import Review
 
 #: Share by which an objective may be missed.
 TOLERANCE = 0.1
@@ -48,12 +47,10 @@ class ManeuverView(Plans):
         the budget of wheels, have a row each for the time after the filter has converged, too, in
         which the last rate is held for late flights or the body slews back. No search sees these.
         """
-        from mgeo_attitude.view.margins import all_after, tables  # compiles
-
         found = []
         limits = [limit for each in constraints(self.problem.scenario) for limit in each.limits]
-        for row, after in zip(self.excesses, all_after(self), strict=True):
-            found += tables(limits, row[None], [after])
+        for row, after in zip(self.excesses, margins.all_after(self), strict=True):
+            found += margins.tables(limits, row[None], [after])
         return found
 
     def remarks(self) -> list[str]:
@@ -62,8 +59,6 @@ class ManeuverView(Plans):
         And how near they come to the lower bound; the `notes` follow. Of a large front some plans
         are looked at.
         """
-        from mgeo_attitude.view import margins  # compiles
-
         if not len(self.X):
             return self.notes()
         rows = spread(len(self.X))
@@ -113,8 +108,6 @@ class ManeuverView(Plans):
 
     def facts(self) -> dict[str, str]:
         """Return orbit, light, margins at rest and validity; see `satellite.facts`."""
-        from mgeo_attitude.view import satellite
-
         return satellite.facts(self.problem)
 
     def notes(self) -> list[str]:

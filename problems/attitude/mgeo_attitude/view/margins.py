@@ -8,26 +8,23 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.constraints import END, Limit
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.environment.directions import Place
 from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.path_limits import excess_along
+from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.settings.errors import InvalidValue
+from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view.plans import Plans
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from mgeo_attitude.filter.model import FilterModel
-    from mgeo_attitude.scenario.scenario import Scenario
-    from mgeo_attitude.trajectory.trajectory import Trajectory
 
 #: Unit, value, "at most" or "at least", limit and margin.
 Row = tuple[str, float, str, float, float]
@@ -49,8 +46,6 @@ def tables(
     ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit``, and ``margin``, below zero
     where it is violated.
     """
-    import pandas as pd
-
     more = [{} for _ in excesses] if after is None else after
     found = []
     for row, rest in zip(excesses, more, strict=True):
@@ -119,9 +114,6 @@ def _off_at_end(scenario: Scenario, model: FilterModel, trajectory: Trajectory) 
 
     With what sensors have seen until then, and what the gyro's bias has added.
     """
-    from mgeo_attitude.filter.evaluator import evaluate  # compiles
-    from mgeo_attitude.filter.model import FilterModel
-
     last = round(trajectory.end / model.step)
     if last > model.n_steps:  # duration limits t_end alone
         longer = dataclasses.replace(scenario, duration=last * model.step)
@@ -195,7 +187,7 @@ def limits_after(
 
 def _wheel_load(model: FilterModel, trajectory: Trajectory, first: int, last: int) -> Floats:
     """Greatest momentum [N m s] and torque [N m] of a wheel with a budget, shape (2,)."""
-    from mgeo_attitude.filter.wheel_load import wheel_loads  # compiles
+    from mgeo_attitude.filter.wheel_load import wheel_loads  # imports numba
 
     scenario = trajectory.scenario
     times = model.step * np.arange(last + 1, dtype=float)  # the run may end earlier

@@ -6,9 +6,10 @@ import dataclasses
 import math
 from contextlib import suppress
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 
 from mgeo.plugins.view import View
@@ -16,16 +17,12 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import OBJECTIVES, attitude_sigma_deg
 from mgeo_attitude.criteria.robustness import FlightSamples, kept_by, over_flights
-from mgeo_attitude.scenario.windows import FlightErrors
+from mgeo_attitude.filter.evaluator import Evaluation
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.problem import AttitudeManeuverProblem
+from mgeo_attitude.scenario.goals import FlightErrors
 from mgeo_attitude.settings.errors import InvalidValue
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from mgeo_attitude.filter.evaluator import Evaluation
-    from mgeo_attitude.filter.model import FilterModel
-    from mgeo_attitude.problem import AttitudeManeuverProblem
-    from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
+from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 
 #: Share of Monte Carlo runs that a plan's ``kept`` values hold in, and the same in words.
 MOST, MOST_SAMPLES = 0.9, "9 of 10 Monte Carlo samples"
@@ -33,7 +30,7 @@ MOST, MOST_SAMPLES = 0.9, "9 of 10 Monte Carlo samples"
 _LOOKED_AT = 50
 
 
-class Exactly(NamedTuple):
+class Nominal(NamedTuple):
     """Results of the nominal runs of n plans.
 
     Attributes
@@ -65,14 +62,22 @@ class Plans(View):
         part = super().take(rows)
         assert isinstance(part, Plans)  # as the problem's view is
         part._known, part._backs = self._known, self._backs
+        if "exactly" in self.__dict__:
+            part.exactly = Nominal(*(each[np.asarray(rows)] for each in self.exactly))
         return part
 
     @cached_property
-    def exactly(self) -> Exactly:
-        """Results of the nominal runs."""
-        n = self.problem.model.suite.n_states
-        t_end, trace, covariance, _ = np.split(self._nominal, [1, 2, 2 + n * n], axis=1)
-        return Exactly(t_end[:, 0], trace[:, 0], covariance.reshape(len(self.X), n, n))
+    def _run(self) -> Evaluation:
+        return self.problem.run(self.X, covariance=True)
+
+    @cached_property
+    def exactly(self) -> Nominal:
+        """Results of the nominal runs, as a run has stored them, or else evaluated."""
+        return Nominal(self._run.t_end, self._run.trace, self._run.covariance)
+
+    def arrays(self) -> dict[str, Floats]:
+        """Return the results of the nominal runs, by the names of `Nominal`."""
+        return self.exactly._asdict()
 
     @cached_property
     def F(self) -> Floats:
@@ -94,23 +99,8 @@ class Plans(View):
         """Objectives, constraints and `excesses`, side by side."""
         problem = self.problem
         if problem.flights is None:
-            return self._nominal[:, 2 + problem.model.suite.n_states**2 :]
+            return problem.valued(problem.model, self._run)
         return self._cache("values").complete(self.X, problem.judged)
-
-    @cached_property
-    def _nominal(self) -> Floats:
-        """`exactly` and, if the problem has no Monte Carlo runs, the `values`, side by side."""
-        problem = self.problem
-
-        def run(X: Floats) -> Floats:
-            ran = problem.run(X, covariance=True)
-            own = [] if problem.flights else [problem.valued(problem.model, ran)]
-            size = problem.model.suite.n_states**2
-            return np.column_stack(
-                [ran.t_end, ran.trace, ran.covariance.reshape(len(X), size), *own]
-            )
-
-        return self._cache("nominal").complete(self.X, run)
 
     def _cache(self, of: object) -> EvaluationCache:
         return self._known.setdefault(of, EvaluationCache(forget=False))
@@ -180,8 +170,6 @@ class Plans(View):
             A row a plan; for each objective the columns ``promised LABEL``, ``kept LABEL`` and, of
             both, ``kept / promised LABEL``.
         """
-        import pandas as pd
-
         columns: dict[str, Floats] = {}
         found = self._over_others(flights, seed)
         for i, label in enumerate(self.problem.obj_names):
@@ -228,8 +216,7 @@ class Plans(View):
             late = np.fmax(late, self.kept_t_end)
         step = problem.model.step
         late = np.fmin(np.nan_to_num(late, posinf=np.inf), problem.model.longest)
-        held: Floats = np.maximum(t_end, np.ceil(late / step - 1e-9) * step)  # a mean is on no step
-        return held
+        return np.maximum(t_end, np.ceil(late / step - 1e-9) * step)  # a mean is on no step
 
     @cached_property
     def ends(self) -> Floats:
@@ -253,8 +240,6 @@ class Plans(View):
 
         Its slew back, which takes longest to find, is found once for all views that share a front.
         """
-        from mgeo_attitude.trajectory.trajectory import Trajectory  # imports scipy
-
         problem, times = self.problem, (float(self.exactly.t_end[row]), float(self.held_until[row]))
         found = Trajectory(problem.scenario, problem.model, self.X[row], *times)
         key = self.X[row].tobytes()

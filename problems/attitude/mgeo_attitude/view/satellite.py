@@ -4,25 +4,24 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
+from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
+from mgeo_attitude.problem import AttitudeManeuverProblem
+from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.validity import examined, validity
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.settings.base import annotation_of
 from mgeo_attitude.settings.types import Unit
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from mgeo_attitude.environment.environment import Environment
-    from mgeo_attitude.problem import AttitudeManeuverProblem
-    from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.trajectory.trajectory import Trajectory
+from mgeo_attitude.view.margins import limits_after
 
 #: Times in the Earth's shadow that are listed.
 _MOST = 4
@@ -120,9 +119,6 @@ def margins_at_rest(problem: AttitudeManeuverProblem) -> Iterator[str]:
 
     The attitude is then as badly known as at the start.
     """
-    from mgeo_attitude.trajectory.trajectory import Trajectory  # imports scipy
-    from mgeo_attitude.view.margins import limits_after  # compiles
-
     scenario, model = problem.scenario, problem.model
     wheels = scenario.wheels
     limited = bool(scenario.path_limits) or (wheels is not None and wheels.budgeted)
@@ -154,8 +150,6 @@ def _believed(scenario: Scenario) -> str:
 
 def instruments(scenario: Scenario) -> pd.DataFrame:
     """Return noise, sample interval and initial errors of gyro and sensors, a row each."""
-    import pandas as pd
-
     suite = scenario.suite
     sigma = suite.initial_sigma(np.radians(scenario.initial.attitude_deg)).reshape(-1, 3)
     errors: dict[str, list[str]] = {}

@@ -1,4 +1,4 @@
-"""Numbers to send up: what takes the errors of gyro and sensors out of what they report."""
+"""Numbers to send up, which correct the readings of gyro and sensors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mgeo_attitude.sensors.world import World
 from mgeo_attitude.settings.types import DEG, Unit
 from scipy.spatial.transform import Rotation
 
-#: Of the gyro in telemetry.
+#: Unit of the gyro in telemetry.
 DEG_S = Unit("deg/s", "deg_s", float(np.degrees(1.0)))
 
 
@@ -59,7 +59,8 @@ def _corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[
             }
         elif state in owner.rotations:
             R = matrix(value)
-            entry |= {"dcm": R.tolist(), "quaternion": quaternions(R[None])[0].tolist()}
+            quaternion = quaternions(R[None])[0].tolist()
+            entry |= {"dcm": R.tolist(), "quaternion": quaternion, "rotation": "body-to-sensor"}
         elif state == "bias":
             unit = unit_of_bias(owner)
             entry |= {"bias": (unit.factor * value).tolist(), "unit": unit.text}
@@ -81,7 +82,7 @@ def _corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[
 
 
 def unit_of_bias(owner: Gyro | Sensor) -> Unit:
-    """In telemetry."""
+    """Return the unit of a bias in telemetry."""
     return DEG_S if isinstance(owner, Gyro) else owner.channel_unit
 
 
@@ -91,12 +92,12 @@ def unit_of_error(owner: Gyro | Sensor, influence: Influence) -> Unit:
 
 
 def unit_of_innovations(sensor: Sensor) -> Unit:
-    """That of its readings; of a quaternion, whose innovation is a rotation, degrees."""
+    """Return the unit of innovations: that of the readings, or degrees of a quaternion."""
     return DEG if len(sensor.channels) == 4 else sensor.channel_unit
 
 
 def telemetry_units(suite: Suite) -> dict[str, Unit]:
-    """Unit of each block but the attitude; of a bias that of the readings in telemetry."""
+    """Return the unit of each block but the attitude; a bias has the unit of the readings."""
     units = {block: unit for block, unit in suite.units.items() if block != "attitude"}
     biases: dict[str, Unit] = {}
     owners: tuple[Gyro | Sensor, ...] = (suite.gyro, *suite.sensors)
@@ -111,7 +112,7 @@ def telemetry_units(suite: Suite) -> dict[str, Unit]:
 
 
 def in_units(suite: Suite, states: Floats, block: str) -> Floats:
-    """A block of states in its unit, shape (3,); of a rotation its rotation vector."""
+    """Return a block of states in its unit, shape (3,); of a rotation the rotation vector."""
     first = 3 * suite.blocks.index(block)
     values = states[first : first + 3]
     if first in suite.rotations:

@@ -9,15 +9,14 @@ from mgeo_attitude.scenario.scenario import Scenario
 
 from mgeo_calibration.estimation.axes import axes_causes
 from mgeo_calibration.estimation.batch import Batch
-from mgeo_calibration.telemetry.checks import channel_causes
-from mgeo_calibration.telemetry.clocks import clock_causes
+from mgeo_calibration.telemetry.checks import find_all
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Causes in words, the most certain first, by the name of the check.
 Checks = Mapping[str, tuple[str, ...]]
 #: Checks whose findings come before the tests of a fit that converges; what the others find is then
 #: tested with its size.
-BEFORE_TESTS = ("numbers", "repeated samples", "repeated numbers")
+BEFORE_TESTS = ("repeated samples", "repeated numbers")
 
 
 def check(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> Checks:
@@ -29,8 +28,7 @@ def check(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> Check
         Samples for the estimator, if telemetry allows them.
     """
     return {
-        "numbers": tuple(channel_causes(telemetry)),
-        "times": tuple(clock_causes(scenario, telemetry)),
+        **find_all(scenario, telemetry),
         "axes": () if data is None else tuple(axes_causes(data)),
     }
 

@@ -1,4 +1,4 @@
-"""Calibrations as files: JSON that reads back.
+"""Calibrations as JSON files that read back.
 
 ``scenario``, ``time_s``, ``quaternion``, ``rate_deg_s``, ``states``, ``covariance``, ``tests``,
 ``prior_tests``, ``model_tests``, ``causes``, ``notes`` and ``rejected`` are the calibration.
@@ -30,22 +30,22 @@ _ESTIMATES = {"quaternion": list, "rate_deg_s": list, "states": dict, "covarianc
 
 
 def to_json(calibration: Calibration) -> str:
-    """The calibration as a JSON document; floats by repr, so that it reads back exactly."""
+    """Return the calibration as JSON text; floats by repr, so that it reads back exactly."""
     return written(document(calibration))
 
 
 def document(calibration: Calibration) -> dict[str, Any]:
-    """What `to_json` writes."""
+    """Return the content of the JSON document."""
     return _FORM.document(calibration)
 
 
 def from_json(text: str) -> Calibration:
-    """Inverse of `to_json`, without the history; raises as `Form.read`."""
+    """Return the calibration of a JSON text, without the history; raises as `Form.read`."""
     return _FORM.read(text)
 
 
 def read_json(path: Path | str) -> Calibration:
-    """Read what `to_json` made of a calibration from a file.
+    """Read a calibration from a JSON file.
 
     Raises
     ------

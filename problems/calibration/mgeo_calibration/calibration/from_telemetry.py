@@ -47,6 +47,7 @@ from mgeo_calibration.telemetry.gyro_samples import (
     reported,
     usual_step,
 )
+from mgeo_calibration.telemetry.held import with_pointing_error
 from mgeo_calibration.telemetry.mapping import TelemetryMapping
 from mgeo_calibration.telemetry.quantization import LEAST, matters
 from mgeo_calibration.telemetry.reading import read_telemetry
@@ -78,7 +79,7 @@ def calibrate(
     telemetry : Telemetry, DataFrame or path
         See `read_telemetry`.
     mapping : TelemetryMapping, optional
-        How a table or a file is to be read.
+        How a table or a file is to be read, and the pointing error of a satellite without gyro.
     gate : float
         Probability that a reading without fault is left out.
 
@@ -107,6 +108,8 @@ def calibrate(
         raise InvalidValue("gyro.holds", "unknown", "expected none, or that of calibrate_alone")
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
+    if mapping is not None:
+        scenario = with_pointing_error(scenario, mapping.gyro)
     belief, data = Belief.of(scenario), None
     try:
         data, belief = for_delays(batch(scenario, telemetry), belief)

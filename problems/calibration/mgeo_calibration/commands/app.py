@@ -12,8 +12,8 @@ from mgeo_attitude.commands.app import USERS, Overwrite, Pick, Solution, Source,
 
 from mgeo.cli.app import epilog
 from mgeo.cli.errors import ExitCode, bad_input
-from mgeo.cli.options import Debug, Json, Quiet, toml_files
-from mgeo.cli.output import Output, json_text, rows
+from mgeo.cli.options import Debug, Json, Quiet
+from mgeo.terminal import Output, json_text, rows
 
 app = typer.Typer()
 
@@ -172,7 +172,6 @@ def calibrate(
         typer.Option(
             metavar="FILE.toml|PRESET",
             help="Satellite, orbit and epoch [default: those of --plan].",
-            autocompletion=toml_files,
         ),
     ] = None,
     plan: Annotated[
@@ -237,20 +236,18 @@ def calibrate(
         for line in dict.fromkeys(str(warning.message) for warning in caught):
             output.note(f"Note: {line}")
         read = TelemetryMapping.from_toml(mapping) if mapping else None
-        if read is not None and read.gyro.holds == "unknown":
-            if out:
-                raise ValueError('--out: expected none: holds = "unknown" leaves only a table')
-            alone = calibrate_alone(of, telemetry, read)
-            command.report_alone(alone, output)
-            raise typer.Exit(ExitCode.INCOMPLETE if alone.failures else ExitCode.DONE)
+        alone = read is not None and read.gyro.holds == "unknown"
+        if alone and fit is not None:
+            raise ValueError('--fit: expected none with holds = "unknown", which needs an attitude')
         samples = read_telemetry(telemetry, of, read)
         try:
-            first = found = calibrated(of, samples)
+            found = calibrate_alone(of, samples) if alone else calibrated(of, samples, read)
         except CannotCalibrate as refused:
             if diagnose:
                 command.report_refusal(refused, output)
             raise
         predicted = found.compare(flown) if flown else None
+        first = found
         if fit is not None:
             found = calibrate_with(first, samples, [key.strip() for key in fit.split(",")])
         command.print_calibration(found, predicted, picked, output)

@@ -11,14 +11,12 @@ from mgeo_attitude.environment.times import utc_text
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.scenario import Scenario
 
-from mgeo.cli.output import Output, rows
 from mgeo.store.atomic import check_writable, lock, write_file
-from mgeo.terminal import note, plain, titled
+from mgeo.terminal import Output, note, plain, rows, titled
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.diagnosis import CannotCalibrate
 from mgeo_calibration.calibration.document import document, to_json
 from mgeo_calibration.calibration.recalibration import compare_calibrations, describe_noise
-from mgeo_calibration.calibration.strength_calibration import StrengthCalibration
 
 #: Files of a folder, in the order of writing.
 FILES = ("calibration.csv", "attitude.csv", "calibration.html", "calibration.json")
@@ -82,21 +80,22 @@ def check_folder(folder: Path, overwrite: bool) -> None:
 def write_calibration(
     calibration: Calibration, promised: pd.DataFrame | None, folder: Path
 ) -> list[str]:
-    """Write `FILES` into a folder and return their paths."""
+    """Write `FILES` into a folder, without attitudes if there are none, and return the paths."""
     from mgeo_calibration.calibration.report import report_html
 
+    attitude = calibration.attitude if calibration.history is not None else None
     texts = (
         calibration.table().to_csv(index=False, lineterminator="\n"),
-        calibration.attitude.to_csv(index=False, lineterminator="\n"),
+        attitude.to_csv(index=False, lineterminator="\n") if attitude is not None else None,
         report_html(calibration, promised),
         to_json(calibration),
     )
     folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / name for name in FILES]
+    written = {folder / name: text for name, text in zip(FILES, texts, strict=True) if text}
     with lock(folder):
-        for path, text in zip(paths, texts, strict=True):
+        for path, text in written.items():
             write_file(path, text.encode())
-    return [str(path) for path in paths]
+    return list(map(str, written))
 
 
 def print_calibration(
@@ -144,25 +143,6 @@ def print_comparison(first: Calibration, second: Calibration, output: Output) ->
         note("moved: by how many of its 1-sigmas"),
         note(f"noise: {describe_noise(second)}"),
         note(f"without: {first.conclusion}"),
-    )
-
-
-def report_alone(found: StrengthCalibration, output: Output) -> None:
-    """Print the calibration from field strength."""
-    output.print(
-        *titled("Errors of magnetometers", found.table.set_index("block")),
-        *map(note, found.notes),
-        "",
-        plain(found.conclusion, "bold"),
-    )
-    output.result(
-        {
-            "table": found.table.to_dict("records"),
-            "covariance": {name: P.tolist() for name, P in found.covariance.items()},
-            "notes": found.notes,
-            "conclusion": found.conclusion,
-            "supported": not found.failures,
-        }
     )
 
 

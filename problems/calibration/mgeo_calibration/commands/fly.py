@@ -6,8 +6,7 @@ import pandas as pd
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.plan.plan import ManeuverPlan
 
-from mgeo.cli.output import Output
-from mgeo.terminal import note, plain, titled
+from mgeo.terminal import Output, note, plain, titled
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
 

@@ -11,8 +11,7 @@ from mgeo_attitude.commands.show import render_table
 from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.plan.tables import TABLES
 
-from mgeo.cli.output import Output, rows
-from mgeo.terminal import note, plain, titled
+from mgeo.terminal import Output, note, plain, rows, titled
 from mgeo_calibration.commands.fly import limited
 from mgeo_calibration.flight.as_flown import told
 from mgeo_calibration.verification import (

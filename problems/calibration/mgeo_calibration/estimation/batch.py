@@ -16,7 +16,8 @@ from mgeo_attitude.sensors.readings import in_threes
 from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.belief import UNKNOWN
-from mgeo_calibration.telemetry.checks import followed
+from mgeo_calibration.telemetry.columns import followed
+from mgeo_calibration.telemetry.finding import Samples
 from mgeo_calibration.telemetry.gyro_samples import (
     SILENT,
     covered,
@@ -26,15 +27,13 @@ from mgeo_calibration.telemetry.gyro_samples import (
     reported,
     usual_step,
 )
-from mgeo_calibration.telemetry.mapping import UNITS
+from mgeo_calibration.telemetry.orbit_checks import norms
 from mgeo_calibration.telemetry.quantization import angle_variance
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Channels of the magnitudes of the gyro's rates [deg/s]: a bias that follows them is a scale
 #: factor that differs between the senses of rotation.
 RATE_MAGNITUDES = ("abs_gyro_x", "abs_gyro_y", "abs_gyro_z")
-#: Vectors longer or shorter than expected by this factor are of another unit.
-_OTHER_UNIT = 4.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -122,18 +121,19 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     ------
     ValueError
         For telemetry of other sensors, of fewer than two samples of the gyro, or without a channel
-        that a bias follows; nothing after
-        the epoch of a scenario that goes on; or vectors of a length that the environment's have
-        not.
+        that a bias follows; nothing after the epoch of a scenario that goes on; or
+        vectors of another unit.
     """
+    for finding in norms(Samples.of(scenario, telemetry)):
+        raise ValueError(str(finding))
     if scenario.prior is not None:
         telemetry = _since_epoch(scenario, telemetry)
     at, rates = reported(telemetry)
-    suite = scenario.suite
+    usual = usual_step(at)
+    suite = replace(scenario.suite, gyro=scenario.gyro.sampled(usual))
     readings = telemetry.readings(suite)
     there = np.isfinite(telemetry.gyro_deg_s[:, 0])
     there |= np.any([np.isfinite(rows[:, 0, 0]) for rows in readings], axis=0)
-    usual = usual_step(at)
     silent = (np.diff(at) > SILENT * usual).nonzero()[0]
     for last, first in zip(at[silent], at[silent + 1], strict=True):
         there &= (telemetry.times <= last) | (telemetry.times >= first)
@@ -149,7 +149,6 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
         np.where(available[:, i, None, None], without_dark(suite.sensors[i], rows[there]), np.nan)
         for i, rows in enumerate(readings)
     )
-    _check_lengths(suite, sensors, vectors)
     off = gyro_spikes(suite, telemetry)
     rates -= off
     gyro, change, missing, breaks = rate_steps(times, at, rates, usual)
@@ -253,28 +252,3 @@ def _since_epoch(scenario: Scenario, telemetry: Telemetry) -> Telemetry:
         },
         steps={name: telemetry.step_of(name) for name in ("gyro", *telemetry.sensors)},
     )
-
-
-def _check_lengths(suite: Suite, sensors: tuple[Floats, ...], vectors: Floats) -> None:
-    """Refuse vectors of another unit."""
-    for index, sensor in enumerate(suite.sensors):
-        seen = np.isfinite(sensors[index][:, 0, 0])
-        expected = np.linalg.norm(vectors[seen, index], axis=1)
-        if len(sensor.channels) != 3 or sensor.unit_length or not expected.any():
-            continue
-        unit = sensor.channel_unit
-        with np.errstate(over="ignore"):
-            measured = np.linalg.norm(sensors[index][seen, 0], axis=1)
-        found, should = (float(np.median(x)) * unit.factor for x in (measured, expected))
-        if not 1.0 / _OTHER_UNIT < found / should < _OTHER_UNIT:
-            ratio = should / found if found else np.inf
-            units = [
-                name
-                for name, factor in UNITS[unit.text].items()
-                if 1.0 / _OTHER_UNIT < ratio / factor < _OTHER_UNIT
-            ]
-            raise ValueError(
-                f"{sensor.name}: vectors of the length {found:.3g} (median), where {should:.5g} "
-                f"{unit.text} are expected, {ratio:.3g} times as much: "
-                + (f"are they in {units[0]}?" if units else "what is their unit?")
-            )

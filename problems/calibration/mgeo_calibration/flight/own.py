@@ -1,4 +1,4 @@
-"""Telemetry out of the simulation, of what is believed or another truth."""
+"""Telemetry of simulated flights, of the scenario or of another truth."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from mgeo_attitude.maneuvers.schedule import holding
 from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.readings import n_vectors, to_channels
-from mgeo_attitude.settings.base import declared
-from mgeo_attitude.settings.tables import require_same
+from mgeo_attitude.settings.base import declared, require_same
 from mgeo_attitude.trajectory.trajectory import Trajectory
 
 from mgeo_calibration.flight.flight import Draws, Flight, draw, fly_run, moved, unsteady
@@ -36,7 +35,7 @@ def fly(
     after: Truth | None = None,
     environment: Environment | None = None,
 ) -> Telemetry:
-    """Fly a plan once, to the end of the scenario, and send down what gyro and sensors report.
+    """Simulate a plan once, to the end of the scenario, and return the telemetry.
 
     A scenario that asks for a slew back gets it, after the time at which the plan converges, or
     until which a plan is held for late flights.
@@ -92,7 +91,7 @@ def fly(
 
 
 def going_on(model: FilterModel, draws: Draws, after: Truth | None) -> Draws:
-    """With the errors at the end of a flight before, if there was one."""
+    """Return the draws with the errors at the end of an earlier flight, if there is one."""
     if after is None:
         return draws
     if after.states.shape[1] != model.suite.n_states:
@@ -106,7 +105,7 @@ def going_on(model: FilterModel, draws: Draws, after: Truth | None) -> Draws:
 
 
 def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
-    """The design of a plan, if only of nothing, with the slew back that the scenario asks for."""
+    """Return the design of a plan, with the slew back that the scenario requires."""
     design = np.asarray(getattr(plan, "design", plan), dtype=float)
     design = design if design.size else holding(model.initial_rate)
     if not scenario.maneuvers.slew_back:
@@ -117,7 +116,7 @@ def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
 
 
 def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
-    """The readings of a flight as telemetry, with their truth."""
+    """Return the readings of a flight as telemetry, with their truth."""
     suite, rates = model.suite, np.degrees(flight.readings.gyro)
     states = np.tile(flight.errors, (len(flight.gyro), 1))
     states[:, 3 : suite.n_dynamic] = flight.gyro
@@ -138,7 +137,7 @@ def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
 
 
 def other_truth(truth: Scenario, scenario: Scenario, environment: Environment) -> FilterModel:
-    """Tables of a truth for an estimator that believes in a scenario, of which `environment` is.
+    """Return the model of a truth that differs from the scenario of an `environment`.
 
     Raises
     ------
@@ -161,7 +160,7 @@ def other_truth(truth: Scenario, scenario: Scenario, environment: Environment) -
 
 
 def surroundings(truth: Scenario, scenario: Scenario, environment: Environment) -> Environment:
-    """The truth's, without the Earth's shadow if it has none, where the scenario's are given."""
+    """Return the environment of a truth, without the Earth's shadow if the truth has none."""
     if (truth.epoch, truth.orbit) != (scenario.epoch, scenario.orbit):
         environment = Environment.from_scenario(truth)
     return environment if truth.eclipse else environment.without_shadow()

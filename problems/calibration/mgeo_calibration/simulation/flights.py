@@ -10,10 +10,9 @@ import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment.directions import Cone, Passage
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.filter.closest_approach import nearest
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.path_limits import angle_from
+from mgeo_attitude.filter.path_limits import excess
 from mgeo_attitude.geometry.rotation import multiply
 from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.maneuvers.motion import Motion
@@ -254,8 +253,6 @@ def _broken(cone: Cone, turn: Floats, passage: Passage, attitude: Floats) -> Boo
     """Whether a path limit is broken in a step, shape (r,), for attitudes at its end, (3, 3, r)."""
     attitudes = np.moveaxis(attitude, -1, 0)
     seen = passage.rows(np.zeros(len(attitudes), dtype=np.int64)).seen(attitudes)
-    there = nearest(cone, np.broadcast_to(turn, seen.after.shape), seen)
-    angle = angle_from(cone, there.seen, there.radius)
-    beyond = angle > cone.half_angle if cone.inside else angle < cone.half_angle
-    broken: Bools = beyond & there.seen.any(axis=1)
-    return broken
+    turns, known = np.broadcast_to(turn, seen.after.shape), np.zeros((len(attitudes), 3, 3))
+    bound = cone.half_angle if cone.inside else -cone.half_angle
+    return excess(cone, 0.0, turns, seen, known) > bound

@@ -1,1 +1,1 @@
-"""Telemetry: what a satellite has reported, its files, columns, units and frames."""
+"""Telemetry: samples, files, columns, declared conventions and checks."""

@@ -1,24 +1,26 @@
-"""Columns of a table: finding them by name, and their numbers, times and units."""
+"""Columns of a table: finding them by name, and their numbers and units."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.times import clock_seconds_after, seconds_after
-from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.settings.errors import InvalidValue, known_names
 
 from mgeo_calibration.telemetry.mapping import Channels
 
 _NAME_AND_UNIT = re.compile(r"([^\[(]*)[\[(](.*)[\])]")
-_UTC_OFFSET = r"([+-])(\d\d):?(\d\d)$"
 _SPELLINGS = {"µ": "u", "μ": "u", "°": "deg"}
 _SYNONYMS = {"dps": "deg/s", "sec": "s", "none": "-", "1": "-"}
-_OTHER_TIMES = ("ms", "us", "min", "h", "d")
+
+
+T = TypeVar("T", bound=Channels)
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,7 @@ def _plain_name(name: object) -> str:
     return name_and_unit(name)[0].casefold()
 
 
-def with_unit(name: str, entry: Channels, columns: Sequence[Column]) -> Channels:
+def with_unit(name: str, entry: T, columns: Sequence[Column]) -> T:
     """Return the mapping's entry with the unit of its columns, unless it has one."""
     units = {column.unit for column in columns}
     if entry.unit is not None or units <= {""}:
@@ -84,9 +86,14 @@ def with_unit(name: str, entry: Channels, columns: Sequence[Column]) -> Channels
     if len(units) > 1:
         raise ValueError(f"{name}: columns in {', '.join(sorted(units))}: expected one unit")
     (unit,) = units
+    return replace(entry, unit=plain_unit(unit))
+
+
+def plain_unit(unit: str) -> str:
+    """Return a unit in the spelling of `mapping.UNITS`."""
     for sign, known in _SPELLINGS.items():
         unit = unit.replace(sign, known)
-    return replace(entry, unit=_SYNONYMS.get(unit, unit))
+    return _SYNONYMS.get(unit, unit)
 
 
 def numbers(column: pd.Series) -> Floats:
@@ -97,14 +104,15 @@ def numbers(column: pd.Series) -> Floats:
     ValueError
         Naming row and column of a cell that is no finite number.
     """
-    values: Floats = _numeric(column).to_numpy(dtype=float, na_value=np.nan)
+    values: Floats = numeric(column).to_numpy(dtype=float, na_value=np.nan)
     wrong = np.isinf(values)
     if column.dtype.kind not in "iuf":
         wrong |= np.isnan(values) & column.notna().to_numpy() & (column != "").to_numpy(bool)
     if wrong.any():
         row = int(np.argmax(wrong))
         raise ValueError(
-            f"row {row + 1}, {column.name} = {_shown(column.iloc[row])}: expected a number"
+            f"row {row + 1}, {column.name} = {shown(column.iloc[row])}: expected a number, or "
+            "an empty cell"
         )
     return values
 
@@ -112,6 +120,26 @@ def numbers(column: pd.Series) -> Floats:
 def channel_of(columns: Iterable[str], name: str) -> str | None:
     """Return the column of this name, whatever its case and unit; None if there is none."""
     return next((each for each in columns if _plain_name(each) == _plain_name(name)), None)
+
+
+def followed(suite: Suite, others: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Return the channels that biases of a suite follow, by name, of other columns of telemetry.
+
+    Raises
+    ------
+    InvalidValue
+        Naming the influence whose channel is missing.
+    """
+    found = {}
+    for key, influence in suite.influence_keys.items():
+        name = channel_of(others, influence.channel)
+        if name is None:
+            hint = known_names(influence.channel, others) if others else ": it has no other columns"
+            way = "; give it a column of this name, or take the influence out of the scenario"
+            expected = f"expected a column of the telemetry{hint}{way}"
+            raise InvalidValue(f"{key}.channel", influence.channel, expected)
+        found[influence.channel] = others[name]
+    return found
 
 
 def other_columns(
@@ -138,65 +166,9 @@ def other_columns(
     return found
 
 
-def seconds(column: pd.Series, form: str, scenario: Scenario) -> Floats:
-    """Return SI seconds since the epoch of numbers, time stamps or ISO 8601 texts.
-
-    Raises
-    ------
-    ValueError
-        Naming the row and value of what is no time.
-    """
-    epoch, name = scenario.epoch, str(column.name)
-    if name_and_unit(name)[1] in _OTHER_TIMES and form != "unix-ms":
-        raise ValueError(f"{name}: expected seconds since the epoch, Unix times or ISO 8601")
-    if column.dtype.kind == "O" and _numeric(column.iloc[:1]).notna().all():
-        column = pd.Series(numbers(column), name=name)
-    times: Floats
-    if column.dtype.kind in "iuf":
-        times = numbers(column)
-        if form != "epoch":
-            unix = times * (1e-3 if form == "unix-ms" else 1.0)
-            times = clock_seconds_after(epoch, unix - epoch.timestamp())
-    elif form != "epoch":
-        first = _shown(column.iloc[0])
-        raise ValueError(f"row 1, {name} = {first}: expected {form} times, as time_format says")
-    elif column.dtype.kind == "M":
-        clock = (pd.to_datetime(column, utc=True) - pd.Timestamp(epoch)).dt.total_seconds()
-        times = clock_seconds_after(epoch, clock.to_numpy(dtype=float))
-    else:
-        times = _parsed(column.astype(str).str.strip(), scenario)
-    if np.isnan(times).any():
-        row = int(np.argmax(np.isnan(times)))
-        raise ValueError(
-            f"row {row + 1}, {name} = {_shown(column.iloc[row])}: expected seconds since the epoch "
-            "or a time of ISO 8601"
-        )
-    return times
-
-
-def _parsed(stamps: pd.Series, scenario: Scenario) -> Floats:
-    """SI seconds since the epoch of ISO 8601 stamps, NaN of what is none."""
-    offsets = stamps.str.extract(_UTC_OFFSET)
-    ahead = 3600.0 * offsets[1].astype(float) + 60.0 * offsets[2].astype(float)
-    ahead = ahead.where(offsets[0] != "-", -ahead).fillna(0.0)
-    clocks = stamps.str.replace(_UTC_OFFSET, "", regex=True).tolist()
-    try:
-        found = seconds_after(scenario.epoch, clocks)
-    except ValueError:
-        found = np.array([_second(clock, scenario) for clock in clocks])
-    return found - ahead.to_numpy()
-
-
-def _second(stamp: str, scenario: Scenario) -> float:
-    try:
-        return float(seconds_after(scenario.epoch, [stamp])[0])
-    except ValueError:
-        return np.nan
-
-
-def _numeric(column: pd.Series) -> pd.Series:
+def numeric(column: pd.Series) -> pd.Series:
     return pd.to_numeric(column, errors="coerce")
 
 
-def _shown(cell: object) -> str:
+def shown(cell: object) -> str:
     return f"{cell.item() if isinstance(cell, np.generic) else cell!r:.40}"

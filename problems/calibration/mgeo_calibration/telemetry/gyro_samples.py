@@ -1,10 +1,9 @@
-"""A gyro's samples: the rate between them, what is missing, and what stands apart."""
+"""Samples of a gyro: rates between them, missing samples and spikes."""
 
 from __future__ import annotations
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
@@ -22,7 +21,7 @@ _NORMAL = 1.4826  # 1-sigma of normal numbers over their median absolute deviati
 
 
 def covered(at: Floats) -> Floats:
-    """The time for which each of a gyro's samples stands [s], shape (m,).
+    """Return the time that each sample of a gyro represents [s], shape (m,).
 
     Parameters
     ----------
@@ -36,7 +35,7 @@ def covered(at: Floats) -> Floats:
 
 
 def turned(at: Floats, means: Floats) -> CubicSpline:
-    """Integral of a rate that is smooth, of its means over the times that samples stand for.
+    """Return the integral of a smooth rate from its means over the times of samples.
 
     Where samples are missing the mean is taken half way between their neighbors. A spline's
     derivatives at its knots are of fourth order in the time between samples.
@@ -59,10 +58,10 @@ def turned(at: Floats, means: Floats) -> CubicSpline:
 
 
 def means(at: Floats, rates: Floats) -> Floats:
-    """Mean rates over the times that samples stand for, of rates at the samples, shape (m, 3).
+    """Return mean rates over the times of samples from rates at the samples, shape (m, 3).
 
-    They are those of a spline through the samples: right to fourth order in the time between them.
-    That of the first is the sample itself.
+    The means are those of a cubic spline through the samples, of fourth order in the time between
+    them. The first mean is the sample itself.
 
     Parameters
     ----------
@@ -78,20 +77,8 @@ def means(at: Floats, rates: Floats) -> Floats:
     return found
 
 
-def held(axes: str, scenario: Scenario, times: Floats) -> Floats:
-    """Rate of a satellite that holds axes, in those [deg/s], shape (n, 3): LVLH, or inertial ones.
-
-    LVLH has x forward, y against the orbit's normal and z down. It turns by |r × v| / r².
-    """
-    rates = np.zeros((len(times), 3))
-    if axes == "lvlh":
-        r, v = scenario.orbit.propagate(scenario.epoch, times)
-        rates[:, 1] = -np.linalg.norm(np.cross(r, v), axis=1) / (r * r).sum(axis=1)
-    return np.degrees(rates)
-
-
 def spikes(rates: Floats, least: Floats) -> Floats:
-    """By how much samples stand apart from both neighbors, zero of all others, shape (m, 3).
+    """Return the distance of spikes from both neighbors, zero for other samples, shape (m, 3).
 
     A rate that jumps stays there; one that is back after a sample, or two, is a fault, or a turn
     within these that their neighbors do not show. What is wrong about one axis is doubtful about
@@ -122,7 +109,7 @@ def spikes(rates: Floats, least: Floats) -> Floats:
 
 
 def reported(telemetry: Telemetry) -> tuple[Floats, Floats]:
-    """When the gyro has reported, shape (m,) [s], and which rates, shape (m, 3) [rad/s].
+    """Return times, shape (m,) [s], and rates, shape (m, 3) [rad/s], of the gyro's samples.
 
     Raises
     ------
@@ -136,18 +123,18 @@ def reported(telemetry: Telemetry) -> tuple[Floats, Floats]:
 
 
 def usual_step(at: Floats) -> float:
-    """Between samples of the gyro [s]."""
+    """Return the median time between samples of the gyro [s]."""
     return float(np.median(np.diff(at)))
 
 
 def gyro_noise(suite: Suite, duration: float) -> Floats:
-    """1-sigma of a rate that is the mean over so many seconds, of each axis [rad/s]."""
+    """Return the 1-sigma of a mean rate over a duration [s], of each axis [rad/s]."""
     noise: Floats = np.sqrt(np.array(suite.gyro.diffusion()["theta"]) / duration)
     return noise
 
 
 def gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
-    """By how much the gyro's samples stand apart from both neighbors, shape (m, 3) [rad/s]."""
+    """Return the `spikes` of the gyro's samples, shape (m, 3) [rad/s]."""
     at, rates = reported(telemetry)
     step = np.radians(telemetry.step_of("gyro"))
     return spikes(rates, np.maximum(gyro_noise(suite, usual_step(at)), step))
@@ -156,7 +143,7 @@ def gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
 def rate_steps(
     times: Floats, at: Floats, rates: Floats, usual: float
 ) -> tuple[Floats, Floats, Floats, Bools]:
-    """Rate, its change, variance of the attitude, and whether it is unknown, of steps.
+    """Return rate, change of rate, attitude variance, and missing rates of each step.
 
     Within the time that a sample stands for, the rate is that of `turned`; over all of
     it the mean is the sample. Elsewhere it does not change.

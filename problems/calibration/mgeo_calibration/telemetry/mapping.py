@@ -1,17 +1,20 @@
-"""How telemetry of one's own is to be read: names of columns, units, mounting frames."""
+"""Declarations of a telemetry table: columns, units, mounting, frames and time scales."""
 
 from __future__ import annotations
 
 import math
 import os
 import tomllib
-from typing import Literal
+from datetime import UTC, date, datetime, timedelta
+from typing import Annotated, Literal
 
 import numpy as np
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment.times import TAI_MINUS, tai_minus_utc
 from mgeo_attitude.settings.base import Settings
-from mgeo_attitude.settings.errors import InvalidValue, known_names
-from mgeo_attitude.settings.types import DegreesPerSecond, Triple
-from pydantic import Field
+from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
+from mgeo_attitude.settings.types import Degrees, DegreesPerSecond, Instant, Seconds, Triple
+from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 from scipy.spatial.transform import Rotation
 
@@ -22,96 +25,208 @@ UNITS = {
     "m": {"m": 1.0, "km": 1e3},
     "-": {"-": 1.0},
     "deg": {"deg": 1.0, "rad": math.degrees(1.0)},
+    "s": {
+        "us": 1e-6,
+        "ms": 1e-3,
+        "s": 1.0,
+        "min": 60.0,
+        "h": 3600.0,
+        "d": 86400.0,
+        "week": 604800.0,
+    },
+}
+#: Dates from which times are counted, in the time scale that counts, and the usual time scale.
+EPOCHS = {
+    "Unix": (datetime(1970, 1, 1, tzinfo=UTC), "UTC"),
+    "GPS": (datetime(1980, 1, 6, tzinfo=UTC), "GPS"),
+    "2000-01-01": (datetime(2000, 1, 1, tzinfo=UTC), "UTC"),
+    "J2000": (datetime(2000, 1, 1, 12, tzinfo=UTC), "TT"),
 }
 
-#: How far a matrix or a quaternion may be from a rotation: what is given to five digits is taken.
+#: Largest deviation of a matrix or a quaternion from a rotation: five digits suffice.
 _ROUNDING = 1e-4
 
 Row = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+TimeUnit = Literal["us", "ms", "s", "min", "h", "d", "week"]
+PositionFrame = Literal["GCRF", "EME2000", "TOD", "TEME", "ITRF"]
+AttitudeFrame = Literal["GCRF", "EME2000", "TOD", "TEME", "ITRF", "LVLH"]
+
+
+def _as_text(value: object) -> object:
+    """Return the text of a date without time, as TOML has it; other values unchanged."""
+    return value.isoformat() if type(value) is date else value
+
+
+def factor(unit: str, given: str | None) -> float:
+    """Return the factor from a given unit, or None for the same, to a unit of telemetry.
+
+    Raises
+    ------
+    InvalidValue
+        For a unit of another quantity.
+    """
+    given = unit if given is None else given
+    if given not in UNITS[unit]:
+        raise InvalidValue("unit", given, f"unknown unit{known_names(given, UNITS[unit])}")
+    return UNITS[unit][given]
+
+
+def scalar_last(q: Floats, scalar: str) -> Floats:
+    """Return quaternions, shape (..., 4), with the scalar last, from ``first`` or ``last``."""
+    return q if scalar == "last" else np.roll(q, -1, axis=-1)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Channels(Settings):
-    """Where the numbers of a sensor stand and what they mean.
+    """Columns of a quantity and the conversion of their numbers.
 
-    A minus before the name of a column turns its sign, which maps mirrored axes.
+    A value is ``scale`` times the number plus ``offset``, in ``unit``. A minus before the name of a
+    column then changes the sign, which maps mirrored axes.
     """
 
     columns: tuple[str, ...] | None = None
-    """its columns, if they are not called NAME_x, NAME_y, NAME_z or NAME_q1 to NAME_q4, or NAME of
-    a photodiode; two of a direction are its angles in sensor axes, atan(x / z) and atan(y / z)"""
+    """names of its columns; default: NAME_x, NAME_y and NAME_z, or NAME_q1 to NAME_q4 of a star
+    tracker, or NAME of a photodiode; two columns of a direction sensor are the angles atan(x / z)
+    and atan(y / z) in sensor axes"""
     unit: str | None = None
-    """unit of its columns, if it is not that of telemetry"""
-    quaternion: tuple[float, float, float, float] | None = None
-    """how it is mounted: rotation from sensor to body axes, scalar last"""
-    dcm: Triple[Row] | None = None
-    """the same as a matrix: vector in body axes = dcm x vector in sensor axes"""
+    """unit of the values, if it is not that of telemetry"""
+    scale: float | tuple[float, ...] = 1.0
+    """factor of the numbers, such as the size of a count, alike or of each column"""
+    offset: float | tuple[float, ...] = 0.0
+    """constant that is added to the scaled numbers, alike or of each column"""
 
     def __post_init__(self) -> None:
-        if self.quaternion is not None and self.dcm is not None:
-            raise InvalidValue("dcm", self.dcm, "expected no quaternion beside it")
+        expect(np.all(self.scale), "scale", self.scale, "numbers other than zero")
+
+    def conversion(self, n: int) -> tuple[Floats, Floats]:
+        """Scale and offset of each of n columns, shapes (n,).
+
+        Raises
+        ------
+        InvalidValue
+            For another number of scales or offsets.
+        """
+        given = {"scale": self.scale, "offset": self.offset}
+        for key, value in given.items():
+            expect(np.size(value) in (1, n), key, value, f"one number or {n}, one a column")
+        return np.broadcast_to(self.scale, n), np.broadcast_to(self.offset, n)
+
+    def factor(self, unit: str) -> float:
+        """Factor from the unit of its values to that of telemetry; raises as `factor`."""
+        return factor(unit, self.unit)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MountedChannels(Channels):
+    """Columns of a gyro or sensor, and its mounting.
+
+    A quaternion "from A to B" is that of the CCSDS (504.0-B): (e sin(φ/2), cos(φ/2)) for the
+    rotation by φ about e that takes the axes of A to those of B. Coordinates of a vector turn by
+    the inverse.
+    """
+
+    rotation: Literal["sensor-to-body", "body-to-sensor"] | None = None
+    """direction of the mounting: dcm x (vector in axes of the first) = vector in axes of the
+    second; needed with quaternion or dcm"""
+    quaternion: Quaternion | None = None
+    """mounting as a quaternion from the axes of the first to those of the second"""
+    dcm: Triple[Row] | None = None
+    """mounting as a matrix, rows first"""
+    scalar: Literal["first", "last"] = "last"
+    """position of the scalar in quaternions, those of a star tracker's columns too"""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
         q, matrix = self.quaternion, self.dcm
+        expect(q is None or matrix is None, "dcm", matrix, "no quaternion beside it")
         if q is not None and abs(np.linalg.norm(q) - 1.0) > _ROUNDING:
             raise InvalidValue("quaternion", q, "expected a quaternion of unit length")
         if matrix is not None:
             product = np.array(matrix) @ np.transpose(matrix)
             if np.abs(product - np.eye(3)).max() > _ROUNDING or np.linalg.det(matrix) < 0.0:
                 raise InvalidValue("dcm", matrix, "expected a rotation matrix")
+        if self.is_mounted and self.rotation is None:
+            expected = "expected 'sensor-to-body' or 'body-to-sensor' with quaternion or dcm"
+            raise InvalidValue("rotation", self.rotation, expected)
+
+    @property
+    def is_mounted(self) -> bool:
+        """Whether its axes are declared to be other than those of the body."""
+        return self.quaternion is not None or self.dcm is not None
 
     def to_body(self) -> Rotation:
-        """Rotation from sensor to body axes."""
+        """Rotation of coordinates from sensor to body axes."""
         if self.dcm is not None:
-            return Rotation.from_matrix(self.dcm)
-        return Rotation.from_quat(self.quaternion or (0.0, 0.0, 0.0, 1.0))
-
-    def factor(self, unit: str) -> float:
-        """From the unit of its columns to that of telemetry.
-
-        Raises
-        ------
-        InvalidValue
-            For a unit of another quantity.
-        """
-        given = unit if self.unit is None else self.unit
-        if given not in UNITS[unit]:
-            expected = f"unknown unit{known_names(given, UNITS[unit])}"
-            raise InvalidValue("unit", given, expected)
-        return UNITS[unit][given]
+            found = Rotation.from_matrix(self.dcm)
+        else:
+            q = np.array(self.quaternion or (0.0, 0.0, 0.0, 1.0))
+            found = Rotation.from_quat(scalar_last(q, self.scalar if self.quaternion else "last"))
+            found = found.inv()  # coordinates turn against the axes
+        return found.inv() if self.rotation == "body-to-sensor" else found
 
 
 @dataclass(frozen=True, kw_only=True)
-class GyroChannels(Channels):
-    """Those of the gyro."""
+class GyroChannels(MountedChannels):
+    """Columns of the gyro, or the axes that a satellite without a gyro holds."""
 
     rate: Literal["mean", "instantaneous"] = "mean"
     """mean over the time since the sample before, or the rate at the sample"""
     range_deg_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
     """rate at which it saturates"""
     holds: Literal["lvlh", "inertial", "unknown"] | None = None
-    """there is no gyro, and the satellite holds these axes; dcm or quaternion turns LVLH (x
-    forward, z down) to body axes; of unknown ones, magnetometers are calibrated alone"""
+    """axes that a satellite without a gyro holds; dcm or quaternion mounts them, in place of sensor
+    axes, on the body; LVLH has x forward and z down; of unknown ones, magnetometers are calibrated
+    alone"""
+    pointing_error_deg: Degrees | None = Field(default=None, gt=0.0)
+    """1-sigma, about each axis, by which the attitude is off the axes that it holds"""
+    pointing_correlation_time: Seconds | None = Field(default=None, gt=0.0)
+    """time after which the pointing error has changed by about its size"""
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        error, time = self.pointing_error_deg, self.pointing_correlation_time
         if self.holds is not None:
             for key in ("columns", "unit", "range_deg_s"):
-                if (value := getattr(self, key)) is not None:
-                    raise InvalidValue(
-                        key, value, "expected none: holds says that there is no gyro"
-                    )
+                expect(
+                    getattr(self, key) is None,
+                    key,
+                    getattr(self, key),
+                    "none: holds says that there is no gyro",
+                )
+        held = self.holds in ("lvlh", "inertial") or error is None
+        expect(held, "pointing_error_deg", error, "holds = 'lvlh' or 'inertial' with it")
+        expect(
+            (error is None) == (time is None),
+            "pointing_correlation_time",
+            time,
+            "a pointing error together with its correlation time, or neither",
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
-class SensorChannels(Channels):
-    """Those of a sensor."""
+class SensorChannels(MountedChannels):
+    """Columns of a sensor."""
 
     name: str
     """name of the sensor in the scenario"""
+    attitude: Literal["frame-to-sensor", "sensor-to-frame"] | None = None
+    """direction of the rotation that a star tracker reports; default: frame-to-sensor"""
+    frame: AttitudeFrame | None = None
+    """frame of a star tracker's attitude; default: GCRF; LVLH has x forward and z down"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PositionChannels(Channels):
+    """Columns of the satellite's position."""
+
+    frame: PositionFrame | None = None
+    """frame of the positions; default: GCRF, compared with the scenario's orbit"""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TelemetryMapping(Settings):
-    """How a table of one's own becomes `Telemetry`; what is not said is as `Telemetry.frame`.
+    """Declarations of a telemetry table; what is not declared is as in `Telemetry.frame`.
 
     Examples
     --------
@@ -126,15 +241,43 @@ class TelemetryMapping(Settings):
     """
 
     time: str = "time"
-    """column of seconds since the epoch or ISO 8601 times, UTC"""
-    time_format: Literal["epoch", "unix", "unix-ms"] = "epoch"
-    """what its numbers are: seconds since the epoch, Unix seconds or milliseconds"""
+    """column of ISO 8601 times, or of numbers that count from an epoch"""
+    time_unit: TimeUnit | None = None
+    """unit of the numbers; default: that in brackets behind the column's name, or s"""
+    time_fraction: str | None = None
+    """second column of numbers that is added: milliseconds, or the GPS time of week"""
+    time_fraction_unit: TimeUnit = "ms"
+    """unit of the second column"""
+    time_epoch: Annotated[
+        Literal["Unix", "GPS", "J2000", "2000-01-01"] | Instant | None, BeforeValidator(_as_text)
+    ] = None
+    """instant from which the numbers count; default: the scenario's epoch, in SI seconds;
+    2000-01-01 is midnight, J2000 noon of that day in the time scale"""
+    time_system: Literal["UTC", "TAI", "GPS", "TT"] | None = None
+    """time scale of ISO 8601 times and of the count; UTC counts no leap seconds, as Unix does;
+    default: GPS from GPS, TT from J2000, or else UTC"""
     gyro: GyroChannels = Field(default_factory=GyroChannels)
     """the gyro"""
     sensors: tuple[SensorChannels, ...] = ()
     """sensors, by the scenario's names"""
-    position: Channels = Field(default_factory=Channels)
-    """the satellite's position, GCRS"""
+    position: PositionChannels = Field(default_factory=PositionChannels)
+    """the satellite's position"""
+
+    @property
+    def time_scale(self) -> str:
+        """Time scale that is declared or usual."""
+        named = EPOCHS.get(str(self.time_epoch), (None, "UTC"))[1]
+        return self.time_system or named
+
+    @property
+    def count_start(self) -> datetime | None:
+        """Date in the time scale from which numbers count; None: the scenario's epoch."""
+        if not isinstance(self.time_epoch, datetime):
+            return EPOCHS[self.time_epoch][0] if self.time_epoch else None
+        ahead = 0.0
+        if self.time_scale in TAI_MINUS:
+            ahead = tai_minus_utc(self.time_epoch) - TAI_MINUS[self.time_scale]
+        return self.time_epoch + timedelta(seconds=ahead)
 
     @staticmethod
     def from_toml(path: str | os.PathLike[str]) -> TelemetryMapping:

@@ -1,4 +1,4 @@
-"""Channels that count in steps: how large these are, and what they add to an angle."""
+"""Quantized channels: the size of their steps, and the error of an angle."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LEAST = 1e-2
 
 
 def resolution(values: Floats) -> Floats:
-    """The step of each channel, zero of one whose numbers are no multiples of one.
+    """Return the step of each channel, zero if its numbers are no multiples of a step.
 
     A channel that rests at a few numbers, of which its step hardly follows, counts as the finest.
 
@@ -40,7 +40,7 @@ def resolution(values: Floats) -> Floats:
 
 
 def _step(channel: Floats) -> float:
-    """Zero if numbers hardly repeat and are no multiples; not finite if they do and do not say."""
+    """Return zero if numbers hardly repeat without a step; NaN if they repeat without one."""
     apart = np.diff(np.sort(channel))
     apart = apart[apart > _SAME * np.quantile(np.abs(channel), _MOST)]  # few may be absurd
     apart = apart[apart < _COUNTED * apart.min(initial=np.inf)]
@@ -54,13 +54,13 @@ def _step(channel: Floats) -> float:
 
 
 def matters(step: Floats, sigma: Floats) -> Bools:
-    """Whether what steps add is a share of the noise that counts, per axis."""
+    """Return whether the variance of steps is a relevant share of that of the noise, per axis."""
     found: Bools = step**2 / 12.0 >= LEAST * np.square(sigma)
     return found
 
 
 def angle_variance(rates: Floats, duration: float, step: Floats, sigma: Floats) -> Floats:
-    """Variance that steps add to the angle in each second, about each axis, shape (m, 3) [rad²/s].
+    """Return the variance of the angle by steps, in each second, about each axis, (m, 3) [rad²/s].
 
     A rounded number is off by step² / 12. If noise moves it over several steps that is white, and
     adds up as noise does. If not, part of it stays as long as the rate stays within a step or so:

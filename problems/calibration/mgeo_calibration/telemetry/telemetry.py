@@ -1,4 +1,4 @@
-"""Telemetry: what a satellite sent down, in the units of its files."""
+"""Telemetry: samples of gyro and sensors in the units of their files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from mgeo_attitude._typing import Floats
+from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.sensors.readings import from_channels
 from mgeo_attitude.sensors.suite import Suite
 from numpy.typing import ArrayLike
@@ -19,14 +19,14 @@ from scipy.interpolate import CubicSpline
 from mgeo.store.atomic import write_file
 from mgeo_calibration.telemetry.quantization import resolution
 
-#: Positions are known between samples that are so far apart [s].
+#: Longest time between samples of the position that are interpolated [s].
 LONGEST_STEP = 300.0
 _FEWEST_POSITIONS = 4
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Truth:
-    """What was true at each of n samples; only a simulation knows.
+    """True attitude and errors at each of n samples of a simulation.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Truth:
         States of gyro and sensors, in the filter's units, rotations as vectors of
         `rotation.rotate`; zero for the attitude.
     wheel_momentum : array, shape (n, k), optional
-        Of each wheel, where a simulation has wheels [N m s].
+        Momentum of each wheel, if the simulation has wheels [N m s].
     """
 
     attitude: Floats
@@ -44,7 +44,7 @@ class Truth:
     wheel_momentum: Floats | None = None
 
     def first(self, n: int) -> Truth:
-        """At the first n samples."""
+        """Return the truth at the first n samples."""
         wheels = self.wheel_momentum
         return Truth(
             attitude=self.attitude[:n],
@@ -55,27 +55,29 @@ class Truth:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Telemetry:
-    """Samples of gyro and sensors at n times; a row of NaN is where there was none.
+    """Samples of gyro and sensors at n times; a row of NaN is no sample.
 
     Attributes
     ----------
     times : array, shape (n,)
         Seconds since the scenario's epoch, increasing.
     gyro_deg_s : array, shape (n, 3)
-        Mean of the rate that the gyro reports since its sample before, body axes.
+        Mean rate since the gyro's sample before, body axes.
     sensors : mapping of str to array, shape (n, 3), (n, 4) or (n, 1)
-        By the sensor's name: vector (nT, or of unit length), quaternion or number, see
-        `Sensor.channels`.
+        Samples by the sensor's name: vectors (nT, or of unit length), quaternions from GCRF to the
+        body with the scalar last, or numbers, see `Sensor.channels`.
     position : array, shape (n, 3), optional
-        Satellite [m], GCRS, if it is not to follow from the scenario's orbit; see `positions`.
+        Satellite [m], GCRS, in place of the scenario's orbit; see `positions`.
+    rows : array of int, shape (n,), optional
+        Rows of the samples in the table that was read; the first below the header is 1.
     truth : Truth, optional
-        Beside what a simulation reports; it is no part of tables and files.
+        Truth of a simulation, which tables and files do not contain.
     others : mapping of str to array, shape (n,)
-        What else was measured at these times, such as temperatures and currents, in any unit;
-        between samples of its own by lines.
+        Housekeeping channels at these times, such as temperatures and currents, in any unit,
+        interpolated linearly.
     steps : mapping of str to array, shape (3,), (4,) or (1,)
-        In which ``gyro`` and sensors count, where that cannot be seen, as they were mounted
-        otherwise; see `step_of`.
+        Quantization steps of ``gyro`` and sensors that the samples do not show, as they were
+        rotated; see `step_of`.
     has_gyro : bool
         Whether the rates were measured, not assumed.
 
@@ -100,6 +102,7 @@ class Telemetry:
     gyro_deg_s: Floats
     sensors: Mapping[str, Floats] = field(default_factory=dict)
     position: Floats | None = None
+    rows: Ints | None = None
     truth: Truth | None = None
     others: Mapping[str, Floats] = field(default_factory=dict)
     steps: Mapping[str, Floats] = field(default_factory=dict)
@@ -125,7 +128,7 @@ class Telemetry:
         object.__setattr__(self, "others", others)
 
     def frame(self) -> pd.DataFrame:
-        """The table: ``time``, ``gyro_x``..., the channels of every sensor, and `others`."""
+        """Return the table: ``time``, ``gyro_x``..., the channels of every sensor, and `others`."""
         columns = {"time": self.times} | _columns("gyro", self.gyro_deg_s)
         for name, rows in self.sensors.items():
             columns |= _columns(name, rows)
@@ -135,7 +138,7 @@ class Telemetry:
         return pd.DataFrame(columns)
 
     def step_of(self, name: str) -> Floats:
-        """In which the channels of ``gyro`` or a sensor count, zero of any number."""
+        """Return the quantization step of each channel of ``gyro`` or a sensor, zero for none."""
         return self._steps[name]
 
     @cached_property
@@ -146,7 +149,7 @@ class Telemetry:
         }
 
     def until(self, time: float) -> Telemetry:
-        """The samples until a time [s].
+        """Return the samples until a time [s].
 
         Raises
         ------
@@ -162,6 +165,7 @@ class Telemetry:
             gyro_deg_s=self.gyro_deg_s[:n],
             sensors={name: rows[:n] for name, rows in self.sensors.items()},
             position=None if self.position is None else self.position[:n],
+            rows=None if self.rows is None else self.rows[:n],
             others={name: values[:n] for name, values in self.others.items()},
             steps=self.steps,
             has_gyro=self.has_gyro,
@@ -179,10 +183,10 @@ class Telemetry:
         write_file(path, self.frame().to_csv(index=False, lineterminator="\n").encode())
 
     def positions(self, times: Floats) -> Floats | None:
-        """Where the satellite was at m of its times, shape (m, 3) [m]; None if that is not known.
+        """Return the positions at m of the times, shape (m, 3) [m]; None if there are none.
 
-        Between samples of the position, which may be rarer, by a spline: 4 nT off after five
-        minutes.
+        Positions between samples are interpolated by a cubic spline. Samples 300 s apart leave an
+        error of 4 nT in the field.
 
         Raises
         ------
@@ -211,12 +215,12 @@ class Telemetry:
         return found
 
     def readings(self, suite: Suite) -> tuple[Floats, ...]:
-        """Of every sensor of a suite, shape (n, k, 3), in the filter's units, NaN where none.
+        """Return the readings of every sensor of a suite, shape (n, k, 3), in the filter's units.
 
         Raises
         ------
         ValueError
-            For a sensor of the suite that is missing, or one that it does not know.
+            For a missing or an unknown sensor.
         """
         names = [sensor.name for sensor in suite.sensors]
         if set(names) != set(self.sensors):
@@ -238,13 +242,19 @@ class Telemetry:
             if wrong.any():
                 k = int(np.argmax(wrong))
                 raise ValueError(
-                    f"{name} at time {self.times[k]:.6f} s = {rows[k].tolist()}: {what}"
+                    f"{name} at {place(k, self.times, self.rows)} = {rows[k].tolist()}: {what}"
                 )
         return rows
 
 
+def place(k: int, times: Floats, rows: Ints | None = None) -> str:
+    """Return the time of sample k [s] and, if it is known, its row in a table."""
+    time = f"time {times[k]:.6f} s"
+    return time if rows is None else f"row {rows[k]}, {time}"
+
+
 def channels(name: str, width: int = 3) -> list[str]:
-    """Columns of a vector, or of a quaternion: ``mag_x``..., ``tracker_q1``...; of a number one."""
+    """Return the columns of a vector, ``mag_x``..., a quaternion, ``mag_q1``..., or a number."""
     if width == 1:
         return [name]
     return [f"{name}_{part}" for part in ("xyz" if width == 3 else ("q1", "q2", "q3", "q4"))]

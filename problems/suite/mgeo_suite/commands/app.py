@@ -10,8 +10,8 @@ import typer
 
 from mgeo.cli.app import epilog
 from mgeo.cli.errors import bad_input
-from mgeo.cli.options import Debug, Json, toml_files
-from mgeo.cli.output import Output
+from mgeo.cli.options import Debug, Json
+from mgeo.terminal import Output, table
 
 app = typer.Typer(help="Sensor suites: what a catalog offers, and what a front of suites says.")
 
@@ -30,15 +30,12 @@ _BUDGETS = (10.0, 30.0, 60.0)  # kEUR, unless others are asked for
 def catalog(
     file: Annotated[
         Path | None,
-        typer.Argument(
-            metavar="FILE.toml", help="A catalog [default: ours].", autocompletion=toml_files
-        ),
+        typer.Argument(metavar="FILE.toml", help="A catalog [default: ours]."),
     ] = None,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
     """Print a catalog: every grade with price, mass, power and where the figures are from."""
-    from mgeo.terminal import table
     from mgeo_suite.catalog import SECTIONS, Catalog
 
     with bad_input():

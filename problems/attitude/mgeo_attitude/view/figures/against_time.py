@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
 
 import numpy as np
 import plotly.graph_objects as go
@@ -15,6 +14,7 @@ from mgeo.runs.answer import knee
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.objectives import PAPER, indicators
 from mgeo_attitude.maneuvers.schedule import flown
+from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view import lower_bound
@@ -22,9 +22,6 @@ from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.figures.front import front_figure
 from mgeo_attitude.view.figures.style import Solutions, line, panels_height
 from mgeo_attitude.view.plans import Plans, spread
-
-if TYPE_CHECKING:
-    from mgeo_attitude.problem import AttitudeManeuverProblem
 
 #: Of the time in which the last rate is held: gray on light and on dark pages.
 _HELD = "rgba(128,128,128,0.15)"

@@ -7,7 +7,7 @@ their ``meta``, in the form that `mgeo.figures.motion` tells, so that a page can
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -16,12 +16,9 @@ from mgeo.figures.style import COLORS, GRAY
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.maneuvers.schedule import Flown
+from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view.figures.style import title
-
-if TYPE_CHECKING:
-    from mgeo_attitude.problem import AttitudeManeuverProblem
-
 
 SHADOW = "Earth's shadow"
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from mgeo.figures.style import COLORS, GRAY, literal, log_axis
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import Flown
+from mgeo_attitude.problem import AttitudeManeuverProblem
+from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.figures.against_time import sample_steps
@@ -18,10 +20,6 @@ from mgeo_attitude.view.figures.curves import OUTLINE, circle, corners, graticul
 from mgeo_attitude.view.figures.motion import directions, motion
 from mgeo_attitude.view.figures.style import line, small_layout
 from mgeo_attitude.view.plans import Plans
-
-if TYPE_CHECKING:
-    from mgeo_attitude.problem import AttitudeManeuverProblem
-    from mgeo_attitude.scenario.scenario import Scenario
 
 Intervals = list[tuple[float, float]]
 

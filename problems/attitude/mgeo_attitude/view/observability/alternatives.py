@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,13 +16,11 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.drives import CoilDrive
 from mgeo_attitude.maneuvers.motion import HELD, Phase
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
+from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.sensors.suite import Suite, block_units
 from mgeo_attitude.view.describe import worst_axes
-
-if TYPE_CHECKING:
-    from mgeo_attitude.problem import AttitudeManeuverProblem
 
 _AXES = np.eye(3)
 

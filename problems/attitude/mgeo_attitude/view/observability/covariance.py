@@ -145,8 +145,7 @@ def normalized(model: FilterModel, covariance: Floats) -> Floats:
     sigma it would be the correlation matrix, which no longer knows what was learned.)
     """
     sigma = model.initial_sigma
-    scaled: Floats = covariance / np.outer(sigma, sigma)
-    return scaled
+    return covariance / np.outer(sigma, sigma)
 
 
 def least_observable(model: FilterModel, covariance: Floats, count: int = 3) -> pd.DataFrame:

@@ -1,12 +1,15 @@
-"""Parameters of an algorithm's constructor, and the values that the algorithm keeps of them."""
+"""Parameters of a constructor, and the values that an object keeps of them."""
 
 import inspect
 import re
 import reprlib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
+
+from mgeo.validation.arguments import did_you_mean
 
 _SHORT = reprlib.Repr()
 _SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxtuple, _SHORT.maxstring = 1, 6, 6, 60
@@ -22,13 +25,40 @@ def parameters(cls: type, root: type) -> Mapping[str, inspect.Parameter]:
     for ancestor in cls.__mro__[: cls.__mro__.index(root) + 1]:
         if "__init__" in vars(ancestor):
             _, *own = inspect.signature(vars(ancestor)["__init__"]).parameters.values()
-            options = [p for p in own if p.kind is p.VAR_KEYWORD]
             for parameter in own:
-                if parameter not in options:
+                if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY):
                     found.setdefault(parameter.name, parameter)
-            if not options:
+            if all(parameter.kind is not parameter.VAR_KEYWORD for parameter in own):
                 break
     return found
+
+
+def refuse_unknown_options(name: str, cls: type, options: Iterable[str]) -> None:
+    """Refuse options that the constructor of a problem would ignore.
+
+    The constructor of pymoo's `Problem` ignores any keyword. Options are therefore compared with
+    the parameters of the problem's own constructors; those of `Problem` itself are for the class to
+    set, not for its users.
+
+    Parameters
+    ----------
+    name : name of the problem, for the message.
+    cls : its class.
+    options : names of the options.
+
+    Raises
+    ------
+    ValueError
+        For the first unknown option, with those that the problem takes.
+    """
+    own = list(takewhile(lambda base: base.__module__ != "pymoo.core.problem", cls.__mro__))
+    known = sorted(parameters(cls, own[-1]))
+    for option in options:
+        if option not in known:
+            raise ValueError(
+                f"unknown option {option!r} of problem {name!r}: expected "
+                f"{' or '.join(known) or 'no options'}{did_you_mean(option, known)}"
+            )
 
 
 def descriptions(cls: type) -> dict[str, str]:

@@ -1,0 +1,199 @@
+"""A run of the command line: its progress, its folder, and its summary.
+
+The progress is redrawn in place on a terminal, and printed as lines in a pipe or a log.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rich import progress
+from rich.console import Console, Group
+from rich.live import Live
+
+from mgeo.cli.errors import ExitCode, StopRequest, bad_input, stop_requests
+from mgeo.cli.summary import clock, show_summary
+from mgeo.evaluation.evaluator import EvaluationError
+from mgeo.figures.page import page
+from mgeo.plugins.protocol import ask, column_names
+from mgeo.plugins.view import View, front_of, view_of
+from mgeo.runs.algorithms import complete_parameters
+from mgeo.runs.prepare import PreparedRun
+from mgeo.runs.solve import State
+from mgeo.store import run_folder
+from mgeo.store.atomic import check_writable, lock, write_file
+from mgeo.store.provenance import installed_versions
+from mgeo.store.run import Outcome, Run, RunConfiguration
+from mgeo.terminal import Output, console, plain
+
+_MAX_SHARE = 0.02  # largest share of the run time that the computation of what is shown may take
+_STOPPING = "stopping after this generation; Ctrl-C again to stop at once"
+
+
+class Progress:
+    """Callback of a run that shows its progress and passes on a request to stop.
+
+    Parameters
+    ----------
+    console
+        Where to show the progress.
+    title
+        First line.
+    request
+        Signals received so far.
+
+    Attributes
+    ----------
+    interval
+        Shortest time between two updates [s].
+    """
+
+    def __init__(self, console: Console, title: str, request: StopRequest) -> None:
+        self._console = console
+        self._title = plain(title, style="bold")
+        self._request = request
+        self.interval = 0.25 if console.is_terminal else 10.0
+        self._next = 0.0
+        self._state: State | None = None
+        self._numbers = ""
+        self._bar = progress.Progress(
+            progress.BarColumn(),
+            progress.TextColumn("{task.fields[done]}"),
+            progress.TimeElapsedColumn(),
+            progress.TextColumn("left"),
+            progress.TimeRemainingColumn(compact=True),
+        )
+        self._task = self._bar.add_task("", total=None, done="first generation")
+
+    @contextmanager
+    def shown(self) -> Iterator[None]:
+        """Redraw the progress on a terminal meanwhile. Elsewhere print lines."""
+        if not self._console.is_terminal:
+            self._print(self._title)
+            yield
+            self._update()
+        else:
+            with Live(self, console=self._console, refresh_per_second=1 / self.interval):
+                yield
+                self._update()
+
+    def __call__(self, state: State) -> None:
+        """Stop the run if that was requested, and show its state if the interval has passed."""
+        if self._request:
+            state.stop()
+        self._state = state
+        if time.monotonic() >= self._next:
+            begin = time.process_time()
+            self._update()
+            pause = max(self.interval, (time.process_time() - begin) / _MAX_SHARE)
+            self._next = time.monotonic() + pause
+
+    def __rich__(self) -> Group:
+        """Return what is drawn on a terminal."""
+        stopping = [plain(_STOPPING, style="yellow")] if self._request else []
+        return Group(self._title, self._bar, plain(self._numbers), *stopping)
+
+    def _update(self) -> None:
+        state = self._state
+        if state is None:
+            return
+        self._numbers = _numbers(state)
+        done = f"{state.evaluations:,} of {state.budget:,} evaluations"
+        completed = min(state.evaluations, state.budget)
+        self._bar.update(self._task, total=state.budget, completed=completed, done=done)
+        if not self._console.is_terminal:
+            task, left = self._bar.tasks[0], self._bar.tasks[0].time_remaining
+            times = f"elapsed {clock(state.elapsed)}  left {'-' if left is None else clock(left)}"
+            self._print(plain(f"{task.percentage:3.0f}%  {done}  {self._numbers}  {times}"))
+
+    def _print(self, line: Any) -> None:
+        self._console.print(line, soft_wrap=True)
+
+
+def run_and_show(run: PreparedRun, folder: Path, output: Output, max_time: float | None) -> int:
+    """Run until the budget is used, write the run folder and print the summary.
+
+    Returns
+    -------
+    Exit code: 0 if the run ended by its budget or `max_time`, 3 if no solution satisfies all
+    constraints or the problem knows that none can, 128 + the number of the signal that stopped the
+    run.
+    """
+    if impossible := ask(view_of(run.problem), View.impossible):
+        output.print("nothing can keep all limits", *(f"  {why}" for why in impossible))
+        output.result({"impossible": impossible})
+        return ExitCode.INCOMPLETE
+    with bad_input():
+        folder.mkdir(parents=True, exist_ok=True)
+    with stop_requests() as stop, bad_input((ValueError, OSError)), lock(folder):
+        check_writable(folder)
+        if run.notes is None:
+            run_folder.remove_run(folder)
+        screen = Console(quiet=True) if output.quiet else console(stderr=True)
+        progress = Progress(screen, run_title(run.configuration), stop)
+        try:
+            with progress.shown():
+                outcome = run.solve(progress, folder, max_time)
+            stop.may_raise = False
+            made = Run(run.configuration, outcome, installed_versions(run.configuration.problem))
+            run_folder.write_run(folder, made, overwrite=True)
+        except (EvaluationError, OSError):
+            if (folder / run_folder.CHECKPOINT_FILE).exists():
+                output.note(f"To go on once that is put right: mgeo resume {folder}")
+            raise
+        solutions = outcome.nearest or outcome
+        view = view_of(run.problem, solutions.X, solutions.F)
+        try:
+            _write_extras(run, outcome, view, folder)
+        finally:  # the summary is printed even if a figure fails
+            show_summary(made, view, folder, output)
+    if outcome.stop_reason == "signal":
+        return stop.exit_code or ExitCode.INTERRUPTED
+    return ExitCode.DONE if len(outcome.F) else ExitCode.INCOMPLETE
+
+
+def _write_extras(run: PreparedRun, outcome: Outcome, view: View, folder: Path) -> None:
+    """Write the further arrays of the problem, and the figure of the front."""
+    if len(outcome.F) and (arrays := ask(view, View.arrays)):
+        run_folder.write_arrays(folder, outcome, arrays)
+    title, note = run_title(run.configuration), ""
+    if outcome.nearest:
+        note = f"Nothing that was found keeps all limits. These {len(view.X)} come nearest."
+    if (figure := front_of(view, title)) is not None:
+        write_file(folder / run_folder.FIGURE_FILE, page(figure, title, note).encode())
+
+
+def run_title(run: RunConfiguration) -> str:
+    """Return the title of a run, with the parameters that differ from the defaults."""
+    # a file has no tuples
+    defaults = json.loads(json.dumps(complete_parameters(run.algorithm, {}), default=str))
+    values = ", ".join(
+        f"{key} = {value}" for key, value in run.parameters.items() if value != defaults.get(key)
+    )
+    parts = [run.problem, f"{run.algorithm}{f' ({values})' if values else ''}", f"seed {run.seed}"]
+    parts += [f"{run.starts} starts"] if run.starts else []
+    parts += ["polished"] if run.polish else []
+    return " · ".join(parts)
+
+
+def _numbers(state: State) -> str:
+    """Return the size and the quality of the front, and what went wrong, in one line."""
+    _, F = state.front()
+    shown = {"front": f"{len(F):,}"}
+    if state.refinement is not None:
+        shown["polished"] = f"{int(state.refinement.changed.sum()) + state.refinement.added:,}"
+    if failed := sum(state.failures.values()):
+        shown["failed"] = f"{failed:,}"
+    if len(F):
+        best = zip(column_names(state.problem)[1], F.min(axis=0), strict=True)
+        shown |= {f"best {name}": f"{value:.6g}" for name, value in best}
+    if (volume := state.hypervolume(F)) is not None:
+        shown["hypervolume"] = f"{volume:.4f}"
+    if state.checkpoint_error is not None:
+        shown["no checkpoint:"] = state.checkpoint_error
+    return "  ".join(f"{name} {text}" for name, text in shown.items())

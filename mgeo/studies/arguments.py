@@ -1,0 +1,71 @@
+"""Arguments of a comparison: labels of algorithms, seeds, and the grid of evaluations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from pymoo.core.algorithm import Algorithm
+
+from mgeo.validation.arguments import validate_integer
+
+GRID_POINTS = 50
+
+
+def label_algorithms(
+    algorithms: Mapping[str, Algorithm] | Iterable[Algorithm],
+) -> dict[str, Algorithm]:
+    """Return the algorithms by label, by default the name of the class.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there is none, one is no algorithm, labels are equal, or one is set up or has run.
+    """
+    if isinstance(algorithms, Mapping):
+        pairs = [(str(name), algorithm) for name, algorithm in algorithms.items()]
+    else:
+        pairs = [(type(algorithm).__name__, algorithm) for algorithm in algorithms]
+    labeled = dict(pairs)
+    if len(labeled) < len(pairs):
+        raise ValueError(
+            f"algorithms of equal names among {', '.join(labeled)}: expected labels, "
+            "{'label': algorithm, ...}"
+        )
+    if not labeled:
+        raise ValueError("algorithms is empty: expected at least one")
+    for name, algorithm in labeled.items():
+        if isinstance(algorithm, str) or not hasattr(algorithm, "setup"):
+            raise TypeError(f"algorithms[{name!r}] = {algorithm!r}: expected a pymoo Algorithm")
+        if algorithm.problem is not None or algorithm.is_initialized:
+            raise ValueError(
+                f"algorithms[{name!r}] is set up or has run, and would continue from there: "
+                f"expected a new {type(algorithm).__name__}"
+            )
+    return labeled
+
+
+def seed_numbers(seeds: int | Iterable[int]) -> tuple[int, ...]:
+    """Return the seeds: the first so many from 1, or those listed.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the seeds are not integers, none, or not different.
+    """
+    if not isinstance(seeds, Iterable):
+        return tuple(range(1, validate_integer("seeds", seeds, low=1) + 1))
+    listed = [validate_integer(f"seeds[{i}]", seed, low=0) for i, seed in enumerate(seeds)]
+    if not listed or len(set(listed)) < len(listed):
+        raise ValueError(f"seeds = {listed}: expected one or more different ones")
+    return tuple(listed)
+
+
+def grid_steps(grid: int | Sequence[int], n_eval: int) -> list[int]:
+    """Return the numbers of evaluations that `grid` stands for, ascending, `n_eval` the last."""
+    if not isinstance(grid, Iterable):
+        steps = validate_integer("grid", grid, low=1)
+        return sorted({max(1, round(n_eval * i / steps)) for i in range(1, steps + 1)})
+    listed = {validate_integer(f"grid[{i}]", step, low=1) for i, step in enumerate(grid)} | {n_eval}
+    if max(listed) > n_eval:
+        raise ValueError(f"grid goes to {max(listed)}: expected at most n_eval = {n_eval}")
+    return sorted(listed)

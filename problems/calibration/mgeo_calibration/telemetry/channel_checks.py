@@ -1,0 +1,120 @@
+"""Checks of single channels: constant, saturated, frozen, repeated, clipped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from mgeo_attitude._typing import Floats, Ints
+
+from mgeo_calibration.telemetry.finding import Finding, Samples
+
+_FEWEST = 10  # samples that show whether a channel is constant
+_DARK = 1e-9  # reading of a photodiode
+_CLIPPED = 5  # equal extremes in a row of a rate that saturates
+_OFTEN = 5  # occurrences of a repeated number, and factor to the next frequent one
+_LONG = 10  # equal samples in a row of a frozen sensor
+_RARE = 0.01  # share of equal neighbors from which a channel rests at few numbers
+_NEAR = 0.05  # of a channel's range: distance of the next number from a limit
+
+
+def constant_channels(samples: Samples) -> Iterator[Finding]:
+    """Find columns that never change: one of three, or all of a sensor."""
+    for name, (columns, rows) in samples.columns.items():
+        seen = np.flatnonzero(np.isfinite(rows).all(axis=1))
+        found = rows[seen]
+        reported = samples.telemetry.sensors.get(name, rows)[seen]
+        in_the_dark = len(columns) == 1 and (np.abs(reported) < _DARK).all()  # a photodiode
+        if len(found) < _FEWEST or in_the_dark:
+            continue
+        stuck = np.ptp(found, axis=0) == 0.0
+        if stuck.all() or (stuck.any() and len(columns) == 3):
+            k = int(np.argmax(stuck))
+            value = f"{float(found[0, k])!r} in all {len(found)} samples"
+            advice = f"check {name}.columns, or leave {name} out of the scenario"
+            place = samples.place(seen[0])
+            yield Finding(columns[k], place, value, "a channel that changes", advice)
+
+
+def saturated_rates(samples: Samples) -> Iterator[Finding]:
+    """Find a gyro beyond its range, or at the same largest rate many times in a row."""
+    if "gyro" not in samples.columns:
+        return
+    (columns, rows), gyro = samples.columns["gyro"], samples.mapping.gyro
+    seen = np.flatnonzero(np.isfinite(rows).all(axis=1))
+    advice = "leave these samples out, or correct gyro.range_deg_s"
+    unit = gyro.unit or "deg/s"
+    limit = np.inf if gyro.range_deg_s is None else gyro.range_deg_s / gyro.factor("deg/s")
+    for name, rate in zip(columns, np.abs(rows[seen].T), strict=True):
+        if (rate >= limit).any():
+            k = int(np.argmax(rate >= limit))
+            expected = f"less than range_deg_s, {limit:.6g} {unit}"
+            value = f"{rate[k]:.6g} {unit}"
+            yield Finding(name, samples.place(seen[k]), value, expected, advice)
+    for name, rate in zip(columns, rows[seen].T, strict=True):
+        same = np.diff(rate) == 0.0
+        extreme = same & (np.abs(rate[1:]) == np.abs(rate).max(initial=0.0))
+        lengths, starts = _runs(extreme)
+        longest = int(lengths.max(initial=0)) + 1
+        if longest >= _CLIPPED and (same & ~extreme).sum() < _RARE * len(rate):
+            k = starts[int(lengths.argmax())]
+            value = f"{rate[k]:.6g} {unit} in {longest} samples in a row, and never beyond"
+            place = samples.place(seen[k])
+            yield Finding(name, place, value, "a gyro that does not saturate", advice)
+
+
+def repeated_samples(samples: Samples) -> Iterator[Finding]:
+    """Find sensors that repeat each sample several times, or freeze for a while."""
+    for name, _, seen, rows in _lit(samples):
+        lengths, starts = _runs((np.diff(rows, axis=0) == 0.0).all(axis=1))
+        if not len(lengths):
+            continue
+        longest, usual = int(lengths.argmax()), lengths[lengths < _LONG].sum()
+        rests = usual > _RARE * len(rows)
+        if rests and (len(lengths) + lengths.sum()) > 0.9 * len(rows):
+            value = f"each sample {np.median(lengths) + 1.0:g} times"
+            expected, advice = "each sample once", "leave the cells between samples empty"
+            yield Finding(name, samples.place(seen[0]), value, expected, advice)
+        elif not rests and lengths[longest] + 1 >= _LONG:
+            first, last = starts[longest], starts[longest] + lengths[longest]
+            value = f"{last - first + 1} equal samples, until {samples.place(seen[last])}"
+            advice = "leave the cells of frozen samples empty"
+            yield Finding(name, samples.place(seen[first]), value, "noise", advice)
+
+
+def repeated_numbers(samples: Samples) -> Iterator[Finding]:
+    """Find a number that occurs far more often than any other: a fill value or a clipped one."""
+    for _, columns, seen, rows in _lit(samples):
+        for column, values in zip(columns, rows.T, strict=True):
+            numbers, counts = np.unique(values, return_counts=True)
+            if len(numbers) < _LONG:
+                continue
+            most = int(counts.argmax())
+            others = np.delete(counts, sorted({0, most, len(counts) - 1}))
+            if counts[most] < max(_OFTEN, _OFTEN * others.max()):
+                continue
+            expected, advice = "a measured value", "leave cells without a measurement empty"
+            value = f"{numbers[most]:.6g} in {counts[most]} of {len(values)} samples"
+            if most in (0, len(numbers) - 1):
+                gap = abs(numbers[most] - numbers[1 if most == 0 else -2])
+                if gap < _NEAR * np.ptp(numbers[1:-1]):
+                    value += f", and never {'below' if most == 0 else 'above'}"
+                    expected, advice = "a channel that is not clipped", "leave these samples out"
+            k = int(np.argmax(values == numbers[most]))
+            yield Finding(column, samples.place(seen[k]), value, expected, advice)
+
+
+def _lit(samples: Samples) -> Iterator[tuple[str, list[str], Ints, Floats]]:
+    """Yield name, columns, sample numbers and rows where a sensor has reported enough."""
+    for name, (columns, rows) in samples.columns.items():
+        there = np.isfinite(rows).all(axis=1)
+        if rows.shape[1] == 1:  # many photodiodes read zero in the dark
+            there &= rows[:, 0] != 0.0
+        if there.sum() >= 2 * _LONG:
+            yield name, list(columns), np.flatnonzero(there), rows[there]
+
+
+def _runs(true: np.ndarray) -> tuple[Ints, Ints]:
+    """Lengths of the runs of True, and their first numbers."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], true, [False]]).astype(int)))
+    return edges[1::2] - edges[::2], edges[::2]

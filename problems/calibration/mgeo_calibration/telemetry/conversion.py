@@ -1,0 +1,144 @@
+"""Readings of sensors in body axes and in the units of telemetry."""
+
+from __future__ import annotations
+
+import numpy as np
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment.frames import lvlh_to_gcrs, rotation_to_gcrs
+from mgeo_attitude.environment.times import instants
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.settings.errors import expect
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
+
+from mgeo_calibration.telemetry.mapping import (
+    UNITS,
+    MountedChannels,
+    SensorChannels,
+    scalar_last,
+)
+from mgeo_calibration.telemetry.quantization import resolution
+from mgeo_calibration.telemetry.table import Table, Values
+
+_UNIT_LENGTH = 0.01  # a quaternion may be off by this
+
+
+def convert_readings(
+    sensor: Sensor, read: Values, table: Table, scenario: Scenario, position: Floats | None
+) -> tuple[Floats, Floats]:
+    """Return the readings of a sensor in body axes, and the step of each channel.
+
+    Parameters
+    ----------
+    position : array, shape (n, 3), optional
+        Satellite [m], GCRS, if the table has it.
+
+    Raises
+    ------
+    ValueError
+        For a declaration that the sensor does not take, an angle of 90 deg or more, or a quaternion
+        that is not of unit length.
+    """
+    rows, entry, _ = read
+    assert isinstance(entry, SensorChannels)
+    if len(sensor.channels) == 4:
+        return _attitudes(sensor, read, table, scenario, position), resolution(rows)
+    for key in ("attitude", "frame"):
+        value = getattr(entry, key)
+        expect(value is None, key, value, f"none: {sensor.name} is no star tracker")
+    if len(sensor.channels) == 1:
+        return _diode(sensor, rows, entry)
+    if rows.shape[1] == 2:
+        step = np.radians(entry.factor("deg") * resolution(rows).max())
+        return _from_angles(sensor, read, table), np.full(3, step)
+    rows[~rows.any(axis=1)] = np.nan  # many report zeros so that they see nothing
+    unit = sensor.channel_unit.text
+    return to_body_axes(rows * entry.factor(unit), entry), body_steps(rows, entry, unit)
+
+
+def to_body_axes(rows: Floats, entry: MountedChannels) -> Floats:
+    """Rotate vectors, shape (n, 3), from sensor to body axes, in place."""
+    if entry.is_mounted:
+        there = np.isfinite(rows).all(axis=1)
+        rows[there] = entry.to_body().apply(rows[there])
+    return rows
+
+
+def body_steps(rows: Floats, entry: MountedChannels, unit: str) -> Floats:
+    """Return the steps of the channels along body axes, combined as 1-sigmas, in a unit."""
+    step = resolution(rows) * entry.factor(unit)
+    steps: Floats = np.sqrt(entry.to_body().as_matrix() ** 2 @ step**2)
+    return steps
+
+
+def _diode(sensor: Sensor, rows: Floats, entry: SensorChannels) -> tuple[Floats, Floats]:
+    """Return the readings of a photodiode, cosines or angles in the table, and their step."""
+    for key in ("quaternion", "dcm"):
+        mounted = f"none: sensors.normal of the scenario mounts {sensor.name}"
+        expect(getattr(entry, key) is None, key, getattr(entry, key), mounted)
+    if entry.unit not in UNITS["deg"]:
+        factor = entry.factor(sensor.channel_unit.text)
+        return rows * factor, resolution(rows) * factor
+    angles = np.radians(rows * entry.factor("deg"))
+    return np.cos(angles), np.radians(resolution(rows) * entry.factor("deg"))
+
+
+def _from_angles(sensor: Sensor, read: Values, table: Table) -> Floats:
+    """Return directions in body axes from the angles atan(x / z) and atan(y / z)."""
+    entry = read.entry
+    assert isinstance(entry, SensorChannels)
+    angles = entry.factor("deg") * read.rows
+    if (beyond := np.abs(angles) >= 90.0).any():
+        row, column = np.argwhere(beyond)[0]
+        raise ValueError(
+            f"{read.columns[column]} at {table.place(row)} = {angles[row, column]:.6g} deg: "
+            f"expected less than 90 deg; declare unit or scale of {sensor.name}, or leave the cell "
+            "empty"
+        )
+    x, y = np.tan(np.radians(angles.T))
+    along = np.column_stack([x, y, np.ones_like(x)])
+    return to_body_axes(along / np.linalg.norm(along, axis=1, keepdims=True), entry)
+
+
+def _attitudes(
+    sensor: Sensor, read: Values, table: Table, scenario: Scenario, position: Floats | None
+) -> Floats:
+    """Return the quaternions of a star tracker from GCRF to the body, scalar last."""
+    rows, entry, _ = read
+    assert isinstance(entry, SensorChannels)
+    entry.factor("-")
+    rows[~rows.any(axis=1)] = np.nan  # many report zeros so that they see nothing
+    there = np.flatnonzero(np.isfinite(rows).all(axis=1))
+    lengths = np.linalg.norm(rows[there], axis=1)
+    if (np.abs(lengths - 1.0) > _UNIT_LENGTH).any():
+        k = int(np.argmax(np.abs(lengths - 1.0)))
+        raise ValueError(
+            f"{sensor.name} at {table.place(there[k])} = {rows[there[k]].tolist()}, of length "
+            f"{lengths[k]:.6g}: expected a quaternion of length 1; declare columns and scale of "
+            f"{sensor.name}, or leave the cells empty"
+        )
+    q = scalar_last(rows, entry.scalar)
+    inverse, frame = entry.attitude == "sensor-to-frame", entry.frame or "GCRF"
+    if not (entry.is_mounted or inverse or frame != "GCRF") or not len(there):
+        return q
+    turned = Rotation.from_quat(q[there])  # takes coordinates of the sensor to the frame
+    turned = (turned.inv() if inverse else turned) * entry.to_body().inv()
+    if frame != "GCRF":
+        turned = (
+            Rotation.from_matrix(_frames(frame, scenario, table.times, position)[there]) * turned
+        )
+    found = np.full_like(q, np.nan)
+    found[there] = turned.as_quat(canonical=True)
+    return found
+
+
+def _frames(frame: str, scenario: Scenario, times: Floats, position: Floats | None) -> Floats:
+    """Return the matrices that take vectors of a frame to GCRS, shape (n, 3, 3)."""
+    if frame != "LVLH":
+        return rotation_to_gcrs(frame, instants(scenario.epoch, times))
+    if position is None:
+        return lvlh_to_gcrs(*scenario.orbit.propagate(scenario.epoch, times))
+    known = np.isfinite(position[:, 0])
+    course = CubicSpline(times[known], position[known])
+    return lvlh_to_gcrs(course(times), course(times, 1))

@@ -1,0 +1,70 @@
+"""Samples that are checked, and findings: contradictions to conventions or simple physics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.scenario.scenario import Scenario
+
+from mgeo_calibration.telemetry.mapping import TelemetryMapping
+from mgeo_calibration.telemetry.telemetry import Telemetry, channels, place
+
+
+class Finding(NamedTuple):
+    """A sample that contradicts a declared convention or simple physics.
+
+    Attributes
+    ----------
+    column : str
+        Column, gyro or sensor.
+    place : str
+        Row and time, see `telemetry.place`.
+    value : str
+        Value with its unit.
+    expected : str
+    advice : str
+        Key to declare, or what to do with the samples.
+    """
+
+    column: str
+    place: str
+    value: str
+    expected: str
+    advice: str
+
+    def __str__(self) -> str:
+        at = f"{self.column} at {self.place}"
+        return f"{at}: {self.value}, expected {self.expected}; {self.advice}"
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Telemetry to be checked.
+
+    Attributes
+    ----------
+    columns : mapping of str to (names, array of shape (n, k))
+        Columns of gyro and sensors along their own axes, in their own unit.
+    mapping : TelemetryMapping
+        Declarations of the table.
+    """
+
+    scenario: Scenario
+    telemetry: Telemetry
+    columns: Mapping[str, tuple[Sequence[str], Floats]]
+    mapping: TelemetryMapping
+
+    @classmethod
+    def of(cls, scenario: Scenario, telemetry: Telemetry) -> Samples:
+        """Return samples of telemetry in body axes, for which nothing is declared."""
+        gyro = {"gyro": telemetry.gyro_deg_s} if telemetry.has_gyro else {}
+        rows = gyro | dict(telemetry.sensors)
+        columns = {name: (channels(name, each.shape[1]), each) for name, each in rows.items()}
+        return cls(scenario, telemetry, columns, TelemetryMapping())
+
+    def place(self, k: int) -> str:
+        """Return row and time of a sample."""
+        return place(k, self.telemetry.times, self.telemetry.rows)

@@ -1,0 +1,237 @@
+"""Checks of times, positions, field strengths and rates against the scenario's orbit and field."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from itertools import product, takewhile
+
+import numpy as np
+from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.environment.constants import (
+    DAY,
+    EARTH_RADIUS,
+    FIELD_MODEL_END,
+    FIELD_MODEL_START,
+)
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.environment.frames import rotate, rotation_to_gcrs
+from mgeo_attitude.environment.times import TAI_MINUS, instants, tai_minus_utc
+from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.vector_sensors import Magnetometer
+from mgeo_attitude.sensors.world import FIELD_UNIT_NT
+
+from mgeo_calibration.telemetry.finding import Finding, Samples
+from mgeo_calibration.telemetry.mapping import UNITS
+
+_LONGEST_SILENCE = DAY  # longest time without any sample [s]
+_SHORTEST_STEP = 3e-4  # least usual time between samples [s]
+_SAMPLES = 200  # that are compared, at most
+_FEWEST = 12
+_OTHER_UNIT = 4.0  # factor between the units of a field
+_FARTHEST_TIME = 366.0 * DAY  # from the epoch of the orbit [s]
+_FARTHEST = 1e9  # of a satellite [m]
+_FRAMES = ("TOD", "TEME", "ITRF")  # EME2000 is within a meter of GCRF
+_APART = 5e3  # distance from the orbit that a declaration has to explain [m]
+_ALIKE = 1.5e3  # distance between TOD and TEME, at most [m]
+_FRAME_LEAVES, _SCALE_LEAVES = 0.2, 0.06  # largest share of the distance that remains
+_WELL = 3.0  # 1-sigmas of a median misfit of the field strength
+_FIELD_MODEL = 0.003  # relative error of the model of the field
+_LINEARIZED = 4  # iterations for the bias of a magnetometer
+_NORMAL = 0.6745  # median magnitude of a normal number
+_FIELD_TURN = 0.15  # rate of the field's direction along a low orbit [deg/s]
+_LAGS = (1, 2, 4, 8, 16, 32, 64)  # samples between vectors that are compared
+_LARGE = 0.1  # share of the field from which on a bias spoils directions
+_TURN = 1.0  # largest rotation between samples that vectors show [rad]
+
+
+def time_range(samples: Samples) -> Iterator[Finding]:
+    """Find times far from the epoch, outside the field model, in a longer unit, or with a gap."""
+    times, epoch = samples.telemetry.times, samples.scenario.epoch
+    start, end = ((limit - epoch).total_seconds() for limit in (FIELD_MODEL_START, FIELD_MODEL_END))
+    inside = (times >= start) & (times <= end) & (np.abs(times) < _FARTHEST_TIME)
+    steps = np.diff(times)
+    years = f"{FIELD_MODEL_START:%Y-%m-%d} to {FIELD_MODEL_END:%Y-%m-%d}"
+    found = []
+    if not inside.all():
+        k = int(np.argmin(inside))
+        expected = f"a time within a year of it, and in the years of IGRF-14, {years}"
+        found.append((k, f"{times[k] / DAY:.6g} days after the epoch", expected))
+    if (steps > _LONGEST_SILENCE).any():
+        k = int(np.argmax(steps > _LONGEST_SILENCE))
+        expected = f"a sample at least every {_LONGEST_SILENCE:g} s"
+        found.append((k, f"{steps[k]:.6f} s until the next sample", expected))
+    if len(steps) and (step := np.median(steps)) < _SHORTEST_STEP:
+        value = f"{step:.3g} s until the next sample (median)"
+        found.append((0, value, f"{_SHORTEST_STEP:g} s or more"))
+    advice = "declare time_epoch and time_unit, or correct the scenario's epoch"
+    for k, value, expected in found:
+        yield Finding(samples.mapping.time, samples.place(k), value, expected, advice)
+
+
+def norms(samples: Samples) -> Iterator[Finding]:
+    """Find positions and fields of another unit; a declared bias widens the range of a field."""
+    position = samples.telemetry.position
+    if position is not None:
+        radius = _length(position)
+        outside = (radius < EARTH_RADIUS) | (radius > _FARTHEST)
+        for row in np.flatnonzero(outside).tolist():
+            value = f"a radius of {radius[row]:.6g} m"
+            expected = f"{EARTH_RADIUS:.6g} to {_FARTHEST:.6g} m"
+            advice = "declare position.unit and position.scale"
+            yield Finding("position", samples.place(row), value, expected, advice)
+    for sensor, k, measured, strength in _vectors(samples):
+        found, should = (float(np.median(each)) for each in (_length(measured), strength))
+        bias = np.sqrt(3.0) * sensor.initial_bias_nt if isinstance(sensor, Magnetometer) else 0.0
+        if not should / _OTHER_UNIT - bias < found < should * _OTHER_UNIT + 3.0 * bias:
+            ratio, unit = should / found if found else np.inf, sensor.channel_unit.text
+            fits = [u for u, by in UNITS[unit].items() if 0.25 < ratio / by < 4.0]
+            unit_key = f"unit = {fits[0]!r}" if fits else "unit or scale"
+            advice = f"declare {unit_key} of {sensor.name}"
+            advice += ", or a larger initial_bias_nt in the scenario" if bias else ""
+            value = f"a length of {found:.3g} {unit} (median)"
+            expected = f"about {should:.5g} {unit}"
+            yield Finding(sensor.name, samples.place(k[0]), value, expected, advice)
+
+
+def positions(samples: Samples) -> Iterator[Finding]:
+    """Find positions in another frame or time scale, if frame or time scale is not declared.
+
+    Positions that are farther from the scenario's orbit than `_APART` are compared with it in each
+    frame, and at times of each time scale. A frame or scale that explains the distance is named.
+    """
+    telemetry, mapping = samples.telemetry, samples.mapping
+    if telemetry.position is None or len(k := _spread(telemetry.position)) < _FEWEST:
+        return
+    times, position, epoch = telemetry.times[k], telemetry.position[k], samples.scenario.epoch
+    utc = {"UTC": 0.0} | {s: tai_minus_utc(epoch) - behind for s, behind in TAI_MINUS.items()}
+    shifts = {name: utc[name] - utc[mapping.time_scale] for name in utc}
+    orbit = {}
+    for name, shift in shifts.items():
+        if mapping.time_system is None or name == mapping.time_scale:
+            with suppress(ValueError, ArithmeticError):  # times that the orbit does not cover
+                orbit[name] = samples.scenario.orbit.propagate(epoch, times - shift)[0]
+    if mapping.time_scale not in orbit:
+        return
+    at = instants(epoch, times)
+    frames = {"": position}
+    if mapping.position.frame is None:
+        frames |= {name: rotate(rotation_to_gcrs(name, at), position) for name in _FRAMES}
+    apart = {
+        (frame, scale): float(np.median(_length(there - where)))
+        for (frame, there), (scale, where) in product(frames.items(), orbit.items())
+    }
+    (frame, scale), least = min(apart.items(), key=lambda each: each[1])
+    now = apart["", mapping.time_scale]
+    looks, keys = [], []
+    if frame:
+        alike = [f for f in _FRAMES if apart[f, scale] < least + _ALIKE]
+        looks.append(f"positions look like {' or '.join(alike)}")
+        keys.append("position.frame")
+    if scale != mapping.time_scale:
+        looks.append(f"time tags look like {scale} time: {abs(shifts[scale]):.6g} s")
+        keys.append("time_system")
+    if looks and now > _APART and least < now * (_FRAME_LEAVES if frame else _SCALE_LEAVES):
+        value = f"{1e-3 * now:.4g} km from the scenario's orbit (median)"
+        expected = f"{1e-3 * least:.1f} km: {' and '.join(looks)}"
+        advice = f"declare {' and '.join(keys)}"
+        yield Finding("position", samples.place(k[0]), value, expected, advice)
+
+
+def field_strength(samples: Samples) -> Iterator[Finding]:
+    """Find a field strength that no bias within its prior explains at these times and places.
+
+    The bias b of a magnetometer is that with which |y - b|² is nearest to |B|² (R. Alonso, M. D.
+    Shuster, TWOSTEP, Journal of the Astronautical Sciences 50 (2002) 433-451).
+    """
+    for sensor, k, measured, strength in _vectors(samples):
+        if not isinstance(sensor, Magnetometer):
+            continue
+        share = np.hypot(_FIELD_MODEL, sensor.initial_scale_factor)
+        noise = np.hypot(FIELD_UNIT_NT * max(sensor.noise()), samples.scenario.world.field_error_nt)
+        sigma = np.hypot(noise, share * strength)
+        weight, bias = 0.5 / (strength * sigma), np.zeros(3)
+        for _ in range(_LINEARIZED):
+            left = measured - bias
+            more = weight * ((left**2).sum(axis=1) - strength**2)
+            slopes = np.vstack([2.0 * weight[:, None] * left, np.eye(3) / sensor.initial_bias_nt])
+            target = np.append(more, -bias / sensor.initial_bias_nt)
+            bias += np.linalg.lstsq(slopes, target, rcond=None)[0]
+        misfit = np.abs(_length(measured - bias) - strength) / sigma
+        if np.median(misfit) / _NORMAL > _WELL:
+            worst = int(misfit.argmax())
+            value = f"{_length(measured - bias)[worst]:.5g} nT without its bias"
+            expected = f"{strength[worst]:.5g} ± {sigma[worst]:.2g} nT, the field on the orbit"
+            advice = "declare time_epoch, time_unit and time_system, correct epoch and orbit, or "
+            advice += f"add influences, such as a torquer's current, to {sensor.name}"
+            yield Finding(sensor.name, samples.place(k[worst]), value, expected, advice)
+
+
+def rates(samples: Samples) -> Iterator[Finding]:
+    """Find a gyro whose rates are far from those at which the vectors of sensors rotate.
+
+    Vectors are compared over the longest lag in which they rotate by less than `_TURN`.
+    """
+    telemetry, scenario = samples.telemetry, samples.scenario
+    bias = 3.0 * np.sqrt(3.0) * scenario.gyro.initial_bias_deg_s
+    for sensor in scenario.sensors if telemetry.has_gyro else ():
+        rows = telemetry.sensors[sensor.name]
+        both = np.flatnonzero(np.isfinite(rows[:, 0]) & np.isfinite(telemetry.gyro_deg_s[:, 0]))
+        if len(sensor.channels) != 3 or len(both) < 2 * _LAGS[-1]:
+            continue
+        times, noise, turning = telemetry.times[both], max(sensor.noise()), 0.0
+        if isinstance(sensor, Magnetometer):
+            length = float(np.median(_length(rows[both])))
+            noise, turning = noise * FIELD_UNIT_NT / length, _FIELD_TURN
+            if sensor.initial_bias_nt > _LARGE * length:
+                continue
+        unit = rows[both] / _length(rows[both])[:, None]
+        chords = ((lag, _length(unit[lag:] - unit[:-lag])) for lag in _LAGS)
+        small = list(takewhile(lambda each: np.median(each[1]) < _TURN, chords))
+        if not small:
+            continue
+        lag, chord = small[-1]
+        steps = np.diff(times, prepend=times[0])[:, None]
+        angle = np.cumsum(steps * telemetry.gyro_deg_s[both], axis=0)
+        duration = times[lag:] - times[:-lag]
+        rate = (angle[lag:] - angle[:-lag]) / duration[:, None]
+        reported = float(np.median(_length(np.cross(rate, unit[lag:]))))
+        found = float(np.median(np.degrees(chord) / duration))
+        slack = bias + turning + np.degrees(3.0 * noise) / float(np.median(duration))
+        if not found / 1.5 - slack < reported < 1.5 * found + slack:
+            value = f"{reported:.3g} deg/s across {sensor.name} (median)"
+            expected = f"about {found:.3g} deg/s, as {sensor.name} rotates"
+            advice = "declare gyro.unit, gyro.scale or time_unit, or a larger initial_bias_deg_s"
+            yield Finding("gyro", samples.place(both[1]), value, expected, advice)
+
+
+def _vectors(samples: Samples) -> Iterator[tuple[Sensor, Ints, Floats, Floats]]:
+    """Yield sensor, sample numbers, vectors, and the lengths that they should have."""
+    telemetry = samples.telemetry
+    for sensor in samples.scenario.sensors:
+        k = _spread(telemetry.sensors.get(sensor.name, np.empty((0, 3))))
+        if len(sensor.channels) != 3 or sensor.unit_length or len(k) < _FEWEST:
+            continue
+        times = telemetry.times[k]
+        try:
+            around = Environment.at(samples.scenario, times, telemetry.positions(times))
+        except (ValueError, ArithmeticError):
+            continue  # times or positions that the orbit does not cover
+        if isinstance(sensor, Magnetometer):
+            yield sensor, k, telemetry.sensors[sensor.name][k], _length(around.field)
+        elif len(k := k[around.sunlit]):
+            yield sensor, k, telemetry.sensors[sensor.name][k], np.ones(len(k))
+
+
+def _spread(rows: Floats) -> Ints:
+    """Numbers of at most `_SAMPLES` samples that are there, evenly spread."""
+    k = np.flatnonzero(np.isfinite(rows[:, 0]))
+    if len(k) <= _SAMPLES:
+        return k
+    spread: Ints = k[np.linspace(0, len(k) - 1, _SAMPLES).astype(int)]
+    return spread
+
+
+def _length(rows: Floats) -> Floats:
+    lengths: Floats = np.linalg.norm(rows, axis=1)
+    return lengths

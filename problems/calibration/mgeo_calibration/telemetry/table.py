@@ -1,0 +1,160 @@
+"""Values of gyro, sensors and position at increasing times, from the cells of a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.settings.errors import InvalidValue, known_names
+
+from mgeo_calibration.telemetry.columns import (
+    find_columns,
+    followed,
+    has_columns,
+    numbers,
+    other_columns,
+    with_unit,
+)
+from mgeo_calibration.telemetry.mapping import Channels, SensorChannels, TelemetryMapping
+from mgeo_calibration.telemetry.telemetry import channels, place
+from mgeo_calibration.telemetry.times import seconds
+
+
+class Values(NamedTuple):
+    """Values of gyro, position or a sensor, their declarations, and the names of their columns."""
+
+    rows: Floats
+    entry: Channels
+    columns: list[str]
+
+
+class Table(NamedTuple):
+    """Increasing times, the rows where they first occur, values by owner, and other columns."""
+
+    times: Floats
+    numbers: Ints
+    found: dict[str, Values]
+    others: dict[str, Floats]
+
+    def place(self, k: int) -> str:
+        """Return row and time of sample k."""
+        return place(k, self.times, self.numbers)
+
+
+def read_values(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping) -> Table:
+    """Read the cells of a table.
+
+    Raises
+    ------
+    ValueError
+        For missing columns, a cell that is no number or no time, or two values at one time.
+    """
+    asked = _entries(frame, scenario, mapping)
+    of_time = [mapping.time] + ([mapping.time_fraction] if mapping.time_fraction else [])
+    names = [column for _, own in asked.values() for column in own]
+    columns = find_columns(frame, [*of_time, *names])
+    series = {name: frame.iloc[:, column.place] for name, column in columns.items()}
+    times = seconds([series[name] for name in of_time], mapping, scenario.epoch)
+    values = []
+    for owner, (entry, own) in asked.items():
+        with named(owner):
+            for name, scale, offset in zip(own, *entry.conversion(len(own)), strict=True):
+                values.append(columns[name].sign * (scale * numbers(series[name]) + offset))
+    followed_channels = {each.channel for each in scenario.suite.influence_keys.values()}
+    used = {column.place for column in columns.values()}
+    others = other_columns(frame, used, followed_channels)
+    followed(scenario.suite, others)
+    others = _merged_channels(times, others)
+    table = np.column_stack(values)
+    del values  # of a million rows they take as much as the table
+    at, table = _merged(times, table, names)
+    first = np.unique(times, return_index=True)[1] + 1
+    ends = np.cumsum([len(own) for _, own in asked.values()])
+    found = {
+        name: Values(rows, with_unit(name, entry, [columns[column] for column in own]), own)
+        for (name, (entry, own)), rows in zip(
+            asked.items(), np.hsplit(table, ends[:-1]), strict=True
+        )
+    }
+    return Table(at, first, found, others)
+
+
+def _entries(
+    frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping
+) -> dict[str, tuple[Channels, list[str]]]:
+    """Return declarations and columns of gyro, sensors and, if the table has it, position."""
+    names = [sensor.name for sensor in scenario.sensors]
+    given: dict[str, SensorChannels] = {}
+    for i, entry in enumerate(mapping.sensors):
+        if entry.name not in names:
+            expected = f"unknown sensor{known_names(entry.name, names)}"
+            raise InvalidValue(f"sensors[{i}].name", entry.name, expected)
+        if entry.name in given:
+            raise InvalidValue(f"sensors[{i}].name", entry.name, "is named twice: expected it once")
+        given[entry.name] = entry
+    asked: dict[str, tuple[Channels, list[str]]] = {
+        "gyro": (mapping.gyro, [] if mapping.gyro.holds else _asked("gyro", mapping.gyro))
+    }
+    for sensor in scenario.sensors:
+        channel = given.get(sensor.name, SensorChannels(name=sensor.name))
+        widths = (3, 2) if sensor.unit_length else (len(sensor.channels),)
+        asked[sensor.name] = channel, _asked(sensor.name, channel, *widths)
+    position = _asked("position", mapping.position)
+    if "position" not in names and (mapping.position.columns or has_columns(frame, position)):
+        asked["position"] = mapping.position, position
+    return asked
+
+
+@contextmanager
+def named(name: str) -> Iterator[None]:
+    """Put the owner before the key of an `InvalidValue`."""
+    try:
+        yield
+    except InvalidValue as error:
+        raise error.under(name) from None
+
+
+def _asked(name: str, entry: Channels, width: int = 3, *others: int) -> list[str]:
+    columns = channels(name, width) if entry.columns is None else list(entry.columns)
+    if len(columns) not in (width, *others):
+        expected = " or ".join(map(str, (width, *others)))
+        raise ValueError(f"columns of {name} = {columns}: expected {expected} names")
+    return columns
+
+
+def _merged(times: Floats, table: Floats, names: Sequence[str]) -> tuple[Floats, Floats]:
+    """Sort rows by time, and merge those of one time.
+
+    Raises
+    ------
+    ValueError
+        For two values of one column at one time.
+    """
+    rows = pd.DataFrame(table).groupby(times)
+    low, high = rows.min(), rows.max()
+    if (differs := low.to_numpy() < high.to_numpy()).any():
+        row, column = np.argwhere(differs)[0]
+        time = low.index[row]
+        values = float(low.iloc[row, column]), float(high.iloc[row, column])
+        here = [int(np.flatnonzero((times == time) & (table[:, column] == v))[0]) for v in values]
+        raise ValueError(
+            f"{names[column]} at time {time:.6f} s = {values[0]!r} in row {here[0] + 1} and "
+            f"{values[1]!r} in row {here[1] + 1}: expected one value at a time; leave one row out, "
+            "or declare time_fraction if a second column has the fractions of a second"
+        )
+    return low.index.to_numpy(copy=True), low.to_numpy(copy=True)
+
+
+def _merged_channels(times: Floats, channels: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Sort channels by time, and interpolate missing values linearly."""
+    order, at = np.argsort(times, kind="stable"), np.unique(times)
+    found = {}
+    for name, values in channels.items():
+        there = order[np.isfinite(values[order])]
+        found[name] = np.interp(at, times[there], values[there])
+    return found

@@ -1,0 +1,89 @@
+"""Times of a table in SI seconds since the scenario's epoch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+
+import numpy as np
+import pandas as pd
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment.times import clock_seconds_after, seconds_after
+
+from mgeo_calibration.telemetry.columns import name_and_unit, numbers, numeric, plain_unit, shown
+from mgeo_calibration.telemetry.mapping import UNITS, TelemetryMapping
+
+_UTC_OFFSET = r"([+-])(\d\d):?(\d\d)$"
+
+
+def seconds(columns: Sequence[pd.Series], mapping: TelemetryMapping, epoch: datetime) -> Floats:
+    """Return SI seconds since an epoch of numbers, time stamps or ISO 8601 texts, shape (n,).
+
+    Parameters
+    ----------
+    columns : sequence of Series
+        The column of times and, if the mapping declares one, that of fractions.
+
+    Raises
+    ------
+    ValueError
+        Naming the row and value of a cell that is no time.
+    """
+    column, *fractions = columns
+    if column.dtype.kind == "O" and numeric(column.iloc[:1]).notna().all():
+        column = pd.Series(numbers(column), name=column.name)
+    more = np.zeros(len(column))
+    for each in fractions:
+        more += UNITS["s"][mapping.time_fraction_unit] * numbers(each)
+    if column.dtype.kind in "iuf":
+        times = _counted(column, more, mapping, epoch)
+    elif mapping.time_epoch is not None:
+        raise ValueError(
+            f"row 1, {column.name} = {shown(column.iloc[0])}: expected a number, since time_epoch "
+            "is declared; remove the key for ISO 8601 times"
+        )
+    elif column.dtype.kind == "M":
+        clock = (pd.to_datetime(column, utc=True) - pd.Timestamp(epoch)).dt.total_seconds()
+        found = clock_seconds_after(epoch, clock.to_numpy(dtype=float), mapping.time_scale)
+        times = found + more
+    else:
+        stamps = column.astype(str).str.strip()
+        times = _parsed(stamps, epoch, mapping.time_scale) + more
+    if np.isnan(times).any():
+        row = int(np.argmax(np.isnan(times)))
+        raise ValueError(
+            f"row {row + 1}, {column.name} = {shown(column.iloc[row])}: expected seconds since "
+            "the epoch or a time of ISO 8601; time_epoch declares another count"
+        )
+    return times
+
+
+def _counted(column: pd.Series, more: Floats, mapping: TelemetryMapping, epoch: datetime) -> Floats:
+    """SI seconds since an epoch of numbers that count from the declared instant."""
+    in_name = plain_unit(name_and_unit(column.name)[1])
+    unit = mapping.time_unit or (in_name if in_name in UNITS["s"] else "s")
+    counted, start = UNITS["s"][unit] * numbers(column), mapping.count_start
+    if start is None:
+        return counted + more
+    clock = counted + (start - epoch).total_seconds()
+    return clock_seconds_after(epoch, clock + more, mapping.time_scale)
+
+
+def _parsed(stamps: pd.Series, epoch: datetime, system: str) -> Floats:
+    """SI seconds since an epoch of ISO 8601 stamps, NaN of other text."""
+    offsets = stamps.str.extract(_UTC_OFFSET)
+    ahead = 3600.0 * offsets[1].astype(float) + 60.0 * offsets[2].astype(float)
+    ahead = ahead.where(offsets[0] != "-", -ahead).fillna(0.0)
+    clocks = stamps.str.replace(_UTC_OFFSET, "", regex=True).tolist()
+    try:
+        found = seconds_after(epoch, clocks, system)
+    except ValueError:
+        found = np.array([_second(clock, epoch, system) for clock in clocks])
+    return found - ahead.to_numpy()
+
+
+def _second(stamp: str, epoch: datetime, system: str) -> float:
+    try:
+        return float(seconds_after(epoch, [stamp], system)[0])
+    except ValueError:
+        return np.nan

@@ -1,0 +1,52 @@
+"""Path limits in NumPy, written apart from the code that serves kernel and arrays."""
+
+import numpy as np
+from mgeo_attitude.geometry.rotation import exponential
+
+PARALLEL = 1e-6
+
+
+def nearest(cone, turn, passage):
+    before, after, radius_before, radius_after, appears = passage
+    axis, sign = np.array(cone.axis), -1.0 if cone.inside else 1.0
+    angle, moved = np.linalg.norm(turn, axis=1), after - before
+    started = np.einsum("ijk,i->kj", exponential(turn.T), axis)
+    first, last = (
+        sign * np.einsum("ki,ki->k", np.cross(turn, a), v) + sign * np.einsum("ki,ki->k", a, moved)
+        for a, v in ((started, before), (np.broadcast_to(axis, turn.shape), after))
+    )
+    within = (first > 0.0) & (last < 0.0)
+    left = np.arctan2(-last * np.sin(angle), first - last * np.cos(angle))
+    at_first, at_last = np.einsum("ki,ki->k", started, before), after @ axis
+    begins = appears & ~within & (sign * at_first > sign * at_last)
+    theta = np.where(within, left, np.where(begins, angle, 0.0))
+    theta = theta / np.where(angle > 0.0, angle, 1.0)
+    share = np.where(within, last, begins) / np.where(within, last - first, 1.0)
+    back = np.moveaxis(exponential((theta[:, None] * turn).T), -1, 0)
+    seen = np.einsum("kij,kj->ki", back, after - share[:, None] * moved)
+    length = np.linalg.norm(seen, axis=1, keepdims=True)
+    radius = radius_after - share * (radius_after - radius_before)
+    return seen / np.where(length > 0.0, length, 1.0), radius, back
+
+
+def excess(cone, sigmas, turn, passage, covariance):
+    (seen, radius, back), axis = nearest(cone, turn, passage), np.array(cone.axis)
+    sine = np.linalg.norm(np.cross(axis, seen), axis=-1)
+    angle = np.arctan2(sine, seen @ axis) - radius
+    known = back @ covariance @ back.swapaxes(1, 2)
+    margin = sigmas * np.maximum(
+        angle_sigma(axis, seen, known), angle_sigma(axis, passage.after, covariance)
+    )
+    found = margin + angle if cone.inside else margin - angle
+    return np.where(seen.any(axis=-1), found, -np.inf)
+
+
+def angle_sigma(axis, direction, covariance):
+    normal = np.cross(axis, direction)
+    sine = np.linalg.norm(normal, axis=-1)
+    parallel = sine < PARALLEL
+    unit = normal / np.where(parallel, 1.0, sine)[:, None]
+    variance = np.einsum("ki,kij,kj->k", unit, covariance, unit)
+    across = np.eye(3) - np.outer(axis, axis)
+    variance[parallel] = np.linalg.eigvalsh(across @ covariance[parallel] @ across)[:, -1]
+    return np.sqrt(variance)

@@ -1,0 +1,173 @@
+"""Telemetry that contradicts a declaration or physics is found with row, value, and key."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import Environment, Scenario
+from mgeo_calibration import Telemetry, TelemetryMapping, fly, read_telemetry
+from mgeo_calibration.telemetry.checks import find_all
+from mgeo_calibration.telemetry.mapping import PositionChannels
+
+from ..calibration.flights import PLAN, short
+
+PAPER = short(Scenario.paper(), 600.0)
+POSITION = ["position_x", "position_y", "position_z"]
+
+
+@pytest.fixture(scope="module")
+def telemetry():
+    return fly(PAPER, PLAN, 1)
+
+
+@pytest.fixture(scope="module")
+def frame(telemetry):
+    return telemetry.frame()
+
+
+def spoiled(frame, **columns):
+    own = frame.copy()
+    for name, (rows, value) in columns.items():
+        if isinstance(value, str):
+            own[name] = own[name].astype(object)
+        own.loc[rows, name] = value
+    return own
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda f: f.drop(columns=["mag_y", "mag_z"]), "missing columns mag_y, mag_z: there are "),
+        (lambda f: spoiled(f, mag_x=(7, "abc")), "row 8, mag_x = 'abc': expected a number"),
+        (lambda f: spoiled(f, gyro_y=(7, np.nan)),
+         r"gyro at row 8, time 7.000000 s = .*all of its numbers"),
+        (lambda f: spoiled(f, time=(7, "noon")), "row 8, time = 'noon': expected a number"),
+        (lambda f: f.assign(time=["noon", *["2018-06-05T00:00:00Z"] * (len(f) - 1)]),
+         "row 1, time = 'noon': expected .*time_epoch"),
+        (lambda f: spoiled(f, time=(slice(200, 300), 5e5)),
+         r"^gyro_x at time 500000.* in row 2\d\d and .* in row .*time_fraction"),
+        (lambda f: f.assign(time=f["time"] + 1e6 * (f["time"] > 200)),
+         r"^time at row 201, time 200.0+ s: 1000001.0+ s until .* declare time_epoch"),
+        (lambda f: f.assign(time=f["time"] + 1.5e9), "^time at row 1, .*IGRF.* declare time_epoch"),
+        (lambda f: f.assign(time=f["time"] - 1.5e9), "^time at row 1, .*within a year"),
+        (lambda f: f.assign(time=f["time"] / 86400.0), r"^time at row 1, .*1.16e-05.*time_unit"),
+        (lambda f: f.assign(mag_z=f["mag_z"] * 0.0 + 5.0),
+         r"^mag_z at row 2, time 1.0+ s: 5.0 in all 600 samples, .* mag.columns"),
+        (lambda f: f.assign(gyro_x=f["gyro_x"].clip(upper=float(f["gyro_x"].median()))),
+         r"^gyro_x at row \d+, .* deg/s in \d+ samples in a row, .* gyro.range_deg_s"),
+        (lambda f: f.assign(**{c: np.nan for c in f if c[:3] in ("sun", "mag")}),
+         "sun, mag: expected a sample of one of them"),
+        (lambda f: f.assign(**{c: 1e-3 * f[c] for c in f if c[:3] == "mag"}),
+         r"^mag at row 2, .* nT \(median\), expected about 3\d+ nT.* unit = 'uT' of mag"),
+        (lambda f: f.assign(**dict.fromkeys(POSITION, 6800.0)),
+         r"^position at row 1, time 0.0+ s: a radius of 11777.9 m, expected .* position.unit"),
+    ],
+)  # fmt: skip
+def test_what_is_refused_is_named_with_row_value_and_key(frame, change, message, tmp_path):
+    wrong = change(frame)
+    with pytest.raises(ValueError, match=message):
+        read_telemetry(wrong, PAPER)
+    wrong.to_csv(tmp_path / "t.csv", index=False)
+    with pytest.raises(ValueError, match=r"t\.csv: ") as caught:
+        read_telemetry(tmp_path / "t.csv", PAPER)
+    assert "\n" not in str(caught.value)
+
+
+def with_bias(offset, sigma):
+    """Telemetry with a magnetometer offset along z, and a scenario with its prior [nT]."""
+    sun, mag = PAPER.sensors
+    scenario = dataclasses.replace(
+        PAPER, sensors=(sun, dataclasses.replace(mag, initial_bias_nt=sigma))
+    )
+    frame = fly(PAPER, PLAN, 1).frame()
+    return scenario, frame.assign(mag_z=frame["mag_z"] + offset)
+
+
+def test_a_declared_offset_of_the_magnetometer_is_no_other_unit():
+    scenario, frame = with_bias(160e3, 1e5)
+    assert read_telemetry(frame, scenario).sensors["mag"].shape == (601, 3)
+    with pytest.raises(ValueError, match=r"mag at row 2.* initial_bias_nt"):
+        read_telemetry(frame, PAPER)
+
+
+def test_a_declared_offset_of_the_gyro_is_no_other_unit(frame):
+    offset = frame.assign(gyro_x=frame["gyro_x"] + 4.0)
+    wide = dataclasses.replace(PAPER, gyro=dataclasses.replace(PAPER.gyro, initial_bias_deg_s=5.0))
+    assert find_all(wide, read_telemetry(offset, wide))["rates against vectors"] == ()
+    words = find_all(PAPER, read_telemetry(offset, PAPER))["rates against vectors"][0]
+    assert "gyro.unit" in words
+    assert "initial_bias_deg_s" in words
+
+
+@pytest.mark.parametrize("factor", [np.pi / 180.0, 180.0 / np.pi, 3600.0, 1e-3])
+def test_rates_of_another_unit_contradict_the_vectors(telemetry, factor):
+    wrong = dataclasses.replace(telemetry, gyro_deg_s=factor * telemetry.gyro_deg_s)
+    assert "declare gyro.unit" in find_all(PAPER, wrong)["rates against vectors"][0]
+
+
+def test_nothing_is_found_in_a_healthy_flight(telemetry):
+    assert not any(find_all(PAPER, telemetry).values())
+
+
+def test_samples_that_are_repeated_or_frozen_are_found():
+    rng, times = np.random.default_rng(1), np.arange(400.0)
+    vectors = 2.4e4 + rng.standard_normal((400, 3))
+    frozen = vectors.copy()
+    frozen[100:150] = frozen[100]
+    for rows, words in (
+        (np.repeat(vectors[:200], 2, axis=0), "mag at time 0.000000 s: each sample 2 times"),
+        (frozen, r"mag at time 100.000000 s: 50 equal samples, until time 149.000000 s"),
+    ):
+        sensors = {"mag": rows, "sun": vectors / 4e4}
+        read = Telemetry(times=times, gyro_deg_s=rng.standard_normal((400, 3)), sensors=sensors)
+        (found,) = find_all(PAPER, read)["repeated samples"]
+        assert found.startswith(words)
+
+
+def test_fill_values_and_clipped_channels_are_found(telemetry):
+    mag = telemetry.sensors["mag"]
+    filled, clipped = mag.copy(), mag.copy()
+    filled[50:80, 0] = -99999.0
+    clipped[:, 1] = np.minimum(mag[:, 1], np.nanquantile(mag[:, 1], 0.8))
+    for rows, words in (
+        (filled, "mag_x at time 50.000000 s: -99999 in 30 of 600 samples, expected a measured"),
+        (clipped, "never above, expected a channel that is not clipped"),
+    ):
+        wrong = dataclasses.replace(telemetry, sensors=telemetry.sensors | {"mag": rows})
+        (found,) = find_all(PAPER, wrong)["repeated numbers"]
+        assert words in found
+
+
+def test_a_field_of_another_time_is_found_with_the_sample(telemetry):
+    later = dataclasses.replace(telemetry, times=telemetry.times + 1500.0)
+    (found,) = find_all(PAPER, later)["field strength against time"]
+    assert found.startswith("mag at time ")
+    assert "time_system" in found
+
+
+def test_positions_of_another_frame_or_time_scale_are_named(frame):
+    """The satellite is 2 km ahead of the scenario's orbit, as by an element set of some days."""
+    where = Environment.at(PAPER, frame["time"].to_numpy() + 0.3).position
+    astropy = pytest.importorskip("astropy.coordinates")
+    from astropy.time import Time, TimeDelta
+
+    when = Time(PAPER.epoch.replace(tzinfo=None)) + TimeDelta(
+        frame["time"].to_numpy(), format="sec"
+    )
+    gcrs = astropy.GCRS(astropy.CartesianRepresentation(*where.T, unit="m"), obstime=when)
+    frames = {"TEME": astropy.TEME(obstime=when), "ITRF": astropy.ITRS(obstime=when)}
+    for name, there in frames.items():
+        own = frame.copy()
+        own[POSITION] = gcrs.transform_to(there).cartesian.xyz.to_value("m").T
+        with pytest.raises(ValueError, match=rf"row 1, .* look like (TOD or )?{name}; declare pos"):
+            read_telemetry(own, PAPER)
+        declared = TelemetryMapping(position=PositionChannels(frame=name))
+        found = read_telemetry(own, PAPER, declared).position
+        assert np.abs(found - where).max() < 250.0  # UT1 and polar motion turn ITRF
+        asserted = TelemetryMapping(position=PositionChannels(frame="GCRF"))
+        assert read_telemetry(own, PAPER, asserted).position is not None
+    late = frame.assign(time=frame["time"] + 18.0)
+    late[POSITION] = where
+    with pytest.raises(ValueError, match="time tags look like GPS time: 18 s; declare time_system"):
+        read_telemetry(late, PAPER)
+    assert read_telemetry(late, PAPER, TelemetryMapping(time_system="UTC")).position is not None

@@ -1,0 +1,116 @@
+"""Attitudes and mountings that the product writes mean the same where it reads them."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from mgeo_attitude import Scenario, StarTracker
+from mgeo_attitude.plan import ManeuverPlan, aem_text, stk_text, to_csv
+from mgeo_calibration import TelemetryMapping, calibrate, fly, read_telemetry
+from mgeo_calibration.calibration.corrections import uplink
+from mgeo_calibration.calibration.document import from_json, to_json
+from mgeo_calibration.telemetry.mapping import SensorChannels
+from scipy.spatial.transform import Rotation
+
+from ..calibration.flights import PLAN, short
+
+ATTITUDE = tuple(Rotation.from_euler("xyz", [40.0, -70.0, 130.0], degrees=True).as_quat().tolist())
+SCENARIO = short(Scenario.cubesat_6u(), 600.0)
+SCENARIO = dataclasses.replace(
+    SCENARIO, initial=dataclasses.replace(SCENARIO.initial, quaternion=ATTITUDE)
+)
+TRACKED = dataclasses.replace(SCENARIO, sensors=(*SCENARIO.sensors, StarTracker()))
+Q = ["tracker_q1", "tracker_q2", "tracker_q3", "tracker_q4"]
+
+
+@pytest.fixture(scope="module")
+def telemetry():
+    return fly(TRACKED, PLAN, 1)
+
+
+@pytest.fixture(scope="module")
+def calibration(telemetry):
+    return calibrate(TRACKED, telemetry)
+
+
+def read_as_tracker(telemetry, rows):
+    """Attitudes, GCRS to body, of rows that are read as those of a star tracker."""
+    frame = telemetry.frame().assign(**dict(zip(Q, np.asarray(rows).T, strict=True)))
+    q = read_telemetry(frame, TRACKED).sensors["tracker"]
+    q = np.where(np.isnan(q), (0.0, 0.0, 0.0, 1.0), q)
+    return Rotation.from_quat(q).inv().as_matrix()
+
+
+def angle(one, other):
+    return Rotation.from_matrix(one @ np.swapaxes(other, -1, -2)).magnitude().max()
+
+
+@pytest.mark.parametrize("mounting", ["dcm", "quaternion"])
+def test_mountings_sent_up_are_those_of_a_mapping(telemetry, mounting):
+    """A sensor with errors is read without them by the numbers that are sent up for it."""
+    suite, rng = TRACKED.suite, np.random.default_rng(2)
+    states = 0.1 * rng.standard_normal(suite.n_states)
+    entry = json.loads(json.dumps(uplink(suite, states)))["mag"]
+    frame, true = telemetry.frame(), telemetry.sensors["mag"]
+    frame[["mag_x", "mag_y", "mag_z"]] = true @ np.array(entry["dcm"]).T + entry["bias"]
+    back = Rotation.from_matrix(entry["dcm"]).inv().apply(-np.array(entry["bias"]))
+    declared = {mounting: entry[mounting], "rotation": entry["rotation"], "unit": entry["unit"]}
+    declared["offset"] = tuple(-np.array(entry["bias"]))
+    mapping = TelemetryMapping(sensors=(SensorChannels(name="mag", **declared),))
+    assert np.linalg.norm(back) > 1e3
+    found = read_telemetry(frame, TRACKED, mapping).sensors["mag"]
+    np.testing.assert_allclose(found, true, rtol=0, atol=1e-6)
+
+
+def test_telemetry_of_a_flight_reads_back_and_is_the_true_attitude(telemetry):
+    found = read_telemetry(telemetry.frame(), TRACKED)
+    pd.testing.assert_frame_equal(found.frame(), telemetry.frame(), check_exact=True)
+    q = found.sensors["tracker"][1:]
+    reported = Rotation.from_quat(q).inv().as_matrix()
+    assert angle(reported, telemetry.truth.attitude[1:]) < np.radians(1.0)  # it is misaligned
+
+
+def test_attitudes_of_a_calibration_are_those_of_a_star_tracker(telemetry, calibration):
+    rows = calibration.attitude[["q1", "q2", "q3", "q4"]].to_numpy()
+    known = np.searchsorted(telemetry.times, calibration.attitude["time"])
+    padded = np.full((len(telemetry.times), 4), np.nan)
+    padded[known] = rows
+    found = read_as_tracker(telemetry, padded)[known]
+    assert angle(found, telemetry.truth.attitude[known]) < np.radians(0.5)
+
+
+def test_a_calibration_file_starts_the_next_run_at_its_attitude(telemetry, calibration):
+    read = from_json(to_json(calibration))
+    after = read.scenario_after({"accept_unsupported": True})
+    assert angle(after.prior.attitude, telemetry.truth.attitude[-1]) < np.radians(0.5)
+
+
+def exported(text, name):
+    """The first quaternion of an exported plan."""
+    if name == "CSV":
+        row = pd.read_csv(pd.io.common.StringIO(text), comment="#").iloc[0]
+        return [row[f"start q{part}"] for part in "123c"]
+    lines = text.splitlines()
+    first = {"AEM": "DATA_START", "STK": "AttitudeTimeQuaternions"}[name]
+    return [float(part) for part in lines[lines.index(first) + 1].split()[1:5]]
+
+
+@pytest.mark.parametrize(
+    ("name", "write"),
+    [("CSV", to_csv), ("STK", stk_text), ("AEM", aem_text)],
+)
+def test_attitudes_of_exported_plans_are_those_of_telemetry_and_of_scenarios(
+    telemetry, name, write
+):
+    plan = ManeuverPlan(SCENARIO, PLAN)
+    q = exported(write(plan), name)
+    tolerance = 1e-6 if name == "AEM" else 1e-9  # an AEM is in EME2000
+    rows = np.full((len(telemetry.times), 4), np.nan)
+    rows[0] = q
+    read = read_as_tracker(telemetry, rows)
+    assert angle(read[:1], plan.attitude[:1]) < tolerance
+    initial = dataclasses.replace(SCENARIO.initial, quaternion=tuple(q))
+    started = ManeuverPlan(dataclasses.replace(SCENARIO, initial=initial), PLAN)
+    assert angle(started.attitude[:1], plan.attitude[:1]) < tolerance

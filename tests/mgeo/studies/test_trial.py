@@ -1,0 +1,197 @@
+"""Trials before the runs of a comparison: noise, seeds, and the size of a generation."""
+
+import os
+import time
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.algorithms.soo.nonconvex.ga_niching import NicheGA
+from pymoo.algorithms.soo.nonconvex.isres import ISRES
+from pymoo.algorithms.soo.nonconvex.pattern import PatternSearch
+from pymoo.algorithms.soo.nonconvex.sres import SRES
+from pymoo.constraints.as_penalty import ConstraintsAsPenalty
+from pymoo.core.population import Population
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.problems.dyn import TimeSimulation
+from pymoo.problems.dynamic.df import DF1
+from pymoo.problems.multi import BNH, ZDT1
+
+from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOStaged, compare
+from mgeo.studies import ComparisonWarning, read_comparison
+from mgeo.studies.conclusions import conclusions
+
+from .problems import GlobalRandomSearch, OwnNoise, Wearing
+
+
+class Sphere(Problem):
+    """A single objective with a constraint, as in the case of pymoo's issues 794 and 795."""
+
+    def __init__(self):
+        super().__init__(n_var=5, n_obj=1, n_ieq_constr=1, xl=-5, xu=5)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        out["F"] = ((X - 4.9) ** 2).sum(axis=1)
+        out["G"] = np.ceil(X[:, 0] - 4.0)
+
+
+class GlobalNoise(ZDT1):
+    def _evaluate(self, X, out, *args, **kwargs):
+        super()._evaluate(X, out, *args, **kwargs)
+        out["F"] *= np.random.normal(1.0, 0.1, (len(X), 1))  # noqa: NPY002
+
+
+class NoisyConstraint(BNH):
+    def _evaluate(self, x, out, *args, **kwargs):
+        super()._evaluate(x, out, *args, **kwargs)
+        out["G"] = out["G"] + np.random.default_rng().normal(size=out["G"].shape)
+
+
+class NoisyElement(ElementwiseProblem):
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = [x[0] + os.urandom(1)[0], 1.0 - x[1]]
+
+
+class Timed(ZDT1):
+    """Moved by a callback, without being one of pymoo's dynamic problems."""
+
+    shift = 0.0
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        super()._evaluate(X, out, *args, **kwargs)
+        out["F"] = out["F"] + self.shift
+
+
+def move(algorithm):
+    algorithm.problem.shift += 1.0
+
+
+def noted(problem, algorithms, n_eval=60, seeds=1, **options):
+    with pytest.warns(ComparisonWarning) as caught:
+        found = compare(problem, algorithms, n_eval, seeds, grid=1, progress=False, **options)
+    assert [str(warning.message) for warning in caught] == list(found.notes)
+    assert conclusions(found)[-len(found.notes) :] == list(found.notes)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("problem", "algorithm"),
+    [
+        (OwnNoise(), NSGA2(12)),
+        (GlobalNoise(n_var=4), NSGA2(12)),
+        (NoisyConstraint(), NSGA2(12)),
+        (NoisyElement(), MGEOReal(0.1, n_walkers=3)),
+        (Wearing(), NSGA2(12)),
+        (Timed(n_var=4), NSGA2(12, callback=move)),
+    ],
+)
+def test_a_problem_that_gives_other_values_for_the_same_points_is_noisy(problem, algorithm):
+    (note,) = noted(problem, [algorithm]).notes
+    assert note.startswith(f"{type(problem).__name__} is noisy: ")
+
+
+@pytest.mark.parametrize(
+    ("problem", "algorithms"),
+    [
+        (ZDT1(n_var=4), [NSGA2(12), MGEOReal(0.1, n_walkers=3), MGEODirected()]),
+        (ZDT1(n_var=4), [GlobalRandomSearch()]),
+        (Sphere(), [GA(12)]),
+    ],
+)
+def test_nothing_is_noted_about_an_ordinary_comparison(problem, algorithms):
+    assert compare(problem, algorithms, 200, 1, grid=1, progress=False).notes == ()
+
+
+class Counted(ZDT1):
+    """Counts its evaluations, also at the stages of a search."""
+
+    evaluated = 0
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        super()._evaluate(X, out, *args, **kwargs)
+        Counted.evaluated += len(X)
+
+    def at_stage(self, stage):
+        return self if stage == 2 else Counted(n_var=4)
+
+
+@pytest.mark.parametrize("algorithm", [NSGA2(20), MGEOStaged(n_walkers=4)])
+def test_a_trial_takes_six_evaluations_of_the_problem(algorithm):
+    Counted.evaluated = 0
+    found = compare(Counted(n_var=4), [algorithm], 200, 1, grid=1, n_jobs=1, progress=False)
+    (record,) = found.records.values()
+    assert Counted.evaluated == record.evaluations + 6
+
+
+class EntropySearch(GlobalRandomSearch):
+    def _infill(self):
+        return Population.new("X", np.random.default_rng().random((20, self.problem.n_var)))
+
+
+class CountingSearch(GlobalRandomSearch):
+    """Its state is the class's, which no copy has for itself."""
+
+    generations = 0
+
+    def _infill(self):
+        CountingSearch.generations += 1
+        random_state = np.random.default_rng(CountingSearch.generations)
+        return Population.new("X", random_state.random((20, self.problem.n_var)))
+
+
+class ClockSearch(GlobalRandomSearch):
+    def _infill(self):
+        random_state = np.random.default_rng(time.perf_counter_ns())
+        return Population.new("X", random_state.random((20, self.problem.n_var)))
+
+
+@pytest.mark.parametrize(
+    ("problem", "algorithm", "n_eval"),
+    [
+        (ZDT1(n_var=4), EntropySearch(), 60),
+        (ZDT1(n_var=4), CountingSearch(), 60),
+        (ZDT1(n_var=4), ClockSearch(), 60),
+        (Sphere(), PatternSearch(), 100),
+        (Sphere(), NicheGA(), 1200),
+        (Sphere(), SRES(), 2400),
+        (Sphere(), ISRES(), 2400),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_runs_of_an_algorithm_that_does_not_follow_the_seed_are_not_reused(
+    problem, algorithm, n_eval, tmp_path, capsys
+):
+    algorithms = {"own": algorithm, "GA": (GA if problem.n_obj == 1 else NSGA2)(12)}
+    options = {"folder": tmp_path, "n_eval": n_eval}
+    (note,) = noted(problem, algorithms, **options).notes
+    assert "two runs of own with the same seed differ" in note
+    stored = {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").iterdir()}
+    with pytest.warns(ComparisonWarning, match="none is reused"):
+        compare(problem, algorithms, seeds=1, grid=1, resume=True, **options)
+    assert "reused 1 of 2 runs" in capsys.readouterr().err
+    again = {path.name for path, before in stored.items() if path.stat().st_mtime_ns != before}
+    assert again == {"own-seed1.npz"}
+    assert read_comparison(tmp_path, problem=problem).notes == (note,)
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [DF1(taut=2, n_var=3), ConstraintsAsPenalty(DF1(taut=2, n_var=3))],
+    ids=["problem", "wrapped"],
+)
+@pytest.mark.parametrize("algorithm", [NSGA2(12, callback=TimeSimulation()), MGEODirected()])
+def test_dynamic_problems_are_refused(problem, algorithm):
+    with pytest.raises(ValueError, match=r"is a dynamic problem: .* one problem for each time"):
+        compare(problem, [algorithm], 60, 1)
+
+
+def test_a_first_generation_beyond_the_budget_is_noted():
+    (note,) = noted(ZDT1(n_var=3), [MGEOCanonical(n_walkers=5, bits=12)], n_eval=100).notes
+    assert "first generation of MGEOCanonical has 180 evaluations, of which the first 100" in note
+    (note,) = noted(ZDT1(n_var=3), {"large": NSGA2(112)}, n_eval=100).notes
+    assert "first generation of large has 112 evaluations, of which the first 100 count" in note
+    assert compare(ZDT1(n_var=3), [NSGA2(110)], 100, 1, grid=1, progress=False).notes == ()
