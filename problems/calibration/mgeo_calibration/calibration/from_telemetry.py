@@ -138,9 +138,11 @@ def _without_fit(
     """
     walk = _walk_of_gyro(scenario, telemetry) if telemetry.has_gyro else None
     if walk is not None:
+        sample = walk / (60.0 * np.sqrt(np.median(data.durations)))
         raise CannotCalibrate(
             f"gyro is noisier than declared, about {walk:.2g} deg/sqrt(h): declare "
-            f"gyro.angle_random_walk_deg_per_sqrt_h ({error})"
+            f"gyro.angle_random_walk_deg_per_sqrt_h, or gyro.sample_noise_deg_s = {sample:.2g} "
+            f"({error})"
         )
     checks = check(scenario, telemetry, data)
     if not causes(checks):
