@@ -6,14 +6,15 @@ from datetime import UTC, datetime
 
 import numpy as np
 from mgeo_attitude import Scenario
+from scipy.spatial.transform import Rotation
 
 from .flights import PLAN, short
 from .independent import steady
 
 
 def says(cause: str, line: str) -> bool:
-    """Whether a line begins with a cause, or has it as the other of two that may be so."""
-    return re.match(f"(?:{cause})|.*: [^;]*, or (?:{cause})", line) is not None
+    """Return whether a line begins with a cause, or has the cause among its alternatives."""
+    return re.match(f"(?:either )?(?:{cause})|either .*, or (?:{cause})", line) is not None
 
 
 SCENARIO = short(Scenario.cubesat_6u(), 3000.0)
@@ -101,6 +102,22 @@ def temperature(t):
 def warmed(size):
     """By a bias that follows the temperature."""
     return lambda t, rows, rng: rows + changed(size, temperature(t) / 16.0, rng)
+
+
+def asymmetric(size):
+    """By scale factors that differ between the senses of rotation."""
+    return lambda t, rows, rng: rows + size * axis(rng) * np.abs(rows)
+
+
+def bent(size):
+    """By a misalignment [deg] that follows the temperature."""
+
+    def change(t, rows, rng):
+        warm = (temperature(t) - temperature(t).mean()) / np.ptp(temperature(t))
+        turn = Rotation.from_rotvec(size * np.outer(warm, axis(rng)), degrees=True)
+        return turn.apply(rows)
+
+    return change
 
 
 def shifted(seconds):

@@ -53,7 +53,7 @@ def test_rates_at_the_samples_that_a_spin_hardly_tells_from_means_are_a_note():
         craft = Craft(instantaneous=instantaneous)
         found = calibrate(scenario, fly(scenario, spin, 1, craft, duration=600.0))
         assert found.supported
-        told = [note for note in found.notes if note.startswith("gyro may report the rates at its")]
+        told = [note for note in found.notes if note.startswith("gyro reports rates ")]
         assert len(told) == instantaneous
         if told:
             assert "misalignment would be" in told[0]

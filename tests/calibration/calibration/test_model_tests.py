@@ -13,6 +13,7 @@ from mgeo_calibration.estimation.departures import bias_decay, bias_drift
 from mgeo_calibration.estimation.fit import fit
 from mgeo_calibration.estimation.score import scores
 
+from .faults import says
 from .flights import PLAN, normalized, short
 from .independent import Craft, coning, fly, steady
 
@@ -37,8 +38,7 @@ def test_a_bias_that_is_constant_is_told_from_one_that_decays():
     found = calibrate(scenario, telemetry)
     assert np.abs(normalized(found, telemetry)[1]).max() > 4.0
     assert not found.supported
-    assert found.failures[0].startswith("gyro.bias decays by ")
-    assert found.failures[0].endswith(": gyro.bias_decay")
+    assert says(r"gyro\.bias decays by .*: gyro\.bias_decay", found.failures[0])
     assert found.conclusion.startswith("the model ")
     row = found.model_table().loc["gyro.bias_decay"]
     assert row["named"]
@@ -54,8 +54,7 @@ def test_a_bias_that_walks_by_more_than_is_said_is_told():
     telemetry = flown(CUBESAT, 1, walk=1.6e-6)
     found = calibrate(CUBESAT, telemetry)
     assert not found.supported
-    assert found.failures[0].startswith("gyro.bias drifts by ")
-    assert found.failures[0].endswith(": gyro.rate_random_walk")
+    assert says(r"gyro\.bias drifts by .*: gyro\.rate_random_walk", found.failures[0])
     again = calibrate(believed(CUBESAT, rate_random_walk=1.6e-6), telemetry)
     assert again.supported, again.conclusion
 

@@ -96,7 +96,7 @@ class Sensor(Settings, ABC):
     considered: tuple[str, ...] = Field(default=(), kw_only=True)
     """its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"""
     influences: tuple[Influence, ...] = Field(default=(), kw_only=True)
-    """channels that its bias follows: a temperature, a current"""
+    """channels that its bias or misalignment follows: a temperature, a current"""
     initial_delay_s: Seconds = Field(default=0.0, ge=0.0, kw_only=True)
     """unknown constant time by which its readings are older than their time, 1-sigma; 0 leaves the
     states out"""
@@ -116,9 +116,11 @@ class Sensor(Settings, ABC):
         return {"delay": Alike(self.initial_delay_s)} if self.initial_delay_s else {}
 
     def follows(self) -> dict[str, State]:
-        """The states of its `influences`, for the `states` of one with a bias."""
+        """Return the states of its `influences`, for its `states`."""
         return {
-            each.state: each.initial_sigma / self.channel_unit.factor for each in self.influences
+            each.state: each.initial_sigma
+            / (self.channel_unit if each.error == "bias" else DEG).factor
+            for each in self.influences
         }
 
     @abstractmethod

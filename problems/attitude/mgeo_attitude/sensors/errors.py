@@ -1,19 +1,22 @@
-"""Errors that gyro, sensors and world declare as states: constants, what varies, what follows.
+"""Errors that gyro, sensors and world declare as states.
 
-Errors that are neither constant nor white are first-order Gauss-Markov processes; a bias may follow
-what a channel measures, a temperature or a current.
+Errors that are neither constant nor white are first-order Gauss-Markov processes. A bias or a
+misalignment may follow a channel, such as a temperature or a current.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, MutableMapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from functools import partial
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pydantic.dataclasses
 from pydantic import Field
 
+from mgeo_attitude.geometry.rotation import rotate
+from mgeo_attitude.geometry.vector import Vec3
 from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect, expect_unique, known_names
 from mgeo_attitude.settings.types import Degrees, NonNegative, Unit
@@ -84,13 +87,11 @@ def sigma_of(state: State) -> float | tuple[float, float, float]:
     return state.sigma if isinstance(state, GaussMarkov | Alike) else state
 
 
-#: What the names of its states begin with.
-PREFIX = "bias_per_"
-
-
 @pydantic.dataclasses.dataclass(frozen=True)
 class Influence(Settings):
-    """A bias that is larger by c (u - u₀) for a channel's value u; c is a constant of each axis.
+    """A bias or misalignment that changes by c (u - u₀) with a channel's value u.
+
+    The coefficient c is a constant of each axis.
 
     Examples
     --------
@@ -102,21 +103,23 @@ class Influence(Settings):
     channel: str
     """name of the channel: of one of the scenario's channels, in telemetry of a column"""
     initial_sigma: float = Field(gt=0.0)
-    """1-sigma of what a unit of the channel adds, per axis, in the unit of the initial bias: deg/s,
-    nT, or of a unit vector"""
+    """1-sigma of the change per unit of the channel and axis, in the unit of the initial bias
+    (deg/s, nT, or of a unit vector), or in deg of a misalignment"""
     unit: str = "unit"
     """unit of the channel, for people"""
     reference: float = 0.0
-    """value of the channel at which the bias is the bias"""
+    """value of the channel at which the error is the initial one"""
+    error: Literal["bias", "misalignment"] = "bias"
+    """error that follows the channel"""
 
     @property
     def state(self) -> str:
         """Name of its state."""
-        return f"{PREFIX}{self.channel}"
+        return f"{self.error}_per_{self.channel}"
 
-    def unit_of(self, bias: Unit) -> Unit:
-        """Unit of the state, of a bias in that unit."""
-        return Unit(f"{bias.text} per {self.unit}", bias.suffix, bias.factor)
+    def unit_of(self, error: Unit) -> Unit:
+        """Return the unit of the state for an error in a unit."""
+        return Unit(f"{error.text} per {self.unit}", error.suffix, error.factor)
 
 
 def influenced(
@@ -125,7 +128,7 @@ def influenced(
     values: Sequence[Any],
     times: Callable[[Any, Any], Any] = lambda value, coefficient: value * coefficient,
 ) -> MutableMapping[str, Any]:
-    """States of an owner with what channels make of its bias in that, and without their own.
+    """Add the effect of channels to the states of an owner, and remove the coefficients.
 
     Parameters
     ----------
@@ -137,8 +140,16 @@ def influenced(
         Product of a value and a state.
     """
     for influence, value in zip(influences, values, strict=True):
-        own["bias"] = own["bias"] + times(value, own.pop(influence.state))
+        known, change = own[influence.error], times(value, own.pop(influence.state))
+        if influence.error == "bias" or isinstance(known, Vec3):
+            own[influence.error] = known + change
+        else:
+            own[influence.error] = partial(_rotate_twice, known, change)
     return own
+
+
+def _rotate_twice(last: Any, first: Any, vector: Any) -> Any:
+    return rotate(last, rotate(first, vector))
 
 
 def by_axis(sigma: float | tuple[float, float, float]) -> tuple[float, float, float]:
@@ -175,11 +186,12 @@ Nonorthogonality = Annotated[
 
 
 def check_influences(influences: Sequence[Influence], states: Collection[str], kind: str) -> None:
-    """Refuse, with an InvalidValue, one twice, or of what has no bias that could follow it."""
-    none = f"none: {kind} has no bias that follows it"
+    """Refuse, with an InvalidValue, an influence that is repeated, or on an error that is none."""
     for i, influence in enumerate(influences):
-        expect(influence.state in states, f"influences[{i}].channel", influence.channel, none)
-    expect_unique("influences[{}].channel", [influence.channel for influence in influences])
+        none = f"none: {kind} has no {influence.error} that follows it"
+        there = {influence.state, influence.error} <= set(states)
+        expect(there, f"influences[{i}].channel", influence.channel, none)
+    expect_unique("influences[{}].channel", [influence.state for influence in influences])
 
 
 def check_considered(considered: Sequence[str], states: Collection[str]) -> None:

@@ -113,7 +113,11 @@ class Gyro(Settings):
             "scale_factor": self.initial_scale_factor,
             "misalignment": math.radians(self.initial_misalignment_deg),
             "nonorthogonality": math.radians(self.initial_nonorthogonality_deg),
-            **{each.state: math.radians(each.initial_sigma) for each in self.influences},
+            **{
+                each.state: math.radians(each.initial_sigma)
+                for each in self.influences
+                if each.error == "bias"
+            },
         }
         return {state: sigma for state, sigma in states.items() if sigma}
 

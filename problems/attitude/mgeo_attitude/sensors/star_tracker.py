@@ -70,7 +70,8 @@ class StarTracker(Sensor):
         return frame(np.array(unit(self.boresight)))
 
     def states(self) -> dict[str, State]:
-        return present(misalignment=math.radians(self.initial_misalignment_deg)) | self.delay()
+        own = present(misalignment=math.radians(self.initial_misalignment_deg))
+        return own | self.follows() | self.delay()
 
     def measure(self, x: Any, v: Vec3) -> Vec3:
         error: Vec3 = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta

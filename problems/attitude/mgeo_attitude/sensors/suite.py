@@ -363,7 +363,7 @@ def units_of(owner: Owner) -> dict[str, Unit]:
     """Unit of each state of an owner for people and scenario files."""
     units = {state: owner.units.get(state, DIMENSIONLESS) for state in owner.states()}
     for influence in () if isinstance(owner, World) else owner.influences:
-        units[influence.state] = influence.unit_of(units["bias"])
+        units[influence.state] = influence.unit_of(units[influence.error])
     return units
 
 

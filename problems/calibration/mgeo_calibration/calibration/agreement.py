@@ -1,4 +1,4 @@
-"""Whether an estimate agrees with the noise of the readings, and with what was believed before."""
+"""Tests of an estimate against the noise of the readings and against the prior."""
 
 from __future__ import annotations
 
@@ -16,38 +16,42 @@ from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import Fit
 from mgeo_calibration.estimation.linearization import misfits
 from mgeo_calibration.estimation.residuals import Filtered, Innovations
+from mgeo_calibration.estimation.smoother import Solution
 from mgeo_calibration.estimation.trajectory import Trajectory
 
-#: Probability that any test of a calibration fails by chance.
+#: Probability that any test of a healthy calibration fails.
 SIGNIFICANCE = 0.01
 #: Lags, in readings of a sensor, at which innovations are tested for correlation.
 LAGS = 5
 #: Share of a sensor's readings that may be outliers.
 MOST_REJECTED = 0.05
+#: Rms of a varying error over its declared 1-sigma below which the error is declared too large.
+_SMALL = 0.5
 #: Name of the test of all states together.
 ALL = "all"
 
 
 @dataclass(frozen=True, kw_only=True)
 class SensorTest:
-    """Tests of a sensor's innovations; all intervals are exceeded by chance only.
+    """Tests of a sensor's innovations.
 
     Attributes
     ----------
     sensor : str
     readings : int
-        Used and rejected ones.
+        Used and rejected readings.
     rejected : int
         Outliers.
     nis, nis_low, nis_high : float
         Mean normalized innovation squared per component, and its interval about 1.
     correlation, correlation_bound : float
-        Largest magnitude of the autocorrelation at `LAGS` lags, and its bound: innovations of the
-        right model are white.
+        Autocorrelation of largest magnitude at `LAGS` lags, and the bound of its magnitude.
+        Innovations of the right model are white. If declared errors are too small, innovations
+        correlate positively; if they are too large, negatively.
     unit : str
     noise, before, after : float
         Root mean square per component: the scenario's noise, and residuals of the used readings to
-        the smoothed attitude with no error of the sensor taken out and with those estimated.
+        the smoothed attitude without and with the estimated errors of the sensor.
     """
 
     sensor: str
@@ -63,15 +67,26 @@ class SensorTest:
     before: float
     after: float
 
+    @property
+    def excess(self) -> float:
+        """Variance of the mean of neighboring innovations over the predicted variance."""
+        correlated = self.correlation if self.correlation > self.correlation_bound else 0.0
+        return self.nis * (1.0 + 2.0 * LAGS * correlated)
+
+    @property
+    def is_cautious(self) -> bool:
+        """Whether errors that vary are declared larger than they are."""
+        return self.correlation < -self.correlation_bound
+
     def failures(self) -> list[str]:
-        """What does not hold, in words."""
+        """Describe the tests that fail."""
         found = []
         if not self.nis <= self.nis_high:
             found.append(
                 f"{self.sensor} scatters more than its noise (NIS {self.nis:.3f}, expected "
                 f"{self.nis_low:.3f} to {self.nis_high:.3f})"
             )
-        if not self.correlation <= self.correlation_bound:
+        if not self.correlation <= self.correlation_bound and not self.excess <= 1.0:
             found.append(
                 f"innovations of {self.sensor} are not white (correlation {self.correlation:.3f}, "
                 f"expected at most {self.correlation_bound:.3f})"
@@ -82,8 +97,8 @@ class SensorTest:
         return found
 
     def notes(self) -> list[str]:
-        """Noise that is less than was said: the estimate is better than its 1-sigmas say."""
-        if self.nis >= self.nis_low:
+        """Describe noise that is declared too large: estimates are better than their 1-sigmas."""
+        if self.nis >= self.nis_low or self.is_cautious:
             return []
         less = float(np.sqrt(self.nis))
         angle = self.unit == "-"  # of a unit vector
@@ -94,32 +109,50 @@ class SensorTest:
         ]
 
 
-def nis_bounds(count: int, tests: int) -> tuple[float, float]:
-    """Interval of the mean of so many squares of standard normal numbers, for one of the tests."""
+def caution_notes(solution: Solution, tests: Iterable[SensorTest]) -> tuple[str, ...]:
+    """Describe varying errors that are declared larger than telemetry shows."""
+    cautious = [test for test in tests if test.is_cautious]
+    if not cautious:
+        return ()
+    suite, states = solution.batch.suite, solution.estimate.states
+    found = []
+    for block, process in suite.processes.items():
+        first, unit = 3 * suite.blocks.index(block), suite.units[block]
+        declared, rms = _rms(np.array(process.sigma)), _rms(states[:, first : first + 3])
+        if rms < _SMALL * declared:
+            found.append(
+                f"{block} is declared with {unit.factor * declared:.3g} {unit.text}; telemetry "
+                f"shows at most {unit.factor * rms:.2g}"
+            )
+    names = ", ".join(f"{test.sensor} ({test.correlation:.3f})" for test in cautious)
+    causes = "; ".join(found) or "noise or steps of the gyro are declared larger than they are"
+    return (f"innovations of {names} correlate negatively, sigmas are too large: {causes}",)
+
+
+def nis_bounds(count: int, tests: float) -> tuple[float, float]:
+    """Return the interval of the mean of squared standard normal numbers, for one of the tests."""
     tail = 0.5 * SIGNIFICANCE / tests
     low, high = 2.0 * gammaincinv(0.5 * count, [tail, 1.0 - tail]) / count
     return float(low), float(high)
 
 
-def correlation_bound(count: int, tests: int) -> float:
-    """What the largest of `LAGS` correlations of so many numbers exceeds by chance only."""
+def correlation_bound(count: int, tests: float) -> float:
+    """Return the bound of the largest of `LAGS` correlations of white noise."""
     return float(-ndtri(0.5 * SIGNIFICANCE / tests / LAGS) / np.sqrt(count))
 
 
 def greatest_correlation(innovations: Innovations) -> float:
-    """Largest magnitude of the autocorrelation, over lags and averaged over the components."""
+    """Return the autocorrelation of largest magnitude over lags, averaged over the components."""
     w: Floats = innovations.whitened
     variance = (w * w).mean() if len(w) else 1.0
     found = [
-        abs(float((w[lag:] * w[:-lag]).mean() / variance))
-        for lag in range(1, LAGS + 1)
-        if len(w) > lag
+        float((w[lag:] * w[:-lag]).mean() / variance) for lag in range(1, LAGS + 1) if len(w) > lag
     ]
-    return max(found, default=0.0)
+    return max(found, key=abs, default=0.0)
 
 
-def sensor_tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:
-    """Of sensors that have reported."""
+def sensor_tests(found: Fit, past: Filtered, n_tests: float) -> tuple[SensorTest, ...]:
+    """Return the tests of all sensors that have reported."""
     suite, made = found.batch.suite, []
     at = found.solution.estimate
     aligned = Trajectory(at.attitude, np.zeros_like(at.states))
@@ -151,23 +184,23 @@ def sensor_tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, 
 
 @dataclass(frozen=True, kw_only=True)
 class PriorTest:
-    """Test of an estimate x against what was believed, x0 with the covariance P0.
+    """Test of an estimate x against the prior estimate x0 with the covariance P0.
 
     Attributes
     ----------
     block : str
-        Of states, or `ALL`.
+        Block of states, or `ALL`.
     chi_square : float
-        (x - x0)ᵀ P0⁻¹ (x - x0), at the first sample. Where readings say nothing it is zero: chance
-        exceeds a bound less often than a chi-square distribution says.
+        (x - x0)ᵀ P0⁻¹ (x - x0), at the first sample. It is zero without readings, so that the test
+        fails less often than its level.
     freedom : int
-        Its degrees of freedom.
+        Degrees of freedom.
     sigmas : float
-        Largest difference of a state over its 1-sigma before.
+        Largest difference of a state over its prior 1-sigma.
     p : float
-        Probability that chance exceeds it, at most.
+        Upper bound of the p-value.
     p_least : float
-        The test fails below this.
+        Significance level.
     """
 
     block: str
@@ -179,26 +212,26 @@ class PriorTest:
 
     @property
     def fails(self) -> bool:
-        """Whether chance hardly explains it."""
+        """Whether the estimate contradicts the prior."""
         return self.p < self.p_least
 
     @property
     def words(self) -> str:
-        """By how much it is off."""
+        """Describe the difference from the prior."""
         off = beyond(self.chi_square, self.freedom, self.p)
         if self.block == ALL:
-            return f"the estimate is not what was believed before {off}"
-        return f"{self.block} is {self.sigmas:.3g} of its prior 1-sigmas from the prior {off}"
+            return f"the estimate contradicts the prior {off}"
+        return f"{self.block} is {self.sigmas:.3g} prior sigmas from its prior {off}"
 
 
 def beyond(chi_square: float, freedom: int, p: float) -> str:
-    """In words, how far a chi-square is from what chance explains."""
+    """Format a chi-square with its degrees of freedom and p-value."""
     chance = f"p = {p:.1g}" if p > 1e-300 else "p < 1e-300"
     return f"(chi-square {chi_square:.4g} of {freedom}, {chance})"
 
 
 def tests_table(kind: type[Any], tests: Sequence[Any], index: str) -> pd.DataFrame:
-    """A row for each test of a kind, also where there are none."""
+    """Return a table with a row for each test."""
     columns = [field.name for field in fields(kind)]
     rows = [vars(test) for test in tests]
     frame = pd.DataFrame(rows, columns=columns).set_index(index)
@@ -206,21 +239,21 @@ def tests_table(kind: type[Any], tests: Sequence[Any], index: str) -> pd.DataFra
 
 
 def contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, str]]:
-    """Chi-squares of what does not hold, and words: blocks, or all if it is none of them."""
+    """Return the chi-square and description of blocks that fail, or else of the test of all."""
     failed = [test for test in tests if test.fails]
     blocks = [test for test in failed if test.block != ALL]
     return [(test.chi_square, test.words) for test in blocks or failed]
 
 
 def number_of_tests(belief: Belief) -> int:
-    """One for each block of which something is believed, and one for all."""
+    """Return the number of prior tests: one for each block with a prior, and one for all."""
     return len(_blocks(belief)) + 1
 
 
 def prior_tests(
     belief: Belief, attitude: Floats, states: Floats, p_least: float
 ) -> tuple[PriorTest, ...]:
-    """Of all states and of each block, of an estimate at the first sample.
+    """Return the tests of all states and of each block, at the first sample.
 
     Parameters
     ----------
@@ -248,7 +281,7 @@ def prior_tests(
 
 
 def _blocks(belief: Belief) -> dict[str, slice]:
-    """Those of which something is believed, by name."""
+    """Return the states of each block with a prior, by name."""
     named = {name: slice(3 * i, 3 * i + 3) for i, name in enumerate(belief.suite.blocks)}
     if belief.attitude is None:
         del named["attitude"]

@@ -10,6 +10,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.geometry.rotation import matrix, shear
 from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.errors import Influence
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.suite import Suite
@@ -49,9 +50,10 @@ def _corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[
     for state, value in constants.items():
         if state in followed:
             influence = followed[state]
-            unit = influence.unit_of(unit_of_bias(owner))
-            entry.setdefault("influences", {})[influence.channel] = {
-                "bias_per_unit": (unit.factor * value).tolist(),
+            unit = influence.unit_of(unit_of_error(owner, influence))
+            kind = "influences" if influence.error == "bias" else f"{influence.error}_influences"
+            entry.setdefault(kind, {})[influence.channel] = {
+                f"{influence.error}_per_unit": (unit.factor * value).tolist(),
                 "unit": unit.text,
                 "reference": influence.reference,
             }
@@ -84,6 +86,11 @@ def unit_of_bias(owner: Gyro | Sensor) -> Unit:
     return DEG_S if isinstance(owner, Gyro) else owner.channel_unit
 
 
+def unit_of_error(owner: Gyro | Sensor, influence: Influence) -> Unit:
+    """Return the unit in telemetry of the error that an influence changes."""
+    return unit_of_bias(owner) if influence.error == "bias" else DEG
+
+
 def unit_of_innovations(sensor: Sensor) -> Unit:
     """Return the unit of innovations: that of the readings, or degrees of a quaternion."""
     return DEG if len(sensor.channels) == 4 else sensor.channel_unit
@@ -97,7 +104,10 @@ def telemetry_units(suite: Suite) -> dict[str, Unit]:
     for owner in owners:
         name, unit = getattr(owner, "name", "gyro"), unit_of_bias(owner)
         biases[f"{name}.bias"] = unit
-        biases |= {f"{name}.{each.state}": each.unit_of(unit) for each in owner.influences}
+        biases |= {
+            f"{name}.{each.state}": each.unit_of(unit_of_error(owner, each))
+            for each in owner.influences
+        }
     return {block: biases.get(block, unit) for block, unit in units.items()}
 
 

@@ -14,20 +14,22 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Causes in words, the most certain first, by the name of the check.
 Checks = Mapping[str, tuple[str, ...]]
+#: Checks whose findings come before the tests of a fit that converges; what the others find is then
+#: tested with its size.
+BEFORE_TESTS = ("repeated samples", "repeated numbers")
 
 
 def check(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> Checks:
-    """Check numbers, times and axes without any attitude.
+    """Check telemetry and axes without any attitude, the most certain check first.
 
     Parameters
     ----------
     data : Batch, optional
         Samples for the estimator, if telemetry allows them.
     """
-    return {
-        **find_all(scenario, telemetry),
-        "axes": () if data is None else tuple(axes_causes(data)),
-    }
+    found = find_all(scenario, telemetry)
+    axes = () if data is None else tuple(axes_causes(data))
+    return {name: found[name] for name in BEFORE_TESTS} | {"axes": axes} | found
 
 
 def causes(checks: Checks) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -11,21 +12,30 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.settings.errors import InvalidValue
 
 from mgeo_calibration.calibration import model_tests as models
 from mgeo_calibration.calibration.agreement import (
+    MOST_REJECTED,
     SIGNIFICANCE,
+    caution_notes,
     number_of_tests,
     prior_tests,
     sensor_tests,
 )
 from mgeo_calibration.calibration.calibration import Calibration
-from mgeo_calibration.calibration.diagnosis import CannotCalibrate, causes, check
+from mgeo_calibration.calibration.diagnosis import (
+    BEFORE_TESTS,
+    CannotCalibrate,
+    causes,
+    check,
+)
 from mgeo_calibration.calibration.hypotheses import channels_of, hypotheses
 from mgeo_calibration.estimation.batch import Batch, batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.fit import Fit, fit
+from mgeo_calibration.estimation.departures import gyro_walk
+from mgeo_calibration.estimation.fit import Fit, NoFit, fit, settle
 from mgeo_calibration.estimation.kinematics import discretized, turns
 from mgeo_calibration.estimation.residuals import Filtered, History, filtered
 from mgeo_calibration.estimation.smoother import Solution, last_covariance
@@ -45,6 +55,8 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 
 #: Probability that a reading without fault is taken for an outlier.
 GATE = 1e-5
+#: Factor of the gyro's noise with which a fit is tried that does not converge otherwise.
+_NOISIER = 10.0
 
 
 def calibrate(
@@ -79,8 +91,7 @@ def calibrate(
     ------
     ValueError, OSError, ImportError
         From `read_telemetry`; or, as `CannotCalibrate`, for readings of another unit or of other
-        sensors, an attitude that does not follow from them, more outliers than not, or an estimate
-        that does not settle.
+        sensors, an attitude that does not follow from them, or a fit that does not converge.
 
     Examples
     --------
@@ -102,30 +113,75 @@ def calibrate(
     belief, data = Belief.of(scenario), None
     try:
         data, belief = for_delays(batch(scenario, telemetry), belief)
-        found = fit(data, belief, gate)
+        made = _concluded(scenario, telemetry, belief, fit(data, belief, gate))
+    except NoFit as error:
+        assert data is not None
+        made = _without_fit(scenario, telemetry, data, belief, error)
     except ValueError as error:
         raise CannotCalibrate(str(error), check(scenario, telemetry, data)) from error
-    made = _concluded(scenario, telemetry, belief, found)
     if made.supported:
         return made
-    return dataclasses.replace(made, causes=causes(check(scenario, telemetry, data)))
+    checks = check(scenario, telemetry, None)
+    certain = {name: found for name, found in checks.items() if name in BEFORE_TESTS}
+    return dataclasses.replace(made, causes=causes(certain))
+
+
+def _without_fit(
+    scenario: Scenario, telemetry: Telemetry, data: Batch, belief: Belief, error: NoFit
+) -> Calibration:
+    """Return a calibration from all readings if no check finds a cause, which is inconsistent.
+
+    Raises
+    ------
+    CannotCalibrate
+        With the noise of the gyro for which the fit is consistent, or with what a check finds.
+    """
+    walk = _walk_of_gyro(scenario, telemetry) if telemetry.has_gyro else None
+    if walk is not None:
+        sample = walk / (60.0 * np.sqrt(np.median(data.durations)))
+        raise CannotCalibrate(
+            f"gyro is noisier than declared, about {walk:.2g} deg/sqrt(h): declare "
+            f"gyro.angle_random_walk_deg_per_sqrt_h, or gyro.sample_noise_deg_s = {sample:.2g} "
+            f"({error})"
+        )
+    checks = check(scenario, telemetry, data)
+    if not causes(checks):
+        with suppress(ValueError):
+            return _concluded(scenario, telemetry, belief, fit(data, belief, 0.0))
+    raise CannotCalibrate(str(error), checks) from error
+
+
+def _walk_of_gyro(scenario: Scenario, telemetry: Telemetry) -> float | None:
+    """Return the angle random walk [deg/sqrt(h)] that explains telemetry, if one does."""
+    noisy = dataclasses.replace(scenario, gyro=with_noise(scenario.gyro, _NOISIER))
+    try:
+        data, belief = for_delays(batch(noisy, telemetry), Belief.of(noisy))
+        found = fit(data, belief, GATE)
+    except ValueError:
+        return None
+    if not _concluded(noisy, telemetry, belief, found).supported:
+        return None
+    return float(60.0 * np.degrees(gyro_walk(found.solution)))
 
 
 def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: Fit) -> Calibration:
-    """What a fit says, and the tests of it."""
+    """Return the calibration of a fit, with all tests."""
     data, n = found.batch, len(found.batch.times)
     last = found.solution.estimate
     past = filtered(found.solution)
     states, covariance = at_the_end(belief, found)
-    channels, left_out = channels_of(telemetry, data, past.innovations)
-    tested = hypotheses(found.solution, channels)
+    whole = _with_all_readings(belief, found)
+    all_past = past if whole is found else filtered(whole.solution)
+    channels, left_out = channels_of(telemetry, data, all_past.innovations)
+    tested = hypotheses(whole.solution, channels, telemetry.has_gyro)
     before = Belief.of(scenario)
-    n_tests = number_of_tests(before) + len(tested) + left_out * (1 + len(past.innovations))
-    n_tests += 2 * sum(len(each.samples) > 0 for each in past.innovations)
+    n_tests: float = number_of_tests(before) + left_out * (1 + len(past.innovations))
+    n_tests += sum(each.weight for each in tested.values())
+    # NIS and correlation fail on one side of an interval each
+    n_tests += sum(len(each.samples) > 0 for each in past.innovations)
     tests = sensor_tests(found, past, n_tests)
-    model_tests, doubts = models.model_tests(
-        found.solution, tested, n_tests, models.scatter_of(tests)
-    )
+    scatter = models.scatter_of(sensor_tests(whole, all_past, n_tests))
+    model_tests, doubts = models.model_tests(whole.solution, tested, n_tests, scatter)
     return Calibration(
         scenario=scenario,
         time=float(data.times[-1]),
@@ -145,10 +201,20 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
         notes=(
             *_notes(telemetry, data),
             *(note for test in tests for note in test.notes()),
+            *caution_notes(found.solution, tests),
             *doubts,
         ),
         history=_history(found, past),
     )
+
+
+def _with_all_readings(belief: Belief, found: Fit) -> Fit:
+    """Return a fit that keeps outliers, if a sensor has more of them than an outlier explains."""
+    counts = found.solution.used.sum(axis=1) + found.rejected.sum(axis=1)
+    if not (found.rejected.sum(axis=1) > MOST_REJECTED * counts).any():
+        return found
+    whole = settle(found.batch, belief, found.solution.estimate, 0.0)
+    return whole if whole.solution.settled() else found
 
 
 def at_the_end(belief: Belief, found: Fit) -> tuple[Floats, Floats]:

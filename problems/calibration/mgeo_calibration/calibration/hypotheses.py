@@ -1,43 +1,52 @@
-"""Hypotheses about gyro, sensors and orbit that a scenario does not model, for score tests."""
+"""Errors that a scenario does not model, for score tests: one list of hypotheses."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.errors import by_axis
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
 
 from mgeo_calibration.calibration.corrections import unit_of_innovations
 from mgeo_calibration.estimation import departures as made
-from mgeo_calibration.estimation.batch import Batch
-from mgeo_calibration.estimation.independent_rates import independent_rates
+from mgeo_calibration.estimation.batch import RATE_MAGNITUDES, Batch
 from mgeo_calibration.estimation.residuals import Innovations
 from mgeo_calibration.estimation.score import Combined, Departure, Score
 from mgeo_calibration.estimation.smoother import Solution
 from mgeo_calibration.telemetry.columns import channel_of
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
-#: What the key is of something that no state has.
+#: Keys of errors that no state models.
 _SPLIT = "calibrate what is before and after on its own"
-#: A gyro that reports the rate at its sample is early by half a step.
 _SAMPLED = 'rate = "instantaneous" under [gyro] of the mapping, or its times'
-#: How an offset may change: slowly, or at once.
-_DRIFTS: tuple[made.Profile, ...] = (made.ramp, made.waves)
-#: One in the first part looks like a prior that is wrong, and is left to that test.
+_TAKEN_OUT = "no state models it, remove it from the readings"
+#: Key of an error that follows a column.
+_FOLLOWS = {"bias": "influences", "misalignment": 'influences with error = "misalignment"'}
+#: Courses of an offset: slow ones, and a change within one part of the flight. A change in the
+#: first part is left to the test of the prior.
+_DRIFTS: tuple[made.Course, ...] = (made.ramp, made.waves)
 _STEPS = tuple(made.step(number) for number in range(1, made.PARTS))
 _SHARES = np.linspace(0.0, 1.0, 1001)
-#: 1-sigmas by which a decay may be negative.
-_FAR = 4.0
-#: What says that a bias follows a channel; a misalignment follows none.
-_INFLUENCES = "influences"
-_TAKEN_OUT = "no state has it, take it out of what is read"
-_MOST = 4  # other columns: each has a question for gyro and every sensor
+#: 1-sigmas by which a decay may be negative, and coefficients of axes errors that are linear.
+_FAR, _LINEAR = 4.0, 5.0
+#: Other columns that are tested, at most: each has hypotheses for gyro and every sensor.
+_MOST_CHANNELS = 4
+_RARE = 0.02
+_DEG = float(np.degrees(made.LARGE_AXES_ERROR))
+#: Size of an axes error with a coefficient of one, its unit, and the key that models it.
+_AXES = {
+    "scale_factor": (made.LARGE_AXES_ERROR, "", "initial_scale_factor"),
+    "misalignment": (_DEG, "deg", "initial_misalignment_deg"),
+    "nonorthogonality": (_DEG, "deg", "initial_nonorthogonality_deg"),
+    "scale_asymmetry": (made.LARGE_AXES_ERROR, "", f"influences of {', '.join(RATE_MAGNITUDES)}"),
+}
 
 
 @dataclass(frozen=True)
@@ -46,173 +55,225 @@ class Hypothesis:
 
     Attributes
     ----------
-    options : tuple of Departure or Combined
-        Alternative forms of the error, of which the one with the greatest evidence counts.
-    says : function
-        Describes the estimate of a score, with its 1-sigma.
+    name : str
+        Owner and error: ``mag.delay``.
     key : str
-        Key of the scenario that models the error.
+        Key of the scenario that models the error, or what to do.
+    says : function
+        Describes the estimate of a score, with its 1-sigma and unit.
+    options : tuple of Departure or Combined
+        Alternative forms of the error, of which the most significant counts.
+    applies : bool
+        Whether the scenario does not model the error.
     possible : function
         Returns whether a score is physically possible.
+    shown_by : str
+        What makes the error observable.
+    instead : float, optional
+        Coefficient that is likely if the error exists at all: a convention that was not declared.
+    weight : float
+        Share of the significance level, relative to other tests; less of an error that is rare, or
+        large where it exists.
     """
 
-    options: tuple[Departure | Combined, ...]
-    says: Callable[[Score], str]
+    name: str
     key: str
+    says: Callable[[Score], str]
+    options: tuple[Departure | Combined, ...]
+    applies: bool = True
     possible: Callable[[Score], bool] = lambda score: True
+    shown_by: str = "telemetry"
+    instead: float | None = None
+    weight: float = 1.0
+
+
+def hypotheses(
+    solution: Solution, channels: Mapping[str, Floats], has_gyro: bool = True
+) -> dict[str, Hypothesis]:
+    """Return all hypotheses that a flight can be tested for, by name.
+
+    Parameters
+    ----------
+    channels : mapping of str to array, shape (N,)
+        Other columns at the samples, in any unit.
+    has_gyro : bool
+        Whether the rates are measured; a satellite without gyro has no errors of a gyro.
+    """
+    rates, changes = made.smoothed_rates(solution), made.vector_rates(solution)
+    tested = [*_of_gyro(solution, rates, channels)] if has_gyro else []
+    for index in range(len(solution.batch.suite.sensors)):
+        if solution.used[index].any():
+            late = made.delay(index, rates, changes)
+            tested += _of_sensor(solution, index, late, channels)
+    sensors = solution.batch.suite.sensors
+    track, shifted = "its orbit along the track", made.along_track(len(sensors), changes)
+    says = partial(_in_time, "the satellite is", f"behind {track}", f"ahead of {track}")
+    has_field = any(isinstance(sensor, Magnetometer) for sensor in sensors)
+    tested.append(Hypothesis("orbit.along_track", "orbit, epoch", says, (shifted,), has_field))
+    return {each.name: each for each in tested if each.applies}
 
 
 def channels_of(
     telemetry: Telemetry, data: Batch, innovations: Sequence[Innovations]
 ) -> tuple[dict[str, Floats], int]:
-    """The `_MOST` other columns that innovations follow most, at the samples; how many others."""
+    """Return the other columns that innovations follow most, and the number of the rest."""
     found = {}
     for name, values in telemetry.others.items():
         channel = np.interp(data.times, telemetry.times, values)
         if np.ptp(channel) > 0.0:
             scaled = (channel - channel.mean()) / channel.std()
-            told = sum(
+            followed = sum(
                 float(np.square(scaled[each.samples] @ each.whitened).sum())
                 / max(len(each.samples), 1)
                 for each in innovations
             )
-            found[name] = told, channel
-    most = sorted(found, key=lambda name: -found[name][0])[:_MOST]
+            found[name] = followed, channel
+    most = sorted(found, key=lambda name: -found[name][0])[:_MOST_CHANNELS]
     return {name: found[name][1] for name in most}, len(found) - len(most)
 
 
-def hypotheses(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Hypothesis]:
-    """Return all hypotheses, by name.
-
-    Parameters
-    ----------
-    channels : mapping of str to array, shape (N,)
-        What else was measured at the samples, in any unit.
-    """
-    rates = independent_rates(solution)
-    changes = made.vector_rates(solution)
-    tested = _of_gyro(solution, rates, channels) | _of_orbit(solution, changes)
-    for index in range(len(solution.batch.suite.sensors)):
-        if solution.used[index].any():
-            late = made.delay(index, rates, changes)
-            tested |= _of_sensor(solution, index, late, channels)
-    return tested
+def follows(owner: Gyro | Sensor, column: str, error: str = "bias") -> bool:
+    """Return whether the scenario models that an error of an owner follows a column."""
+    return any(
+        channel_of([column], each.channel) for each in owner.influences if each.error == error
+    )
 
 
 def _of_gyro(
     solution: Solution, rates: Floats, channels: Mapping[str, Floats]
-) -> dict[str, Hypothesis]:
-    gyro, times = solution.batch.suite.gyro, solution.batch.times
+) -> Iterator[Hypothesis]:
+    gyro, batch = solution.batch.suite.gyro, solution.batch
+    times, durations = batch.times, batch.durations
     duration, size = float(times[-1] - times[0]), gyro.initial_bias_deg_s
 
     def decays(score: Score) -> str:
         found, sigma = score.estimate[0] / duration, score.sigma[0] / duration
-        return f"gyro.bias decays by {sized(gyro.bias_decay + found, sigma)} 1/s, not " + (
-            f"{gyro.bias_decay:g}"
-        )
+        decay = sized(gyro.bias_decay + found, sigma)
+        return f"gyro.bias decays by {decay} 1/s, not {gyro.bias_decay:g}"
 
-    def drifted(score: Score) -> str:
+    def may_decay(score: Score) -> bool:
+        total = gyro.bias_decay * duration + score.estimate[0]
+        return bool(total > -_FAR * score.sigma[0])
+
+    def drifts(score: Score) -> str:
+        by = size * _range(_DRIFTS, score)
+        walk = math.radians(by) / math.sqrt(duration)
         return (
-            f"gyro.bias drifts by {size * _range(_DRIFTS, score):.2g} deg/s, more than "
-            f"rate_random_walk = {max(gyro.drift):g} explains"
+            f"gyro.bias drifts by {by:.2g} deg/s, as with a random walk of about {walk:.1g}, not "
+            f"{max(gyro.drift):g} rad/s^1.5"
         )
 
-    rises = made.bias_drift(solution)
-    tested = {
-        "gyro.bias_decay": Hypothesis(
-            (made.bias_decay(solution),),
-            decays,
-            "gyro.bias_decay",
-            lambda score: gyro.bias_decay * duration + score.estimate[0] > -_FAR * score.sigma[0],
-        ),
-        "gyro.drift": Hypothesis(made.along(rises, _DRIFTS), drifted, "gyro.rate_random_walk"),
-        "gyro.step": Hypothesis(
-            made.along(rises, _STEPS), partial(_stepped, "gyro.bias", size, "deg/s", times), _SPLIT
-        ),
-    }
-    for state, (factor, unit, key) in _ERRORS.items():
-        if state not in gyro.states():
-            says = partial(_worst, f"gyro.{state} is", factor, unit)
-            departure = made.gyro_error(rates, state)
-            tested[f"gyro.{state}"] = Hypothesis((departure,), says, f"gyro.{key}")
-    if np.count_nonzero(solution.used.any(axis=1)) > 1:  # else it is the delay of the only sensor
-        early = made.gyro_early(rates, solution.batch.durations)
-        says = partial(_in_time, "gyro reports rates", "early", "late")
-        tested["gyro.delay"] = Hypothesis((early,), says, _SAMPLED)
-    for name, channel in channels.items():
-        says = partial(_worst, f"gyro.bias follows {name} by", size / np.ptp(channel), "deg/s")
+    def is_noisy(score: Score) -> str:
+        # about half of the variance of a score is the gyro's, the other half the sensors'
+        more = 2.0 * max(0.0, score.chi_square / max(score.freedom, 1) - 1.0)
+        walk = max(by_axis(gyro.angle_random_walk_deg_per_sqrt_h)) * math.sqrt(1.0 + more)
+        return f"gyro is noisier than declared, about {walk:.2g} deg/sqrt(h)"
+
+    rises, steps = made.bias_drift(solution), partial(_stepped, "gyro.bias", size, "deg/s", times)
+    noise, decay = (made.gyro_noise(solution),), (made.bias_decay(solution),)
+    constant = -gyro.bias_decay * duration or None
+    walk, name = "gyro.angle_random_walk_deg_per_sqrt_h", "gyro.bias_decay"
+    yield Hypothesis(name, name, decays, decay, possible=may_decay, instead=constant)
+    yield Hypothesis("gyro.drift", "gyro.rate_random_walk", drifts, made.along(rises, _DRIFTS))
+    yield Hypothesis("gyro.step", _SPLIT, steps, made.along(rises, _STEPS))
+    yield Hypothesis("gyro.noise", walk, is_noisy, noise, weight=_RARE)
+    modeled = {*gyro.states()} | (
+        {"scale_asymmetry"} if follows(gyro, RATE_MAGNITUDES[0]) else set()
+    )
+    for state in _AXES:
+        yield _axes_error("gyro", state, made.gyro_error(rates, state), state not in modeled)
+    yield Hypothesis(
+        "gyro.delay",
+        _SAMPLED,
+        partial(_in_time, "gyro reports rates", "early", "late"),
+        (made.gyro_early(rates, durations),),
+        applies=int(solution.used.any(axis=1).sum()) > 1,  # else it is the sensor's delay
+        shown_by="rotation",
+        instead=0.5 * float(np.median(durations)) / made.LARGE_DELAY_S,
+    )
+    for column, channel in channels.items():
         departure = made.gyro_follows(solution, _scaled(channel))
-        if not follows(gyro, name):
-            tested[f"gyro.{name}"] = Hypothesis((departure,), says, f"gyro.{_INFLUENCES}")
-    return tested
-
-
-def follows(owner: Gyro | Sensor, column: str) -> bool:
-    """Whether the bias of gyro or sensor follows a column of telemetry already."""
-    return any(channel_of([column], each.channel) for each in owner.influences)
+        yield _following("gyro", gyro, "bias", (column, channel), departure, (size, "deg/s"))
 
 
 def _of_sensor(
     solution: Solution, index: int, late: Departure, channels: Mapping[str, Floats]
-) -> dict[str, Hypothesis]:
-    batch = solution.batch
-    sensor, name = batch.suite.sensors[index], batch.suite.sensors[index].name
-    shown = unit_of_innovations(sensor)
-    unit, factor = shown.text, shown.factor
-    sizes = 10.0 * float(np.max(sensor.noise())) * factor
-    offset = f"{name}.{sensor.offset}"
+) -> Iterator[Hypothesis]:
+    times, sensor = solution.batch.times, solution.batch.suite.sensors[index]
+    name, states, unit = sensor.name, sensor.states(), unit_of_innovations(sensor)
+    size = made.LARGE_OFFSET * float(np.max(sensor.noise())) * unit.factor
+    offset, rises = f"{name}.{sensor.offset}", made.wander(solution, index)
 
     def wanders(score: Score) -> str:
-        by = f"{offset} changes by {sizes * _range(_DRIFTS, score):.3g} {unit}"
+        by = f"{offset} changes by {size * _range(_DRIFTS, score):.3g} {unit.text}"
         if not score.option:
             return f"{by}, evenly"
-        return f"{by}, most about {_when(batch.times, _DRIFTS, score):.0f} s"
+        return f"{by}, most about {_when(times, _DRIFTS, score):.0f} s"
 
-    rises = made.wander(solution, index)
-    tested = {
-        f"{name}.drift": Hypothesis(made.along(rises, _DRIFTS), wanders, _SPLIT),
-        f"{name}.step": Hypothesis(
-            made.along(rises, _STEPS), partial(_stepped, offset, sizes, unit, batch.times), _SPLIT
-        ),
-    }
-    if "delay" not in sensor.states():
-        says, key = partial(_in_time, f"{name} is", "late", "early"), f"{name}.initial_delay_s"
-        tested[f"{name}.delay"] = Hypothesis((late,), says, key)
+    steps = partial(_stepped, offset, size, unit.text, times)
+    yield Hypothesis(f"{name}.drift", _SPLIT, wanders, made.along(rises, _DRIFTS))
+    yield Hypothesis(f"{name}.step", _SPLIT, steps, made.along(rises, _STEPS))
+    yield Hypothesis(
+        f"{name}.delay",
+        f"{name}.initial_delay_s",
+        partial(_in_time, f"{name} is", "late", "early"),
+        (late,),
+        applies="delay" not in states,
+        shown_by="rotation",
+    )
     for state in ("scale_factor", "nonorthogonality"):
-        if isinstance(sensor, Magnetometer) and state not in sensor.states():
-            size, of, key = _ERRORS[state]
-            says = partial(_worst, f"{name}.{state} is", size, of)
-            departure = made.vector_error(index, state)
-            tested[f"{name}.{state}"] = Hypothesis((departure,), says, f"{name}.{key}")
-    for other, channel in channels.items():
-        says = partial(_worst, f"{offset} follows {other} by", sizes / np.ptp(channel), unit)
-        departure = made.follows(index, _scaled(channel))
-        key = f"{name}.{_INFLUENCES}" if "bias" in sensor.states() else _TAKEN_OUT
-        if not follows(sensor, other):
-            tested[f"{name}.{other}"] = Hypothesis((departure,), says, key)
-    return tested
+        if isinstance(sensor, Magnetometer):
+            error = made.vector_error(index, state)
+            yield _axes_error(name, state, error, state not in states)
+    for each in channels.items():
+        channel = _scaled(each[1])
+        departure = made.follows(index, channel)
+        yield _following(name, sensor, sensor.offset, each, departure, (size, unit.text))
+        if "misalignment" in states and sensor.offset == "bias":
+            turned = made.turns_with(index, channel)
+            yield _following(name, sensor, "misalignment", each, turned, (_DEG, "deg"))
 
 
-def _of_orbit(solution: Solution, changes: made.VectorRates) -> dict[str, Hypothesis]:
-    sensors = solution.batch.suite.sensors
-    if not any(isinstance(sensor, Magnetometer) for sensor in sensors):
-        return {}
-    shifted = made.along_track(len(sensors), changes)
-    track = "its orbit along the track"
-    says = partial(_in_time, "the satellite is", f"behind {track}", f"ahead of {track}")
-    return {"orbit.along_track": Hypothesis((shifted,), says, "orbit, epoch")}
+def _axes_error(name: str, state: str, error: Departure, applies: bool) -> Hypothesis:
+    size, unit, key = _AXES[state]
+    says = partial(_worst, f"{name}.{state} is", size, unit)
+    weight = _RARE if state == "scale_asymmetry" else 1.0
+    return Hypothesis(
+        f"{name}.{state}",
+        f"{name}.{key}",
+        says,
+        (error,),
+        applies,
+        possible=lambda score: bool(np.abs(score.estimate).max() < _LINEAR),
+        shown_by="rotation",
+        weight=weight,
+    )
 
 
-#: Factor to the unit of people, that unit, and the key of an initial 1-sigma.
-_ERRORS = {
-    "scale_factor": (1.0, "", "initial_scale_factor"),
-    "misalignment": (float(np.degrees(1.0)), "deg", "initial_misalignment_deg"),
-    "nonorthogonality": (float(np.degrees(1.0)), "deg", "initial_nonorthogonality_deg"),
-}
+def _following(
+    name: str,
+    owner: Gyro | Sensor,
+    error: str,
+    column: tuple[str, Floats],
+    departure: Departure,
+    size: tuple[float, str],
+) -> Hypothesis:
+    """Return the hypothesis that an error of an owner follows a column, by name and values."""
+    (called, values), (large, unit) = column, size
+    is_offset = error == (owner.offset if isinstance(owner, Sensor) else "bias")
+    key = f"{name}.{_FOLLOWS[error]}" if error in _FOLLOWS else _TAKEN_OUT
+    return Hypothesis(
+        f"{name}.{called}" if is_offset else f"{name}.{error}.{called}",
+        key,
+        partial(_worst, f"{name}.{error} follows {called} by", large / np.ptp(values), unit),
+        (departure,),
+        applies=not follows(owner, called, error),
+        weight=1.0 if is_offset else _RARE,
+    )
 
 
 def sized(value: float, sigma: float) -> str:
-    """With its 1-sigma, to the same digit."""
+    """Format a value with its 1-sigma, to the same digit."""
     if not 0.0 < sigma < np.inf:
         return f"{value:.2g} ± {sigma:.1g}"
     digit = math.floor(math.log10(sigma))
@@ -223,23 +284,17 @@ def sized(value: float, sigma: float) -> str:
 
 
 def _worst(words: str, factor: float, unit: str, score: Score) -> str:
-    """The axis that says most."""
+    """Describe the most significant axis."""
     axis = int(np.argmax(np.abs(score.estimate) / score.sigma))
     value = sized(factor * score.estimate[axis], factor * score.sigma[axis])
     return " ".join(filter(None, (words, value, unit, f"along {'xyz'[axis]}")))
 
 
-def _scaled(channel: Floats) -> Floats:
-    """On a scale of order one, from its mean."""
-    scaled: Floats = (channel - channel.mean()) / np.ptp(channel)
-    return scaled
-
-
 def _in_time(words: str, positive: str, negative: str, score: Score) -> str:
-    """By how many seconds something is off, and to which side."""
+    """Describe a time by its size and sign."""
     (off,), (sigma,) = score.estimate.tolist(), score.sigma.tolist()
     side = positive if off >= 0.0 else negative
-    return f"{words} {sized(made.LATE * abs(off), made.LATE * sigma)} s {side}"
+    return f"{words} {sized(made.LARGE_DELAY_S * abs(off), made.LARGE_DELAY_S * sigma)} s {side}"
 
 
 def _stepped(offset: str, size: float, unit: str, times: Floats, score: Score) -> str:
@@ -248,22 +303,25 @@ def _stepped(offset: str, size: float, unit: str, times: Floats, score: Score) -
     return f"{offset} changes by {by:.3g} {unit} at about {at:.0f} s"
 
 
-def _path(profiles: Sequence[made.Profile], score: Score) -> Floats:
-    """What an offset goes through, shape (1001, 3)."""
-    path: Floats = profiles[score.option](_SHARES) @ score.estimate.reshape(-1, 3)
+def _scaled(channel: Floats) -> Floats:
+    """Return a channel without its mean, over its range."""
+    scaled: Floats = (channel - channel.mean()) / np.ptp(channel)
+    return scaled
+
+
+def _path(courses: Sequence[made.Course], score: Score) -> Floats:
+    """Return the offset over the flight, shape (1001, 3)."""
+    path: Floats = courses[score.option](_SHARES) @ score.estimate.reshape(-1, 3)
     return path
 
 
-def _range(profiles: Sequence[made.Profile], score: Score) -> float:
-    return float(np.ptp(_path(profiles, score), axis=0).max())
+def _range(courses: Sequence[made.Course], score: Score) -> float:
+    return float(np.ptp(_path(courses, score), axis=0).max())
 
 
-def _when(times: Floats, profiles: Sequence[made.Profile], score: Score) -> float:
-    """At which time an offset changes fastest; of a part in which it does the middle.
-
-    Of one of which nothing is known, and so never changes, the middle of all.
-    """
-    speed = np.linalg.norm(np.diff(_path(profiles, score), axis=0), axis=1)
+def _when(times: Floats, courses: Sequence[made.Course], score: Score) -> float:
+    """Return the time at which an offset changes fastest, the middle if it changes evenly."""
+    speed = np.linalg.norm(np.diff(_path(courses, score), axis=0), axis=1)
     fastest = np.flatnonzero(speed >= 0.999 * speed.max())
     share = 0.5 * (_SHARES[fastest[0]] + _SHARES[fastest[-1] + 1])
     return float(times[0] + share * (times[-1] - times[0]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -15,11 +15,13 @@ from mgeo_attitude.sensors.base import with_noise as scaled_noise
 from mgeo_attitude.sensors.errors import Influence, sigma_of
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.settings.errors import InvalidValue, known_names
+from mgeo_attitude.settings.types import DEG
 
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.corrections import unit_of_bias
 from mgeo_calibration.calibration.from_telemetry import calibrate
 from mgeo_calibration.calibration.hypotheses import follows
+from mgeo_calibration.estimation.batch import RATE_MAGNITUDES
 from mgeo_calibration.telemetry.columns import name_and_unit
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
@@ -64,15 +66,18 @@ def calibrate_with(
 
 
 def with_states(scenario: Scenario, keys: Sequence[str], others: Mapping[str, Floats]) -> Scenario:
-    """The scenario with states that it is without, of about the size that they usually have.
+    """Return the scenario with more states, of about the size that they usually have.
 
     Parameters
     ----------
+    keys : sequence of str
+        ``mag.scale_factor``; ``mag.temp`` or ``mag.misalignment.temp`` of a column that the bias or
+        misalignment follows; ``gyro.scale_asymmetry``.
     others : mapping of str to array
-        Other columns of telemetry, which biases may follow.
+        Other columns of telemetry.
     """
     channels = followable(scenario, others)
-    options = addable(scenario) | dict.fromkeys(channels, _INFLUENCES)
+    options: dict[str, Any] = addable(scenario) | dict.fromkeys(channels, _INFLUENCES)
     for key in keys:
         if key not in options:
             expected = f"expected something that can be added{known_names(key, [*options, NOISE])}"
@@ -88,7 +93,7 @@ def with_states(scenario: Scenario, keys: Sequence[str], others: Mapping[str, Fl
             for key in own
             if key not in channels
         }
-        new: list[Influence] = [channels[key] for key in own if key in channels]
+        new: list[Influence] = [each for key in own for each in channels.get(key, ())]
         if new:
             more[_INFLUENCES] = (*getattr(owner, _INFLUENCES), *new)
         return dataclasses.replace(owner, **more)
@@ -113,23 +118,38 @@ def addable(scenario: Scenario) -> dict[str, str]:
     return found
 
 
-def followable(scenario: Scenario, others: Mapping[str, Floats]) -> dict[str, Influence]:
-    """Influences of columns that gyro and sensors with a bias are without, by ``OWNER.COLUMN``."""
-    found = {}
+def followable(
+    scenario: Scenario, others: Mapping[str, Floats]
+) -> dict[str, tuple[Influence, ...]]:
+    """Return influences that a scenario does not have, by the keys of `with_states`."""
+    found: dict[str, tuple[Influence, ...]] = {}
     owners: tuple[Gyro | Sensor, ...] = (scenario.gyro, *scenario.sensors)
     for owner in owners:
-        bias, name = owner.states().get("bias"), getattr(owner, "name", "gyro")
-        for column, values in others.items():
-            if bias is None or follows(owner, column) or not np.ptp(values):
-                continue
-            channel, unit = name_and_unit(column)
-            in_key = unit_of_bias(owner).factor
-            found[f"{name}.{channel}"] = Influence(
-                channel,
-                initial_sigma=float(_LARGE * in_key * np.max(sigma_of(bias)) / np.ptp(values)),
-                unit=unit or "unit",
-                reference=float(np.mean(values)),
-            )
+        states, name = owner.states(), getattr(owner, "name", "gyro")
+        errors: dict[Literal["bias", "misalignment"], str]
+        errors = {"bias": "", "misalignment": "misalignment."}
+        if isinstance(owner, Gyro):
+            del errors["misalignment"]
+            if not any(follows(owner, magnitude) for magnitude in RATE_MAGNITUDES):
+                found["gyro.scale_asymmetry"] = tuple(
+                    Influence(magnitude, initial_sigma=SIZES["scale_factor"], unit="deg/s")
+                    for magnitude in RATE_MAGNITUDES
+                )
+        for error, prefix in errors.items():
+            for column, values in others.items():
+                if error not in states or follows(owner, column, error) or not np.ptp(values):
+                    continue
+                channel, unit = name_and_unit(column)
+                sigma = _LARGE * np.max(sigma_of(states[error]))
+                in_key = unit_of_bias(owner) if error == "bias" else DEG
+                influence = Influence(
+                    channel,
+                    initial_sigma=float(in_key.factor * sigma / np.ptp(values)),
+                    unit=unit or "unit",
+                    reference=float(np.mean(values)),
+                    error=error,
+                )
+                found[f"{name}.{prefix}{channel}"] = (influence,)
     return found
 
 

@@ -1,4 +1,4 @@
-"""Search for swapped axes, other orders of quaternions and other units of rates.
+"""Search for swapped axes and other orders of quaternions.
 
 Short windows of samples are compared with what the vectors should be by Wahba's problem, once as
 the telemetry says and once for each mistake.
@@ -26,18 +26,6 @@ _WILD = 3.0  # a step does not turn by more [rad]
 #: A cause leaves this share of the misfit; of those that leave hardly more the simplest is taken.
 _BETTER, _AS_GOOD = 0.2, 1.5
 _WELL = 5.0  # and no more than so many times what noise and errors as believed leave
-
-#: What rates may be by mistake, and what they would have to be multiplied by.
-RATE_FACTORS = {
-    "in rad/s": float(np.degrees(1.0)),
-    "in deg/h": 1.0 / 3600.0,
-    "in rev/min": 6.0,
-    "in mdeg/s": 1e-3,
-    "ten times as large": 10.0,
-    "a tenth as large": 0.1,
-    "a hundred times as large": 100.0,
-    "a hundredth as large": 0.01,
-}
 
 #: Mistaken readings of quaternions: in words, which numbers are (x, y, z, scalar), and whether the
 #: rotation is the inverse.
@@ -72,9 +60,6 @@ def axes_causes(batch: Batch) -> Iterator[str]:
             found.append((_misfit(other, turned), changes, words))
     for P, changes, words in _signed():
         found.append((_misfit(seen, _turned(rates @ P.T)), changes, f"gyro{words}"))
-    for unit, factor in RATE_FACTORS.items():
-        words = f"gyro: the vectors turn as if its rates were {unit}"
-        found.append((_misfit(seen, _turned(factor * rates)), 1, words))
     least = min(misfit for misfit, _, _ in found)
     lasts = batch.times[windows[:, -1]] - batch.times[windows[:, 0]]
     astray = float(np.median(bias[0] * lasts) ** 2) / 6.0  # of two numbers, about their mean

@@ -31,6 +31,10 @@ from mgeo_calibration.telemetry.orbit_checks import norms
 from mgeo_calibration.telemetry.quantization import angle_variance
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
+#: Channels of the magnitudes of the gyro's rates [deg/s]: a bias that follows them is a scale
+#: factor that differs between the senses of rotation.
+RATE_MAGNITUDES = ("abs_gyro_x", "abs_gyro_y", "abs_gyro_z")
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Batch:
@@ -169,11 +173,22 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
         influences=suite.influence_values(
             {
                 name: np.interp(times, telemetry.times, values)
-                for name, values in followed(suite, telemetry.others).items()
+                for name, values in followed(suite, with_rate_magnitudes(telemetry)).items()
             },
             len(times),
         ),
     )
+
+
+def with_rate_magnitudes(telemetry: Telemetry) -> dict[str, Floats]:
+    """Return the other columns of telemetry and `RATE_MAGNITUDES`, shape (n,)."""
+    there = np.isfinite(telemetry.gyro_deg_s[:, 0])
+    at, rates = telemetry.times[there], np.abs(telemetry.gyro_deg_s[there])
+    magnitudes = {
+        name: np.interp(telemetry.times, at, rates[:, axis])
+        for axis, name in enumerate(RATE_MAGNITUDES)
+    }
+    return {**magnitudes, **telemetry.others}
 
 
 def without_dark(sensor: Sensor, rows: Floats) -> Floats:

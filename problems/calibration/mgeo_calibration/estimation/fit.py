@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -32,6 +33,7 @@ from mgeo_calibration.estimation.trajectory import Trajectory
 FIRST, GROWTH = 200, 3
 _FEWEST = 10
 _ASTRAY = 1.0  # by how much the gyro's bias may turn the attitude over those, 1-sigma [rad]
+_DRIFTED = 0.3  # by how much its random walk may turn what a stretch grows by [rad]
 _ITERATIONS = 30
 _LAST_OF_STRETCH = 0.1, 1e-3
 _ROUNDS = 30  # of leaving out outliers
@@ -59,6 +61,10 @@ class Fit:
         return self.solution.batch
 
 
+class NoFit(ValueError):
+    """The estimate does not converge, or most readings of a sensor are outliers."""
+
+
 def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     """Estimate everything, whatever the attitude is.
 
@@ -71,14 +77,15 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     belief : Belief
         Before the first sample.
     gate : float
-        Probability that a reading without fault is taken for an outlier.
+        Probability that a reading without fault is taken for an outlier; 0 keeps all readings.
 
     Raises
     ------
+    NoFit
+        If the estimate does not converge, or more than half of a sensor's readings are outliers.
     ValueError
-        If no attitude follows from the vectors, they are directions where three numbers are
-        expected, or more than half of a
-        sensor's readings are outliers.
+        If no attitude follows from the vectors, or they are directions where three numbers are
+        expected.
     """
     N = len(batch.times)
     begin = replace(belief, states=start_states(batch, belief))
@@ -87,13 +94,15 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     check_normalized(batch)
     reach = carried_for(batch, belief.sigma[3:6], _ASTRAY)
     least = min(FIRST, max(_FEWEST, where.stop - where.start, reach))
+    drifted = _drifted_for(batch)
     at = Trajectory(np.tile(np.eye(3), (N, 1, 1)), states)
     rejected = implausible(batch)  # until the first solution says what is an outlier
     arcs = np.concatenate([[0], np.flatnonzero(batch.breaks) + 1, [N]])
     low = high = where.start
     while high - low < N:
-        more = max(least, where.stop - where.start, (GROWTH - 1) * (high - low))
-        if 2 * (high - low + more) > N:  # hardly less work than all
+        grown = (GROWTH - 1) * (high - low)
+        more = max(least, where.stop - where.start, min(grown, max(drifted, grown // 8)))
+        if drifted >= N and 2 * (high - low + more) > N:  # hardly less work than all
             more = N
         old = low, high
         low, high = _grown(low, high, more, arcs)
@@ -110,7 +119,7 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
         rejected[:, low:high] = found.rejected
         if high - low < N:
             del found  # which the next would stand beside
-    check(found, gate)
+    check(found, belief, gate)
     return found
 
 
@@ -150,18 +159,27 @@ def settle(
         del solution, left  # which the next would stand beside
 
 
+def _drifted_for(batch: Batch) -> int:
+    """Samples over which the gyro's rate random walk turns the attitude by `_DRIFTED`, 1-sigma."""
+    walk = float(np.linalg.norm(batch.suite.gyro.drift))
+    if not walk:
+        return len(batch.times)
+    duration = (math.sqrt(3.0) * _DRIFTED / walk) ** (2.0 / 3.0)
+    return int(min(len(batch.times), duration / np.median(batch.durations)))
+
+
 def limits(suite: Suite, gate: float) -> Floats:
     """What the square of a reading of each sensor exceeds by chance with this probability."""
     return np.array([chdtri(len(sensor.noise()), gate) for sensor in suite.sensors])
 
 
-def check(found: Fit, gate: float) -> None:
-    """Refuse what did not come to an end, or leaves out more of a sensor than it takes.
+def check(found: Fit, belief: Belief, gate: float) -> None:
+    """Refuse a fit that has not converged, or that rejects more readings of a sensor than it uses.
 
     Raises
     ------
-    ValueError
-        Saying what may be wrong.
+    NoFit
+        With the state that diverged, or the sensor.
     """
     suite = found.batch.suite
     for sensor, no, square, limit in zip(
@@ -169,17 +187,33 @@ def check(found: Fit, gate: float) -> None:
     ):
         count = int(np.isfinite(square).sum())
         if 2 * no.sum() > count > 10:
-            raise ValueError(
-                f"{sensor.name}: {no.sum()} of {count} readings are beyond the chi-square gate "
-                f"{limit:.4g}, their median is {np.nanmedian(square):.3g} where "
-                f"{chdtri(len(sensor.noise()), 0.5):.2g} is expected: "
-                f"are noise, mounting frame and unit as the scenario has them?"
+            raise NoFit(
+                f"{sensor.name}: {no.sum()} of {count} readings are beyond the chi-square gate of "
+                f"{limit:.4g}, their median is {np.nanmedian(square):.3g}: expected "
+                f"{chdtri(len(sensor.noise()), 0.5):.2g}. Check noise, mounting and unit of "
+                f"{sensor.name}"
             )
     if not found.solution.settled():
-        raise ValueError(
-            "the estimate does not settle: are orbit, epoch and mounting frames those of the "
-            "satellite?"
-        )
+        raise NoFit(f"the fit does not converge: {_diverged(found.solution, belief)}")
+
+
+def _diverged(solution: Solution, belief: Belief) -> str:
+    """Describe the state that is farthest from its prior, and the last change of the estimate."""
+    suite, at = solution.batch.suite, solution.estimate
+    off = belief.difference(at.attitude[0], at.states[0])
+    if belief.attitude is None:
+        off[:3] = 0.0
+    sigmas = np.abs(off) / belief.sigma
+    worst = int(sigmas.argmax())
+    block = suite.blocks[worst // 3]
+    unit = suite.units[block]
+    turn = np.linalg.norm(solution.e[:, :3], axis=1)
+    return (
+        f"{block} {'xyz'[worst % 3]} is {unit.factor * at.states[0, worst]:.3g} {unit.text}, "
+        f"{sigmas[worst]:.3g} prior sigmas of {unit.factor * belief.sigma[worst]:.3g} {unit.text} "
+        f"from its prior; the last iteration turns the attitude by {np.degrees(turn.max()):.2g} "
+        f"deg at {solution.batch.times[turn.argmax()]:.0f} s"
+    )
 
 
 def _grown(low: int, high: int, more: int, arcs: np.ndarray) -> tuple[int, int]:

@@ -1,8 +1,8 @@
-"""What telemetry says of coefficients that a model is without, by score tests.
+"""Score tests of coefficients that a model does not have.
 
 C. R. Rao, Large sample tests of statistical hypotheses concerning several parameters, Mathematical
-Proceedings of the Cambridge Philosophical Society 44 (1948) 50-57. All that is estimated is
-estimated beside them, in one pass of the filter.
+Proceedings of the Cambridge Philosophical Society 44 (1948) 50-57. The states of the model are
+estimated together with the coefficients, in one pass of the filter.
 """
 
 from __future__ import annotations
@@ -23,29 +23,29 @@ from mgeo_calibration.estimation.linearization import Equations
 from mgeo_calibration.estimation.smoother import Solution, Span
 
 K = TypeVar("K")
-#: Numbers of a coefficients, shape (a,), and what they add, shape (n, 3, a).
+#: Indices of coefficients, shape (a,), and their effect, shape (n, 3, a).
 Columns = tuple[Ints, Floats]
-#: Chi-squares beyond which a series is taken.
+#: Chi-square from which the tail is computed by a series.
 _FAR = 500.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Departure:
-    """What a model is without, linear in k coefficients.
+    """Error that a model does not have, linear in k coefficients.
 
-    A coefficient of one is a large one: of combinations that are not known better than that,
-    telemetry says nothing.
+    A coefficient of one is a large error. A combination of coefficients whose 1-sigma is larger is
+    not tested.
 
     Attributes
     ----------
     width : int
         k.
     moves : function of Equations, optional
-        What they add to the attitude's error in each step of these [rad], shape (n - 1, 3, k).
+        Change of the attitude error in each step [rad], shape (n - 1, 3, k).
     reads : mapping of int to function of Equations
-        What they add to the readings of sensors, by number, in the filter's units, shape (n, 3, k).
+        Change of the readings of sensors, by index, in the filter's units, shape (n, 3, k).
     bias : array, shape (3, k), optional
-        What they add to the gyro's bias at the last sample beside its own error [rad/s].
+        Change of the gyro bias at the last sample beside the error of its estimate [rad/s].
     """
 
     width: int
@@ -56,12 +56,12 @@ class Departure:
 
 @dataclass(frozen=True, eq=False)
 class Combined:
-    """A model that is without some combinations of a departure's coefficients.
+    """Departure of k combinations of another departure's coefficients.
 
     Attributes
     ----------
     columns : array, shape (departure.width, k)
-        Its coefficients with each of the k.
+        Coefficients of each combination.
     """
 
     departure: Departure
@@ -75,18 +75,18 @@ class Combined:
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """Of the coefficients of a departure, of which nothing is believed.
+    """Score test of the coefficients of a departure.
 
     Attributes
     ----------
     estimate, sigma : arrays, shape (k,)
-        Of combinations of which telemetry says nothing the estimate is none, the 1-sigma infinite.
+        Of combinations that are not tested the estimate is zero and the 1-sigma infinite.
     chi_square : float
-        So distributed if the model is right.
+        Test statistic; chi-square distributed if the model is right.
     freedom : int
-        Its degrees of freedom.
+        Degrees of freedom; zero if no combination is tested.
     option, options : int
-        Number of the departure among so many, of which it says most.
+        Index of the departure, the most significant of so many.
     """
 
     estimate: Floats
@@ -97,11 +97,11 @@ class Score:
     options: int = 1
 
     def p(self, scatter: float = 1.0) -> float:
-        """Probability that chance exceeds it, of noise with so many times its variance."""
+        """Return the p-value for noise of so many times its variance."""
         return float(np.exp(-0.5 * self.evidence(scatter)))
 
     def evidence(self, scatter: float = 1.0) -> float:
-        """-2 ln `p`, also where that is none: a chi-square of two degrees of freedom."""
+        """Return -2 ln p, also where p underflows: a chi-square of two degrees of freedom."""
         if not self.freedom:
             return 0.0
         tail = log_tail(self.chi_square / scatter, self.freedom)
@@ -110,17 +110,17 @@ class Score:
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """Of the m coefficients of all departures.
+    """Scores of the m coefficients of all departures.
 
     Attributes
     ----------
     information : array, shape (m, m)
     score : array, shape (m,)
-        At none of them.
+        At coefficients of zero.
     change : array, shape (n_states, m)
-        Of the errors at the last sample, driven ones first, with each coefficient.
+        Change of the estimates at the last sample with each coefficient, driven states first.
     places : mapping of str to slice
-        Which are of a departure, by its name.
+        Coefficients of each departure, by name.
     """
 
     information: Floats
@@ -129,12 +129,12 @@ class Scores:
     places: Mapping[str, slice]
 
     def of(self, name: str, beside: Sequence[str] = ()) -> Score:
-        """Of a departure, with others estimated beside it."""
+        """Return the score test of a departure with others estimated beside it."""
         numbers = np.arange(len(self.score))
         own = numbers[self.places[name]]
         others = np.concatenate([numbers[:0], *(numbers[self.places[each]] for each in beside)])
         information, score = self.information[np.ix_(own, own)], self.score[own]
-        if len(others):  # what they say is taken out
+        if len(others):
             within = _inverse(self.information[np.ix_(others, others)])[0]
             lost = self.information[np.ix_(own, others)] @ within
             information = information - lost @ self.information[np.ix_(others, own)]
@@ -150,12 +150,12 @@ class Scores:
         )
 
 
-#: Of a unit vector along coefficients, from which on one belongs to it.
+#: Component of a unit vector from which a coefficient belongs to a combination.
 _PART = 0.1
 
 
 def scores(solution: Solution, departures: Mapping[str, Departure | Combined]) -> Scores:
-    """Of a settled solution; what several are combined of is looked at once."""
+    """Return the scores of departures at a converged solution, in one pass of the filter."""
     of = [each.departure if isinstance(each, Combined) else each for each in departures.values()]
     bases = dict.fromkeys(of)  # by identity, in order
     within = _places({base: base.width for base in bases})
@@ -186,10 +186,10 @@ def scores(solution: Solution, departures: Mapping[str, Departure | Combined]) -
 
 
 def log_tail(x: float, freedom: int) -> float:
-    """Logarithm of what chance leaves beyond a chi-square, also where that is no number above zero.
+    """Return the logarithm of the upper tail of a chi-square, also where the tail underflows.
 
-    There it is the series of the incomplete gamma function for large arguments (NIST Digital
-    Library of Mathematical Functions, 8.11.2).
+    For large arguments it is the series of the incomplete gamma function (NIST Digital Library of
+    Mathematical Functions, 8.11.2).
     """
     if x < max(_FAR, 10.0 * freedom):
         return math.log(chdtrc(freedom, x))
@@ -199,7 +199,6 @@ def log_tail(x: float, freedom: int) -> float:
 
 
 def _places(widths: Mapping[K, int]) -> dict[K, slice]:
-    """One after the other."""
     ends = np.cumsum([0, *widths.values()]).tolist()
     return {key: slice(*pair) for key, pair in zip(widths, pairwise(ends), strict=True)}
 
@@ -207,7 +206,7 @@ def _places(widths: Mapping[K, int]) -> dict[K, slice]:
 def _forward(
     solution: Solution, places: Mapping[Departure, slice], last: Floats, R: Floats, gram: Floats
 ) -> None:
-    """One pass that leaves all equations in R, what these do not fit in `gram`, and the last T."""
+    """Fill R with the equations of the constants, `gram` with their residuals, and the last T."""
     for span in solution.spans():
         moves, reads = _added(span, places)
         s, n, b = len(reads), span.high - span.low, max(len(numbers) for numbers, _ in reads)
@@ -234,7 +233,7 @@ def _forward(
 
 
 def _added(span: Span, places: Mapping[Departure, slice]) -> tuple[Columns, list[Columns]]:
-    """What coefficients add to the steps, and to the readings of each sensor."""
+    """Return the effect of coefficients on the steps, and on the readings of each sensor."""
     n, seen = span.high - span.low, span.sightings
     moves, reads = [_none(n - 1)], [[_none(n)] for _ in seen.there]
     for departure, place in places.items():
@@ -248,7 +247,7 @@ def _added(span: Span, places: Mapping[Departure, slice]) -> tuple[Columns, list
 
 
 def _live(each: Sequence[Columns]) -> Columns:
-    """Side by side, without those that are zero."""
+    """Return all columns that are not zero."""
     numbers, columns = (np.concatenate(of, axis=-1) for of in zip(*each, strict=True))
     live = columns.any(axis=(0, 1))
     return numbers[live], np.ascontiguousarray(columns[:, :, live])
@@ -259,10 +258,7 @@ def _none(n: int) -> Columns:
 
 
 def _inverse(information: Floats) -> tuple[Floats, Bools, Floats]:
-    """Covariance of what is known better than one, which of the axes are so, and these.
-
-    Of the rest nothing is said.
-    """
+    """Return the covariance of combinations with a 1-sigma below one, their mask, and all axes."""
     values, axes = np.linalg.eigh(information)
     known: Bools = values > 1.0
     covariance: Floats = (axes[:, known] / values[known]) @ axes[:, known].T

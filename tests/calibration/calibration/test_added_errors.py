@@ -1,0 +1,77 @@
+"""Errors that channels and the sense of rotation change are named, and their states fit."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import Scenario
+from mgeo_calibration import calibrate
+from mgeo_calibration.calibration.recalibration import calibrate_with
+from scipy.spatial.transform import Rotation
+
+from .faults import says, temperature
+from .flights import PLAN, short
+from .independent import fly, steady
+
+SCENARIO = short(Scenario.cubesat_6u(), 3000.0)
+MOTION = steady([*PLAN, -0.5, -0.3, 0.2, 400.0, 0.3, -0.6, -0.2, 500.0, -0.2, 0.4, -0.7, 600.0])
+COMMON = {f"{name}.{state}": slice(3 * k, 3 * k + 3) for k, (name, state) in enumerate(
+    [("attitude", ""), ("gyro", "bias"), ("sun", "misalignment"), ("sun", "bias"),
+     ("mag", "misalignment"), ("mag", "bias")])}  # fmt: skip
+
+
+def asymmetric(telemetry):
+    rates = telemetry.gyro_deg_s
+    rates = rates + np.array([0.005, -0.004, 0.003]) * np.abs(rates)
+    return dataclasses.replace(telemetry, gyro_deg_s=rates)
+
+
+def bent(telemetry):
+    """The magnetometer turns by up to 0.5 deg with the temperature."""
+    warm = temperature(telemetry.times)
+    turn = 0.06 * (warm - warm.mean())[:, None] * np.array([0.6, -0.6, 0.5])
+    field = Rotation.from_rotvec(turn, degrees=True).apply(telemetry.sensors["mag"])
+    sensors = {**telemetry.sensors, "mag": field}
+    return dataclasses.replace(telemetry, sensors=sensors, others={"temp": warm})
+
+
+def torqued(telemetry):
+    """Two torquers with duty cycles, and a current of the panels, add to the field."""
+    t = telemetry.times
+    duty = {
+        "duty_x": 0.5 + 0.5 * np.sign(np.sin(2.0 * np.pi * t / 70.0)),
+        "duty_y": np.clip(np.sin(2.0 * np.pi * t / 333.0), 0.0, 1.0),
+        "panel": 0.4 + 0.3 * np.sin(2.0 * np.pi * t / 1500.0),
+    }
+    per_unit = np.array([[300.0, 100.0, -50.0], [0.0, 250.0, 80.0], [-60.0, 40.0, 200.0]])
+    field = telemetry.sensors["mag"] + np.column_stack(list(duty.values())) @ per_unit
+    sensors = {**telemetry.sensors, "mag": field}
+    return dataclasses.replace(telemetry, sensors=sensors, others=duty)
+
+
+FAULTS = {
+    "asymmetry": (asymmetric, r"gyro\.scale_asymmetry is ", ["gyro.scale_asymmetry"]),
+    "misalignment": (bent, r"mag\.misalignment follows temp by ", ["mag.misalignment.temp"]),
+    "torquers": (
+        torqued,
+        r"mag\.bias follows (duty_x|duty_y|panel) by ",
+        ["mag.duty_x", "mag.duty_y", "mag.panel"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_an_error_is_named_and_the_state_that_is_added_fits(name):
+    spoil, cause, keys = FAULTS[name]
+    telemetry = spoil(fly(SCENARIO, MOTION, 3))
+    first = calibrate(SCENARIO, telemetry)
+    assert not first.supported
+    assert says(cause, first.failures[0]), first.failures
+    found = calibrate_with(first, telemetry, keys)
+    assert found.supported, found.conclusion
+    for block in ("gyro.bias", "sun.misalignment", "sun.bias", "mag.misalignment"):
+        place = 3 * found.suite.blocks.index(block)
+        true = telemetry.truth.states[-1, COMMON[block]]
+        error = found.states[place : place + 3] - true
+        sigma = np.sqrt(np.diag(found.covariance)[place : place + 3])
+        assert (np.abs(error) < 4.0 * sigma).all(), block

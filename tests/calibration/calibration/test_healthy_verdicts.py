@@ -1,0 +1,84 @@
+"""Healthy satellites are consistent: at rest, without gyro, with uncertainty to spare."""
+
+import dataclasses
+import re
+
+import pytest
+from mgeo_attitude import Scenario
+from mgeo_attitude.sensors.base import with_noise
+from mgeo_calibration import TelemetryMapping, calibrate, fly
+from mgeo_calibration.telemetry.mapping import GyroChannels
+
+from .flights import PLAN
+
+GYRO_ERRORS = [f"gyro.{name}" for name in ("scale_factor", "misalignment", "nonorthogonality")]
+
+
+def cubesat(duration, **changes):
+    return Scenario.from_dict({"preset": "cubesat_6u", "duration": duration} | changes)
+
+
+@pytest.mark.cases(2)
+@pytest.mark.parametrize(("rate", "seed"), [(0.0, 1), (0.06, 2), (0.0, 3), (0.5, 4), (0.06, 5)])
+def test_a_satellite_that_hardly_rotates_has_no_scale_factor(rate, seed):
+    """The noise of the gyro is in its rates and in the residuals."""
+    scenario = cubesat(3000.0)
+    found = calibrate(scenario, fly(scenario, [0.0, rate, 0.0, 3000.0], seed))
+    assert found.supported, found.conclusion
+
+
+def test_errors_that_no_rotation_shows_are_not_tested():
+    scenario = cubesat(1500.0)
+    found = calibrate(scenario, fly(scenario, [0.0, 0.0, 0.0, 1500.0], 1))
+    table = found.model_table().loc[GYRO_ERRORS]
+    assert (table["freedom"] == 0).all()
+    assert (table["says"] == "not tested: no rotation that shows it").all()
+
+
+def test_a_satellite_without_gyro_has_no_errors_of_a_gyro():
+    scenario = cubesat(1500.0)
+    flown = fly(scenario, [0.0, 0.0, 0.0, 1500.0], 1).frame()
+    without = flown.drop(columns=["gyro_x", "gyro_y", "gyro_z"])
+    mapping = TelemetryMapping(gyro=GyroChannels(holds="inertial"))
+    found = calibrate(scenario, without, mapping)
+    assert found.supported, found.conclusion
+    assert not any(name.startswith("gyro.") for name in found.model_table().index)
+
+
+@pytest.mark.parametrize(
+    ("key", "declared", "measured"),
+    [("field_error_nt", 300.0, (5.0, 60.0)), ("albedo", 0.03, (2.0, 25.0))],
+)
+def test_an_error_that_is_declared_too_large_is_a_note_with_its_size(key, declared, measured):
+    flown = dataclasses.replace(fly(cubesat(1500.0), PLAN, 1), truth=None)
+    found = calibrate(cubesat(1500.0, world={key: declared}), flown)
+    assert found.supported, found.conclusion
+    (note,) = (note for note in found.notes if "correlate negatively" in note)
+    said = re.search(r"world\.(\w+) is declared with .*; telemetry shows at most ([0-9.]+)", note)
+    assert said[1] in key
+    assert measured[0] < float(said[2]) < measured[1]
+
+
+@pytest.mark.parametrize("factor", [3.0, 10.0])
+def test_noise_that_is_declared_too_large_is_consistent(factor):
+    scenario = cubesat(1500.0)
+    careful = tuple(with_noise(sensor, factor) for sensor in scenario.sensors)
+    found = calibrate(dataclasses.replace(scenario, sensors=careful), fly(scenario, PLAN, 2))
+    assert found.supported, found.conclusion
+    assert any(note.startswith("sun: sigmas are too large by ") for note in found.notes)
+
+
+def test_an_error_that_is_declared_too_small_is_inconsistent():
+    true = cubesat(1500.0, world={"field_error_nt": 200.0})
+    flown = dataclasses.replace(fly(true, PLAN, 1), truth=None)
+    assert not calibrate(cubesat(1500.0), flown).supported
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 5])
+def test_a_large_random_walk_of_the_gyro_converges(seed):
+    """Carried on over too long a time, the attitude was astray by more than a radian."""
+    gyro = {"rate_random_walk": 2e-5, "initial_bias_deg_s": 0.05}
+    scenario = cubesat(6000.0, gyro=gyro)
+    found = calibrate(scenario, fly(scenario, PLAN, seed))
+    assert found.supported, found.conclusion
