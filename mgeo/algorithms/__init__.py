@@ -15,6 +15,7 @@ from mgeo.algorithms.directed import MGEODirected
 from mgeo.algorithms.matrix_adaptation import Normals
 from mgeo.algorithms.moves import Attraction, joint_steps, momentum_steps
 from mgeo.algorithms.real import MGEOReal, MGEOReal2
+from mgeo.algorithms.recombination import Credit, recombine
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.selection import (
     distance,
@@ -49,6 +50,7 @@ __all__ = [
     "Attraction",
     "BitCode",
     "BitStrings",
+    "Credit",
     "ExtremalOptimization",
     "IndependentWalkers",
     "MGEOCanonical",
@@ -77,6 +79,7 @@ __all__ = [
     "pick",
     "random_weights",
     "rank",
+    "recombine",
     "reflect",
     "resample",
     "restore",

@@ -136,7 +136,9 @@ class MGEODirected(Moves):
         learning = self._learning()
         means = state.walkers[learning]
         best = walker, ranking[:, 0]
-        less = self._improve(self.proposed[best], F[best], violation[best], far[best])
+        before = distance(state.incumbent_F, state.weights, *state.front.ends)
+        self._give_credit(far, violation, before, learning)
+        less = self._improve(self.proposed[best], F[best], violation[best], far[best], before)
         state.walkers = self.proposed[walker, ranking[walker, place]]
         self._go_back(learning)
         if len(learning):
@@ -153,12 +155,27 @@ class MGEODirected(Moves):
         ranking = rank(far, normals.violation, self.random_state.random(far.shape))
         return (self.variables.xu - self.variables.xl) * normals.learn(ranking)
 
+    def _give_credit(
+        self, far: FloatArray, violation: FloatArray, before: FloatArray, learning: IntArray
+    ) -> None:
+        """Account for what candidates gain along the weights, but of walkers that learn."""
+        known = self.state.incumbent_violation == 0
+        known[learning] = False
+        gains = np.where((violation == 0) & known[:, None], before[:, None] - far, 0.0)
+        gains = np.where(gains > 0, gains, 0.0)  # NaN of failed candidates as well
+        others = np.delete(np.arange(self.n_walkers), learning)
+        self.state.credit.update(gains[others], self.recombined[others])
+
     def _improve(
-        self, points: FloatArray, F: FloatArray, violation: FloatArray, far: FloatArray
+        self,
+        points: FloatArray,
+        F: FloatArray,
+        violation: FloatArray,
+        far: FloatArray,
+        before: FloatArray,
     ) -> BoolArray:
         """Update the incumbents; tells whose constraint violation is less than ever."""
         state = self.state
-        before = distance(state.incumbent_F, state.weights, *state.front.ends)
         less = violation < state.incumbent_violation
         feasible = (violation == 0) & (state.incumbent_violation == 0)
         better = less | (feasible & (far < before))
