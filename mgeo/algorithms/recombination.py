@@ -8,7 +8,7 @@ import numpy as np
 from mgeo._typing import BoolArray, FloatArray
 
 #: Distribution indices of the crossover and of the mutation: the larger, the smaller the changes.
-CROSSOVER_INDEX, MUTATION_INDEX = 30.0, 20.0
+CROSSOVER_INDEX, MUTATION_INDEX = 15.0, 20.0
 
 _FORGETTING = 0.95  # factor of earlier gains and candidates in each generation
 _HANDICAP = 2.0  # ratio of the gains per candidate at which half of the candidates recombine
@@ -25,29 +25,30 @@ def recombine(
     """Cross pairs of points variable by variable, and mutate some variables.
 
     Simulated binary crossover (Deb & Agrawal, "Simulated binary crossover for continuous search
-    space", Complex Systems 9, 1995) of all variables, each near one of its two parents at random.
-    Then polynomial mutation (Deb & Goyal, "A combined genetic adaptive search (GeneAS) for
-    engineering design", 1996) of each variable with probability 1 / n_var.
+    space", Complex Systems 9, 1995) puts each variable with probability 0.5 near that of either
+    parent; other variables are those of the first parent. Then polynomial mutation (Deb & Goyal,
+    "A combined genetic adaptive search (GeneAS) for engineering design", Computer Science and
+    Informatics 26, 1996) changes each variable with probability 1 / n_var.
 
     Parameters
     ----------
     first, second : (n, n_var) pairs of points.
     xl, xu : (n_var,) bounds.
-    choice : (n_var,) mask of the variables without order, which take the value of a parent.
+    choice : (n_var,) mask of the variables without order, which take the value of either parent.
     rng : stream of random numbers.
 
     Returns
     -------
     (n, n_var) points, some of them outside the bounds.
     """
-    near_first = rng.random(first.shape) < 0.5
-    # The spread factor of the crossover is at most b in half of b^(index + 1) cases and at least
-    # 1 / b in as many, so its logarithm is Laplace-distributed.
+    case = rng.random(first.shape)
+    crossed, near_second = case >= 0.5, case >= 0.75
+    # The published spread factor b has the distribution function b^(index + 1) / 2 below 1, and
+    # 1 / b has the same, so that the logarithm of b follows a Laplace law.
     spread = np.exp(rng.laplace(scale=1.0 / (CROSSOVER_INDEX + 1.0), size=first.shape))
-    spread[:, choice] = 1.0
     half = 0.5 * (first - second)
-    points = first - half + np.where(near_first, spread, -spread) * half
-    points[:, choice] = np.where(near_first, first, second)[:, choice]
+    points = np.where(crossed, first - half + np.where(near_second, -spread, spread) * half, first)
+    points[:, choice] = np.where(near_second, second, first)[:, choice]
     rows, columns = np.nonzero((rng.random(first.shape) < 1.0 / len(xl)) & ~choice)
     drawn = rng.uniform(-1.0, 1.0, len(rows))
     size = 1.0 - (1.0 - np.abs(drawn)) ** (1.0 / (MUTATION_INDEX + 1.0))
