@@ -299,17 +299,22 @@ class Moves(ExtremalOptimization):
     ) -> None:
         """Replace some steps by those to recombined points; `aims` are the nearest archived points.
 
-        The first parent is the walker's incumbent or its nearest archived point. The second one is
-        the nearest of sqrt(n) random ones of the n archived points.
+        Between the extremes the first parent is the walker's incumbent or its nearest archived
+        point, the second one the nearest of sqrt(n) random ones of the n archived points. At the
+        extremes, where each walker may have a local optimum of its own, the parents are the
+        incumbents of the walker and of any walker.
         """
         rng, state, variables = self.random_state, self.state, self.variables
         made = rng.random(steps.shape[:2]) < state.credit.share(*self.recombination)
         rows, _ = np.nonzero(made)
         if not len(rows):
             return
-        of_archive = rng.random((len(rows), 1)) < 0.5
+        between = self._between()[rows, None]
+        of_archive = between & (rng.random((len(rows), 1)) < 0.5)
         first = np.where(of_archive, aims[rows], state.incumbents[rows])
-        second = self.archived(self._nearest_drawn(rows, len(state.front) ** 0.5))
+        archived = self.archived(self._nearest_drawn(rows, len(state.front) ** 0.5))
+        others = state.incumbents[rng.integers(self.n_walkers, size=len(rows))]
+        second = np.where(between, archived, others)
         points = recombine(first, second, variables.xl, variables.xu, variables.choice, rng)
         steps[made] = points - self.walkers[rows]
         spread[made], donor[made] = 0.0, points
