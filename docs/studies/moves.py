@@ -19,7 +19,7 @@ from mgeo import MGEODirected, ParetoArchive
 from mgeo.plugins.problems import load_problem
 
 DATA = Path(__file__).parent / "data" / "moves.csv"
-KINDS = ("normal step", "difference", "momentum")
+KINDS = ("normal step", "difference", "momentum", "recombination")
 EDGES = (0, 10, 20, 50, 100, 200, 500, 1_000)  # evaluations per variable
 FUNCTIONS = (1, 3, 5, 8, 9, 16, 21, 28, 35, 42, 46, 50, 53, 55)  # as in ablation.toml
 SEEDS = range(1, 6)  # of the satellite
@@ -35,7 +35,9 @@ class Watched(MGEODirected):
     def candidates(self):
         n = min(len(self.variables.xl), self.max_candidates)
         self._kinds = np.zeros((self.n_walkers, n), int)  # as long as there is no front
-        return super().candidates()
+        X = super().candidates()
+        self._kinds[self.recombined] = 3
+        return X
 
     def _go_on(self, steps, spread, donor, aims):
         learned, before = (spread == 0.0).all(axis=-1), steps.copy()
@@ -108,7 +110,7 @@ def moves_figure():
     titles = {"COCO": "14 functions of COCO, 10 variables", "satellite": "the paper's satellite"}
     figure = make_subplots(cols=2, subplot_titles=list(titles.values()), shared_yaxes=True)
     for column, problems in enumerate(titles, 1):
-        for kind, color in zip(KINDS, ("#009e73", "#0072b2", "#d55e00"), strict=True):
+        for kind, color in zip(KINDS, ("#009e73", "#0072b2", "#d55e00", "#cc79a7"), strict=True):
             rows = table[(table["problems"] == problems) & (table["kind"] == kind)]
             for value, dash in (("gain", "solid"), ("candidates", "dot")):
                 figure.add_scatter(

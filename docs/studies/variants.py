@@ -67,3 +67,11 @@ class OneMeasure(MGEODirected):
 
 class NoCovariance(MGEODirected):
     learning = 0.0
+
+
+class NoRecombination(MGEODirected):
+    recombination = (0.0, 0.0)
+
+
+class OneRecombination(MGEODirected):
+    recombination = (0.3, 0.3)

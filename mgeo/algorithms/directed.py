@@ -31,11 +31,13 @@ class MGEODirected(Moves):
     - **A goal of its own.** A walker ranks by the distance along its weight vector (weighted
       Tchebycheff, scaled by the front found so far). A share of them has extreme weights, of one
       objective alone; the others are spread between these extremes.
-    - **Three kinds of candidates.** Momentum: on as the step that led to the walker's best point,
-      and towards a point of the archive, in all variables (a particle swarm's move; Zhang et al.
-      2018). Difference: by a fraction of that between two points of the archive or bests of
-      walkers, in many variables (differential evolution's; Storn & Price 1997). Or a normal step,
-      mostly of one variable.
+    - **Four kinds of candidates.** Recombination crosses two good points variable by variable, and
+      mutates one variable on average (genetic algorithms; Deb & Agrawal 1995); its share of the
+      candidates follows its gains (`mgeo.algorithms.recombination`). Momentum repeats part of the
+      step that led to the walker's best point, and adds part of the way to an archived point, in
+      all variables (particle swarms; Zhang et al. 2018). A difference is a fraction of the vector
+      between two points of the archive or bests of walkers, in many variables (differential
+      evolution; Storn & Price 1997). A normal step changes mostly one variable.
     - **Return.** After most generations a walker goes back to its best point, or, more rarely, to
       the archive's nearest along its weight vector.
     - **Restart.** Without progress it begins anew: with other weights, or, where it minimizes one
@@ -54,11 +56,12 @@ class MGEODirected(Moves):
     tau : selection pressure, >= 0.
     n_walkers : number of walkers.
     extreme_weights : share of the walkers that minimize one objective alone, in [0, 1].
-    difference : shares of the candidates made by differences, of those without momentum, in
-        [0, 1]. Of this pair and others, the first is for walkers between the extremes, the second
-        for those at them.
-    momentum : shares of the candidates with momentum, in [0, 1] (`momentum_steps`); at the
-        extremes only where the point that they are drawn to is within a step.
+    difference : shares of the candidates made by differences, of those without momentum or
+        recombination, in [0, 1]. Of this pair and others, the first is for walkers between the
+        extremes, the second for those at them.
+    momentum : shares of the candidates with momentum, of those without recombination, in [0, 1]
+        (`momentum_steps`); at the extremes only where the point that they are drawn to is within
+        a step.
     max_candidates : largest number of candidates a walker; of more variables they are drawn.
     bounds : treatment of a step that leaves them: "clip" to the bound, "reflect" from it, or
         "resample", drawn anew until it stays inside (`mgeo.algorithms.steps`). "auto" reflects
@@ -73,8 +76,7 @@ class MGEODirected(Moves):
 
     Raises
     ------
-    TypeError, ValueError : for a parameter of the wrong type or out of range, or an unknown one;
-        for one that was a parameter once and is a constant now, unless it is that.
+    TypeError, ValueError : for a parameter of the wrong type or out of range, or an unknown one.
 
     Examples
     --------
@@ -137,7 +139,9 @@ class MGEODirected(Moves):
         learning = self._learning()
         means = state.walkers[learning]
         best = walker, ranking[:, 0]
-        less = self._improve(self.proposed[best], F[best], violation[best], far[best])
+        before = distance(state.incumbent_F, state.weights, *state.front.ends)
+        self._give_credit(far, violation, before, learning)
+        less = self._improve(self.proposed[best], F[best], violation[best], far[best], before)
         state.walkers = self.proposed[walker, ranking[walker, place]]
         self._go_back(learning)
         if len(learning):
@@ -154,12 +158,27 @@ class MGEODirected(Moves):
         ranking = rank(far, normals.violation, self.random_state.random(far.shape))
         return (self.variables.xu - self.variables.xl) * normals.learn(ranking)
 
+    def _give_credit(
+        self, far: FloatArray, violation: FloatArray, before: FloatArray, learning: IntArray
+    ) -> None:
+        """Account for the gains of the candidates along the weights, except of learning walkers."""
+        known = self.state.incumbent_violation == 0
+        known[learning] = False
+        gains = np.where((violation == 0) & known[:, None], before[:, None] - far, 0.0)
+        gains = np.where(gains > 0, gains, 0.0)  # NaN of failed candidates as well
+        others = np.delete(np.arange(self.n_walkers), learning)
+        self.state.credit.update(gains[others], self.recombined[others])
+
     def _improve(
-        self, points: FloatArray, F: FloatArray, violation: FloatArray, far: FloatArray
+        self,
+        points: FloatArray,
+        F: FloatArray,
+        violation: FloatArray,
+        far: FloatArray,
+        before: FloatArray,
     ) -> BoolArray:
         """Update the incumbents; tells whose constraint violation is less than ever."""
         state = self.state
-        before = distance(state.incumbent_F, state.weights, *state.front.ends)
         less = violation < state.incumbent_violation
         feasible = (violation == 0) & (state.incumbent_violation == 0)
         better = less | (feasible & (far < before))

@@ -1,4 +1,4 @@
-"""How the walkers of `MGEODirected` make their candidates: momentum, differences, normal steps."""
+"""Candidates of `MGEODirected`: recombination, momentum, differences, normal steps."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,6 +13,7 @@ from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.matrix_adaptation import Normals
+from mgeo.algorithms.recombination import Credit, recombine
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.selection import nearest, nearest_drawn, weight_vectors
 from mgeo.algorithms.steps import NORMAL, bounding_of, whole_steps
@@ -158,6 +159,7 @@ class DirectedState(RunState):
     marked_F : (n_walkers, n_obj) objectives of the incumbent at its last progress, likewise;
         `idle` counts the generations since then.
     normals : the distributions of the walkers that learn a covariance.
+    credit : the recent gains by recombination and by all other candidates.
     """
 
     weights: FloatArray
@@ -167,6 +169,7 @@ class DirectedState(RunState):
     incumbent_violation: FloatArray
     marked_F: FloatArray
     normals: Normals
+    credit: Credit
 
 
 class Moves(ExtremalOptimization):
@@ -191,6 +194,9 @@ class Moves(ExtremalOptimization):
     #: the others to the nearest of c sqrt(n) random ones of n, of one at least. The more points
     #: there are, the nearer they must be, or a walker is drawn along the front and not across it.
     targets: ClassVar[Pair] = (0.3, 0.33)
+    #: Smallest and largest share of the candidates that recombine two points. Between them the
+    #: share follows what such candidates gain (`recombination.Credit`).
+    recombination: ClassVar[Pair] = (0.02, 0.9)
     #: Share of the walkers, of those between the extremes and of those at them, that learn a
     #: covariance of their own; after how many evaluations per variable: from 500 on, multimodal
     #: functions gain by 2,000, and unimodal ones lose a little; and of how many variables at most,
@@ -205,6 +211,8 @@ class Moves(ExtremalOptimization):
     momentum: Sequence[float]
     max_candidates: int
     bounds: str
+    #: (n_walkers, candidates a walker) mask that `candidates` leaves for `accept`.
+    recombined: BoolArray
 
     def representation(self, problem: Problem) -> RealCode:
         return RealCode(Variables.of(problem, KINDS))
@@ -227,6 +235,7 @@ class Moves(ExtremalOptimization):
             normals=Normals.of(
                 len(self._learners(weights)), walkers.shape[1], n_obj, self._together
             ),
+            credit=Credit.begin(n * self._together),
         )
 
     def candidates(self) -> FloatArray:
@@ -246,9 +255,12 @@ class Moves(ExtremalOptimization):
         )  # fmt: skip
         if donor is not None and any(self.momentum):
             self._go_on(steps, spread, donor, aims)
+        self.recombined = np.zeros(steps.shape[:2], dtype=np.bool_)
+        if donor is not None and len(self.front) > 1 and any(self.recombination):
+            self._recombine(steps, spread, donor, aims)
         if len(rows := self._learning()):
             steps[rows] = (xu - xl) * self.state.normals.steps(self._together, self.random_state)
-            spread[rows] = 0.0
+            spread[rows], self.recombined[rows] = 0.0, False
         walkers, uniform = self.walkers[:, None, :], partial(self.random_state.random, steps.shape)
         bounding = bounding_of(self.bounds, self.problem.n_eq_constr)
         self.proposed = bounding(walkers, steps, spread, xl, xu, uniform, NORMAL)
@@ -272,9 +284,7 @@ class Moves(ExtremalOptimization):
         if not len(rows):
             return
         share, few = self.targets
-        n_drawn = max(1, int(few * len(self.front) ** 0.5))
-        drawn = rng.integers(len(self.front), size=(len(rows), n_drawn))
-        aimed = nearest_drawn(drawn, self.front.F, state.weights[rows], *state.front.ends)
+        aimed = self._nearest_drawn(rows, few * len(self.front) ** 0.5)
         targets = np.where(rng.random((len(rows), 1)) < share, aims[rows], self.archived(aimed))
         x, choice = self.walkers[rows], self.variables.choice  # options have no order
         extent = self.variables.xu - self.variables.xl
@@ -285,10 +295,43 @@ class Moves(ExtremalOptimization):
         steps[made] = momentum_steps(x[near], before, targets, extent, rng)
         spread[made], donor[made] = 0.0, targets
 
+    def _recombine(
+        self, steps: FloatArray, spread: FloatArray, donor: FloatArray, aims: FloatArray
+    ) -> None:
+        """Replace some steps by those to recombined points; `aims` are the nearest archived points.
+
+        Between the extremes the first parent is the walker's incumbent or its nearest archived
+        point, the second one the nearest of sqrt(n) random ones of the n archived points. At the
+        extremes, where each walker may have a local optimum of its own, the parents are the
+        incumbents of the walker and of any walker.
+        """
+        rng, state, variables = self.random_state, self.state, self.variables
+        made = rng.random(steps.shape[:2]) < state.credit.share(*self.recombination)
+        rows, _ = np.nonzero(made)
+        if not len(rows):
+            return
+        between = self._between()[rows, None]
+        of_archive = between & (rng.random((len(rows), 1)) < 0.5)
+        first = np.where(of_archive, aims[rows], state.incumbents[rows])
+        archived = self.archived(self._nearest_drawn(rows, len(state.front) ** 0.5))
+        others = state.incumbents[rng.integers(self.n_walkers, size=len(rows))]
+        second = np.where(between, archived, others)
+        points = recombine(first, second, variables.xl, variables.xu, variables.choice, rng)
+        steps[made] = points - self.walkers[rows]
+        spread[made], donor[made] = 0.0, points
+        self.recombined = made
+
     def _nearest(self, rows: IntArray | slice = slice(None)) -> IntArray:
         """Which of the archive's points are nearest along the weight vectors of walkers."""
         state, F = self.state, self.state.front.F
         return nearest(F, state.weights[rows], *state.front.ends)
+
+    def _nearest_drawn(self, rows: IntArray, number: float) -> IntArray:
+        """Which of so many random points of the archive, one at least, are nearest likewise."""
+        front = self.state.front
+        size = len(rows), max(1, int(number))
+        drawn = self.random_state.integers(len(front), size=size)
+        return nearest_drawn(drawn, front.F, self.state.weights[rows], *front.ends)
 
     def _donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
         """Twice (..., n_var) points of the donor pool."""

@@ -130,6 +130,7 @@ def next_tau(
     return np.where(chance == 0, reset, np.where(chance <= previous, raised, tau))
 
 
+_FLAT = 1e-200  # extent below which an objective counts as constant, so that no ratio overflows
 _SUM = 1e-3  # share of the sum in a distance: of points equal otherwise, the nondominated is nearer
 
 
@@ -197,7 +198,7 @@ def distance(
     largest = total = np.float64(0.0)
     for k, (low, width) in enumerate(zip(ideal.tolist(), (nadir - ideal).tolist(), strict=True)):
         # column by column: numpy is slow at all that runs along a short last axis
-        scaled = (given[..., k] - low) / (width if width > 0 else 1.0)
+        scaled = (given[..., k] - low) / (width if width > _FLAT else 1.0)
         weighted = weights[..., k] * scaled
         largest, total = np.maximum(largest, weighted) if k else weighted, total + scaled
     result = largest + _SUM * total
@@ -219,7 +220,7 @@ def nearest(F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatA
     -------
     (n_weights,) rows of F; of points equally near the first.
     """
-    widths = np.where(nadir > ideal, nadir - ideal, 1.0)
+    widths = np.where(nadir - ideal > _FLAT, nadir - ideal, 1.0)
     scaled = [(F[:, k] - ideal[k]) / widths[k] for k in range(F.shape[1])]
     little = _SUM * np.add.reduce(scaled)
     far, weighted = np.empty_like(little), np.empty_like(little)

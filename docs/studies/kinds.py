@@ -1,0 +1,74 @@
+"""Figures of the kinds of candidates of `MGEODirected`, in two variables, for directed.md.
+
+The archive is a curved valley of eleven points, and the walker stands beside it. All candidates
+come from the functions that the algorithm uses.
+"""
+
+import numpy as np
+import plotly.graph_objects as go
+
+from mgeo import MGEODirected
+from mgeo.algorithms import Attraction, joint_steps, momentum_steps, recombine
+
+NUMBER = 600
+WALKER, BEST, BEFORE = np.array([0.55, 0.62]), np.array([0.5, 0.55]), np.array([-0.08, -0.05])
+ALONG = np.linspace(0.15, 0.85, 11)
+ARCHIVE = np.column_stack([ALONG, 0.25 + 0.8 * (ALONG - 0.35) ** 2])
+NEAREST = ARCHIVE[5]
+LOW, HIGH = np.zeros(2), np.ones(2)
+COLOR = "#0072b2"
+
+
+def normal_steps(rng):
+    """Normal steps, mostly of one variable."""
+    own, cls = rng.integers(2, size=NUMBER), MGEODirected
+    steps, _, _ = joint_steps(own, HIGH, cls.widths, cls.coupling, 0.0, None, rng)
+    return WALKER + steps
+
+
+def differences(rng):
+    """Fractions of the difference of two archived points, half of them pulled to the nearest."""
+    own, cls = rng.integers(2, size=NUMBER), MGEODirected
+    share, coupling = cls.attract
+    attraction = Attraction(share, coupling, WALKER, NEAREST)
+    steps, _, _ = joint_steps(
+        own, HIGH, cls.widths, cls.coupling, 1.0, lambda shape: pairs(shape, rng), rng, attraction
+    )
+    return WALKER + steps
+
+
+def pairs(shape, rng):
+    """Twice as many points of the archive."""
+    first, second = rng.integers(len(ARCHIVE), size=(2, *shape))
+    return ARCHIVE[first], ARCHIVE[second]
+
+
+def momentum(rng):
+    """Steps that go on as before, and towards a point of the archive."""
+    return WALKER + momentum_steps(WALKER, BEFORE, np.tile(NEAREST, (NUMBER, 1)), HIGH, rng)
+
+
+def recombinations(rng):
+    """Points recombined of the walker's best or nearest point and another archived point."""
+    first = np.where(rng.random((NUMBER, 1)) < 0.5, NEAREST, BEST)
+    second = ARCHIVE[rng.integers(len(ARCHIVE), size=NUMBER)]
+    return recombine(first, second, LOW, HIGH, np.zeros(2, dtype=bool), rng)
+
+
+def kind_figure(candidates):
+    """Scatter plot of the candidates that one of the functions above makes."""
+    X = np.clip(candidates(np.random.default_rng(1)), LOW, HIGH)
+    figure = go.Figure()
+    for name, points, marker in (
+        ("candidates", X, {"color": COLOR, "size": 4, "opacity": 0.5}),
+        ("archive", ARCHIVE, {"color": "black", "size": 8, "symbol": "circle-open"}),
+        ("nearest of the archive", NEAREST[None], {"color": "black", "size": 8}),
+        ("walker", WALKER[None], {"color": "#d55e00", "size": 12, "symbol": "x"}),
+        ("its best point", BEST[None], {"color": "#d55e00", "size": 10, "symbol": "diamond"}),
+    ):
+        figure.add_scatter(x=points[:, 0], y=points[:, 1], mode="markers", name=name, marker=marker)
+    figure.update_xaxes(title="first variable", range=[-0.02, 1.02])
+    figure.update_yaxes(title="second variable", range=[-0.02, 1.02])
+    return figure.update_layout(
+        template="plotly_white", height=380, width=560, margin={"l": 60, "r": 20, "t": 20, "b": 50}
+    )
