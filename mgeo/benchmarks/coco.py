@@ -72,7 +72,7 @@ class CocoProblem(Problem):
 
 
 def problem(name: str) -> CocoProblem:
-    """Build the problem of a name such as ``bbob-biobj/f12/d10/i3``.
+    """Build the problem with a name such as ``bbob-biobj/f12/d10/i3``.
 
     Raises
     ------

@@ -16,7 +16,7 @@ BELOW, ABOVE = 0.7, 0.2
 
 
 class Shifted(Problem):
-    """Extension of a problem to a wider box by mirroring at the original bounds.
+    """Problem that is extended to a wider box by mirroring at the original bounds.
 
     Within the original bounds, the objectives and constraints are unchanged, so that all optima
     remain optima. No optimum lies on a bound of the wider box, which removes the advantage of

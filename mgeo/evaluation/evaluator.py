@@ -30,7 +30,7 @@ _RTOL = 1e-9
 
 
 class EvaluationError(RuntimeError):
-    """Error that stops a run in which all candidates fail."""
+    """Error raised to stop a run in which all candidates fail."""
 
 
 class TolerantEvaluator(Evaluator):

@@ -101,7 +101,7 @@ def attempt(
     for part in parts:
         if isinstance(part, Exception):
             failures[row] = Failure.of(part)
-            pieces.append({name: _missing_row(value) for name, value in pattern.items()})
+            pieces.append({name: _build_missing_row(value) for name, value in pattern.items()})
             row += 1
         else:
             values, raised = part
@@ -116,7 +116,7 @@ def attempt(
 
 
 class _TolerantElement:
-    """Evaluation of one element of a problem that returns a `Failure` instead of raising.
+    """Callable that evaluates one element of a problem and returns a `Failure` on error.
 
     A class, because pymoo's `RayParallelization` calls the method ``__call__`` by name.
     """
@@ -143,7 +143,7 @@ def _evaluate_by_bisection(
     return _evaluate_by_bisection(evaluate, X[:half]) + _evaluate_by_bisection(evaluate, X[half:])
 
 
-def _missing_row(pattern: NDArray[Any]) -> NDArray[Any]:
+def _build_missing_row(pattern: NDArray[Any]) -> NDArray[Any]:
     """Return one row of NaN or None with the shape of a row of `pattern`."""
     value = np.nan if np.issubdtype(pattern.dtype, np.number) else None
     return np.full((1, *pattern.shape[1:]), value)
@@ -179,7 +179,9 @@ def _catch_failures(problem: Problem, failures: dict[int, Failure]) -> Problem:
         for i, out in enumerate(results):
             if isinstance(out, Failure):
                 failures[i] = out
-                results[i] = {name: _missing_row(value)[0] for name, value in template.items()}
+                results[i] = {
+                    name: _build_missing_row(value)[0] for name, value in template.items()
+                }
         return results
 
     # pymoo's copy drops the runner, so the copy is built here.

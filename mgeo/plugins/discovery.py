@@ -46,7 +46,7 @@ _MODULE_AND_CLASS = re.compile(r"\w+(\.\w+)*:\w+(\.\w+)*")
 
 
 class PluginError(ValueError):
-    """Error of a plugin that is missing, installed twice, cannot be imported, or raises."""
+    """Error raised for a plugin that is missing, ambiguous, not importable, or that raises."""
 
 
 @contextmanager

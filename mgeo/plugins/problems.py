@@ -54,7 +54,7 @@ def load_problem(
     arguments = dict(options or {})
     if is_benchmark(name):
         return _build(name, lambda: build_benchmark(name, arguments))
-    cls = _problem_class(name, named)
+    cls = _load_class(name, named)
     if is_own(cls, ProblemMixin.from_options):
         return _build(name, (lambda: cls.from_options(arguments)) if arguments else cls)
     refuse_unknown_options(name, cls, arguments)
@@ -116,7 +116,7 @@ def _read_files(
 ) -> dict[str, Any]:
     # Names that are unknown here pass unchanged: `load_problem` reports them.
     if is_own_class(name):
-        cls = _problem_class(name, named) if name in named else None
+        cls = _load_class(name, named) if name in named else None
     else:
         plugins = {plugin.name: plugin for plugin in installed_plugins()}
         cls = plugins[name].load() if name in plugins else None
@@ -140,7 +140,7 @@ def _build(name: str, build: Callable[[], Problem]) -> Problem:
         return build()
 
 
-def _problem_class(name: str, named: Collection[str]) -> Any:
+def _load_class(name: str, named: Collection[str]) -> Any:
     if not is_own_class(name):
         return find_plugin(name).load()
     if name not in named:

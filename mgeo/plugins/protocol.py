@@ -171,7 +171,7 @@ class ProblemMixin:
 
     @classmethod
     def solution_of(cls, document: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any] | None:
-        """Read the options and the design from a JSON document; None for a foreign document."""
+        """Read the options and the design from a JSON document; None for other documents."""
         return None
 
     def document_of(self, x: FloatArray) -> dict[str, Any] | None:
@@ -211,10 +211,10 @@ def ask(
 def is_own(owner: Any, method: Callable[..., Any]) -> bool:
     """Return whether a problem or view overrides a default, for example ``View.describe``."""
     own = getattr(owner, method.__name__, None)
-    return own is not None and _function(own) is not _function(method)
+    return own is not None and _unwrap(own) is not _unwrap(method)
 
 
-def _function(method: Any) -> Any:
+def _unwrap(method: Any) -> Any:
     return getattr(method, "__func__", method)
 
 
@@ -229,8 +229,8 @@ def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
     PluginError
         If the number of names is wrong, or a name occurs twice.
     """
-    variables = _names(problem, "var_names", "x", problem.n_var, variable_names(problem))
-    objectives = _names(problem, "obj_names", "f", problem.n_obj)
+    variables = _read_names(problem, "var_names", "x", problem.n_var, variable_names(problem))
+    objectives = _read_names(problem, "obj_names", "f", problem.n_obj)
     both = set(variables) & set(objectives)
     if both:
         raise PluginError(f"{min(both)!r} names both a variable and an objective")
@@ -249,10 +249,10 @@ def constraint_names(problem: Problem) -> tuple[str, ...]:
         If the number of names is wrong, or a name occurs twice.
     """
     equalities = tuple(f"h{j + 1}" for j in range(problem.n_eq_constr))
-    return (*_names(problem, "constraint_names", "g", problem.n_ieq_constr), *equalities)
+    return (*_read_names(problem, "constraint_names", "g", problem.n_ieq_constr), *equalities)
 
 
-def _names(
+def _read_names(
     problem: Problem, attribute: str, letter: str, count: int, declared: Sequence[str] | None = None
 ) -> tuple[str, ...]:
     names = getattr(problem, attribute, None)

@@ -138,7 +138,7 @@ def _check_result(trial: _Trial, result: Result, visited: FloatArray) -> None:
 
 
 def _check_seeds(trial: _Trial, result: Result, visited: FloatArray) -> None:
-    state_before = _global_state()
+    state_before = _read_global_state()
     repeated_result, repeated_points = trial.run()
     require_equal(repeated_points, visited, "same seed, same points")
     _require_same(repeated_result, result, "same seed, same result")
@@ -148,12 +148,12 @@ def _check_seeds(trial: _Trial, result: Result, visited: FloatArray) -> None:
         "another seed, the same points: expected other points",
     )
     require(
-        _global_state() == state_before,
+        _read_global_state() == state_before,
         "numpy's global random state was used: draw from random_state",
     )
 
 
-def _global_state() -> bytes:
+def _read_global_state() -> bytes:
     # The legacy state is only compared, never used to draw numbers.
     return pickle.dumps(np.random.get_state())  # noqa: NPY002
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 
 class CheckError(AssertionError):
-    """Error of a plugin that violates a rule.
+    """Error raised for a plugin that violates a rule.
 
     The message states the rule, the value and the expected value.
     """

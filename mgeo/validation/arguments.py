@@ -172,11 +172,11 @@ def did_you_mean(value: Any, known: Collection[str]) -> str:
         ``initial_bias_nt`` for ``bias_nt``, else with the most similar name. Empty if no name is
         similar.
     """
-    words = _words(value)
-    containing = [name for name in known if words and f" {words} " in f" {_words(name)} "]
+    words = _split_words(value)
+    containing = [name for name in known if words and f" {words} " in f" {_split_words(name)} "]
     close = containing or difflib.get_close_matches(str(value), known, n=1)
     return f"; did you mean {' or '.join(map(repr, close))}?" if close else ""
 
 
-def _words(name: Any) -> str:
+def _split_words(name: Any) -> str:
     return " ".join(re.findall(r"[^\W_]+", str(name)))

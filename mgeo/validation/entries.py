@@ -19,7 +19,7 @@ _EXPECTED: Mapping[Any, str] = {
 
 
 class FileError(ValueError):
-    """Error of a file with invalid content; the message names the file, place and value."""
+    """Error raised for invalid content of a file; the message names file, place and value."""
 
 
 @contextmanager
