@@ -62,8 +62,7 @@ class ExtremalOptimization(Algorithm, ABC):
         n_walkers, a population, or a pymoo `Sampling`. The other walkers start at random points.
         The first generation evaluates the starting points in addition to the candidates, so that
         the result is never worse than a starting point. Individuals that are already evaluated are
-        archived at the start.
-        Walkers that are bit strings start at the nearest string.
+        archived at the start. Walkers that are bit strings start at the nearest string.
     archive_size : largest number of points in the front; None for no limit.
     options : options of every pymoo algorithm: `termination` (5000 // n_walkers generations by
         default), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
@@ -234,7 +233,7 @@ class ExtremalOptimization(Algorithm, ABC):
         Returns
         -------
         array of bool, shape (n_walkers,)
-            True for each walker that improved on its own best objectives.
+            True for each walker that improved on its own best fitness.
         """
 
     @abstractmethod

@@ -102,7 +102,8 @@ class MGEOVar(BitStrings):
     Parameters
     ----------
     bits : bits of each real variable, 2 to 52: one number, or one per variable.
-    tau, n_walkers, coding, options : as for `MGEOCanonical`; tau applies to the bits of a variable.
+    tau : selection pressure among the bits of a variable, >= 0; otherwise as for `MGEOCanonical`.
+    n_walkers, coding, options : as for `MGEOCanonical`.
 
     Raises
     ------

@@ -154,8 +154,8 @@ class MGEOReal2(RealSteps):
     n_steps : number of steps per variable (P), at least 2.
     divisor : divisor of the standard deviation between steps (s), > 0.
     schedule : "factorial" for sigma_{j+1} = sigma_j / (s j), or "geometric" for sigma_j / s.
-    tau, n_walkers, perturbation, bounds, options : as for `MGEOReal`; tau applies to the steps of a
-        variable.
+    tau : selection pressure among the steps of each variable, >= 0; otherwise as for `MGEOReal`.
+    n_walkers, perturbation, bounds, options : as for `MGEOReal`.
 
     Raises
     ------

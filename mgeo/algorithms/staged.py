@@ -166,7 +166,6 @@ class MGEOStaged(MGEODirected):
         return None
 
     def _build_archive_population(self) -> Population:
-        """Return new individuals at the archived points, to be evaluated again."""
         self._asked = self.archived_designs()
         return individuals(self._asked)
 

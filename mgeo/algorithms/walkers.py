@@ -56,9 +56,11 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         patience: int = 50,
         **options: Any,
     ) -> None:
-        adaptive = isinstance(tau, str)
+        is_adaptive = isinstance(tau, str)
         checked = (
-            validate_choice("tau", tau, RULES) if adaptive else validate_number("tau", tau, low=0)
+            validate_choice("tau", tau, RULES)
+            if is_adaptive
+            else validate_number("tau", tau, low=0)
         )
         super().__init__(tau=checked, n_walkers=n_walkers, **options)
         self.restart = validate_choice("restart", restart, RESTARTS)
@@ -96,9 +98,11 @@ class IndependentWalkers(ExtremalOptimization, ABC):
     def candidates(self) -> FloatArray:
         self.proposed = self.propose()
         coordinates = self._coordinates[self._present]
-        own = int(self.evaluates_walkers)
-        points = np.repeat(self.walkers[:, None, :], own + len(coordinates), axis=1)
-        points[:, own + np.arange(len(coordinates)), coordinates] = self.proposed[:, self._present]
+        offset = int(self.evaluates_walkers)  # Row of the first candidate.
+        points = np.repeat(self.walkers[:, None, :], offset + len(coordinates), axis=1)
+        points[:, offset + np.arange(len(coordinates)), coordinates] = self.proposed[
+            :, self._present
+        ]
         decoded = self.code.decode(points)
         return decoded.reshape(-1, decoded.shape[-1])
 
@@ -106,31 +110,31 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         F = F.reshape(self.n_walkers, -1, F.shape[1])
         violation = violation.reshape(self.n_walkers, -1)
         n_groups = len(self._order)
-        own = int(self.evaluates_walkers)
-        n = F.shape[1] - own
+        offset = int(self.evaluates_walkers)  # Row of the first candidate.
+        n = F.shape[1] - offset
         draws = np.array([stream.random(1 + n + n_groups) for stream in self.streams])
         objective = (draws[:, 0] * F.shape[2]).astype(np.intp)
         improved = np.zeros(self.n_walkers, dtype=np.bool_)
         tau: Any = self.tau
         if needs_fitness := isinstance(self.tau, str) or self.restart != "never":
             values = fitness(F, violation)
-            if own:
+            if offset:
                 self.state.current_fitness = values[:, 0].copy()
                 improved = self._improve(values[:, :1])
             if isinstance(self.tau, str):
-                tau = self._adapt_tau(objective, values[:, own:])
-            improved = improved | self._improve(values[:, own:])
-        f = np.take_along_axis(F, objective[:, None, None], axis=2)[:, own:, 0]
-        f[~np.isfinite(F[:, own:]).all(axis=2)] = np.nan
+                tau = self._adapt_tau(objective, values[:, offset:])
+            improved = improved | self._improve(values[:, offset:])
+        f = np.take_along_axis(F, objective[:, None, None], axis=2)[:, offset:, 0]
+        f[~np.isfinite(F[:, offset:]).all(axis=2)] = np.nan
         ties = self._group(draws[:, 1 : 1 + n], 2.0)  # Padding ranks last.
-        ranking = rank(self._group(f, np.nan), self._group(violation[:, own:], 0.0), ties)
+        ranking = rank(self._group(f, np.nan), self._group(violation[:, offset:], 0.0), ties)
         position = pick(draws[:, 1 + n :], np.count_nonzero(self._present, axis=1), tau)
         walker, group = np.arange(self.n_walkers)[:, None], np.arange(n_groups)[None, :]
         accepted = ranking[walker, group, position]
         coordinates = self._coordinates[group, accepted]
         self.walkers[walker, coordinates] = self.proposed[walker, group, accepted]
         if needs_fitness and n_groups == 1:
-            rows = own + self._order[0, accepted[:, 0]]
+            rows = offset + self._order[0, accepted[:, 0]]
             self.state.current_fitness = values[np.arange(self.n_walkers), rows]
         return improved
 
