@@ -134,16 +134,16 @@ def installed_plugins(group: str = PROBLEMS) -> list[Plugin]:
     PluginError
         If two distributions declare the same name.
     """
-    found: dict[str, Plugin] = {}
+    plugins: dict[str, Plugin] = {}
     for plugin in map(Plugin.of, metadata.entry_points(group=group)):
-        other = found.setdefault(plugin.name, plugin)
+        other = plugins.setdefault(plugin.name, plugin)
         if other != plugin:
             owners = " and ".join(f"{p.distribution} {p.version}" for p in (other, plugin))
             raise PluginError(
                 f"the {_KINDS[group][0]} name {plugin.name!r} is claimed by {owners}: uninstall "
                 "one of them"
             )
-    return [found[name] for name in sorted(found)]
+    return [plugins[name] for name in sorted(plugins)]
 
 
 def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:

@@ -39,8 +39,8 @@ class ProblemMixin:
         Names, with units, of variables, objectives and inequality constraints. Default: ``x1``...,
         ``f1``... and ``g1``....
     instance_of : str
-        Name of the function of which the problem is one instance, for example in one dimension.
-        Studies average over the instances of a function before they compare algorithms.
+        Name of the test function of which the problem is one instance or size. Studies average over
+        the instances of a function before they compare algorithms.
 
     Examples
     --------

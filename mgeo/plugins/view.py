@@ -29,8 +29,8 @@ TOLERANCE = 1e-4
 class View:
     """Presentation of solutions of a problem; each method has a default for any problem.
 
-    A problem customizes its presentation by returning a subclass from its method ``view(X)``.
-    Several methods of one view are called, so that an expensive evaluation should be a cached
+    A problem customizes its presentation by returning a subclass from its method ``view(X)``. mgeo
+    calls several methods of the same view; share expensive results between methods by a cached
     property. The methods `impossible`, `facts`, `notes` and `front_summary` describe the problem
     and are also called on a view without solutions.
 

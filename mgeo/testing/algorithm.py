@@ -111,9 +111,9 @@ class _Trial:
         return {"termination": ("n_gen", self.n_gen), "seed": self.seed}
 
 
-def _require_same(found: Any, expected: Result, rule: str) -> None:
-    """Require the same points and objectives; `found` is a result or an algorithm."""
-    opt = found.opt
+def _require_same(actual: Any, expected: Result, rule: str) -> None:
+    """Require equal points and objectives; `actual` is a result or an algorithm."""
+    opt = actual.opt
     require(opt is not None and len(opt) > 0, f"{rule}: the repeated run found no solution")
     for key in ("X", "F"):
         require_equal(opt.get(key), expected.opt.get(key), f"{rule}: {key}")

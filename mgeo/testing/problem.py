@@ -83,8 +83,8 @@ def _evaluate(problem: Problem, X: FloatArray) -> Values:
 def _require_values(
     problem: Problem, X: FloatArray, expected: Values, rule: str, rtol: float = 0
 ) -> None:
-    for key, found in _evaluate(problem, X).items():
-        require_equal(found, expected[key], f"{key}, {rule}", rtol)
+    for key, value in _evaluate(problem, X).items():
+        require_equal(value, expected[key], f"{key}, {rule}", rtol)
 
 
 def _check_evaluation(problem: Problem, X: FloatArray) -> Values:
@@ -173,10 +173,10 @@ def _check_stages(problem: Problem, X: FloatArray, values: Values) -> None:
         require(
             isinstance(level, Problem), f"at_stage({stage}) = {level!r}: expected a pymoo Problem"
         )
-        for key, found in _evaluate(level, X).items():
+        for key, value in _evaluate(level, X).items():
             expected = values[key].shape
-            message = f"{key} of at_stage({stage}) of shape {found.shape}: expected {expected}"
-            require(found.shape == expected, message)
+            message = f"{key} of at_stage({stage}) of shape {value.shape}: expected {expected}"
+            require(value.shape == expected, message)
     _require_values(problem, X, values, "evaluated after at_stage(k)")
 
 
