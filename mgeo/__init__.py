@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from mgeo.store.recorder import read_record as read_record
     from mgeo.studies.execute import compare as compare
 
-#: Public names by the modules that define them. A name is imported when it is first used, so that
-#: the command line starts quickly.
+#: Public names by module. A name is imported at its first use, so that the command line starts
+#: quickly.
 _NAMES = {
     "mgeo.algorithms.archive": ["ParetoArchive"],
     "mgeo.algorithms.binary": ["MGEOCanonical", "MGEOVar"],

@@ -1,6 +1,6 @@
-"""Text for messages."""
+"""Formatting of text for messages."""
 
 
 def one_line(text: str) -> str:
-    """Join the lines of a text, each stripped; blanks within a line stay."""
+    """Join the stripped lines of a text with spaces, without empty lines."""
     return " ".join(filter(None, map(str.strip, text.splitlines())))

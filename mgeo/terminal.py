@@ -1,4 +1,7 @@
-"""What commands print, those of plugins too: text and tables, or one JSON document."""
+"""Terminal output of commands: text and tables, or one JSON document.
+
+Commands of plugins use this module, too.
+"""
 
 from __future__ import annotations
 
@@ -19,18 +22,20 @@ from rich.text import Text
 if TYPE_CHECKING:
     import pandas as pd
 
-_WIDTH_OF_A_FILE = 400  # of tables in pipes and files, unless COLUMNS is set
-_documents: list[TextIO] = []  # stdout, while all else goes to stderr
+_PIPE_WIDTH = 400  # Columns of tables in pipes and files, unless COLUMNS is set.
+_stdout_stack: list[TextIO] = []  # The real stdout while `stdout_for_documents` is active.
 
 
 @dataclass(frozen=True)
 class Output:
-    """Output of a command.
+    """Output of a command in the format that the user selected.
 
     Attributes
     ----------
-    quiet : print errors only, and the document if one is asked for.
-    json : print nothing but one document on stdout.
+    quiet : bool
+        True to print only errors, and the JSON document if `json` is true.
+    json : bool
+        True to print only one JSON document on stdout.
     """
 
     quiet: bool = False
@@ -38,26 +43,26 @@ class Output:
 
     @property
     def for_people(self) -> bool:
-        """Whether `print` prints."""
+        """True if text and tables are printed."""
         return not (self.quiet or self.json)
 
     def print(self, *shown: str | RenderableType) -> None:
-        """Print text and tables, each on lines of its own."""
+        """Print text and tables on separate lines, unless `quiet` or `json` is true."""
         if self.for_people:
             show(*shown)
 
     def note(self, text: str) -> None:
-        """Print a line on stderr, beside the result."""
+        """Print a line on stderr."""
         show(text, stderr=True)
 
     def result(self, document: Mapping[str, Any]) -> None:
-        """Print the document for scripts, see `json_text`."""
+        """Print a JSON document on stdout if `json` is true."""
         if self.json:
-            print(json_text(document), file=_documents[0] if _documents else sys.stdout)
+            print(json_text(document), file=_stdout_stack[0] if _stdout_stack else sys.stdout)
 
 
 def json_text(document: Mapping[str, Any]) -> str:
-    """Return a document as JSON, with null for numbers that JSON does not have."""
+    """Return a document as JSON text, with null for NaN and infinite numbers."""
     from pydantic_core import to_jsonable_python
 
     finite = to_jsonable_python(dict(document), inf_nan_mode="null")
@@ -65,7 +70,7 @@ def json_text(document: Mapping[str, Any]) -> str:
 
 
 def rows(frame: pd.DataFrame) -> list[dict[Any, Any]]:
-    """Return the rows of a table for a document, with the index unless it only counts them."""
+    """Return the rows of a table as dicts, including the index unless it is a RangeIndex."""
     import pandas as pd
 
     named = frame if isinstance(frame.index, pd.RangeIndex) else frame.reset_index()
@@ -74,85 +79,95 @@ def rows(frame: pd.DataFrame) -> list[dict[Any, Any]]:
 
 @contextmanager
 def stdout_for_documents() -> Iterator[None]:
-    """Keep stdout for `Output.result`, and send all other output to stderr."""
-    _documents.append(sys.stdout)
+    """Reserve stdout for `Output.result` and redirect all other output to stderr."""
+    _stdout_stack.append(sys.stdout)
     try:
         with redirect_stdout(sys.stderr):
             yield
     finally:
-        _documents.pop()
+        _stdout_stack.pop()
 
 
 def table(titles: Iterable[object], rows: Iterable[Sequence[object]], digits: int = 5) -> Table:
-    """Return a table without lines, texts aligned to the left and other values to the right.
+    """Return a table without borders, with text left-aligned and other values right-aligned.
 
     Parameters
     ----------
-    digits
-        Significant digits of numbers that are not whole.
+    titles : iterable
+        Column titles.
+    rows : iterable of sequences
+        Values of each row.
+    digits : int
+        Significant digits of floats.
     """
     entries = list(rows)
-    made = Table(box=None, pad_edge=False, show_edge=False, padding=(0, 3, 0, 0))
+    table = Table(box=None, pad_edge=False, show_edge=False, padding=(0, 3, 0, 0))
     for i, title in enumerate(titles):
         is_text = all(isinstance(row[i], str) for row in entries)
-        made.add_column(plain(title), justify="left" if is_text else "right", overflow="fold")
+        table.add_column(plain(title), justify="left" if is_text else "right", overflow="fold")
     for row in entries:
-        made.add_row(*(plain(_shown(value, digits)) for value in row))
-    return made
+        table.add_row(*(plain(_format_value(value, digits)) for value in row))
+    return table
 
 
 def fits(shown: Table, width: int) -> bool:
-    """Return whether a table can be printed in a width without wrapping a cell."""
+    """Return whether a table fits into a width in columns without wrapping a cell."""
     out = console()
-    measured = Measurement.get(out, out.options.update(max_width=_WIDTH_OF_A_FILE), shown)
-    return measured.maximum <= width
+    measurement = Measurement.get(out, out.options.update(max_width=_PIPE_WIDTH), shown)
+    return measurement.maximum <= width
 
 
 def titled(title: str, frame: pd.DataFrame, digits: int = 4) -> tuple[Text, Table]:
-    """Return a title and the `table` of a frame with its index."""
+    """Return a bold title and the `table` of a DataFrame, including its index."""
     rows = frame.itertuples(name=None)
     return plain(f"\n{title}", "bold"), table(["", *frame.columns], rows, digits)
 
 
 def note(text: str) -> Text:
-    """Return a note on a table."""
+    """Return dimmed text, for a note below a table."""
     return plain(text, "dim")
 
 
 def pairs(texts: Mapping[str, str]) -> Table:
-    """Return a table of names and their values, one per line."""
+    """Return a table with one name and its text per line."""
     grid = Table.grid(padding=(0, 2))
     for name, text in texts.items():
         grid.add_row(plain(name, style="dim"), plain(text))
     return grid
 
 
-def _shown(value: object, digits: int) -> str:
-    whole = not isinstance(value, Real) or isinstance(value, Integral)
-    return str(value) if whole else f"{value:.{digits}g}"
+def _format_value(value: object, digits: int) -> str:
+    is_exact = not isinstance(value, Real) or isinstance(value, Integral)
+    return str(value) if is_exact else f"{value:.{digits}g}"
 
 
 def console(*, stderr: bool = False) -> Console:
-    """Return a console on stdout or stderr, 400 columns wide in a pipe without COLUMNS."""
-    made = Console(stderr=stderr, highlight=False)
-    if not made.is_terminal and "COLUMNS" not in os.environ:
-        made.width = _WIDTH_OF_A_FILE
-    return made
+    """Return a console on stdout or stderr, with 400 columns if it is not a terminal.
+
+    The environment variable COLUMNS overrides the width.
+    """
+    console = Console(stderr=stderr, highlight=False)
+    if not console.is_terminal and "COLUMNS" not in os.environ:
+        console.width = _PIPE_WIDTH
+    return console
 
 
 def show(*shown: str | RenderableType, stderr: bool = False) -> None:
-    """Print text and tables, each on lines of its own. In a pipe no line of text is broken."""
+    """Print text and tables on separate lines; lines of text are wrapped only in a terminal."""
     out = console(stderr=stderr)
     for each in shown:
         if isinstance(each, str | Text):
             text = plain(each) if isinstance(each, str) else each
-            # a path that is longer than a line stays whole
+            # Long paths must not be truncated.
             out.print(text, soft_wrap=not out.is_terminal, overflow="ignore", crop=False)
         else:
             out.print(each)
 
 
 def plain(text: object, style: str = "") -> Text:
-    """Return text for a console, with its control characters as escapes."""
+    """Return text for a console, with control characters escaped.
+
+    Prevents that names from files or plugins send control sequences to the terminal.
+    """
     escaped = (c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in str(text))
     return Text("".join(escaped), style=style)

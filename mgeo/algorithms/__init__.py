@@ -1,9 +1,8 @@
 """Algorithms of the generalized extremal optimization family.
 
-`real` and `binary` are the published variants, of `walkers`; `directed`, of the candidates that
-`moves` makes, and `staged` are ours; `base` makes pymoo algorithms of them; `archive` keeps what is
-nondominated; `state` captures and restores runs. What is not called MGEO here is what a variant of
-one's own is made of.
+Published algorithms are in `real` and `binary`, new ones in `directed` and `staged`. `base` and
+`walkers` contain their base classes, `archive` the Pareto archive, and `state` saves and restores
+runs. The names exported here, other than MGEO..., are the building blocks of new algorithms.
 """
 
 from mgeo.algorithms.base import ExtremalOptimization

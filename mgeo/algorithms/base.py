@@ -1,4 +1,4 @@
-"""The loop that all algorithms of the family share, as a pymoo `Algorithm`."""
+"""Base class of all algorithms of the MGEO family, a pymoo `Algorithm`."""
 
 import copy
 from abc import ABC, abstractmethod
@@ -24,58 +24,69 @@ from mgeo.evaluation.individuals import individuals, values_of
 from mgeo.validation.arguments import refuse_unknown, validate_integer
 from mgeo.validation.constructors import call, parameters, values
 
-EXECUTIONS = 5000  # generations of all walkers together, unless a termination is given
-MOST_WALKERS = 100_000  # each has its own random stream, of some kilobytes
+#: Default number of generations, multiplied by the number of walkers.
+EXECUTIONS = 5000
+#: Largest number of walkers. Each walker has a random stream of several kilobytes.
+MOST_WALKERS = 100_000
 
 _OPTIONS = parameters(Algorithm, Algorithm).keys()
-_OPTIONS_OF_A_RUN = _OPTIONS | {"pf"}  # in pymoo's examples; pymoo itself does not read it
+# Many examples of pymoo pass "pf", which pymoo ignores.
+_SETUP_OPTIONS = _OPTIONS | {"pf"}
 
 
 def is_dynamic(problem: Problem) -> bool:
-    """Return whether the values of a problem change with time, as those of pymoo's `dyn` do."""
+    """Return whether the objectives of a problem depend on time, as in `pymoo.problems.dyn`."""
     return isinstance(problem, DynamicProblem) or callable(getattr(problem, "tic", None))
 
 
 class ExtremalOptimization(Algorithm, ABC):
-    """Generalized extremal optimization with any number of objectives.
+    """Base class of generalized extremal optimization for any number of objectives.
 
-    `n_walkers` walkers go side by side. In a generation each one proposes candidates. All
-    candidates are evaluated in one batch and update the archive. Then each walker accepts one of
-    its own with a probability proportional to k^-tau, k being its rank, be it better or not.
+    The search consists of `n_walkers` parallel search trajectories, called walkers. In each
+    generation, each walker proposes candidates. All candidates are evaluated in one batch and added
+    to the archive. Each walker then moves to one of its candidates, which it draws with a
+    probability proportional to k^-tau, where k is the rank of the candidate. The walker moves even
+    if the candidate is worse than its current point.
 
-    A subclass says what is proposed, accepted and restarted, by the methods `representation`,
-    `candidates`, `accept`, `restart_idle` and, if it carries more, `new_state` and `forget`;
-    `restart_walkers` and `archived` are there to be used. It keeps each parameter of its
-    constructor under the parameter's name, and all that it carries from one generation to the
-    next in its `mgeo.algorithms.run_state.RunState`. `docs/your-algorithm.md` has an example.
+    A subclass implements `representation`, `candidates`, `accept` and `restart_idle`, and extends
+    `new_state` and `forget` if it has additional state. It can call `restart_walkers` and
+    `archived`. It must store each constructor parameter as an attribute of the same name, and all
+    data that persist between generations in a `mgeo.algorithms.run_state.RunState`.
+    `docs/your-algorithm.md` has an example.
 
     Parameters
     ----------
-    tau : selection pressure, as the subclass has checked it.
+    tau : selection pressure, validated by the subclass.
     n_walkers : number of walkers.
-    sampling : starting points of the first walkers: array of up to (n_walkers, n_var), population
-        or pymoo `Sampling`; the others start at random. The first generation evaluates them, in
-        addition to its candidates, so that no result is worse than a starting point. Individuals
-        that are evaluated already are in the archive from the beginning. Where walkers are strings
-        of bits, walkers start at the nearest string.
-    archive_size : largest number of points in the front, None for all of them.
-    options : options of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
-        given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
+    sampling : starting points of the first walkers: an array of shape (n, n_var) with n <=
+        n_walkers, a population, or a pymoo `Sampling`. The other walkers start at random points.
+        The first generation evaluates the starting points in addition to the candidates, so that
+        the result is never worse than a starting point. Individuals that are already evaluated are
+        archived at the start. Walkers that are bit strings start at the nearest string.
+    archive_size : largest number of points in the front; None for no limit.
+    options : options of every pymoo algorithm: `termination` (5000 // n_walkers generations by
+        default), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
 
     Attributes
     ----------
-    front : the `ParetoArchive`; `opt`, and so `res.X` and `res.F`, are its points.
-    state : the `RunState`: all that is carried from one generation to the next.
-    walkers, streams : those of the state.
-    n_generations : how many generations are complete.
+    front : ParetoArchive
+        Nondominated points. They are the optimum `opt`, and so `res.X` and `res.F`.
+    state : RunState
+        Data that persist between generations.
+    walkers, streams
+        Current points and random streams of the walkers, from `state`.
+    n_generations : int
+        Number of completed generations.
     """
 
-    takes_nan = True  # for `TolerantEvaluator`: a failed candidate is ranked last, not archived
+    #: Failed candidates keep their NaN objectives: `TolerantEvaluator` does not replace them.
+    takes_nan = True
 
     code: RealCode | BitCode
     variables: Variables
     state: RunState
-    proposed: FloatArray  # what `candidates` leaves for `accept`, if it does
+    #: Values that `candidates` may leave for `accept` of the same generation.
+    proposed: FloatArray
 
     def __init__(
         self,
@@ -98,18 +109,15 @@ class ExtremalOptimization(Algorithm, ABC):
             validate_integer("archive_size", archive_size, low=1)
         self.archive_size = archive_size
         self._asked: Any = None
-        self._n_starts = 0  # the first of those asked for
-        self._n_left_out = 0  # candidates beyond the budget of the first generation
+        self._n_starts = 0  # Number of starting points at the beginning of `_asked`.
+        self._n_left_out = 0  # Candidates beyond the evaluation budget in the first generation.
 
     def __repr__(self) -> str:
         return call(self, ExtremalOptimization)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
-        """Copy all but the individuals of the archive, which never change.
-
-        pymoo copies an algorithm after each generation to save its history, which would take the
-        memory of the whole archive each time.
-        """
+        # pymoo copies the algorithm in each generation to save its history. Archived individuals
+        # never change, so the copies share them to save memory.
         if "state" in self.__dict__:
             memo.update((id(each), each) for each in self.front.individuals.tolist())
         duplicate = memo[id(self)] = object.__new__(type(self))
@@ -117,147 +125,173 @@ class ExtremalOptimization(Algorithm, ABC):
         return duplicate
 
     def get_params(self) -> dict[str, Any]:
-        """The constructor's parameters by name, as scikit-learn's, without pymoo's own options.
+        """Return the constructor parameters by name, without the options of pymoo.
+
+        The same convention as `get_params` of scikit-learn.
 
         Raises
         ------
-        TypeError : if the constructor does not keep one under its name.
+        TypeError
+            If the algorithm has no attribute with the name of a parameter.
         """
         return values(self, ExtremalOptimization, _OPTIONS)
 
     @property
     def n_generations(self) -> int:
-        """How many generations are complete."""
+        """Number of completed generations."""
         return 0 if self.problem is None else self.state.n_generations
 
     @property
     def front(self) -> ParetoArchive:
-        """The archive."""
+        """Archive of the nondominated points."""
         return self.state.front
 
     @property
     def streams(self) -> list[np.random.Generator]:
-        """One random stream per walker."""
+        """Random streams, one per walker."""
         return self.state.streams
 
     @property
     def walkers(self) -> FloatArray:
-        """(n_walkers, n_coordinates) the current points."""
+        """Current points of the walkers, shape (n_walkers, n_coordinates)."""
         return self.state.walkers
 
     def setup(
         self, problem: Problem, verbose: bool = False, progress: bool = False, **options: Any
     ) -> "ExtremalOptimization":
-        """Bind the algorithm to a problem and place the walkers.
+        """Set up the algorithm for a problem and place the walkers.
 
         Parameters
         ----------
-        problem : a pymoo problem with finite bounds, of variables that the algorithm can treat,
-            whose values do not change during the run.
-        verbose, progress, options : as for every pymoo algorithm. `pf`, of many of pymoo's
-            examples, changes nothing, as in pymoo.
+        problem : Problem
+            A pymoo problem with finite bounds, variables of supported types, and objectives that do
+            not depend on time.
+        verbose, progress, **options
+            Options of every pymoo algorithm. As in pymoo, `pf` has no effect.
 
         Raises
         ------
-        TypeError : for an option that pymoo's algorithms do not have; parameters of the
-            algorithm itself belong into its constructor.
-        ValueError : if the problem has other variables, no finite bounds, or is dynamic.
-        RuntimeError : if the algorithm has begun a run already.
+        TypeError
+            If an option is unknown. Parameters of the algorithm belong to its constructor.
+        ValueError
+            If the problem has unsupported variables, no finite bounds, or is dynamic.
+        RuntimeError
+            If the algorithm has already started a run.
         """
         name = type(self).__name__
-        refuse_unknown(options, _OPTIONS_OF_A_RUN, f"setup (or minimize) of {name}")
+        refuse_unknown(options, _SETUP_OPTIONS, f"setup (or minimize) of {name}")
         if self.n_iter is not None:
             raise RuntimeError(
-                f"this {name} has begun a run: expected a new one to set up, or a copy.deepcopy of "
-                "one before its run"
+                f"this {name} has already started a run: expected a new {name}, or a copy.deepcopy "
+                "made before the run"
             )
         if is_dynamic(problem):
             raise ValueError(
                 f"{type(problem).__name__} is a dynamic problem, and the front of {name} would "
-                "keep objectives of times that are past: expected a problem whose values do not "
-                "change during a run (pymoo's DNSGA2 and KGB treat others)"
+                "keep outdated objectives: expected a problem whose objectives do not depend on "
+                "time. For dynamic problems, use DNSGA2 or KGB of pymoo"
             )
         self.code = self.representation(problem)
         self.variables = self.code.variables
         if options.get("termination", self.termination) is None:
-            # counted in generations, to end also where pymoo's evaluator is not used
+            # A limit on generations also ends runs that do not count evaluations.
             options["termination"] = ("n_gen", max(1, EXECUTIONS // self.n_walkers))
         super().setup(problem, verbose=verbose or self.verbose, progress=progress, **options)
         self._begin(problem)
         return self
 
-    # ---- what a subclass supplies -----------------------------------------------------------
+    # ---- methods for subclasses to implement or extend --------------------------------------
 
     @abstractmethod
     def representation(self, problem: Problem) -> RealCode | BitCode:
-        """How walkers stand for the problem's variables, if the parameters fit them."""
+        """Return the encoding of the problem's variables by walkers.
+
+        Raises
+        ------
+        ValueError
+            If the variables are not supported, or do not match the parameters.
+        """
 
     @abstractmethod
     def candidates(self) -> FloatArray:
-        """(n_walkers * candidates a walker, n_var) variables to evaluate, walker by walker."""
+        """Return the candidates of a generation, shape (n_walkers * n_candidates, n_var).
+
+        Rows are ordered by walker; each walker has the same number of candidates.
+        """
 
     @abstractmethod
     def accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
-        """Move the walkers by what their candidates are worth.
+        """Move each walker to one of its evaluated candidates.
 
         Parameters
         ----------
-        F : (n, n_obj) objectives of `candidates`.
-        violation : (n,) constraint violations, 0 where feasible.
+        F : array, shape (n, n_obj)
+            Objectives of `candidates`; NaN where the evaluation failed.
+        violation : array, shape (n,)
+            Constraint violations, 0 where feasible.
 
         Returns
         -------
-        (n_walkers,) mask of the walkers that have made progress of their own.
+        array of bool, shape (n_walkers,)
+            True for each walker that improved on its own best fitness.
         """
 
     @abstractmethod
     def restart_idle(self, progress: BoolArray, entered: BoolArray) -> None:
-        """Restart walkers without progress; (n_walkers,) who made it, whose candidates entered."""
+        """Restart walkers that no longer make progress.
+
+        Parameters
+        ----------
+        progress : array of bool, shape (n_walkers,)
+            Return value of `accept`.
+        entered : array of bool, shape (n_walkers,)
+            True for each walker with a candidate that entered the archive.
+        """
 
     def new_state(
         self, streams: list[np.random.Generator], front: ParetoArchive, walkers: FloatArray
     ) -> RunState:
-        """The state to begin with; `forget` fills in what is known of walkers."""
+        """Create the state before the first generation; `forget` then initializes each walker."""
         return RunState.begin(streams, front, walkers)
 
     def forget(self, rows: IntArray) -> None:
-        """Let walkers begin: all but their points is as of new ones."""
+        """Reset all state of the given walkers except their points."""
         self.state.idle[rows] = 0
 
-    # ---- the loop ---------------------------------------------------------------------------
+    # ---- implementation of pymoo's `Algorithm` ----------------------------------------------
 
     def _begin(self, problem: Problem) -> None:
-        """What `_setup` is for, out of the way of pymoo's wrappers, which put theirs over it."""
+        # Not named `_setup`, because some wrappers of pymoo override that method.
         seeds = self.random_state.bit_generator.seed_seq.spawn(self.n_walkers)
         streams = [np.random.default_rng(seed) for seed in seeds]
         try:
             front = ParetoArchive(problem.n_obj, self.archive_size)
         except ValueError as error:
             raise ValueError(f"archive_size = {self.archive_size}: {error}") from error
-        given = given_starts(
+        starts = given_starts(
             self.sampling, problem, self.variables, self.n_walkers, self.random_state
         )
-        n = len(given)
-        walkers = np.concatenate([self.code.encode(given), self.code.draw(streams[n:])])
+        n = len(starts)
+        walkers = np.concatenate([self.code.encode(starts), self.code.draw(streams[n:])])
         self.state = self.new_state(streams, front, walkers)
         self.state.starts = np.full((self.n_walkers, problem.n_var), np.nan)
-        self.state.starts[:n] = given
+        self.state.starts[:n] = starts
         self.forget(np.arange(self.n_walkers))
         if isinstance(self.sampling, Population) and self.problem is problem:
             self._archive_evaluated(self.sampling)
 
-    def _archive_evaluated(self, given: Population) -> None:
-        """Archive the starting points whose values are known, instead of evaluating them."""
-        is_known = are_evaluated(given, self.problem)
-        known = copy.deepcopy(given[is_known])
-        known.set("n_gen", 0)
-        if len(known):
-            F, violation, _ = self._values(known)
-            self.front.add(F, known, violation)
-        self.state.starts[: len(given)][is_known] = np.nan
+    def _archive_evaluated(self, starts: Population) -> None:
+        """Archive the starting points that are already evaluated, and skip their evaluation."""
+        is_evaluated = are_evaluated(starts, self.problem)
+        evaluated = copy.deepcopy(starts[is_evaluated])
+        evaluated.set("n_gen", 0)
+        if len(evaluated):
+            F, violation, _ = self._values(evaluated)
+            self.front.add(F, evaluated, violation)
+        self.state.starts[: len(starts)][is_evaluated] = np.nan
 
     def _initialize_infill(self) -> Population:
-        """Return the starting points to evaluate and the first candidates, within the budget."""
+        """Return starting points and first candidates, limited to the evaluation budget."""
         starts = self.state.starts[~np.isnan(self.state.starts).any(axis=1)]
         candidates = self._infill()
         self._n_starts = len(starts)
@@ -283,10 +317,10 @@ class ExtremalOptimization(Algorithm, ABC):
         entered = self.front.add(F, infills, violation)
         own = slice(self._n_starts, None)
         F, tolerated, entered = F[own], tolerated[own], entered[own]
-        if self._n_left_out:  # candidates without values are ranked as failed ones
-            F = _extend(F, self._n_left_out, np.nan)
-            tolerated = _extend(tolerated, self._n_left_out, 0.0)
-            entered = _extend(entered, self._n_left_out, False)
+        if self._n_left_out:  # Candidates that were not evaluated rank as failed.
+            F = _append_rows(F, self._n_left_out, np.nan)
+            tolerated = _append_rows(tolerated, self._n_left_out, 0.0)
+            entered = _append_rows(entered, self._n_left_out, False)
         self._n_starts = self._n_left_out = 0
         progress = self.accept(F, tolerated)
         self.restart_idle(progress, np.any(entered.reshape(self.n_walkers, -1), axis=1))
@@ -296,37 +330,46 @@ class ExtremalOptimization(Algorithm, ABC):
         self.state.n_generations = self.n_iter
 
     def restart_walkers(self, rows: IntArray, starts: FloatArray | None = None) -> None:
-        """Let some walkers begin at given variables, (n, n_var), or at random points."""
+        """Restart walkers at given or random points.
+
+        Parameters
+        ----------
+        rows : array of int, shape (n,)
+            Indices of the walkers.
+        starts : array, shape (n, n_var), optional
+            New points; random points by default.
+        """
         streams = [self.streams[walker] for walker in rows]
         points = self.code.draw(streams) if starts is None else self.code.encode(starts)
         self.walkers[rows] = points
         self.forget(rows)
 
     def archived(self, rows: Any) -> FloatArray:
-        """(n, n_var) variables of these points of the archive."""
+        """Return the variables, shape (n, n_var), of archived points selected by index or mask."""
         return self.variables.values(values_of(self.front.individuals[rows], "X"))
 
     def _in_asked_order(self, infills: Any) -> Population:
-        """Return the candidates of the last `ask`, told in any order, in the order of `ask`."""
+        """Return evaluated candidates, passed to `tell` in any order, in the order of `ask`."""
         if infills is not None and self._asked is not None and len(infills) == len(self._asked):
             X = values_of(infills, "X")
             if np.array_equal(X, self._asked):
                 return infills
-            told, asked = (self.variables.values(designs) for designs in (X, self._asked))
-            rows, places = np.lexsort(told.T), np.lexsort(asked.T)
-            if np.array_equal(told[rows], asked[places]):
+            values, expected = (self.variables.values(designs) for designs in (X, self._asked))
+            rows, expected_rows = np.lexsort(values.T), np.lexsort(expected.T)
+            if np.array_equal(values[rows], expected[expected_rows]):
                 order = np.empty_like(rows)
-                order[places] = rows
+                order[expected_rows] = rows
                 return infills[order]
         raise ValueError(
             "tell: expected the candidates of the last ask(), unchanged, each once, in any order"
         )
 
     def _values(self, evaluated: Population) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Objectives (n, n_obj) and constraint violations (n,), 0 where feasible.
+        """Return objectives, shape (n, n_obj), and two arrays of constraint violations, shape (n,).
 
-        The violations come twice: as pymoo judges them, for the archive, and as the individuals'
-        configuration does, in which a constraint handling may tolerate more for a while.
+        Violations are 0 where feasible. The first array uses pymoo's default tolerance, for the
+        archive. The second uses the tolerance in the configuration of the individuals, which a
+        constraint handling of pymoo may relax during a run.
         """
         F = values_of(evaluated, "F")
         if F.shape != (len(evaluated), self.problem.n_obj):
@@ -336,14 +379,13 @@ class ExtremalOptimization(Algorithm, ABC):
             )
         if not self.problem.has_constraints():
             return F, np.zeros(len(F)), np.zeros(len(F))
-        CV, tolerated = (values[:, 0] for values in evaluated.get("CV", "FEAS"))
-        feasible = Individual.default_config()["cv_eps"] >= CV
-        return F, np.where(feasible, 0.0, CV), np.where(tolerated, 0.0, CV)
+        CV, is_tolerated = (values[:, 0] for values in evaluated.get("CV", "FEAS"))
+        is_feasible = Individual.default_config()["cv_eps"] >= CV
+        return F, np.where(is_feasible, 0.0, CV), np.where(is_tolerated, 0.0, CV)
 
     def _set_optimum(self) -> None:
         self.opt = self.front.individuals
 
 
-def _extend(values: NDArray[Any], n: int, fill: float) -> NDArray[Any]:
-    """Append n rows of a constant."""
+def _append_rows(values: NDArray[Any], n: int, fill: float) -> NDArray[Any]:
     return np.concatenate([values, np.full((n, *values.shape[1:]), fill, dtype=values.dtype)])

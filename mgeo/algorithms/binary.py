@@ -1,4 +1,4 @@
-"""MGEO canonical and MGEO var: extremal optimization that flips bits."""
+"""MGEO canonical and MGEO var, extremal optimization of bit strings."""
 
 from abc import ABC
 from collections.abc import Sequence
@@ -17,9 +17,10 @@ CODINGS = ("plain", "gray")
 
 
 class BitStrings(IndependentWalkers, ABC):
-    """Independent walkers that are strings of bits; a subclass says how these are grouped.
+    """Base class of algorithms whose walkers are bit strings.
 
-    Parameters are those of `MGEOCanonical`.
+    A subclass defines by `layout` which bits compete with each other. The parameters are described
+    in `MGEOCanonical`.
     """
 
     code: BitCode
@@ -45,33 +46,34 @@ class BitStrings(IndependentWalkers, ABC):
 
 
 class MGEOCanonical(BitStrings):
-    """Multiobjective generalized extremal optimization on strings of bits (M-GEO).
+    """Multiobjective generalized extremal optimization of bit strings (M-GEO).
 
-    In every generation each bit of each walker gives one candidate, in which that bit alone is
-    flipped; one of them is accepted. A generation therefore costs as many evaluations as all
-    strings have bits. With one objective it is GEO.
+    In every generation, each walker generates one candidate per bit, with this bit flipped, and
+    accepts one of its candidates. A generation takes as many evaluations as all walkers have bits.
+    With a single objective, the algorithm is GEO.
 
     Parameters
     ----------
     tau : selection pressure, >= 0: the candidate of rank k is accepted with probability ~ k^-tau;
-        or "a-geo1" or "a-geo2" to let it follow the search (`mgeo.algorithms.selection`).
-    n_walkers : number of independent walkers, the n_i re-initializations of the papers.
-    bits : of each real variable, 1 to 52: a number, or one per variable. Integers, binary
-        variables and choices take as many as their levels need.
+        or "a-geo1" or "a-geo2" for a tau that adapts during the run (`mgeo.algorithms.selection`).
+    n_walkers : number of independent walkers (n_i re-initializations in the papers).
+    bits : bits of each real variable, 1 to 52: one number, or one per variable. Integers, binary
+        variables and choices use the smallest sufficient number of bits.
     coding : "plain" binary numbers, or "gray" codes, where neighbors differ in one bit.
     options : `restart` and `patience` of `mgeo.algorithms.walkers.IndependentWalkers`, `sampling`
-        and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and those of every
-        pymoo algorithm: `termination` (5000 // n_walkers generations unless given), `seed`, ...
+        and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and options of every
+        pymoo algorithm: `termination` (5000 // n_walkers generations by default), `seed`, ...
 
     Raises
     ------
-    TypeError, ValueError : for a parameter of the wrong type or out of range, or an unknown one.
+    TypeError, ValueError
+        If a parameter is unknown, has the wrong type or is out of range.
 
     References
     ----------
     F. L. de Sousa, F. M. Ramos, P. Paglione, R. M. Girardi, "New stochastic algorithm for design
     optimization", AIAA Journal 41 (2003) 1808-1818 (GEO). R. L. Galski, doctoral thesis,
-    INPE-14795-TDI/1238 (2006) (M-GEO), as implemented in MGEO.jl, whose codes are plain.
+    INPE-14795-TDI/1238 (2006) (M-GEO), as implemented in MGEO.jl, which uses plain binary numbers.
 
     Examples
     --------
@@ -88,30 +90,33 @@ class MGEOCanonical(BitStrings):
 
 
 class MGEOVar(BitStrings):
-    """Multiobjective generalized extremal optimization, one bit a variable (M-GEO_var).
+    """Multiobjective generalized extremal optimization with one bit flip per variable (M-GEO_var).
 
-    In every generation each bit of each walker gives one candidate, in which that bit alone is
-    flipped. The bits of each variable are ranked among themselves and one of them is accepted,
-    so that a walker changes in all variables at once. The point it reaches is evaluated with the
-    next candidates: a generation costs as many evaluations as all strings have bits, and one per
-    walker. (MGEO.jl leaves that one out; GEOvar_BINARIO.cs of leobeckerdaluz/
-    GEO_OptimizationAlgorithms has it, and A-GEO2 needs it.) With one objective it is GEO_var.
+    In every generation, each walker generates one candidate per bit, with this bit flipped. The
+    candidates of each variable are ranked separately and one per variable is accepted, so that a
+    walker changes all variables at once. The resulting point is evaluated in the next generation. A
+    generation therefore takes as many evaluations as all walkers have bits, plus one per walker.
+    (GEOvar_BINARIO.cs of leobeckerdaluz/GEO_OptimizationAlgorithms also evaluates the walkers, and
+    A-GEO2 requires it; MGEO.jl does not.) With a single objective, the algorithm is GEO_var.
 
     Parameters
     ----------
-    bits : as for `MGEOCanonical`, at least 2.
-    tau, n_walkers, coding, options : as for `MGEOCanonical`; tau ranks the bits of a variable.
+    bits : bits of each real variable, 2 to 52: one number, or one per variable.
+    tau : selection pressure among the bits of a variable, >= 0; otherwise as for `MGEOCanonical`.
+    n_walkers, coding, options : as for `MGEOCanonical`.
 
     Raises
     ------
-    TypeError, ValueError : for a parameter of the wrong type or out of range, or an unknown one.
-        In a run, ValueError for a variable of one bit, which would flip in every generation.
+    TypeError, ValueError
+        If a parameter is unknown, has the wrong type or is out of range. At the start of a run, if
+        a variable has a single bit, which would flip in every generation.
 
     References
     ----------
     F. L. de Sousa, F. M. Ramos, P. Paglione, R. M. Girardi, "New stochastic algorithm for design
     optimization", AIAA Journal 41 (2003) 1808-1818 (GEO_var). I. Mainenti-Lopes, doctoral thesis,
-    INPE-15384-TDI/1403 (2013), as implemented in MGEO.jl (M-GEO_var), whose codes are plain.
+    INPE-15384-TDI/1403 (2013), as implemented in MGEO.jl (M-GEO_var), which uses plain
+    binary numbers.
 
     Examples
     --------
@@ -130,6 +135,6 @@ class MGEOVar(BitStrings):
             variable = int(np.argmax(self.code.bits == 1))
             raise ValueError(
                 f"variable {variable} has 1 bit, which MGEOVar would flip in every generation: "
-                "expected 2 or more (MGEOCanonical treats binary variables)"
+                "expected 2 or more. Use MGEOCanonical for binary variables"
             )
         return self.code.places[self.code.bits > 0]

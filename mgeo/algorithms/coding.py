@@ -1,4 +1,4 @@
-"""Walkers as what they stand for: variables themselves, or strings of bits, plain or Gray."""
+"""Encodings of the variables by walkers: real vectors, or plain or Gray-coded bit strings."""
 
 from __future__ import annotations
 
@@ -10,17 +10,18 @@ import numpy as np
 from mgeo._typing import FloatArray, IntArray
 from mgeo.algorithms.variables import Variables
 
-MOST_BITS = 52  # of one variable: its number is exact in a float
+#: Largest number of bits of a variable, so that its integer value is exact as a float.
+MOST_BITS = 52
 
 
 @dataclass(frozen=True, eq=False)
 class RealCode:
-    """Walkers that are the variables themselves."""
+    """Identity encoding: the coordinates of a walker are the variables."""
 
     variables: Variables
 
     def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
-        """(n, n_var) a point from each of n streams, uniform within the bounds."""
+        """Draw one uniform point within the bounds from each of n streams, shape (n, n_var)."""
         xl, xu, real = self.variables.xl, self.variables.xu, self.variables.real
         unit = np.array([stream.random(len(xl)) for stream in streams]).reshape(-1, len(xl))
         points: FloatArray = np.clip(xl + (xu - xl) * unit, xl, xu)
@@ -29,29 +30,33 @@ class RealCode:
         return points
 
     def decode(self, points: FloatArray) -> FloatArray:
-        """The points themselves."""
+        """Return points, shape (..., n_var), unchanged: the coordinates are the variables."""
         return points
 
     def encode(self, values: FloatArray) -> FloatArray:
-        """The values themselves, whole numbers unless real."""
+        """Return variables, shape (..., n_var), with values of non-real variables rounded."""
         return np.where(self.variables.real, values, np.rint(values))
 
 
 @dataclass(frozen=True, eq=False)
 class BitCode:
-    """How a string of bits is read, variable after variable, the highest bit first.
+    """Encoding of variables as a bit string, one variable after another, highest bit first.
 
-    b bits are a number m in 0..2^b - 1. A real variable is xl + (xu - xl) m / (2^b - 1), both
-    bounds included, as in MGEO.jl; an integer of L levels is xl + floor(m L / 2^b), so that every
-    level has as many numbers as the others, or one more. Neighboring numbers differ in one bit
-    if `gray`.
+    The b bits of a variable encode a number m in 0..2^b - 1. A real variable is
+    xl + (xu - xl) m / (2^b - 1), which includes both bounds, as in MGEO.jl. An integer with L
+    levels is xl + floor(m L / 2^b), so that the counts of m per level differ by at most one. A
+    choice is treated as an integer.
 
     Attributes
     ----------
-    variables : of the problem.
-    bits : (n_var,) bits of each; 0 for an integer of one level. A choice is an integer.
-    gray : whether m is read as a reflected Gray code.
-    places : (n_var, max bits) where each bit stands in the string, -1 (leading) for none.
+    variables : Variables
+        Variables of the problem.
+    bits : array of int, shape (n_var,)
+        Number of bits of each variable; 0 for an integer with a single level.
+    gray : bool
+        True if m is encoded as a reflected Gray code, where neighboring numbers differ in one bit.
+    places : array of int, shape (n_var, max(bits))
+        Position of each bit in the string. Rows of shorter variables begin with -1.
     """
 
     variables: Variables
@@ -61,10 +66,22 @@ class BitCode:
 
     @classmethod
     def of(cls, variables: Variables, bits: int | Sequence[int], gray: bool) -> BitCode:
-        """The code for some variables.
+        """Build the encoding of variables.
 
-        `bits` is for each real variable, one number for all or one per variable; the others have
-        as many as their levels need. ValueError if that cannot be.
+        Parameters
+        ----------
+        variables : Variables
+        bits : int or sequence of int, length n_var
+            Number of bits of the real variables. All other variables use the smallest sufficient
+            number.
+        gray : bool
+            True for a reflected Gray code.
+
+        Raises
+        ------
+        ValueError
+            If `bits` has another length, an integer needs more than `MOST_BITS` bits, or the bounds
+            fix all variables.
         """
         n_var = len(variables.kinds)
         if np.ndim(bits) and np.size(bits) != n_var:
@@ -73,8 +90,8 @@ class BitCode:
                 f"{n_var} variables"
             )
         spans = variables.xu - variables.xl
-        own = [int(span).bit_length() for span in spans]  # a logarithm is not exact
-        counts = np.where(variables.real, bits, own).astype(np.intp)
+        needed = [int(span).bit_length() for span in spans]  # Exact, unlike a logarithm.
+        counts = np.where(variables.real, bits, needed).astype(np.intp)
         if np.any(counts > MOST_BITS):
             i = int(counts.argmax())
             raise ValueError(
@@ -82,7 +99,7 @@ class BitCode:
                 f"at most 2^{MOST_BITS}"
             )
         if not counts.any():
-            raise ValueError("all variables are fixed by their bounds: expected one that is not")
+            raise ValueError("all variables are fixed by their bounds: expected one with xl < xu")
         column = np.arange(counts.max())[None, :] - (counts.max() - counts[:, None])
         first = np.cumsum(counts) - counts
         places = np.where(column >= 0, first[:, None] + column, -1)
@@ -90,17 +107,17 @@ class BitCode:
 
     @property
     def length(self) -> int:
-        """Bits of the whole string."""
+        """Total number of bits."""
         return int(self.bits.sum())
 
     def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
-        """(n, length) a string from each of n streams."""
+        """Draw one random bit string from each of n streams, shape (n, length)."""
         strings = [stream.integers(0, 2, self.length) for stream in streams]
         return np.array(strings, dtype=float).reshape(-1, self.length)
 
     def decode(self, strings: FloatArray) -> FloatArray:
-        """(..., n_var) values of strings of 0 and 1, (..., length)."""
-        if self.places.min() >= 0:  # all of one length: several times faster
+        """Return the variables, shape (..., n_var), of strings of 0 and 1, shape (..., length)."""
+        if self.places.min() >= 0:  # All variables have as many bits: several times faster.
             digits = strings.reshape(*strings.shape[:-1], *self.places.shape)
         else:
             digits = np.where(self.places >= 0, strings[..., self.places], 0.0)
@@ -115,7 +132,7 @@ class BitCode:
         return np.clip(decoded, xl, xu)
 
     def encode(self, values: FloatArray) -> FloatArray:
-        """(..., length) string nearest to each vector of values, (..., n_var)."""
+        """Return the nearest strings, shape (..., length), of variables, shape (..., n_var)."""
         xl, xu = self.variables.xl, self.variables.xu
         count = 2.0**self.bits
         width = np.where(xu > xl, xu - xl, 1.0)

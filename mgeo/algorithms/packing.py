@@ -1,4 +1,7 @@
-"""Conversion of the state of a run to arrays and JSON values, and back."""
+"""Conversion of the state of a run to arrays and JSON values, and back.
+
+`mgeo.algorithms.state` builds on these functions.
+"""
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
@@ -20,12 +23,27 @@ _GENERATORS = {cls.__name__: cls for cls in (np.random.PCG64, np.random.PCG64DXS
 
 
 def pack(name: str, value: Any, problem: Problem, arrays: Arrays) -> Any:
-    """Add the arrays of a value to `arrays`, and return the rest as a JSON value.
+    """Split a value into arrays and a JSON value.
+
+    Parameters
+    ----------
+    name : str
+        Prefix of the names of the arrays.
+    value : object
+        Field of a `RunState`.
+    problem : Problem
+    arrays : dict of str to array
+        Receives the arrays of the value.
+
+    Returns
+    -------
+    JSON value
+        All of `value` except its arrays, for `unpack`.
 
     Raises
     ------
     TypeError
-        For a value of a kind that `RunState` does not allow.
+        If `RunState` does not allow the type of the value.
     """
     if isinstance(value, np.ndarray) and not value.dtype.hasobject:
         arrays[name] = value.copy()
@@ -36,7 +54,8 @@ def pack(name: str, value: Any, problem: Problem, arrays: Arrays) -> Any:
         return [pack(f"{name}[{i}]", each, problem, arrays) for i, each in enumerate(value)]
     if isinstance(value, ParetoArchive):
         pack_population(name, value.individuals, problem, arrays)
-        arrays[f"{name}.violation"] = np.array(value.violation)  # may be infinite
+        # An array, because JSON has no infinity.
+        arrays[f"{name}.violation"] = np.array(value.violation)
         return value.n_rejected
     if is_dataclass(value):
         return {
@@ -48,19 +67,32 @@ def pack(name: str, value: Any, problem: Problem, arrays: Arrays) -> Any:
         return plain
     raise TypeError(
         f"{name} = {value!r:.80}: expected an array of numbers, a random stream, an archive, a "
-        "number, text, or a list or dataclass of these"
+        "number, a string, or a list or dataclass of these"
     )
 
 
 def unpack(
     name: str, fresh: Any, packed: Any, arrays: Mapping[str, Any], algorithm: ExtremalOptimization
 ) -> Any:
-    """Return the value that `pack` took apart, of the kind and shape of `fresh`.
+    """Reassemble a value from the output of `pack`.
+
+    Parameters
+    ----------
+    name : str
+        Name that was passed to `pack`.
+    fresh : object
+        Value of the same type and shape, from an algorithm after `setup`.
+    packed : JSON value
+        Return value of `pack`.
+    arrays : mapping of str to array
+        Arrays that `pack` has added.
+    algorithm : ExtremalOptimization
+        Algorithm after `setup`.
 
     Raises
     ------
     KeyError, TypeError, ValueError
-        If a part is missing, or of another kind or shape.
+        If a part is missing, or has another type or shape than in `fresh`.
     """
     if isinstance(fresh, np.ndarray):
         if arrays[name].shape != fresh.shape:
@@ -101,17 +133,17 @@ def pack_stream(stream: np.random.Generator) -> dict[str, Any]:
     Raises
     ------
     TypeError
-        For a generator of another kind than PCG64.
+        If the bit generator is neither PCG64 nor PCG64DXSM.
     """
     bits = stream.bit_generator
-    seed = bits.seed_seq  # counts the streams spawned from this one
+    seed = bits.seed_seq  # Included because it counts the spawned streams.
     if type(bits).__name__ not in _GENERATORS or not isinstance(seed, np.random.SeedSequence):
-        raise TypeError(f"{bits!r}: expected one of {', '.join(_GENERATORS)}, to keep its state")
+        raise TypeError(f"{bits!r}: expected one of {', '.join(_GENERATORS)}, to save its state")
     return {"bits": bits.state, "seed": seed.state}
 
 
 def unpack_stream(state: Mapping[str, Any]) -> np.random.Generator:
-    """Return the random stream of a state."""
+    """Restore a random stream from the return value of `pack_stream`."""
     bits = _GENERATORS[state["bits"]["bit_generator"]](np.random.SeedSequence(**state["seed"]))
     bits.state = state["bits"]
     return np.random.Generator(bits)
@@ -120,7 +152,10 @@ def unpack_stream(state: Mapping[str, Any]) -> np.random.Generator:
 def pack_population(
     name: str, population: Population | None, problem: Problem, arrays: Arrays
 ) -> None:
-    """Add the arrays of evaluated individuals to `arrays`; none if there are no individuals."""
+    """Add the designs and values of individuals to `arrays`, as ``NAME_X``, ``NAME_F``, ...
+
+    An empty population adds no arrays.
+    """
     if population is None or not len(population):
         return
     columns = dict(zip(_VALUES, population.get(*_VALUES), strict=True))
@@ -133,7 +168,7 @@ def pack_population(
 def unpack_population(
     name: str, arrays: Mapping[str, Any], algorithm: ExtremalOptimization
 ) -> Population:
-    """Return the individuals of such arrays.
+    """Restore the individuals that `pack_population` has stored under a name.
 
     Raises
     ------
@@ -142,7 +177,7 @@ def unpack_population(
     """
     columns = {key: arrays[f"{name}_{key}"] for key in _VALUES if f"{name}_{key}" in arrays}
     if len({len(column) for column in columns.values()}) > 1:
-        raise ValueError(f"{name}: expected as many rows in each of {', '.join(columns)}")
+        raise ValueError(f"{name}: expected the same number of rows in {', '.join(columns)}")
     if columns and algorithm.variables.names is not None:
         columns["X"] = algorithm.variables.designs(columns["X"])
     population: Population = Population.new(**columns)

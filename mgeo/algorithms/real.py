@@ -1,4 +1,4 @@
-"""MGEO_real and MGEO_real2: extremal optimization that perturbs real variables by normal steps."""
+"""MGEO_real and MGEO_real2, extremal optimization with normal steps of real variables."""
 
 import math
 from abc import ABC, abstractmethod
@@ -24,12 +24,13 @@ SCHEDULES = ("factorial", "geometric")
 
 
 class RealSteps(IndependentWalkers, ABC):
-    """Independent walkers that are points of the search space.
+    """Base class of algorithms whose walkers are vectors of real variables.
 
-    A subclass supplies the scales of the steps; another law of the steps is another value of the
-    class attribute ``law``. Parameters are those of `MGEOReal`.
+    A subclass implements `deviations`, and can replace the normal law of the steps by setting the
+    class attribute ``law``. The parameters are described in `MGEOReal`.
     """
 
+    #: Probability law of the steps.
     law: ClassVar[StepLaw] = NORMAL
 
     def __init__(
@@ -49,7 +50,17 @@ class RealSteps(IndependentWalkers, ABC):
 
     @abstractmethod
     def deviations(self, sigma: FloatArray) -> FloatArray:
-        """Standard deviation of each step of `layout`, from one per variable."""
+        """Return the standard deviation of each step of `layout`.
+
+        Parameters
+        ----------
+        sigma : array, shape (n_var,)
+            Standard deviation for each variable.
+
+        Returns
+        -------
+        array that broadcasts to the shape of `layout`, (n_groups, group_size)
+        """
 
     def representation(self, problem: Problem) -> RealCode:
         if np.size(self.sigma) not in (1, problem.n_var):
@@ -80,28 +91,29 @@ class RealSteps(IndependentWalkers, ABC):
 class MGEOReal(RealSteps):
     """Multiobjective generalized extremal optimization, real-coded (MGEO_real).
 
-    In every generation each variable of each walker gives one candidate, in which that variable
-    alone is perturbed by a normal step within its bounds; one of them is accepted. A
-    generation therefore costs n_walkers x n_var evaluations. With one objective it is GEO_real1.
+    In every generation, each walker generates one candidate per variable, in which a normal step
+    perturbs this variable within its bounds, and accepts one of its candidates. A generation takes
+    n_walkers x n_var evaluations. With a single objective, the algorithm is GEO_real1.
 
     Parameters
     ----------
     sigma : standard deviation of the step, > 0: a number, or one per variable.
     tau : selection pressure, >= 0: the candidate of rank k is accepted with probability ~ k^-tau;
-        or "a-geo1" or "a-geo2" to let it follow the search (`mgeo.algorithms.selection`).
-    n_walkers : number of independent walkers, the n_i re-initializations of the papers.
-    perturbation : what sigma is a multiple of: "absolute" the variable's unit, "relative" its
-        value (a variable at zero stays there), "range" the width of its bounds (for variables
-        of different units).
-    bounds : what becomes of a step that leaves them: "clip" to the bound, as published, "reflect"
-        from it, or "resample", drawn anew until it stays inside (`mgeo.algorithms.steps`).
+        or "a-geo1" or "a-geo2" for a tau that adapts during the run (`mgeo.algorithms.selection`).
+    n_walkers : number of independent walkers (n_i re-initializations in the papers).
+    perturbation : unit of sigma: "absolute" for the unit of the variable, "relative" for its value
+        (a variable at zero stays there), "range" for the width of its bounds (for variables of
+        different units).
+    bounds : treatment of steps beyond the bounds: "clip" to the bound, as published, "reflect" at
+        the bound, or "resample" until the step stays inside (`mgeo.algorithms.steps`).
     options : `restart` and `patience` of `mgeo.algorithms.walkers.IndependentWalkers`, `sampling`
-        and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and those of every
-        pymoo algorithm: `termination` (5000 // n_walkers generations unless given), `seed`, ...
+        and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and options of every
+        pymoo algorithm: `termination` (5000 // n_walkers generations by default), `seed`, ...
 
     Raises
     ------
-    TypeError, ValueError : for a parameter of the wrong type or out of range, or an unknown one.
+    TypeError, ValueError
+        If a parameter is unknown, has the wrong type or is out of range.
 
     References
     ----------
@@ -127,34 +139,35 @@ class MGEOReal(RealSteps):
 
 
 class MGEOReal2(RealSteps):
-    """Multiobjective generalized extremal optimization with several steps a variable (real2).
+    """Multiobjective generalized extremal optimization with several steps per variable (real2).
 
-    In every generation each variable of each walker gives `n_steps` candidates, in which that
-    variable alone is perturbed by normal steps of ever smaller deviation, within its bounds. The
-    steps of each variable are ranked among themselves and one of them is accepted, so that a
-    walker moves in all variables at once. The point it reaches is evaluated with the next
-    candidates: a generation costs n_walkers x (n_var x n_steps + 1) evaluations. With one
-    objective it is GEO_real2.
+    In every generation, each walker generates `n_steps` candidates per variable, in which a normal
+    step perturbs this variable within its bounds. The standard deviation decreases from step to
+    step. The candidates of each variable are ranked separately and one per variable is accepted, so
+    that a walker changes all variables at once. The resulting point is evaluated in the next
+    generation. A generation takes n_walkers x (n_var x n_steps + 1) evaluations. With a single
+    objective, the algorithm is GEO_real2.
 
     Parameters
     ----------
-    sigma : standard deviation of the widest step, > 0: a number, or one per variable.
-    n_steps : steps tried in each variable (P), at least 2.
-    divisor : by what the deviations shrink (s), > 0.
-    schedule : "factorial", sigma_{j+1} = sigma_j / (s j), or "geometric", sigma_j / s.
-    tau, n_walkers, perturbation, bounds, options : as for `MGEOReal`; tau ranks the steps of a
-        variable.
+    sigma : standard deviation of the largest step, > 0: a number, or one per variable.
+    n_steps : number of steps per variable (P), at least 2.
+    divisor : divisor of the standard deviation between steps (s), > 0.
+    schedule : "factorial" for sigma_{j+1} = sigma_j / (s j), or "geometric" for sigma_j / s.
+    tau : selection pressure among the steps of each variable, >= 0; otherwise as for `MGEOReal`.
+    n_walkers, perturbation, bounds, options : as for `MGEOReal`.
 
     Raises
     ------
-    TypeError, ValueError : for a parameter of the wrong type or out of range, or an unknown one.
+    TypeError, ValueError
+        If a parameter is unknown, has the wrong type or is out of range.
 
     References
     ----------
-    GEO_real2 is of I. Mainenti-Lopes (INPE). We follow GEO_REAL2.cs of
-    leobeckerdaluz/GEO_OptimizationAlgorithms (master's thesis at INPE), where "factorial" with
-    s = 2 is called the original schedule; the thesis itself was not at hand. The step to several
-    objectives, in the way of MGEO_real, is our reading.
+    GEO_real2 was developed by I. Mainenti-Lopes (INPE). This class follows GEO_REAL2.cs of
+    leobeckerdaluz/GEO_OptimizationAlgorithms (master's thesis at INPE), which calls "factorial"
+    with s = 2 the original schedule; the thesis itself was not available. The extension to several
+    objectives, analogous to MGEO_real, is an interpretation.
 
     Examples
     --------
@@ -188,7 +201,7 @@ class MGEOReal2(RealSteps):
         return np.repeat(np.arange(self.problem.n_var, dtype=np.intp)[:, None], self.n_steps, 1)
 
     def deviations(self, sigma: FloatArray) -> FloatArray:
-        shares = self.divisor ** -np.arange(float(self.n_steps))
+        factors = self.divisor ** -np.arange(float(self.n_steps))
         if self.schedule == "factorial":
-            shares /= [math.factorial(j) for j in range(self.n_steps)]
-        return np.asarray(sigma[:, None] * shares)
+            factors /= [math.factorial(j) for j in range(self.n_steps)]
+        return np.asarray(sigma[:, None] * factors)

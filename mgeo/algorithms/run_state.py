@@ -1,4 +1,4 @@
-"""What a run carries from one generation to the next, and what of it is printed."""
+"""State of a run between generations, and the table that pymoo prints during a run."""
 
 from dataclasses import dataclass
 from typing import Any, Self
@@ -13,26 +13,34 @@ from mgeo.algorithms.archive import ParetoArchive
 
 @dataclass(kw_only=True, eq=False, slots=True)
 class RunState:
-    """All that a run of the family carries from one generation to the next.
+    """Data of an MGEO run that persist between generations.
 
-    A checkpoint contains every field (`mgeo.algorithms.state`), and attributes that are not fields
-    cannot be set. A variant that carries more declares the fields in a subclass that is a dataclass
-    with slots, too, and creates its state in `new_state`. Fields are arrays of numbers of constant
-    shape, random streams, archives, numbers, text, or lists or dataclasses of these. Candidates,
-    counters, the evaluator and the random stream of the algorithm belong to pymoo's `Algorithm`.
+    A checkpoint contains every field (see `mgeo.algorithms.state`); other attributes cannot be set.
+    An algorithm with additional state declares a subclass, also a dataclass with slots, and creates
+    it in `new_state`. Allowed field types are arrays of numbers of constant shape, random streams,
+    archives, numbers, strings, and lists or dataclasses of these. Candidates, counters, evaluator
+    and the random stream of the algorithm are attributes of pymoo's `Algorithm`.
 
     Attributes
     ----------
-    streams : one `numpy.random.Generator` per walker.
-    front : the archive.
-    n_generations : how many generations are complete.
-    walkers : (n_walkers, n_coordinates) the current points.
-    taus, chances : (n_walkers, n_obj) of an adaptive tau: its value and last chance of improvement.
-    current_fitness, incumbent_fitness : (n_walkers, 1 + n_obj) `selection.fitness` of the walkers'
-        current points, and the best they have seen; kept if tau is adaptive or walkers restart.
-    idle : (n_walkers,) generations since a walker's last progress; kept if walkers restart.
-    starts : (n_walkers, n_var) starting points that the first generation evaluates; NaN in the rows
-        of walkers that start at random, or at a point that was evaluated before the run.
+    streams : list of numpy.random.Generator
+        Random streams, one per walker.
+    front : ParetoArchive
+        Archive of nondominated points.
+    n_generations : int
+        Number of completed generations.
+    walkers : array, shape (n_walkers, n_coordinates)
+        Current points.
+    taus, chances : array, shape (n_walkers, n_obj)
+        For an adaptive tau, its current value and the last chance of improvement.
+    current_fitness, incumbent_fitness : array, shape (n_walkers, 1 + n_obj)
+        Fitness of the current point and best fitness so far of each walker, see
+        `selection.fitness`. Updated only if tau is adaptive or walkers restart.
+    idle : array of int, shape (n_walkers,)
+        Generations since the last progress of each walker. Updated only if walkers restart.
+    starts : array, shape (n_walkers, n_var)
+        Starting points that the first generation evaluates. Rows are NaN for walkers that start at
+        random or at a point that is already evaluated.
     """
 
     streams: list[np.random.Generator]
@@ -54,9 +62,10 @@ class RunState:
         walkers: FloatArray,
         **more: Any,
     ) -> Self:
-        """A state before the first generation; `more` are fields of a subclass.
+        """Create the state before the first generation.
 
-        What is known of walkers is not filled in yet.
+        Per-walker arrays other than `walkers` are not initialized; `ExtremalOptimization.forget`
+        sets them. The keywords `more` are the additional fields of a subclass.
         """
         n, n_obj = len(walkers), front.F.shape[1]
         return cls(
@@ -75,11 +84,11 @@ class RunState:
 
 
 class ArchiveOutput(Output):
-    """Generation, evaluations, points on the front, violation, best objectives, failures.
+    """Table that pymoo prints during a run, one row per generation.
 
-    It reads `algorithm.front`, a `mgeo.ParetoArchive`. `cv`, the least constraint violation,
-    appears with constrained problems; `failed` shows a dash under an evaluator that does not
-    count failures.
+    Columns are the generation, evaluations, size of the front, smallest constraint violation ``cv``
+    (for constrained problems), smallest value of each objective, and failed evaluations. The
+    algorithm must have a `mgeo.ParetoArchive` as its attribute ``front``.
     """
 
     def __init__(self) -> None:
@@ -97,12 +106,12 @@ class ArchiveOutput(Output):
         self.columns += [self.n_nds, *constrained, *self.best, self.failed]
 
     def update(self, algorithm: Any) -> None:
-        """Read the archive; a column without a value shows a dash."""
+        """Set the columns from the archive; pymoo prints a dash for None."""
         super().update(algorithm)
         front = algorithm.front
-        found = len(front) > 0
+        has_points = len(front) > 0
         self.failed.set(getattr(algorithm.evaluator, "n_failed", None))
         self.n_nds.set(len(front))
-        self.cv.set(front.violation if found else None)
+        self.cv.set(front.violation if has_points else None)
         for j, column in enumerate(self.best):
-            column.set(front.F[:, j].min() if found and front.violation == 0 else None)
+            column.set(front.F[:, j].min() if has_points and front.violation == 0 else None)

@@ -1,4 +1,4 @@
-"""MGEOStaged: a search whose problem is judged more precisely, and at a higher cost, by stages."""
+"""MGEOStaged, a search that increases the fidelity of the evaluations during the run."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -19,41 +19,45 @@ from mgeo.validation.arguments import validate_fraction, validate_list
 
 @dataclass(kw_only=True, eq=False, slots=True)
 class StagedState(DirectedState):
-    """The state of a run of `MGEOStaged`.
+    """State of a run of `MGEOStaged`.
 
     Attributes
     ----------
-    stage : the present one, from 0.
+    stage : int
+        Current fidelity level, 0 being the lowest.
     """
 
     stage: int
 
 
 class MGEOStaged(MGEODirected):
-    """`MGEODirected` in stages: first rough, at last as precise as the problem can.
+    """`MGEODirected` with low-fidelity evaluations first and full fidelity at the end.
 
-    A problem whose values are estimates, from samples say, is cheap to search roughly and dear to
-    search precisely. At the beginning of a stage all points of the archive are evaluated anew, the
-    archive keeps what is nondominated then, and the walkers go on from its points. If a run ends
-    before the last stage, the archive is evaluated as there.
+    For problems whose objectives are estimates, for example Monte Carlo averages, the run is
+    divided into stages of increasing fidelity and cost. At the beginning of each stage, all
+    archived points are evaluated again, the archive keeps the nondominated ones, and the walkers
+    continue from archived points. If a run ends before the last stage, the archive is evaluated at
+    full fidelity.
 
-    A problem that can be judged roughly has a method ``at_stage(k)``, which gives the problem as
-    stage k of a search judges it, from 0; the last stage judges by the problem itself. For any
-    other problem, and one whose ``at_stage(0)`` is the problem itself, it is `MGEODirected`.
+    The problem defines a method ``at_stage(k)`` that returns the problem at the fidelity level k,
+    from 0. The last stage uses the problem itself. If a problem has no such method, or
+    ``at_stage(0)`` returns the problem itself, the algorithm is identical to `MGEODirected`.
 
     Parameters
     ----------
-    stages : shares of the run, as its termination counts it, at which the second stage and those
-        after it begin, ascending in [0, 1]. One that begins at 1 is no search, but a last judgment.
-    options : the parameters of `MGEODirected`.
+    stages : fractions of the run at which the second and each later stage begin, ascending in [0,
+        1]. A last value of 1 evaluates the final archive at full fidelity without further search.
+    options : parameters of `MGEODirected`.
 
     Attributes
     ----------
-    state : the `StagedState`.
+    state : StagedState
+        Data that persist between generations.
 
     Raises
     ------
-    TypeError, ValueError : for a parameter of the wrong type or out of range, or an unknown one.
+    TypeError, ValueError
+        If a parameter is unknown, has the wrong type or is out of range.
 
     Examples
     --------
@@ -72,53 +76,54 @@ class MGEOStaged(MGEODirected):
     """
 
     state: StagedState
-    #: Whether what is evaluated are points of the archive, anew: no new designs.
+    #: True while archived points are evaluated again, instead of new candidates.
     judging = False
-    #: Whether the run has ended with a judgment as in the last stage, which is no generation.
+    #: True if `conclude` has evaluated the archive at full fidelity. This is not a generation.
     concluded = False
 
     def __init__(self, stages: Sequence[float] = (0.87, 0.99, 1.0), **options: Any) -> None:
-        self._whole: Problem | None = None
-        self._judges: dict[int, Problem] = {}  # by stages
+        self._full_problem: Problem | None = None
+        self._problems: dict[int, Problem] = {}  # Problem of each stage.
         super().__init__(**options)
         if not np.size(stages) or np.ndim(stages) != 1:
             raise ValueError(f"stages = {stages!r}: expected one or more numbers")
         self.stages = validate_list("stages", stages, validate_fraction)
         if self.stages != sorted(self.stages):
-            raise ValueError(f"stages = {stages!r}: expected the earlier ones first")
+            raise ValueError(f"stages = {stages!r}: expected ascending numbers")
 
     @property
     def stage(self) -> int:
-        """The present stage, from 0."""
+        """Current fidelity level, 0 being the lowest."""
         return self.state.stage
 
     @property
     def problem(self) -> Problem | None:
-        """The problem as the present stage judges it."""
-        return self._whole if self.is_precise else self._judge(self.stage)
+        """Problem at the current fidelity level."""
+        return self._full_problem if self.is_precise else self._get_problem(self.stage)
 
     @problem.setter
-    def problem(self, whole: Problem | None) -> None:
-        self._whole, self._judges = whole, {}
+    def problem(self, full_problem: Problem | None) -> None:
+        self._full_problem, self._problems = full_problem, {}
 
     @property
     def is_precise(self) -> bool:
-        """Whether values are those of the last stage."""
-        if self._whole is None or not hasattr(self, "state") or self.stage == len(self.stages):
+        """True if the current evaluations have full fidelity."""
+        full_problem = self._full_problem
+        if full_problem is None or not hasattr(self, "state") or self.stage == len(self.stages):
             return True
-        return self._judge(0) is self._whole
+        return self._get_problem(0) is full_problem
 
     def archived_designs(self) -> Any:
-        """The points of the archive, as the problem takes them."""
+        """Return the archived points as designs of the problem."""
         return self.variables.designs(self.archived(np.arange(len(self.front))))
 
     def conclude(self) -> None:
-        """Judge the archive as in the last stage, if the run has not come that far."""
+        """Evaluate the archive at full fidelity, if the run ended before the last stage."""
         if (self.is_precise and not self.judging) or not len(self.front):
             return
         self.state.stage = len(self.stages)
         self.judging = True
-        population = self._archive()
+        population = self._build_archive_population()
         self.evaluator.eval(self.problem, population, algorithm=self)
         self._begin_stage(population)
         self.judging, self.concluded = False, True
@@ -127,28 +132,28 @@ class MGEOStaged(MGEODirected):
 
     def new_state(self, *parts: Any) -> StagedState:
         state = super().new_state(*parts)
-        known = {field.name: getattr(state, field.name) for field in fields(state)}
-        return StagedState(**known, stage=0)
+        values = {field.name: getattr(state, field.name) for field in fields(state)}
+        return StagedState(**values, stage=0)
 
-    def _judge(self, stage: int) -> Problem:
-        if stage not in self._judges:
-            at_stage = getattr(self._whole, "at_stage", None)
-            self._judges[stage] = self._whole if at_stage is None else at_stage(stage)
-        return self._judges[stage]
+    def _get_problem(self, stage: int) -> Problem:
+        if stage not in self._problems:
+            at_stage = getattr(self._full_problem, "at_stage", None)
+            self._problems[stage] = self._full_problem if at_stage is None else at_stage(stage)
+        return self._problems[stage]
 
     def _finalize(self) -> None:
         self.conclude()
 
     def _infill(self) -> Population:
-        done, later = self.termination.perc, self.stages[self.stage :]
-        if self.is_precise or done < later[0]:
+        progress, next_stages = self.termination.perc, self.stages[self.stage :]
+        if self.is_precise or progress < next_stages[0]:
             return super()._infill()
         self.state.stage += 1
         if not len(self.front):
             self.forget(np.arange(self.n_walkers))
             return super()._infill()
         self.judging = True
-        return self._archive()
+        return self._build_archive_population()
 
     def _advance(self, infills: Any = None, **kwargs: Any) -> None:
         if not self.judging:
@@ -160,17 +165,16 @@ class MGEOStaged(MGEODirected):
         self.state.n_generations = self.n_iter
         return None
 
-    def _archive(self) -> Population:
-        """The points of the archive, to be evaluated anew."""
+    def _build_archive_population(self) -> Population:
         self._asked = self.archived_designs()
         return individuals(self._asked)
 
-    def _begin_stage(self, judged: Population) -> None:
-        """Let the archive be what is nondominated of these, and walkers go on from its points."""
-        F, violation, _ = self._values(judged)
+    def _begin_stage(self, evaluated: Population) -> None:
+        """Rebuild the archive from evaluated points and move the walkers to archived points."""
+        F, violation, _ = self._values(evaluated)
         state, walkers = self.state, np.arange(self.n_walkers)
         state.front = ParetoArchive(F.shape[1], self.archive_size)
-        state.front.add(F, judged, violation)
+        state.front.add(F, evaluated, violation)
         self.forget(walkers)
         self._migrate(walkers)
         marked: FloatArray = state.incumbent_F.copy()
@@ -179,5 +183,5 @@ class MGEOStaged(MGEODirected):
 
 
 def is_rough(algorithm: Algorithm | None) -> bool:
-    """Whether what an algorithm evaluates now are estimates, and not the values of its result."""
+    """Return whether an algorithm currently evaluates at low fidelity."""
     return isinstance(algorithm, MGEOStaged) and not algorithm.is_precise

@@ -1,4 +1,4 @@
-"""Starting points of a run, and what its first generation evaluates."""
+"""Starting points of a run, and the size of its first generation."""
 
 from __future__ import annotations
 
@@ -21,24 +21,27 @@ from mgeo.algorithms.variables import Variables, designs_of
 from mgeo.evaluation.individuals import succeeded
 from mgeo.validation.arguments import validate_integer
 
-_EXCESS = 0.1  # share of the budget by which the first generation may exceed it
+_MAX_EXCESS = 0.1  # The first generation may exceed the evaluation budget by this fraction.
 
 
 class SuggestedSampling(Sampling):
-    """The first designs of a run are those that the problem suggests, all others are drawn.
+    """Sampling of initial designs that begins with designs suggested by the problem.
 
-    The problem has a method ``starts(n, random_state)`` that gives n designs as numbers, shape (n,
-    n_var). Walkers of the MGEO family beyond the first n start at random.
+    The problem must define a method ``starts(n, random_state)`` that returns n designs as numbers,
+    shape (n, n_var). Walkers of the MGEO family beyond the first n start at random.
 
     Parameters
     ----------
-    n : how many, from 1.
-    others : pymoo `Sampling` of those beyond; default: uniform within the bounds.
+    n : int
+        Number of suggested designs, at least 1.
+    others : Sampling, optional
+        pymoo `Sampling` for the remaining designs; uniform within the bounds by default.
 
     Raises
     ------
-    ValueError : for n below 1; when designs are drawn, if the algorithm begins with fewer, or the
-        problem suggests none, or none that it could take.
+    ValueError
+        If `n` is less than 1. During sampling, if `n` exceeds the number of initial designs of the
+        algorithm, or the problem suggests no designs.
 
     Examples
     --------
@@ -58,32 +61,60 @@ class SuggestedSampling(Sampling):
     def suggested(
         self, problem: Problem, most: int, random_state: np.random.Generator
     ) -> FloatArray:
-        """(n, n_var) numbers within the bounds; an algorithm begins with so many at most."""
+        """Return the designs that the problem suggests, shape (n, n_var).
+
+        Parameters
+        ----------
+        problem : Problem
+        most : int
+            Number of initial designs of the algorithm.
+        random_state : numpy.random.Generator
+
+        Raises
+        ------
+        ValueError
+            If `n` exceeds `most`, or the problem suggests no designs.
+        """
         if self.n > most:
-            raise ValueError(f"starts = {self.n}: expected at most {most}, with which it begins")
+            raise ValueError(
+                f"starts = {self.n}: expected at most {most}, the number of initial designs of "
+                "the algorithm"
+            )
         suggest = getattr(problem, "starts", None)
-        found = None if suggest is None else suggest(self.n, random_state)
-        if found is None:
+        designs = None if suggest is None else suggest(self.n, random_state)
+        if designs is None:
             name = type(problem).__name__
             raise ValueError(f"{name} has no starts(): expected a run without suggested designs")
-        return np.asarray(found, dtype=float)
+        return np.asarray(designs, dtype=float)
 
     def _do(
         self, problem: Problem, n_samples: int, *args: Any, random_state: Any = None, **kwargs: Any
     ) -> NDArray[Any]:
-        first = designs_of(problem, self.suggested(problem, n_samples, random_state))
-        if len(first) == n_samples:
-            return first
-        drawn = self.others.do(problem, n_samples - len(first), random_state=random_state)
-        return np.concatenate([first, np.asarray(drawn.get("X"), dtype=first.dtype)])
+        designs = designs_of(problem, self.suggested(problem, n_samples, random_state))
+        if len(designs) == n_samples:
+            return designs
+        rest = self.others.do(problem, n_samples - len(designs), random_state=random_state)
+        return np.concatenate([designs, np.asarray(rest.get("X"), dtype=designs.dtype)])
 
 
 def are_evaluated(given: Population, problem: Problem) -> BoolArray:
-    """Return which individuals have the values of a problem, (n,).
+    """Return the mask of individuals that were successfully evaluated by a problem.
+
+    Parameters
+    ----------
+    given : Population
+        n individuals.
+    problem : Problem
+
+    Returns
+    -------
+    array of bool, shape (n,)
+        True where F, G and H are evaluated and the evaluation did not fail.
 
     Raises
     ------
-    ValueError : if values have other shapes than the problem's.
+    ValueError
+        If the shapes of evaluated values do not match the problem.
     """
     widths = {"F": problem.n_obj, "G": problem.n_ieq_constr, "H": problem.n_eq_constr}
     mask = np.array([widths.keys() <= each.evaluated for each in given]) & succeeded(given)
@@ -91,7 +122,7 @@ def are_evaluated(given: Population, problem: Problem) -> BoolArray:
         for name, width in widths.items():
             if np.shape(values := getattr(given[row], name)) != (width,):
                 raise ValueError(
-                    f"sampling[{row}].{name} of shape {np.shape(values)}: expected ({width},), "
+                    f"sampling[{row}].{name} of shape {np.shape(values)}: expected ({width},), for "
                     f"individuals evaluated by {type(problem).__name__}"
                 )
     return mask
@@ -104,10 +135,31 @@ def given_starts(
     n_walkers: int,
     random_state: np.random.Generator,
 ) -> FloatArray:
-    """(n, n_var) values chosen by the user: points, a population, or a pymoo sampling; 0 for None.
+    """Return the starting points that the user specified.
 
-    TypeError for anything else, ValueError if there are not 1 to n_walkers points of n_var numbers
-    each, within the bounds.
+    Parameters
+    ----------
+    sampling : Sampling, Population or array_like, shape (n, n_var), or None
+        Starting points; None for none.
+    problem : Problem
+    variables : Variables
+        Variables of the problem.
+    n_walkers : int
+        Largest number of starting points.
+    random_state : numpy.random.Generator
+        Random stream for a `Sampling`.
+
+    Returns
+    -------
+    array, shape (n, n_var)
+        Starting points as numbers; n = 0 for None.
+
+    Raises
+    ------
+    TypeError
+        If `sampling` has another type, or contains values that are not numbers.
+    ValueError
+        If there are not 1 to `n_walkers` points, or a point is out of bounds.
     """
     if sampling is None:
         return np.empty((0, problem.n_var))
@@ -126,10 +178,10 @@ def given_starts(
     if np.shape(starts)[1:] != (problem.n_var,) or not 1 <= len(starts) <= n_walkers:
         raise ValueError(
             f"sampling of shape {starts.shape}: expected one row of n_var = {problem.n_var} "
-            f"numbers for each point, and 1 to n_walkers = {n_walkers} of them"
+            f"numbers for each point, and 1 to n_walkers = {n_walkers} points"
         )
-    outside = ~((starts >= variables.xl) & (starts <= variables.xu))
-    for walker, variable in np.argwhere(outside):
+    is_outside = ~((starts >= variables.xl) & (starts <= variables.xu))
+    for walker, variable in np.argwhere(is_outside):
         raise ValueError(
             f"sampling[{walker}, {variable}] = {starts[walker, variable]}: expected a number in "
             f"[{variables.xl[variable]}, {variables.xu[variable]}]"
@@ -138,28 +190,39 @@ def given_starts(
 
 
 def evaluations_allowed(algorithm: Algorithm, n_starts: int, n: int) -> int:
-    """Return how many points of the first generation fit into the budget of evaluations.
+    """Return the number of points of the first generation that the evaluation budget allows.
 
     Parameters
     ----------
-    algorithm : the algorithm, set up.
-    n_starts : number of starting points, which are evaluated in any case.
-    n : number of starting points and candidates.
+    algorithm : Algorithm
+        Algorithm after `setup`.
+    n_starts : int
+        Number of starting points, which are always evaluated.
+    n : int
+        Number of starting points and candidates.
+
+    Returns
+    -------
+    int
+        `n`, or fewer if the budget would be exceeded by more than 10 %.
 
     Warns
     -----
-    RuntimeWarning : if the generation exceeds the budget by more than a tenth and is therefore cut.
+    RuntimeWarning
+        If the first generation is truncated.
     """
     termination = algorithm.termination
+    # A combination that ends when all criteria are met has no evaluation budget.
     is_any = not isinstance(termination, TerminateIfAll)
-    parts = (termination, *(getattr(termination, "criteria", ()) if is_any else ()))
+    criteria = (termination, *(getattr(termination, "criteria", ()) if is_any else ()))
     limits = [
-        part.n_max_evals
-        for part in parts
-        if isinstance(part, MaximumFunctionCallTermination) and part.n_max_evals is not None
+        criterion.n_max_evals
+        for criterion in criteria
+        if isinstance(criterion, MaximumFunctionCallTermination)
+        and criterion.n_max_evals is not None
     ]
     budget = min(limits, default=math.inf) - algorithm.evaluator.n_eval
-    if n <= (1.0 + _EXCESS) * budget:
+    if n <= (1.0 + _MAX_EXCESS) * budget:
         return n
     allowed = max(int(budget), n_starts)
     warnings.warn(

@@ -1,7 +1,8 @@
-"""State of a variant of MGEO between two generations, as plain data.
+"""Saving and resuming of MGEO runs between two generations.
 
-`capture` returns what NumPy and JSON can write, and `restore` makes an algorithm of the class and
-parameters of the run that continues exactly, random streams included.
+`capture` returns the state of a run as arrays and JSON values; `restore` returns an algorithm that
+continues the run exactly, including its random streams. `mgeo.store.checkpoint` writes the state to
+files.
 """
 
 from __future__ import annotations
@@ -46,13 +47,16 @@ _BUDGETS: Mapping[str, tuple[type[Termination], str]] = {
 
 @dataclass(frozen=True, eq=False)
 class SavedState:
-    """State of a run.
+    """State of a run as arrays and JSON values.
 
     Attributes
     ----------
-    arrays : arrays of numbers by name.
-    data : all other values, as JSON values.
-    source : file that the state was read from, for messages.
+    arrays : mapping of str to array
+        Arrays of numbers.
+    data : mapping
+        All other values, as JSON values.
+    source : path or str
+        File that the state was read from, for messages.
     """
 
     arrays: Mapping[str, NDArray[Any]]
@@ -61,46 +65,58 @@ class SavedState:
 
 
 def capture(algorithm: ExtremalOptimization) -> SavedState:
-    """Return the state of a run between two generations: within a callback, or after `next`.
+    """Return the state of a run between two generations, in a callback or after `next`.
 
-    The state consists of the `RunState`, the parameters, those of a `TolerantEvaluator`, and of
-    pymoo's `Algorithm` the last candidates, random stream, counters and time used. The problem,
-    callback, display and history are not part of it, nor is a termination that is no budget of
-    generations, evaluations or time.
+    The state contains the `RunState`, the parameters of the algorithm and of a `TolerantEvaluator`,
+    and the last candidates, random stream, counters and elapsed time of pymoo's `Algorithm`. A
+    termination is included if it limits generations, evaluations or time. The problem, callback,
+    display and history are not included.
+
+    Parameters
+    ----------
+    algorithm : ExtremalOptimization
+        Algorithm after `setup`.
+
+    Returns
+    -------
+    SavedState
 
     Raises
     ------
     ValueError
-        Before `setup`, between ask and tell, or with one of pymoo's archives, whose truncation is
-        not repeatable.
+        Before `setup`, between ask and tell, or if the option `archive` of pymoo is set, whose
+        truncation is not repeatable.
     TypeError
-        For an algorithm of another family, a parameter that is not kept under its name or is no
-        JSON value, or a field of the state of another kind than `RunState` allows.
+        If the algorithm does not belong to the MGEO family, a parameter is not an attribute of the
+        same name or not a JSON value, or `RunState` does not allow the type of a field.
     """
     name = type(algorithm).__name__
     if not isinstance(algorithm, ExtremalOptimization):
-        raise TypeError(f"{name} is no variant of MGEO, of which alone states are kept")
+        raise TypeError(f"{name}: expected an algorithm of the MGEO family, to save its state")
     if algorithm.problem is None or algorithm._asked is not None:
         raise ValueError(
-            f"this {name} is not between two generations: expected one that was set up and does "
-            "not wait for tell()"
+            f"this {name} is not between two generations: expected an algorithm after setup() that "
+            "does not wait for tell()"
         )
     if algorithm.archive is not None:
-        raise ValueError("archive = ... cannot be kept: expected None (the front itself is kept)")
-    started = algorithm.start_time
+        raise ValueError(
+            "the option archive of pymoo cannot be saved: expected None. The front of the "
+            "algorithm itself is saved"
+        )
+    start_time = algorithm.start_time
     evaluator = algorithm.evaluator
     is_tolerant = isinstance(evaluator, TolerantEvaluator)
     arrays: Arrays = {}
     pack_population("pop", algorithm.pop, algorithm.problem, arrays)
     data = {
         "class": full_name(type(algorithm)),
-        "parameters": _parameters(algorithm),
+        "parameters": _get_parameters(algorithm),
         "random_state": pack_stream(algorithm.random_state),
         "evaluations": evaluator.counts() if is_tolerant else {"n_eval": evaluator.n_eval},
-        "elapsed_s": 0.0 if started is None else time.time() - started,
-        "termination": _budget(algorithm.termination),
+        "elapsed_s": 0.0 if start_time is None else time.time() - start_time,
+        "termination": _get_termination_arguments(algorithm.termination),
         "return_least_infeasible": bool(algorithm.return_least_infeasible),
-        # an evaluator of another class has to be given again
+        # An evaluator of another class must be passed to `restore`.
         "evaluator": evaluator.settings() if type(evaluator) is TolerantEvaluator else {},
         "state": pack("state", algorithm.state, algorithm.problem, arrays),
     }
@@ -110,38 +126,47 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
 def restore(
     saved: SavedState, problem: Problem, algorithm: Algorithm, **options: Any
 ) -> ExtremalOptimization:
-    """Return a copy of an algorithm that continues where `capture` was called.
+    """Return a copy of an algorithm that continues a saved run.
 
     Parameters
     ----------
-    saved : what `capture` returned.
-    problem : the problem of the run.
-    algorithm : an algorithm of the class and parameters of the run, not set up; it is not changed.
-    options : as for `setup`: `callback`, `verbose`, ...; and a `termination`, to replace that of
-        the run (required if that was not kept). Without an `evaluator`, a `TolerantEvaluator`
-        with the settings of the run.
+    saved : SavedState
+        Return value of `capture`.
+    problem : Problem
+        Problem of the run.
+    algorithm : ExtremalOptimization
+        Algorithm of the class and parameters of the run, before `setup`. It is not modified.
+    **options
+        Options of `setup`: `callback`, `verbose`, .... A `termination` replaces the saved one; it
+        is required if none was saved. The default `evaluator` is a `TolerantEvaluator` with the
+        settings of the run.
+
+    Returns
+    -------
+    ExtremalOptimization
 
     Raises
     ------
     ValueError
-        If the algorithm is another one, if the termination is missing or is none, for what
-        `setup` refuses, and if the state is damaged; the message begins with the `source`.
+        If the class or a parameter of the algorithm differs from the run, the termination is
+        missing or invalid, `setup` rejects the problem, or the state is damaged. In the last case
+        the message begins with the `source`.
     TypeError
-        For options that `setup` does not take.
+        If an option of `setup` is unknown.
     """
-    with _errors_of_state(saved.source):
+    with _convert_errors(saved.source):
         data = saved.data
-        same = _same(algorithm, data)
+        checked = _check_algorithm(algorithm, data)
         options.setdefault("evaluator", TolerantEvaluator(**data["evaluator"]))
         options.setdefault("return_least_infeasible", data["return_least_infeasible"])
         if (termination := options.pop("termination", None)) is None:
             if data["termination"] is None:
-                raise ValueError("the termination of the run was not kept: expected a new one")
+                raise ValueError("the termination of the run was not saved: expected a new one")
             termination = tuple(data["termination"])
-    run = copy.deepcopy(same)
-    run.setup(problem, termination=_converted(termination), **options)
-    with _errors_of_state(saved.source):
-        _fill(run, saved)
+    run = copy.deepcopy(checked)
+    run.setup(problem, termination=_convert_termination(termination), **options)
+    with _convert_errors(saved.source):
+        _load_state(run, saved)
     if run.n_generations:
         run.is_initialized = True
         run.off = run.pop
@@ -152,45 +177,58 @@ def restore(
 
 
 def end_at(algorithm: ExtremalOptimization, termination: Any) -> None:
-    """Give a run between two generations a new termination, in any form that pymoo takes."""
-    algorithm.termination = _converted(termination)
+    """Replace the termination of a run between two generations.
+
+    Parameters
+    ----------
+    algorithm : ExtremalOptimization
+        Algorithm after `setup`.
+    termination : Termination or tuple
+        Any form that pymoo accepts, such as ``("n_gen", 200)``.
+
+    Raises
+    ------
+    ValueError
+        If pymoo does not accept the termination.
+    """
+    algorithm.termination = _convert_termination(termination)
     if algorithm.n_generations:
-        algorithm.n_iter = algorithm.n_generations  # what a termination sees after a generation
+        # A termination is updated with the number of completed generations, as after a generation.
+        algorithm.n_iter = algorithm.n_generations
         algorithm.termination.update(algorithm)
         algorithm.n_iter += 1
 
 
 def full_name(cls: type) -> str:
-    """Module and name of a class."""
+    """Return the name of a class with its module."""
     return f"{cls.__module__}.{cls.__qualname__}"
 
 
-def _parameters(algorithm: ExtremalOptimization) -> dict[str, Any]:
-    """What tells an algorithm from others of its class, as JSON values."""
+def _get_parameters(algorithm: ExtremalOptimization) -> dict[str, Any]:
+    """Return the parameters that must agree between a run and its continuation, as JSON values."""
     name = type(algorithm).__name__
     return {
-        key: _plain(f"{name}.{key}", value)
+        key: _convert_to_json(f"{name}.{key}", value)
         for key, value in algorithm.get_params().items()
-        if key != "sampling"  # says where to start: not needed to go on
+        if key != "sampling"  # Starting points have no effect on the continuation.
     }
 
 
-def _same(algorithm: Algorithm, data: Mapping[str, Any]) -> ExtremalOptimization:
-    """Return the algorithm if it is that of a saved run, else name the first difference."""
-    given = full_name(type(algorithm))
-    if data["class"] != given or not isinstance(algorithm, ExtremalOptimization):
-        raise ValueError(f"class = {data['class']!r:.80}: the algorithm given is a {given}")
-    parameters = _parameters(algorithm)
+def _check_algorithm(algorithm: Algorithm, data: Mapping[str, Any]) -> ExtremalOptimization:
+    """Return the algorithm; raise ValueError if class or parameters differ from the saved run."""
+    name = full_name(type(algorithm))
+    if data["class"] != name or not isinstance(algorithm, ExtremalOptimization):
+        raise ValueError(f"class = {data['class']!r:.80}: the algorithm given is a {name}")
+    parameters = _get_parameters(algorithm)
     for key, value in data["parameters"].items():
         if parameters[key] != value:
             raise ValueError(
-                f"parameters.{key} = {value!r:.80}: that given has {parameters[key]!r:.80}"
+                f"parameters.{key} = {value!r:.80}: the algorithm given has {parameters[key]!r:.80}"
             )
     return algorithm
 
 
-def _fill(algorithm: ExtremalOptimization, saved: SavedState) -> None:
-    """Replace what `setup` has made by what was saved."""
+def _load_state(algorithm: ExtremalOptimization, saved: SavedState) -> None:
     data, arrays = saved.data, saved.arrays
     algorithm.random_state = unpack_stream(data["random_state"])
     algorithm.state = unpack("state", algorithm.state, data["state"], arrays, algorithm)
@@ -199,53 +237,54 @@ def _fill(algorithm: ExtremalOptimization, saved: SavedState) -> None:
         algorithm.evaluator.count_on(data["evaluations"])
     else:
         algorithm.evaluator.n_eval = data["evaluations"]["n_eval"]
-    # the clock may have been put back
+    # The saved time is negative if the system clock was set back during the run.
     algorithm.start_time = time.time() - max(0.0, data["elapsed_s"])
 
 
 @contextmanager
-def _errors_of_state(source: Path | str) -> Iterator[None]:
-    """Raise a `FileError` for whatever a damaged state leads to."""
+def _convert_errors(source: Path | str) -> Iterator[None]:
+    """Convert all errors to a FileError, because a damaged state can cause any of them."""
     try:
         yield
     except ValueError as error:
         raise FileError(f"{source}: {error}") from error
-    except Exception as error:  # of any kind: NumPy does not check the states of its streams
+    except Exception as error:  # NumPy does not validate the state of a random stream.
         raise FileError(
             f"{source}: the saved state is damaged: {type(error).__name__}: {error}"
         ) from error
 
 
-def _plain(name: str, value: Any) -> Any:
-    """A parameter as a JSON value."""
+def _convert_to_json(name: str, value: Any) -> Any:
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, list | tuple):
-        return [_plain(f"{name}[{i}]", entry) for i, entry in enumerate(value)]
+        return [_convert_to_json(f"{name}[{i}]", entry) for i, entry in enumerate(value)]
     if value is None or isinstance(value, bool | int | float | str):
         return value
-    raise TypeError(f"{name} = {value!r}: expected numbers, text or None, to keep them in a file")
+    raise TypeError(
+        f"{name} = {value!r}: expected numbers, strings or None, to save them in a file"
+    )
 
 
-def _budget(termination: Termination) -> list[Any] | None:
-    """As `pymoo.termination.get_termination` takes it; None for what is not kept."""
+def _get_termination_arguments(termination: Termination) -> list[Any] | None:
+    """Return the arguments of `pymoo.termination.get_termination`; None for other terminations."""
     if type(termination) is NoTermination:
         return ["n_gen", None]
     for name, (cls, attribute) in _BUDGETS.items():
         if type(termination) is cls:
-            return [name, _plain("termination", getattr(termination, attribute))]
+            return [name, _convert_to_json("termination", getattr(termination, attribute))]
     return None
 
 
-def _converted(termination: Any) -> Termination:
+def _convert_termination(termination: Any) -> Termination:
     cause = None
     try:
         converted = termination_from_tuple(copy.deepcopy(termination))
         if isinstance(converted, Termination):
             return converted
-    except Exception as error:  # pymoo raises Exception itself for a name that it does not know
+    except Exception as error:  # pymoo raises Exception itself for unknown names.
         cause = error
     raise ValueError(
-        f"termination = {termination!r:.80}: expected a pymoo Termination, or what stands for one, "
-        "such as ('n_gen', 200)"
+        f"termination = {termination!r:.80}: expected a pymoo Termination or its arguments, such "
+        "as ('n_gen', 200)"
     ) from cause

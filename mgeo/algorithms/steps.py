@@ -1,4 +1,4 @@
-"""Steps of real variables: their law, their scale, and the treatment of the bounds."""
+"""Random steps of variables: probability law, scale, and treatment of the bounds."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -17,23 +17,26 @@ _FLAT = 1e3  # A law of this many bound widths is uniform between the bounds to 
 class StepLaw(ABC):
     """Probability law of a step of unit scale.
 
-    A subclass draws steps and supplies the quantile of the law truncated to an interval, which the
-    treatment of bounds by resampling needs. `MGEOReal` holds one as its attribute ``law``.
+    Base class for other laws than the normal one. Set the class attribute ``law`` of a subclass of
+    `RealSteps` to use it.
     """
 
     @abstractmethod
     def draw(self, stream: np.random.Generator, shape: tuple[int, ...]) -> FloatArray:
-        """Draw steps of the given shape from a random stream."""
+        """Draw an array of steps from a random stream."""
 
     @abstractmethod
     def truncated_quantile(
         self, probability: FloatArray, low: FloatArray, high: FloatArray
     ) -> FloatArray:
-        """Return quantiles of the law truncated to [low, high]."""
+        """Return quantiles of the law truncated to [low, high].
+
+        Used to resample steps that leave the bounds. All arrays have the same shape.
+        """
 
 
 class NormalLaw(StepLaw):
-    """Standard normal law, that of GEO_real (Mainenti-Lopes, Souza & de Sousa 2012)."""
+    """Standard normal law, as in GEO_real (Mainenti-Lopes, Souza & de Sousa 2012)."""
 
     def draw(self, stream: np.random.Generator, shape: tuple[int, ...]) -> FloatArray:
         return stream.standard_normal(shape)
@@ -41,7 +44,7 @@ class NormalLaw(StepLaw):
     def truncated_quantile(
         self, probability: FloatArray, low: FloatArray, high: FloatArray
     ) -> FloatArray:
-        from scipy.special import ndtr, ndtri  # scipy.special is slow to import
+        from scipy.special import ndtr, ndtri  # Deferred: slow to import.
 
         below, above = ndtr(low), ndtr(high)
         quantile: FloatArray = ndtri(below + probability * (above - below))
@@ -64,21 +67,30 @@ def clip(
     uniform: Uniform,
     law: StepLaw = NORMAL,
 ) -> FloatArray:
-    """End a step at the bound that it would cross. Of wide steps many end exactly there.
+    """Truncate steps at the bounds.
+
+    Large steps end exactly on a bound.
 
     Parameters
     ----------
-    x : (..., n) start points, within the bounds.
-    step : (..., n) steps.
-    spread : (..., n) scale of each step in units of `law`; 0 for a step whose length is uniform
-        between 0 and a maximum.
-    xl, xu : (n,) bounds.
-    uniform : returns (..., n) draws in [0, 1).
-    law : law of the steps.
+    x : array, shape (..., n)
+        Start points within the bounds.
+    step : array, shape (..., n)
+        Steps.
+    spread : array, shape (..., n)
+        Scale of each step as a multiple of the unit law; 0 for a step whose length is uniform
+        between 0 and a maximum. Used by `resample` only.
+    xl, xu : array, shape (n,)
+        Bounds.
+    uniform : function
+        Returns uniform random numbers in [0, 1), shape (..., n). Called by `resample` only.
+    law : StepLaw
+        Law of the steps. Used by `resample` only.
 
     Returns
     -------
-    (..., n) end points within the bounds: x + step where that is inside.
+    array, shape (..., n)
+        End points within the bounds; x + step if it is within the bounds.
     """
     return np.clip(x + step, xl, xu)
 
@@ -92,7 +104,7 @@ def reflect(
     uniform: Uniform,
     law: StepLaw = NORMAL,
 ) -> FloatArray:
-    """Reflect a step at the bounds until it ends inside. Parameters as for `clip`."""
+    """Reflect steps at the bounds until they end inside; parameters as for `clip`."""
     width = xu - xl
     moved = x + np.clip(step, -_FAR * width, _FAR * width)
     period = np.where(width > 0, 2.0 * width, 1.0)
@@ -110,35 +122,40 @@ def resample(
     uniform: Uniform,
     law: StepLaw = NORMAL,
 ) -> FloatArray:
-    """Draw a step that leaves the bounds again until it ends inside. Parameters as for `clip`.
+    """Replace steps that leave the bounds by draws from the truncated law.
 
-    One draw suffices: the end point follows the law truncated to the bounds, by its quantile
-    function. A step of uniform length becomes uniform between x and the bound.
+    Equivalent to drawing the step again until it ends inside, but with a single draw from the
+    quantile function of the law truncated to the bounds. A step of uniform length becomes uniform
+    between x and the bound. Parameters as for `clip`.
     """
     draw, moved = uniform(), x + step
-    inside = np.clip(moved, xl, xu)
+    clipped = np.clip(moved, xl, xu)
     scale = np.minimum(np.abs(spread), _FLAT * (xu - xl))
     follows_law = scale > 0
     unit = np.where(follows_law, scale, 1.0)
     with np.errstate(over="ignore"):  # The bound may be infinitely many scales away.
         quantile = law.truncated_quantile(draw, (xl - x) / unit, (xu - x) / unit)
-    again = np.where(follows_law, unit * quantile, draw * (inside - x))
-    return np.where(moved == inside, moved, np.clip(x + again, xl, xu))
+    new_step = np.where(follows_law, unit * quantile, draw * (clipped - x))
+    return np.where(moved == clipped, moved, np.clip(x + new_step, xl, xu))
 
 
-#: Treatments of the bounds, by the value of the parameter ``bounds``. The literature also calls
-#: them saturation or projection, mirroring, and resampling (Arabas, Szczepankiewicz & Wroniak
-#: 2010).
+#: Treatments of the bounds by value of the parameter ``bounds``. Other names in the literature are
+#: saturation or projection, mirroring, and resampling (Arabas, Szczepankiewicz & Wroniak 2010).
 BOUNDS: dict[str, Bounding] = {"clip": clip, "reflect": reflect, "resample": resample}
 AUTO = "auto"
 
 
 def bounding_of(name: str, n_eq_constr: int) -> Bounding:
-    """Return the treatment of the bounds of a name in `BOUNDS`, or that of "auto".
+    """Return the treatment of the bounds with a name.
 
-    "auto" reflects steps where a problem has equality constraints, and clips them elsewhere. A
-    corner of the bounds often satisfies an equality exactly. Clipped steps end in corners, and a
-    search that has found one of these rare feasible points hardly leaves it.
+    Parameters
+    ----------
+    name : str
+        Key of `BOUNDS`, or "auto". "auto" reflects steps if the problem has equality constraints,
+        and clips them otherwise. Clipped steps often end in a corner of the bounds, which may
+        satisfy an equality exactly, and a search rarely leaves such an isolated feasible point.
+    n_eq_constr : int
+        Number of equality constraints.
     """
     if name == AUTO:
         return reflect if n_eq_constr else clip
@@ -147,7 +164,7 @@ def bounding_of(name: str, n_eq_constr: int) -> Bounding:
 
 Scale = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
-#: Units of sigma as functions of the variables and their bounds: the variable's own unit, its
+#: Unit of sigma as a function of variables, lower and upper bounds: the unit of the variable, its
 #: value (a variable at zero stays there), or the width of its bounds.
 SCALES: dict[str, Scale] = {
     "absolute": lambda x, xl, xu: np.ones_like(x),
@@ -167,23 +184,34 @@ def perturb(
     uniform: Uniform,
     law: StepLaw = NORMAL,
 ) -> FloatArray:
-    """Perturb every variable by a step of its own, within the bounds.
+    """Perturb each variable independently, within the bounds.
 
-    x + sigma scale(x) z with z from the law (Mainenti-Lopes, Souza & de Sousa 2012); equation (9)
-    of docs/theory.md.
+    The perturbed value is x + sigma scale(x) z with z from the law (Mainenti-Lopes, Souza & de
+    Sousa 2012), equation (9) of docs/theory.md. Each candidate uses one of the perturbed values.
 
     Parameters
     ----------
-    x : (n_walkers, n_var) walkers.
-    noise : (n_walkers, n_var) draws of the law.
-    sigma : scale of the step, one for all variables or (n_var,).
-    scale : unit of sigma, one of `SCALES`.
-    xl, xu : (n_var,) bounds.
-    bounding, uniform, law : treatment of the bounds, as for `clip`.
+    x : array, shape (n_walkers, n_groups, group_size)
+        Current values.
+    noise : array, shape of x
+        Random numbers z.
+    sigma : float or array that broadcasts to x
+        Standard deviation, or scale, of the steps.
+    scale : function
+        Unit of sigma, one of `SCALES`.
+    xl, xu : array that broadcasts to x
+        Bounds.
+    bounding : function
+        Treatment of the bounds, one of `BOUNDS`.
+    uniform : function
+        Returns uniform random numbers in [0, 1), shape of x.
+    law : StepLaw
+        Law of the steps.
 
     Returns
     -------
-    (n_walkers, n_var) perturbed values, of which a candidate takes one.
+    array, shape of x
+        Perturbed values.
     """
     spread = sigma * scale(x, xl, xu)
     return bounding(x, spread * noise, spread, xl, xu, uniform, law)
@@ -199,34 +227,42 @@ def whole_steps(
     xu: FloatArray,
     uniform: FloatArray,
 ) -> FloatArray:
-    """Where steps of variables that take whole numbers end.
+    """Convert real steps to steps of integers, binary variables and choices.
 
-    A step is rounded; a variable stays if nothing is left of it, unless it is the step's own, which
-    then goes to a neighbor. The numbers of a choice are in no order: where one would move, it takes
-    the donor's option or, without a donor, any other one.
+    Steps are rounded. If the rounded step of the primary variable is zero, the variable moves to a
+    neighbor instead; other variables then stay. Options of a choice have no order: a choice that
+    would move takes the option of the donor or, without a donor, a random other option.
 
     Parameters
     ----------
-    x : (..., n) whole numbers where steps begin; they broadcast with the others.
-    moved : (..., n) where real steps would end, within the bounds.
-    own : (...) the variable of each step, which changes if it can.
-    donor : (..., n) points that steps learn from; NaN for steps that do not.
-    choice : (n,) mask of the choices.
-    xl, xu : (n,) bounds, whole numbers.
-    uniform : (..., n) draws in [0, 1).
+    x : array, shape (..., n)
+        Whole numbers at the start of the steps; broadcasts with the other arrays.
+    moved : array, shape (..., n)
+        End points of the real steps, within the bounds.
+    own : array of int, shape (...)
+        Primary variable of each step, which changes unless its bounds coincide.
+    donor : array, shape (..., n)
+        Points whose options are copied; NaN for steps without a donor.
+    choice : array of bool, shape (n,)
+        Mask of the choices.
+    xl, xu : array, shape (n,)
+        Bounds, whole numbers.
+    uniform : array, shape (..., n)
+        Uniform random numbers in [0, 1).
 
     Returns
     -------
-    (..., n) whole numbers within the bounds.
+    array, shape (..., n)
+        Whole numbers within the bounds.
     """
     levels = xu - xl + 1.0
     end = np.rint(moved)
-    others = np.floor(uniform * (levels - 1.0))  # how many options beyond the next
-    other = xl + np.mod(x - xl + 1.0 + others, levels)
-    learned = np.where(np.isnan(donor), other, donor)
-    end = np.where(choice & (end != x), learned, end)
-    up = np.where(x == xl, True, (x < xu) & (uniform < 0.5))
-    neighbor = np.clip(np.where(up, x + 1.0, x - 1.0), xl, xu)
-    must = np.zeros(end.shape, dtype=np.bool_)
-    np.put_along_axis(must, own[..., None], True, axis=-1)
-    return np.where(must & (end == x), np.where(choice, other, neighbor), end)
+    offset = np.floor(uniform * (levels - 1.0))  # Options to skip after the next one.
+    random_option = xl + np.mod(x - xl + 1.0 + offset, levels)
+    option = np.where(np.isnan(donor), random_option, donor)
+    end = np.where(choice & (end != x), option, end)
+    is_up = np.where(x == xl, True, (x < xu) & (uniform < 0.5))
+    neighbor = np.clip(np.where(is_up, x + 1.0, x - 1.0), xl, xu)
+    is_primary = np.zeros(end.shape, dtype=np.bool_)
+    np.put_along_axis(is_primary, own[..., None], True, axis=-1)
+    return np.where(is_primary & (end == x), np.where(choice, random_option, neighbor), end)

@@ -1,4 +1,4 @@
-"""Which variables a problem has, and how numbers become its design vectors."""
+"""Variables of a problem, and conversion between arrays of numbers and its designs."""
 
 from __future__ import annotations
 
@@ -17,40 +17,44 @@ from mgeo.evaluation.individuals import numbers, options_of
 Kind = Literal["real", "integer", "binary", "choice"]
 KINDS: tuple[Kind, ...] = ("real", "integer", "binary", "choice")
 
-MOST_WHOLE = 2**53 - 1  # in size: floats tell the whole numbers up to it apart
-MOST_REAL = 1e150  # in size: the product of two such numbers is a float
+#: Largest absolute bound of an integer, so that all values are exact as floats.
+MOST_WHOLE = 2**53 - 1
+#: Largest absolute bound of a real variable, so that products of two values are finite.
+MOST_REAL = 1e150
 
-_OF_TYPE: tuple[tuple[tuple[type, ...], Kind], ...] = (
-    ((bool, np.bool_), "binary"),  # first: a bool is an int
+_KIND_OF_TYPE: tuple[tuple[tuple[type, ...], Kind], ...] = (
+    ((bool, np.bool_), "binary"),  # First, because bool is a subclass of int.
     ((int, np.integer), "integer"),
     ((float, np.floating), "real"),
 )
-_OF_VARIABLE: dict[type[Variable], Kind] = {
+_KIND_OF_VARIABLE: dict[type[Variable], Kind] = {
     Real: "real",
     Integer: "integer",
     Binary: "binary",
     Choice: "choice",
 }
-#: Members of the family that take other variables than real ones.
-_TAKERS = (
-    "; MGEODirected (mgeo-directed) and MGEOCanonical (mgeo-canonical) take integer, binary and "
-    "choice ones, too, and MGEOVar (mgeo-var) integer ones of 3 levels or more"
+_HINT = (
+    ". MGEODirected (mgeo-directed) and MGEOCanonical (mgeo-canonical) also support integer, "
+    "binary and choice variables, and MGEOVar (mgeo-var) integers of 3 levels or more"
 )
 _TYPES: dict[Kind, type] = {"real": float, "integer": int, "binary": bool, "choice": int}
 
 
 @dataclass(frozen=True, eq=False)
 class Variables:
-    """The variables of a problem, each with the numbers it may take.
+    """Types and bounds of the variables of a problem.
 
     Attributes
     ----------
-    kinds : (n_var) "real", "integer", "binary" (0 or 1) or "choice" (the number of the option,
-        from 0).
-    xl, xu : (n_var,) bounds of at most `MOST_REAL` in size; unless real, whole numbers of at
-        most `MOST_WHOLE`.
-    names : (n_var) keys of a design vector, if it is a dict as in `Problem(vars=...)`; else None.
-    options : options of each choice, by its key.
+    kinds : tuple of str, length n_var
+        "real", "integer", "binary" (0 or 1) or "choice" (index of the option).
+    xl, xu : array, shape (n_var,)
+        Bounds: absolute values up to `MOST_REAL` for real variables, and whole numbers up to
+        `MOST_WHOLE` for all others.
+    names : tuple of str, length n_var, or None
+        Keys of a design if designs are dicts, as in ``Problem(vars=...)``, else None.
+    options : mapping of str to tuple
+        Options of each choice by variable name.
     """
 
     kinds: tuple[Kind, ...]
@@ -61,12 +65,19 @@ class Variables:
 
     @classmethod
     def of(cls, problem: Problem, allowed: Sequence[Kind]) -> Variables:
-        """Those of a problem.
+        """Read the variables of a problem.
+
+        Parameters
+        ----------
+        problem : Problem
+        allowed : sequence of str
+            Supported kinds of variables.
 
         Raises
         ------
-        ValueError : if a variable is of another kind than those allowed, is not bounded, has
-            bounds too large to compute with, or no options or equal ones.
+        ValueError
+            If a variable has another kind, has no bounds or too large ones, or is a choice without
+            options or with duplicate options.
         """
         name = type(problem).__name__
         declared: dict[str, Variable] | None = getattr(problem, "vars", None)
@@ -77,10 +88,10 @@ class Variables:
             bounds: Sequence[Any] = (0, 1) if kind == "binary" else (problem.xl, problem.xu)
         else:
             kinds = [
-                _require_kind(_OF_VARIABLE.get(cls), allowed, f"{name}.vars[{key!r}]", cls)
+                _require_kind(_KIND_OF_VARIABLE.get(cls), allowed, f"{name}.vars[{key!r}]", cls)
                 for key, cls in ((key, type(each)) for key, each in declared.items())
             ]
-            pairs = [_bounds(variable, options.get(key)) for key, variable in declared.items()]
+            pairs = [_get_bounds(variable, options.get(key)) for key, variable in declared.items()]
             bounds = list(zip(*pairs, strict=True))
         xl, xu = (np.array(np.broadcast_to(bound, problem.n_var), dtype=float) for bound in bounds)
         names = None if declared is None else tuple(declared)
@@ -89,35 +100,45 @@ class Variables:
         return variables
 
     def _check_bounds(self, problem: Problem) -> None:
-        name, real = type(problem).__name__, self.real
-        most = np.where(real, MOST_REAL, MOST_WHOLE)
+        name, is_real = type(problem).__name__, self.real
+        limits = np.where(is_real, MOST_REAL, MOST_WHOLE)
         for key, bound in (("xl", self.xl), ("xu", self.xu)):
-            fits = (np.abs(bound) <= most) & (real | (bound == np.rint(bound)))
-            for i in np.flatnonzero(~fits).tolist():
-                kind = "number" if real[i] else "whole number"
+            is_valid = (np.abs(bound) <= limits) & (is_real | (bound == np.rint(bound)))
+            for i in np.flatnonzero(~is_valid).tolist():
+                kind = "number" if is_real[i] else "whole number"
                 raise ValueError(
                     f"{name}.{key}[{self.label(i)}] = {bound[i]:g}: expected a finite {kind} of at "
-                    f"most {most[i]:g} in size"
+                    f"most {limits[i]:g} in size"
                 )
         if np.any(self.xl > self.xu):
             raise ValueError(f"{name}: expected xl <= xu, got xl = {self.xl}, xu = {self.xu}")
 
     def label(self, variable: int) -> str:
-        """How to name a variable in a message: by its number, or as the key that it has."""
+        """Return the label of a variable for messages: its quoted name, or else its index."""
         return str(variable) if self.names is None else repr(self.names[variable])
 
     @property
     def real(self) -> BoolArray:
-        """(n_var,) mask of the real ones."""
+        """Mask of the real variables, shape (n_var,)."""
         return np.array([kind == "real" for kind in self.kinds])
 
     @property
     def choice(self) -> BoolArray:
-        """(n_var,) mask of the choices, whose numbers are in no order."""
+        """Mask of the choices, shape (n_var,)."""
         return np.array([kind == "choice" for kind in self.kinds])
 
     def designs(self, values: FloatArray) -> NDArray[Any]:
-        """(n, n_var) numbers as the problem takes them: floats, ints, bools, or (n,) dicts."""
+        """Convert numbers to designs of the problem.
+
+        Parameters
+        ----------
+        values : array, shape (n, n_var)
+            Numbers, with choices as the index of their option.
+
+        Returns
+        -------
+        array, shape (n, n_var) of float, int or bool, or (n,) of dict
+        """
         if self.names is not None:
             columns = [
                 column.astype(_TYPES[kind]).tolist()
@@ -134,36 +155,42 @@ class Variables:
         return values.astype(_TYPES[self.kinds[0]], copy=False)
 
     def values(self, designs: NDArray[Any]) -> FloatArray:
-        """(n, n_var) numbers of design vectors: the inverse of `designs`."""
+        """Convert designs to numbers, shape (n, n_var); the inverse of `designs`."""
         if self.names is None:
             return np.array(designs, dtype=float)
         return numbers(designs, self.names, self.options)
 
 
 def kind_of_type(vtype: Any) -> Kind | None:
-    """The kind of variables that a problem's ``vtype`` says; real for None, None if unknown."""
+    """Return the kind of variables for a ``vtype`` of pymoo; None if the type is unknown.
+
+    A ``vtype`` of None means real variables.
+    """
     if vtype is None:
         return "real"
-    known = _OF_TYPE if isinstance(vtype, type) else ()
-    return next((kind for types, kind in known if issubclass(vtype, types)), None)
+    kinds = _KIND_OF_TYPE if isinstance(vtype, type) else ()
+    return next((kind for types, kind in kinds if issubclass(vtype, types)), None)
 
 
 def designs_of(problem: Problem, X: FloatArray) -> NDArray[Any]:
-    """Numbers (n, n_var) as the problem takes designs: the inverse of `as_numbers`."""
+    """Convert numbers, shape (n, n_var), to designs of a problem.
+
+    The inverse of `mgeo.evaluation.individuals.as_numbers`.
+    """
     if getattr(problem, "vars", None) is None:
         kind = kind_of_type(problem.vtype)
         return X if kind is None else X.astype(_TYPES[kind], copy=False)
     return Variables.of(problem, KINDS).designs(X)
 
 
-def _require_kind(kind: Kind | None, allowed: Sequence[Kind], where: str, given: Any) -> Kind:
+def _require_kind(kind: Kind | None, allowed: Sequence[Kind], where: str, value: Any) -> Kind:
     if kind is None or kind not in allowed:
-        takers = _TAKERS if kind else ""
-        raise ValueError(f"{where} = {given!r}: expected {' or '.join(allowed)} variables{takers}")
+        hint = _HINT if kind else ""
+        raise ValueError(f"{where} = {value!r}: expected {' or '.join(allowed)} variables{hint}")
     return kind
 
 
-def _bounds(variable: Variable, options: Sequence[Any] | None) -> Any:
+def _get_bounds(variable: Variable, options: Sequence[Any] | None) -> Any:
     if isinstance(variable, Binary):
         return 0, 1
     return variable.bounds if options is None else (0, len(options) - 1)

@@ -1,5 +1,5 @@
-"""Test problems by name, of pymoo and of COCO, beside those that plugins bring.
+"""Test problems by name: problems of pymoo and functions of COCO.
 
-`collections` knows the prefixes of their names; `shifted` moves optima off the bounds; `coco` makes
-pymoo problems of COCO's functions.
+`collections` builds a problem from a name with a prefix, `shifted` moves the optima of a problem
+away from its bounds, `coco` wraps COCO functions as pymoo problems.
 """

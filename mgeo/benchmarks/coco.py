@@ -1,7 +1,7 @@
-"""Functions of COCO as pymoo problems, named ``bbob-biobj/f12/d10/i3``.
+"""COCO functions as pymoo problems, with names such as ``bbob-biobj/f12/d10/i3``.
 
-COCO (Hansen et al. 2021; https://coco-platform.org) is the platform for comparing optimizers. The
-extra ``coco`` installs its functions: distribution ``coco-experiment``, module ``cocoex``.
+COCO (Hansen et al. 2021; https://coco-platform.org) is a platform for comparing optimizers. The
+extra ``coco`` installs the distribution ``coco-experiment`` with the module ``cocoex``.
 """
 
 from __future__ import annotations
@@ -20,26 +20,29 @@ from mgeo._typing import FloatArray
 
 _NAME = re.compile(r"([a-z-]+)/f([\d,-]+)/d([\d,-]+)/i([\d,-]+)")
 _SUITES = ("bbob", "bbob-biobj", "bbob-biobj-ext", "bbob-boxed", "bbob-largescale")
-_BIOBJECTIVE_INSTANCES = 15  # COCO searches for minutes before it accepts another instance
+_MAX_BIOBJECTIVE_INSTANCE = 15  # COCO takes minutes to construct other instances.
 _EXPECTED = "expected SUITE/fFUNCTION/dDIMENSION/iINSTANCE, as bbob-biobj/f12/d10/i3"
-_CACHED = 16  # problems and suites of COCO, per process
-_LOCK = Lock()  # functions of a suite share memory
+_CACHE_SIZE = 16  # COCO functions, and suites, per process.
+_LOCK = Lock()  # COCO functions of a suite share memory, so they must not run concurrently.
 
 
 class CocoProblem(Problem):
-    """One function of a COCO suite in a given dimension and instance.
+    """A COCO function as a pymoo problem.
 
-    The bounds are COCO's region of interest. The object that COCO allocates for a function is not
-    part of the problem: every process creates its own at the first evaluation.
+    The bounds are COCO's region of interest. The problem can be pickled: each process creates its
+    own COCO object at the first evaluation.
 
     Parameters
     ----------
-    suite : name of the suite, such as "bbob-biobj" or "bbob".
-    function, dimension, instance : numbers as in COCO, from 1.
+    suite : str
+        Name of the suite, such as "bbob-biobj" or "bbob".
+    function, dimension, instance : int
+        Function index, number of variables and instance, from 1.
 
     Raises
     ------
-    ValueError : if the extra is not installed, or the suite has no such function.
+    ValueError
+        If the extra ``coco`` is not installed, or the suite has no such function.
     """
 
     def __init__(self, suite: str, function: int, dimension: int, instance: int) -> None:
@@ -55,11 +58,11 @@ class CocoProblem(Problem):
 
     @property
     def instance_of(self) -> str:
-        """Name of the function: its instances and dimensions are not independent problems."""
+        """Name of the function, the same for all its instances and dimensions."""
         return f"{self.suite} f{self.function}"
 
     def name(self) -> str:
-        """Return the name that COCO gives the function, without its index."""
+        """Return suite, function, dimension and instance, such as ``bbob f1 d10 i1``."""
         return f"{self.suite} f{self.function} d{self.n_var} i{self.instance}"
 
     def _evaluate(self, X: FloatArray, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
@@ -69,7 +72,13 @@ class CocoProblem(Problem):
 
 
 def problem(name: str) -> CocoProblem:
-    """Build the problem of a name without ranges; it raises as `CocoProblem` does."""
+    """Build the problem with a name such as ``bbob-biobj/f12/d10/i3``.
+
+    Raises
+    ------
+    ValueError
+        If the name has another form or contains ranges, and as for `CocoProblem`.
+    """
     suite, *numbers = _split(name)
     if not all(number.isdigit() for number in numbers):
         raise ValueError(f"coco:{name}: expected one function, one dimension and one instance")
@@ -82,53 +91,56 @@ def names(name: str) -> Iterator[str]:
 
     Raises
     ------
-    ValueError : if the name does not have this form.
+    ValueError
+        If the name does not have this form.
     """
     suite, *ranges = _split(name)
-    functions, dimensions, instances = (_numbers(name, text) for text in ranges)
+    functions, dimensions, instances = (_parse_ranges(name, text) for text in ranges)
     for dimension, function, instance in product(dimensions, functions, instances):
         yield f"{suite}/f{function}/d{dimension}/i{instance}"
 
 
 def _split(name: str) -> tuple[str, ...]:
-    found = _NAME.fullmatch(name)
-    if found is None:
+    match = _NAME.fullmatch(name)
+    if match is None:
         raise ValueError(f"coco:{name:.80}: {_EXPECTED}")
-    return found.groups()
+    return match.groups()
 
 
-def _numbers(name: str, text: str) -> list[int]:
-    """Parse "1-3,7" as 1, 2, 3 and 7."""
+def _parse_ranges(name: str, text: str) -> list[int]:
+    """Parse numbers and ranges: "1-3,7" gives 1, 2, 3 and 7."""
     numbers: list[int] = []
     for part in text.split(","):
         ends = re.fullmatch(r"(\d{1,4})(?:-(\d{1,4}))?", part)
         if ends is None or not 1 <= int(ends[1]) <= int(ends[2] or ends[1]):
-            raise ValueError(f"coco:{name:.80}: {part!r:.20} is no number or range; {_EXPECTED}")
+            raise ValueError(f"coco:{name:.80}: {part!r:.20} is not a number or range; {_EXPECTED}")
         numbers += range(int(ends[1]), int(ends[2] or ends[1]) + 1)
     return numbers
 
 
-@lru_cache(maxsize=_CACHED)
+@lru_cache(maxsize=_CACHE_SIZE)
 def _load_function(suite: str, function: int, dimension: int, instance: int) -> Any:
-    loaded = _load_suite(suite, instance)
+    cocoex_suite = _load_suite(suite, instance)
     try:
         with _LOCK:
-            return loaded.get_problem_by_function_dimension_instance(function, dimension, instance)
-    except Exception as error:  # cocoex raises errors of several kinds
+            return cocoex_suite.get_problem_by_function_dimension_instance(
+                function, dimension, instance
+            )
+    except Exception as error:  # cocoex raises errors of several types.
         raise ValueError(
             f"COCO's suite {suite!r} has no function {function} in {dimension} dimensions, "
             f"instance {instance}"
         ) from error
 
 
-@lru_cache(maxsize=_CACHED)
+@lru_cache(maxsize=_CACHE_SIZE)
 def _load_suite(suite: str, instance: int) -> Any:
-    """Load a suite of COCO, reduced to one instance."""
+    # The suite is restricted to one instance.
     if suite not in _SUITES:
         raise ValueError(f"COCO's suite {suite!r}: expected one of {', '.join(_SUITES)}")
-    if "biobj" in suite and instance > _BIOBJECTIVE_INSTANCES:
+    if "biobj" in suite and instance > _MAX_BIOBJECTIVE_INSTANCE:
         raise ValueError(
-            f"instance {instance} of COCO's {suite}: expected 1 to {_BIOBJECTIVE_INSTANCES}"
+            f"instance {instance} of COCO's {suite}: expected 1 to {_MAX_BIOBJECTIVE_INSTANCE}"
         )
     try:
         import cocoex

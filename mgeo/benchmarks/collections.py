@@ -1,4 +1,4 @@
-"""Which test problem a name with a prefix means: ``pymoo:zdt1``, ``shifted:zdt1``, ``coco:...``."""
+"""Test problems by name with a prefix: ``pymoo:zdt1``, ``shifted:zdt1``, ``coco:...``."""
 
 from __future__ import annotations
 
@@ -8,40 +8,49 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
-#: Test problems by their prefixes, and how they are named.
+#: Example of a name for each prefix.
 PREFIXES: Mapping[str, str] = {
     "pymoo": "pymoo:zdt1",
     "shifted": "shifted:zdt1",
     "coco": "coco:bbob-biobj/f1/d10/i1",
 }
-COCO = "coco-experiment"  # the distribution of the extra
+COCO = "coco-experiment"  # Distribution that the extra ``coco`` installs.
 
 
 def is_benchmark(name: str) -> bool:
-    """Return whether a problem's name has the prefix of a collection."""
+    """Return whether the name of a problem has one of the prefixes in `PREFIXES`."""
     prefix, colon, _ = name.partition(":")
     return bool(colon) and prefix in PREFIXES
 
 
 def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:
-    """Build the problem of a name with a prefix.
+    """Build a test problem from its name, including the prefix.
+
+    Parameters
+    ----------
+    name : str
+        Name with one of the prefixes in `PREFIXES`.
+    options : mapping
+        Keywords of the constructor, such as ``n_var``. COCO functions have no options.
 
     Raises
     ------
     ValueError
-        If the collection has no such problem, it refuses an option, or an extra is missing.
+        If there is no such problem, an option is unknown or invalid, or the extra is missing.
     """
     prefix, _, rest = name.partition(":")
-    return _COLLECTIONS[prefix](rest, options)
+    return _BUILDERS[prefix](rest, options)
 
 
 def expanded(name: str) -> list[str]:
-    """Expand a name with ranges, ``coco:bbob-biobj/f1-55/d5,10/i1``; others stay as they are.
+    """Expand a COCO name with ranges, ``coco:bbob-biobj/f1-55/d5,10/i1``, into single names.
+
+    Any other name is returned as the only entry.
 
     Raises
     ------
     ValueError
-        For ranges that cannot be read.
+        If a COCO name or range has the wrong form.
     """
     prefix, _, rest = name.partition(":")
     if prefix != "coco":
@@ -52,12 +61,12 @@ def expanded(name: str) -> list[str]:
 
 
 def distributions(name: str) -> list[str]:
-    """Return the distributions besides pymoo that compute a problem's values."""
+    """Return the distributions, other than pymoo, that the values of a problem depend on."""
     return [COCO] if name.startswith("coco:") else []
 
 
 def short_name(name: str) -> str:
-    """Return the name of a problem in tables: in words, without the prefix of pymoo."""
+    """Return the name of a problem for tables, such as ``zdt1`` for ``pymoo:zdt1``."""
     prefix, _, rest = name.partition(":")
     if not is_benchmark(name):
         return name
@@ -66,7 +75,7 @@ def short_name(name: str) -> str:
     return rest if prefix == "pymoo" else f"{prefix} {rest}"
 
 
-def _pymoo(name: str, options: Mapping[str, Any]) -> Problem:
+def _build_pymoo(name: str, options: Mapping[str, Any]) -> Problem:
     from pymoo.problems import get_problem
     from pymoo.problems.multi.zdt import ZDT5
 
@@ -74,30 +83,33 @@ def _pymoo(name: str, options: Mapping[str, Any]) -> Problem:
 
     try:
         problem: Problem = get_problem(name, **options)
-    except Exception as error:  # pymoo raises bare ones for names it does not know
+    except Exception as error:  # pymoo raises Exception itself for unknown names.
         raise ValueError(f"pymoo has no problem {name!r} with {dict(options)}: {error}") from error
     refuse_unknown_options(f"pymoo:{name}", type(problem), options)
     if isinstance(problem, ZDT5):
-        problem.vtype = bool  # Zitzler, Deb & Thiele 2000: strings of bits; pymoo says float
+        # ZDT5 is defined on bit strings (Zitzler, Deb & Thiele 2000); pymoo declares floats.
+        problem.vtype = bool
     return problem
 
 
-def _shifted(name: str, options: Mapping[str, Any]) -> Problem:
+def _build_shifted(name: str, options: Mapping[str, Any]) -> Problem:
     from mgeo.benchmarks.shifted import Shifted
 
-    return Shifted(_pymoo(name, options))
+    return Shifted(_build_pymoo(name, options))
 
 
-def _coco(name: str, options: Mapping[str, Any]) -> Problem:
+def _build_coco(name: str, options: Mapping[str, Any]) -> Problem:
     from mgeo.benchmarks.coco import problem
 
     for key in options:
-        raise ValueError(f"problem 'coco:{name}' has no option {key!r}: all is in its name")
+        raise ValueError(
+            f"problem 'coco:{name}' has no option {key!r}: its name specifies everything"
+        )
     return problem(name)
 
 
-_COLLECTIONS: Mapping[str, Callable[[str, Mapping[str, Any]], Problem]] = {
-    "pymoo": _pymoo,
-    "shifted": _shifted,
-    "coco": _coco,
+_BUILDERS: Mapping[str, Callable[[str, Mapping[str, Any]], Problem]] = {
+    "pymoo": _build_pymoo,
+    "shifted": _build_shifted,
+    "coco": _build_coco,
 }

@@ -1,4 +1,4 @@
-"""Test problems with their optima moved off the bounds."""
+"""Test problems whose optima are moved away from the bounds."""
 
 from __future__ import annotations
 
@@ -9,27 +9,29 @@ from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
 
-#: By how much the box is wider on each side, as shares of its width. They differ, so that an
-#: optimum in the middle of the box, as that of DTLZ1 and ZDT4, is not there either; and the points
-#: mirrored by the new bounds are far from any optimum, too, such as 0.35 of WFG, 0 and 0.5.
+#: Extension of the box below and above, relative to its width. The values differ so that an optimum
+#: in the middle of the box, as in DTLZ1 and ZDT4, does not remain in the middle. With these values,
+#: the new bounds also map to points far from the usual optima at 0, 0.35 (WFG) and 0.5.
 BELOW, ABOVE = 0.7, 0.2
 
 
 class Shifted(Problem):
-    """A problem of real variables in a wider box, mirrored at its former bounds.
+    """Problem that is extended to a wider box by mirroring at the original bounds.
 
-    Where variables are within the former bounds, objectives are what they were, so that all
-    solutions of the problem are solutions still; but none of them lies on a bound any longer, and
-    a step that ends there ends nowhere of interest. (CEC 2007 moved ZDT and DTLZ in the same way,
-    by mirroring; Huang, Qin, Deb, Zitzler, Suganthan, Liang, Preuss & Huband 2007.)
+    Within the original bounds, the objectives and constraints are unchanged, so that all optima
+    remain optima. No optimum lies on a bound of the wider box, which removes the advantage of
+    algorithms that clip steps to the bounds. The CEC 2007 competition extended ZDT and DTLZ by
+    mirroring in the same way (Huang, Qin, Deb, Zitzler, Suganthan, Liang, Preuss & Huband 2007).
 
     Parameters
     ----------
-    inner : the problem; its bounds are finite.
+    inner : Problem
+        Original problem, with finite bounds.
 
     Raises
     ------
-    ValueError : if its variables are not real, or not bounded.
+    ValueError
+        If a variable of the original problem is not real or not bounded.
     """
 
     def __init__(self, inner: Problem) -> None:
@@ -49,11 +51,11 @@ class Shifted(Problem):
         self.inner = inner
 
     def name(self) -> str:
-        """As the problem's, and that it is shifted."""
+        """Return the name of the original problem with the prefix "Shifted"."""
         return f"Shifted {self.inner.name()}"
 
     def mirrored(self, x: FloatArray) -> FloatArray:
-        """(n, n_var) variables within the former bounds, at which the problem is evaluated."""
+        """Map points, shape (n, n_var), into the original bounds by mirroring."""
         xl, xu = self.inner.xl, self.inner.xu
         return np.clip(np.where(x < xl, 2.0 * xl - x, np.where(x > xu, 2.0 * xu - x, x)), xl, xu)
 

@@ -1,5 +1,5 @@
-"""Evaluation of candidates, some of which may fail.
+"""Evaluation of candidate solutions, with tolerance for candidates that fail.
 
-`evaluator` counts and survives failures, `failures` finds the failing candidates of a batch,
-`dominance` selects nondominated vectors, `individuals` reads pymoo's individuals and designs.
+`evaluator` has the evaluator of runs, `failures` isolates the failing candidates of a batch,
+`dominance` compares objective vectors, `individuals` converts between pymoo individuals and arrays.
 """

@@ -1,7 +1,7 @@
-"""Pareto dominance on arrays: every objective is minimized.
+"""Pareto dominance on arrays of objective vectors; all objectives are minimized.
 
-A vector dominates another when it is nowhere larger and somewhere smaller. It weakly dominates
-another when it is nowhere larger, so that equal vectors weakly dominate each other.
+Vector a weakly dominates vector b if a is less than or equal to b in every objective. Vector a
+dominates b if, in addition, a is less than b in at least one objective.
 """
 
 import numpy as np
@@ -10,22 +10,29 @@ from numpy.typing import NDArray
 
 from mgeo._typing import BoolArray, FloatArray
 
-_BLOCK = 1 << 18  # comparisons at once: a block of booleans that stays in a core's cache
-_SAMPLE, _LONG = 16, 4096  # of a front longer than this, each 16th row is compared first
+# Pairs per comparison: a block of booleans of this size fits into the cache of a core.
+_BLOCK = 1 << 18
+# Against a front of more than _LONG rows, every _SAMPLE-th row of the front is compared first.
+_SAMPLE, _LONG = 16, 4096
 
 
 def nondominated(F: FloatArray) -> BoolArray:
-    """Rows of `F` that no other row dominates; of equal rows, the first.
+    """Return the mask of the nondominated rows of `F`.
+
+    The cost is O(n log n) for up to three objectives (Kung, Luccio & Preparata 1975, as implemented
+    by moocore).
 
     Parameters
     ----------
-    F : (n, n_obj) objective vectors. Rows with a NaN or an infinity are never selected, and
-        never dominate another row.
+    F : array, shape (n, n_obj)
+        Objective vectors. A row with a NaN or infinite value is never selected and never dominates
+        another row.
 
     Returns
     -------
-    (n,) mask. The cost is O(n log n) up to three objectives (Kung, Luccio & Preparata 1975, as
-    implemented by moocore).
+    array of bool, shape (n,)
+        True for each finite row that no other row dominates. Among equal rows only the first is
+        selected.
     """
     selected: BoolArray = np.all(np.isfinite(F), axis=1)
     selected[selected] = is_nondominated(F[selected], keep_weakly=False)
@@ -33,74 +40,90 @@ def nondominated(F: FloatArray) -> BoolArray:
 
 
 def front_rows(F: FloatArray) -> NDArray[np.intp]:
-    """Numbers of the rows that are `nondominated`, by ascending first objective."""
+    """Return the indices of the nondominated rows of `F`, sorted by the first objective."""
     rows = np.flatnonzero(nondominated(F))
     return rows[np.argsort(F[rows, 0], kind="stable")]
 
 
 def not_weakly_dominated(F: FloatArray, front: FloatArray) -> BoolArray:
-    """Rows of `F` that no row of `front` weakly dominates.
+    """Return the mask of the rows of `F` that no row of `front` weakly dominates.
 
     Parameters
     ----------
-    F : (n, n_obj) finite objective vectors.
-    front : (m, n_obj) mutually nondominated, distinct vectors, ascending in the first objective.
+    F : array, shape (n, n_obj)
+        Finite objective vectors.
+    front : array, shape (m, n_obj)
+        Finite, distinct and mutually nondominated vectors, sorted by the first objective in
+        ascending order.
 
     Returns
     -------
-    (n,) mask. With two objectives the second descends along the front, so a binary search finds
-    the only row that needs comparing, O(n log m). Otherwise all n x m pairs are compared, but for
-    rows that a sample of a long front weakly dominates: during a search these are most.
+    array of bool, shape (n,)
+
+    Notes
+    -----
+    The cost is O(n log m) for two objectives and O(n m) for more.
     """
+    # With two objectives, the second descends along the front. Only the last row of the front whose
+    # first objective is not larger needs to be compared.
     if F.shape[1] == 2 and len(front):
-        not_right = np.searchsorted(front[:, 0], F[:, 0], side="right")
-        free: BoolArray = (front[:, 1].take(not_right - 1) > F[:, 1]) | (not_right == 0)
-        return free
+        n_left = np.searchsorted(front[:, 0], F[:, 0], side="right")
+        selected: BoolArray = (front[:, 1].take(n_left - 1) > F[:, 1]) | (n_left == 0)
+        return selected
     if len(front) <= _LONG:
         return ~_weakly_dominated(F, front)
-    free = ~_weakly_dominated(F, front[::_SAMPLE])
-    free[free] = ~_weakly_dominated(F[free], front)
-    return free
+    # During a search, a sample of a long front already dominates most candidates.
+    selected = ~_weakly_dominated(F, front[::_SAMPLE])
+    selected[selected] = ~_weakly_dominated(F[selected], front)
+    return selected
 
 
 def weakly_dominated_rows(front: FloatArray, F: FloatArray) -> NDArray[np.intp]:
-    """Rows of `front` that a row of `F` weakly dominates.
+    """Return the indices of the rows of `front` that at least one row of `F` weakly dominates.
 
     Parameters
     ----------
-    front : (m, n_obj) mutually nondominated, distinct vectors, ascending in the first objective.
-    F : (n, n_obj) finite objective vectors.
+    front : array, shape (m, n_obj)
+        Finite, distinct and mutually nondominated vectors, sorted by the first objective in
+        ascending order.
+    F : array, shape (n, n_obj)
+        Finite objective vectors.
 
     Returns
     -------
-    (k,) ascending. With two objectives they are runs of the front, whose ends binary search
-    finds, O(n log m).
+    array of int, shape (k,)
+        Row indices in ascending order.
+
+    Notes
+    -----
+    The cost is O(n log m) for two objectives and O(n m) for more.
     """
     if F.shape[1] != 2:
         return np.flatnonzero(~not_weakly_dominated(front, F))
+    # With two objectives, each row of F dominates a contiguous section of the front.
     first = np.searchsorted(front[:, 0], F[:, 0], side="left")
     last = len(front) - np.searchsorted(front[::-1, 1], F[:, 1], side="left")
-    runs = [np.arange(begin, end) for begin, end in zip(first, last, strict=True) if begin < end]
-    return np.unique(np.concatenate(runs)) if runs else np.empty(0, dtype=np.intp)
+    sections = [np.arange(i, end) for i, end in zip(first, last, strict=True) if i < end]
+    return np.unique(np.concatenate(sections)) if sections else np.empty(0, dtype=np.intp)
 
 
 def _weakly_dominated(F: FloatArray, front: FloatArray) -> BoolArray:
-    # With objectives as rows, the longer set runs along the inner axis, where numpy is fast.
+    # The longer set lies along the inner axis of the comparison, where NumPy is fast.
     a, b = np.ascontiguousarray(F.T), np.ascontiguousarray(front.T)
     n, m = len(F), len(front)
-    found = np.zeros(n, dtype=np.bool_)
+    mask = np.zeros(n, dtype=np.bool_)
     step = max(1, _BLOCK // max(1, n, m))
     if n < m:
         for i in range(0, n, step):
-            pairs = _all_below(b[:, None, :], a[:, i : i + step, None])
-            found[i : i + step] = pairs.any(axis=1)
+            pairs = _is_weakly_below(b[:, None, :], a[:, i : i + step, None])
+            mask[i : i + step] = pairs.any(axis=1)
     else:
         for i in range(0, m, step):
-            found |= _all_below(b[:, i : i + step, None], a[:, None, :]).any(axis=0)
-    return found
+            mask |= _is_weakly_below(b[:, i : i + step, None], a[:, None, :]).any(axis=0)
+    return mask
 
 
-def _all_below(a: FloatArray, b: FloatArray) -> BoolArray:
+def _is_weakly_below(a: FloatArray, b: FloatArray) -> BoolArray:
     below: BoolArray = a[0] <= b[0]
     for objective in range(1, len(a)):
         below &= a[objective] <= b[objective]

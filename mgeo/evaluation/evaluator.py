@@ -1,4 +1,4 @@
-"""An evaluator that survives failing candidates."""
+"""An evaluator for pymoo that continues a run when candidates fail."""
 
 from __future__ import annotations
 
@@ -19,46 +19,60 @@ if TYPE_CHECKING:
     from pymoo.core.population import Population
     from pymoo.core.problem import Problem
 
-_CAUSES = 20  # different ones that are counted
-_OTHERS = "other causes"
-_UNKNOWN = 1e30  # stands for the worst objective while no candidate has succeeded
+_MAX_CAUSES = 20  # Further causes are counted together as _OTHER_CAUSES.
+_OTHER_CAUSES = "other causes"
+_PENALTY = 1e30  # Value of a failed candidate before any candidate has succeeded.
 
-_POINTS = 3
-_ROUNDING = 1e-9  # of a column's largest value: other versions and other batches round differently
+_N_POINTS = 3
+# Tolerance relative to the largest value of a column: batches of another size, and other versions
+# of libraries, round differently.
+_RTOL = 1e-9
 
 
 class EvaluationError(RuntimeError):
-    """Every candidate fails."""
+    """Error raised to stop a run in which all candidates fail."""
 
 
 class TolerantEvaluator(Evaluator):
-    """A pymoo evaluator that survives failing candidates.
+    """A pymoo evaluator that continues a run when candidates fail.
 
-    A candidate fails when the problem raises an exception for it, when the worker process that
-    evaluates it dies, or when it gets a NaN or infinite objective or a NaN constraint. A batch that
-    raises is halved until the failing candidates are alone; an elementwise problem is caught at its
-    element. Failed candidates count as evaluations and are marked by
-    ``individual.get("failed")``.
+    A candidate fails if the problem raises an exception, if the worker process that evaluates it
+    dies, or if an objective is NaN or infinite or a constraint is NaN. When the evaluation of a
+    batch raises, the batch is bisected until the failing candidates are isolated. For an
+    elementwise problem, the exception of each element is caught directly. Failed candidates count
+    as evaluations and are marked: ``individual.get("failed")`` is True.
 
-    Algorithms of the MGEO family keep the NaN: they rank a failed candidate last and never archive
-    it. In other algorithms a NaN can wipe the front. There a failed candidate gets, in each
-    objective and constraint, the worst value seen so far plus the range seen, so that every
-    candidate that succeeded dominates it. A failed candidate counts as infeasible, so that a run in
-    which no candidate succeeded has no result.
+    Algorithms of the MGEO family receive the NaN values; they rank failed candidates last and never
+    archive them. Other algorithms can lose their front to a NaN. For them, each objective and
+    constraint of a failed candidate is set to the worst value so far plus the range of values so
+    far, so that every successful candidate dominates it. The failed candidate is also infeasible,
+    so that a run without any successful candidate has no result.
 
     Parameters
     ----------
-    patience : number of candidates in a row that may fail before the run stops; a batch counts as a
-        whole if none in it succeeded.
-    warn : whether the first exception of a problem is reported by a RuntimeWarning.
-    options : as for pymoo's `Evaluator`.
+    patience : int
+        Number of consecutive failures after which the run stops. A batch counts only if all its
+        candidates fail.
+    warn : bool
+        Issue a RuntimeWarning for the first exception that the problem raises.
+    **options
+        Keywords of pymoo's `Evaluator`.
 
     Attributes
     ----------
-    n_eval : number of evaluations, failed ones included.
-    n_failed : number of failed evaluations.
-    causes : number of failures by cause, in the order of first occurrence.
-    n_in_a_row : number of failures since the last batch in which a candidate succeeded.
+    n_eval : int
+        Number of evaluations, including failed ones.
+    n_failed : int
+        Number of failed evaluations.
+    causes : dict of str to int
+        Number of failures by cause, in the order of first occurrence.
+    n_in_a_row : int
+        Number of failures since the last batch in which a candidate succeeded.
+
+    Raises
+    ------
+    EvaluationError
+        During a run, after `patience` consecutive failures.
 
     Examples
     --------
@@ -90,7 +104,10 @@ class TolerantEvaluator(Evaluator):
 
     @classmethod
     def like(cls, evaluator: Evaluator) -> Evaluator:
-        """Return a tolerant evaluator with the options of a plain one; any other kind as it is."""
+        """Return a tolerant copy of a plain pymoo `Evaluator`.
+
+        An instance of any other class is returned unchanged.
+        """
         if type(evaluator) is not Evaluator:
             return evaluator
         tolerant = cls()
@@ -98,7 +115,7 @@ class TolerantEvaluator(Evaluator):
         return tolerant
 
     def settings(self) -> dict[str, Any]:
-        """Return the arguments of the constructor as JSON values, without the callback."""
+        """Return the constructor arguments, except the callback, as JSON values."""
         return {
             "patience": self.patience,
             "warn": self.warn,
@@ -116,7 +133,13 @@ class TolerantEvaluator(Evaluator):
         }
 
     def count_on(self, counts: Mapping[str, Any]) -> None:
-        """Continue from the `counts` of another evaluator, of which only ``n_eval`` is required."""
+        """Set the counters to those of an earlier run, to resume it.
+
+        Parameters
+        ----------
+        counts : mapping
+            Return value of `counts`. Only ``n_eval`` is required.
+        """
         self.n_eval = counts["n_eval"]
         self.n_failed = counts.get("n_failed", 0)
         self._any_succeeded = self.n_eval > self.n_failed
@@ -124,13 +147,7 @@ class TolerantEvaluator(Evaluator):
         self.causes = dict(counts.get("causes", {}))
 
     def require_success(self) -> None:
-        """Refuse a run in which every candidate failed.
-
-        Raises
-        ------
-        EvaluationError
-            If candidates were evaluated and all of them failed.
-        """
+        """Raise EvaluationError if candidates were evaluated and all of them failed."""
         if self.n_failed and not self._any_succeeded:
             raise self._error()
 
@@ -145,10 +162,10 @@ class TolerantEvaluator(Evaluator):
         if not takes_nan:
             for name in values.keys() & {"F", "G", "H"}:
                 self._penalize(name, values[name], failed)
-        # an individual has no values of a kind to begin with
-        given = {name: value for name, value in values.items() if value.size}
+        # A new individual already has empty values, so empty arrays need not be set.
+        nonempty = {name: value for name, value in values.items() if value.size}
         for i, individual in enumerate(pop.tolist()):
-            for name, value in given.items():
+            for name, value in nonempty.items():
                 individual.set(name, own(value[i]))
             individual.evaluated.update(values)
         if failures:
@@ -160,8 +177,8 @@ class TolerantEvaluator(Evaluator):
         self.n_failed += len(failures)
         in_order = [failure for _, failure in sorted(failures.items())]
         for failure in in_order:
-            known = failure.cause in self.causes or len(self.causes) < _CAUSES
-            cause = failure.cause if known else _OTHERS
+            is_listed = failure.cause in self.causes or len(self.causes) < _MAX_CAUSES
+            cause = failure.cause if is_listed else _OTHER_CAUSES
             self.causes[cause] = self.causes.get(cause, 0) + 1
         if len(failures) < n:
             self.n_in_a_row = 0
@@ -176,24 +193,25 @@ class TolerantEvaluator(Evaluator):
             if failure.trace and self.warn:
                 self.warn = False
                 warnings.warn(
-                    f"a candidate failed with {failure.cause}; the run goes on, and its evaluator "
-                    "counts the failures in n_failed and causes",
+                    f"a candidate failed with {failure.cause}; the run continues. See n_failed and "
+                    "causes of the evaluator for the number of failures",
                     RuntimeWarning,
                     stacklevel=2,
                 )
 
     def _error(self) -> EvaluationError:
+        # After a resume, only the causes of earlier failures are known.
         first = self._first_in_a_row
-        cause = first.cause if first else next(iter(self.causes))  # before the run was resumed
+        cause = first.cause if first else next(iter(self.causes))
         error = EvaluationError(
             f"all of the last {self.n_in_a_row} candidates failed, the first with {cause}"
         )
         if first and first.trace:
-            error.add_note(f"which was raised as\n{first.trace}")
+            error.add_note(f"Traceback of the first failure:\n{first.trace}")
         return error
 
     def _penalize(self, name: str, values: FloatArray, failed: BoolArray) -> None:
-        """Write values worse than all seen into the failed rows, in place."""
+        """Overwrite the failed rows of `values` by values worse than all successful ones."""
         if not values.shape[1]:
             return
         good = np.abs(values[~failed]) if name == "H" else values[~failed]
@@ -206,7 +224,7 @@ class TolerantEvaluator(Evaluator):
         if not failed.any():
             return
         if name not in self._seen:
-            values[failed] = _UNKNOWN
+            values[failed] = _PENALTY
             return
         low, high = self._seen[name]
         worse = high + np.where(high > low, high - low, np.maximum(1.0, np.abs(high)))
@@ -214,18 +232,27 @@ class TolerantEvaluator(Evaluator):
 
 
 def changed_value(problem: Problem, known: Population, options: Mapping[str, Any]) -> str:
-    """Return the first value that differs in a new evaluation, in words; empty if there is none.
+    """Evaluate a few individuals again and describe the first value that changed.
 
-    A few points are evaluated by the problem itself: no evaluator counts them, and the problem's
-    callback does not see them.
+    The check detects that a problem has changed since `known` was evaluated. The new evaluations
+    are not counted by any evaluator, and the callback of the problem is not called.
 
     Parameters
     ----------
-    problem : a pymoo problem that gives the same values for the same point.
-    known : evaluated individuals; the first, the last and the one in the middle are looked at.
-    options : further keywords for `Problem.evaluate`.
+    problem : Problem
+        A deterministic pymoo problem.
+    known : Population
+        Evaluated individuals. The first, the middle and the last one are evaluated again.
+    options : mapping
+        Further keywords for `Problem.evaluate`.
+
+    Returns
+    -------
+    str
+        Point, new value and expected value of the first difference; empty if there is none.
     """
-    rows = np.unique(np.linspace(0, len(known) - 1, min(_POINTS, len(known))).round().astype(int))
+    n_points = min(_N_POINTS, len(known))
+    rows = np.unique(np.linspace(0, len(known) - 1, n_points).round().astype(int))
     if not len(rows):
         return ""
     if problem.callback is not None:
@@ -234,14 +261,14 @@ def changed_value(problem: Problem, known: Population, options: Mapping[str, Any
     X = values_of(known[rows], "X")
     values, failures = attempt(problem, X, ["F", "G", "H"], options)
     for name in ("F", "G", "H"):
-        kept = values_of(known, name).astype(float).reshape(len(known), -1)
-        expected, found = kept[rows], values[name].reshape(len(rows), -1)
-        tolerance = _ROUNDING * np.abs(kept).max(axis=0, initial=0.0)
-        same = np.isclose(found, expected, rtol=0.0, atol=tolerance)
-        for row, column in np.argwhere(~same):
-            why = f" ({failures[row].cause})" if row in failures else ""
+        stored = values_of(known, name).astype(float).reshape(len(known), -1)
+        expected, actual = stored[rows], values[name].reshape(len(rows), -1)
+        tolerance = _RTOL * np.abs(stored).max(axis=0, initial=0.0)
+        is_close = np.isclose(actual, expected, rtol=0.0, atol=tolerance)
+        for row, column in np.argwhere(~is_close):
+            cause = f" ({failures[row].cause})" if row in failures else ""
             return (
                 f"at x = {X[row : row + 1].tolist()[0]!r:.200} {name}[{column}] = "
-                f"{found[row, column]}{why}, expected {expected[row, column]}"
+                f"{actual[row, column]}{cause}, expected {expected[row, column]}"
             )
     return ""

@@ -1,4 +1,7 @@
-"""Evaluation of a batch in which some candidates fail, and the cause of each failure."""
+"""Evaluation of a batch of candidates, with the cause of each failure.
+
+`mgeo.evaluation.evaluator` builds on `attempt`.
+"""
 
 from __future__ import annotations
 
@@ -14,21 +17,29 @@ from pymoo.core.problem import Problem, default_shape
 from mgeo._text import one_line
 
 Values = dict[str, NDArray[Any]]
-_LONGEST = 200  # characters of a cause
+_MAX_CAUSE_LENGTH = 200  # characters
 
 
 @dataclass(frozen=True)
 class Failure:
-    """Cause of a failure in one line, and the traceback if there was an exception."""
+    """Failed evaluation of one candidate.
+
+    Attributes
+    ----------
+    cause : str
+        Description in one line, such as ``"F[0] = nan"`` or an exception with its message.
+    trace : str
+        Traceback of the exception; empty if the problem returned values that are not finite.
+    """
 
     cause: str
     trace: str = ""
 
     @classmethod
     def of(cls, error: Exception) -> Failure:
-        """Return the failure of an exception that is being handled."""
+        """Build the failure from an exception, with its traceback."""
         text = one_line(f"{type(error).__name__}: {error}").removesuffix(":")
-        return cls(text[:_LONGEST], "".join(traceback.format_exception(error)).rstrip())
+        return cls(text[:_MAX_CAUSE_LENGTH], "".join(traceback.format_exception(error)).rstrip())
 
 
 Part = tuple[Values, dict[int, Failure]]
@@ -37,39 +48,46 @@ Part = tuple[Values, dict[int, Failure]]
 def attempt(
     problem: Problem, X: NDArray[Any], names: Sequence[str], options: Mapping[str, Any]
 ) -> Part:
-    """Evaluate all candidates that do not fail.
+    """Evaluate a batch of candidates and collect the failures.
 
-    A batch that raises is halved until the candidates that raise are alone. An exception of an
-    elementwise problem is caught at its element, so that no other candidate is evaluated again.
+    When the evaluation of a batch raises, the batch is bisected until the failing candidates are
+    isolated. For an elementwise problem, the exception of each element is caught directly, so that
+    no other candidate is evaluated twice.
 
     Parameters
     ----------
-    problem : a pymoo problem, elementwise or not.
-    X : (n, n_var) candidates, or (n,) objects.
-    names : values to evaluate, as in `Problem.evaluate`: "F", "G", "H".
-    options : further keywords for `Problem.evaluate`.
+    problem : Problem
+        A pymoo problem, vectorized or elementwise.
+    X : array, shape (n, n_var), or (n,) for designs that are objects
+        Candidates.
+    names : sequence of str
+        Values to evaluate, as in `Problem.evaluate`: "F", "G", "H".
+    options : mapping
+        Further keywords for `Problem.evaluate`.
 
     Returns
     -------
-    values : values by name, n rows each; NaN in rows that raised.
-    failures : by row.
+    values : dict of str to array
+        Values by name, n rows each. "F", "G" and "H" are NaN in rows that raised.
+    failures : dict of int to Failure
+        Failures by row of `X`.
 
     Raises
     ------
     Exception
-        The exception of the runner of an elementwise problem, if it is the same for each of
-        several candidates: then evaluation itself does not work.
+        If the runner of an elementwise problem raises the same exception for every one of several
+        candidates, for example because its scheduler is not available.
     """
 
     def evaluate(candidates: NDArray[Any]) -> Part:
         raised: dict[int, Failure] = {}
-        guarded = _guarded(problem, raised) if problem.elementwise else problem
+        guarded = _catch_failures(problem, raised) if problem.elementwise else problem
         values = guarded.evaluate(
             candidates, return_values_of=names, return_as_dictionary=True, **options
         )
         return values, raised
 
-    parts = _by_halves(evaluate, X)
+    parts = _evaluate_by_bisection(evaluate, X)
     errors = [part for part in parts if isinstance(part, Exception)]
     pattern = next((part[0] for part in parts if not isinstance(part, Exception)), None)
     if pattern is None:
@@ -83,7 +101,7 @@ def attempt(
     for part in parts:
         if isinstance(part, Exception):
             failures[row] = Failure.of(part)
-            pieces.append({name: _missing(value) for name, value in pattern.items()})
+            pieces.append({name: _build_missing_row(value) for name, value in pattern.items()})
             row += 1
         else:
             values, raised = part
@@ -91,15 +109,16 @@ def attempt(
             pieces.append(values)
             row += len(next(iter(values.values())))
     joined = {name: np.concatenate([piece[name] for piece in pieces]) for name in pattern}
-    for name in joined.keys() & {"F", "G", "H"}:  # also where a problem replaces NaN
+    # The NaN that marks a failed element may have been replaced by the problem's `evaluate`.
+    for name in joined.keys() & {"F", "G", "H"}:
         joined[name][list(failures)] = np.nan
-    return joined, _not_finite(joined) | failures
+    return joined, _find_nonfinite(joined) | failures
 
 
 class _TolerantElement:
-    """Function that evaluates one element of a problem, and returns a `Failure` if it raises.
+    """Callable that evaluates one element of a problem and returns a `Failure` on error.
 
-    It is called as pymoo's own function is: `RayParallelization` sends the method ``__call__``.
+    A class, because pymoo's `RayParallelization` calls the method ``__call__`` by name.
     """
 
     def __init__(self, function: Callable[[Any], dict[str, Any]]) -> None:
@@ -112,55 +131,61 @@ class _TolerantElement:
             return Failure.of(error)
 
 
-def _by_halves(evaluate: Callable[[NDArray[Any]], Part], X: NDArray[Any]) -> list[Part | Exception]:
+def _evaluate_by_bisection(
+    evaluate: Callable[[NDArray[Any]], Part], X: NDArray[Any]
+) -> list[Part | Exception]:
     try:
         return [evaluate(X)]
     except Exception as error:  # a problem may raise anything
         if len(X) == 1:
             return [error]
     half = len(X) // 2
-    return _by_halves(evaluate, X[:half]) + _by_halves(evaluate, X[half:])
+    return _evaluate_by_bisection(evaluate, X[:half]) + _evaluate_by_bisection(evaluate, X[half:])
 
 
-def _missing(pattern: NDArray[Any]) -> NDArray[Any]:
-    """Return one row like those of `pattern`, without values."""
+def _build_missing_row(pattern: NDArray[Any]) -> NDArray[Any]:
+    """Return one row of NaN or None with the shape of a row of `pattern`."""
     value = np.nan if np.issubdtype(pattern.dtype, np.number) else None
     return np.full((1, *pattern.shape[1:]), value)
 
 
-def _not_finite(values: Values) -> dict[int, Failure]:
-    found: dict[int, Failure] = {}
-    for name in ("H", "G", "F"):  # of several causes the objectives are named
+def _find_nonfinite(values: Values) -> dict[int, Failure]:
+    failures: dict[int, Failure] = {}
+    for name in ("H", "G", "F"):  # F last, so that a NaN objective takes precedence as the cause.
         if name not in values:
             continue
         value = values[name]
         bad = ~np.isfinite(value) if name == "F" else np.isnan(value)
         for row in np.flatnonzero(bad.any(axis=1)):
             column = int(bad[row].argmax())
-            found[int(row)] = Failure(f"{name}[{column}] = {value[row, column]}")
-    return found
+            failures[int(row)] = Failure(f"{name}[{column}] = {value[row, column]}")
+    return failures
 
 
-def _guarded(problem: Problem, failures: dict[int, Failure]) -> Problem:
-    """Return a copy of an elementwise problem that puts failures of elements into `failures`.
+def _catch_failures(problem: Problem, failures: dict[int, Failure]) -> Problem:
+    """Return a copy of an elementwise problem that adds failed elements to `failures`.
 
-    The elements are evaluated by the problem itself, so that a counter in its `_evaluate` counts.
+    The original problem evaluates the elements, so that attributes that its `_evaluate` changes,
+    such as counters, stay up to date.
     """
 
     def run(f: Any, X: Any) -> list[dict[str, Any]]:
         results = list(problem.elementwise_runner(f, X))
-        done = next((out for out in results if not isinstance(out, Failure)), None)
+        success = next((out for out in results if not isinstance(out, Failure)), None)
         shapes = default_shape(problem, 1)
-        blank = {name: np.empty(shapes[name]) for name in ("F", "G", "H")}
-        if done is not None:
-            blank = {name: np.asarray([value]) for name, value in done.items()}
+        template = {name: np.empty(shapes[name]) for name in ("F", "G", "H")}
+        if success is not None:
+            template = {name: np.asarray([value]) for name, value in success.items()}
         for i, out in enumerate(results):
             if isinstance(out, Failure):
                 failures[i] = out
-                results[i] = {name: _missing(value)[0] for name, value in blank.items()}
+                results[i] = {
+                    name: _build_missing_row(value)[0] for name, value in template.items()
+                }
         return results
 
-    guarded: Problem = object.__new__(type(problem))  # pymoo's copy leaves the runner out
+    # pymoo's copy drops the runner, so the copy is built here.
+    guarded: Problem = object.__new__(type(problem))
     vars(guarded).update(
         vars(problem),
         elementwise_func=lambda _, *args: _TolerantElement(

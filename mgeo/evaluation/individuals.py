@@ -1,4 +1,4 @@
-"""Populations of pymoo, made and read at a fraction of the usual cost, and designs as numbers."""
+"""Fast construction and reading of pymoo populations, and conversion of designs to numbers."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -14,85 +14,119 @@ from mgeo._typing import BoolArray, FloatArray
 
 
 def individuals(X: NDArray[Any]) -> Population:
-    """New individuals at (n, n_var) design vectors, or (n,) of them that are objects.
+    """Build a population of unevaluated individuals.
 
-    They are copies of one blank individual, whose configuration they share: most of what the
-    constructor spends goes into a configuration of its own for each, and the memory and garbage
-    collection of that. Each has its own copy of its design, so that an archive which keeps few of
-    a batch does not keep the batch.
+    Replaces ``Population.new("X", X)``, which spends most of its time on a separate configuration
+    of each individual. Here, all individuals share one configuration.
+
+    Parameters
+    ----------
+    X : array, shape (n, n_var), or (n,) for designs that are objects
+        Design vectors. Each individual holds a copy of its row, so that an archived individual does
+        not keep the whole batch in memory.
+
+    Returns
+    -------
+    Population
+        n individuals.
     """
-    blank = vars(Individual())
-    made = np.empty(len(X), dtype=object)
+    template = vars(Individual())
+    population = np.empty(len(X), dtype=object)
     for i, design in enumerate(X):
-        individual = made[i] = Individual.__new__(Individual)
-        individual.__dict__ = {**blank, "_X": own(design), "data": {}, "evaluated": set()}
-    return made.view(Population)
+        individual = population[i] = Individual.__new__(Individual)
+        individual.__dict__ = {**template, "_X": own(design), "data": {}, "evaluated": set()}
+    return population.view(Population)
 
 
 def own(value: Any) -> Any:
-    """A copy of a row of an array, which would keep the whole array; anything else as it is."""
+    """Return a copy of an array, so that a row does not keep its table alive; else the object."""
     return value.copy() if isinstance(value, np.ndarray) else value
 
 
 def values_of(population: Population, name: str) -> NDArray[Any]:
-    """What `Population.get` gives for an attribute of individuals, such as "X" or "F"."""
+    """Return an attribute of all individuals, such as "X" or "F", as an array of n rows.
+
+    Faster equivalent of ``population.get(name)``.
+    """
     return np.array([getattr(individual, name) for individual in population.tolist()])
 
 
 def succeeded(population: Population) -> BoolArray:
-    """(n,) mask of the individuals that are not marked as failed by a `mgeo.TolerantEvaluator`."""
+    """Return the mask of the individuals that `mgeo.TolerantEvaluator` did not mark as failed."""
     return np.array([not mark for mark in population.get("failed")], dtype=np.bool_)
 
 
 def variable_names(problem: Problem) -> tuple[str, ...] | None:
-    """Names of the variables of a problem made by ``Problem(vars={...})``, else None."""
+    """Return the variable names of a problem built as ``Problem(vars={...})``, else None."""
     declared = getattr(problem, "vars", None)
     return None if declared is None else tuple(declared)
 
 
 def options_of(problem: Problem) -> dict[str, tuple[Any, ...]]:
-    """Options of each `Choice` among its variables, by name, in their order.
+    """Return the options of each `Choice` variable of a problem, by variable name.
 
     Raises
     ------
-    ValueError : if there are none, or equal ones.
+    ValueError
+        If a choice has no options or the same option twice.
     """
-    found: dict[str, tuple[Any, ...]] = {}
+    options_by_name: dict[str, tuple[Any, ...]] = {}
     for name, variable in (getattr(problem, "vars", None) or {}).items():
         if isinstance(variable, Choice):
-            given = variable.options
-            options = () if given is None else tuple(given)
+            declared = variable.options
+            options = () if declared is None else tuple(declared)
             if not options or any(option in options[:i] for i, option in enumerate(options)):
                 raise ValueError(
-                    f"{type(problem).__name__}.vars[{name!r}].options = {given!r:.80}: expected "
-                    "at least one, each once"
+                    f"{type(problem).__name__}.vars[{name!r}].options = {declared!r:.80}: expected "
+                    "at least one option and no duplicates"
                 )
-            found[name] = options
-    return found
+            options_by_name[name] = options
+    return options_by_name
 
 
 def numbers(
     designs: NDArray[Any], names: Sequence[str], options: Mapping[str, Sequence[Any]]
 ) -> FloatArray:
-    """(n, n_var) design vectors that are dicts, as numbers: of a choice that of its option.
+    """Convert designs that are dicts to an array of numbers.
 
-    KeyError or ValueError if a name is missing, an option not known, or a value no number.
+    Parameters
+    ----------
+    designs : array of dict, shape (n,)
+        Values by variable name.
+    names : sequence of str, length n_var
+        Variables in the order of the columns.
+    options : mapping of str to sequence
+        Options of each choice variable. The number of a choice is the index of its option.
+
+    Returns
+    -------
+    array of float, shape (n, n_var)
+
+    Raises
+    ------
+    KeyError
+        If a design lacks a variable.
+    ValueError
+        If a value is neither a number nor one of the options of its variable.
     """
-    found = np.empty((len(designs), len(names)))
+    table = np.empty((len(designs), len(names)))
     for j, name in enumerate(names):
         column = [design[name] for design in designs]
         if name in options:
             column = [options[name].index(value) for value in column]
-        found[:, j] = column
-    return found
+        table[:, j] = column
+    return table
 
 
 def as_numbers(problem: Problem, X: NDArray[Any]) -> NDArray[Any]:
-    """(n, n_var) design vectors as numbers, also where each of them is a dict.
+    """Convert designs of a problem, arrays or dicts, to numbers of shape (n, n_var).
+
+    Choices become the index of their option.
 
     Raises
     ------
-    ValueError : if a variable is not a number, nor one of the options of a choice.
+    ValueError
+        If a variable is neither a number nor one of the options of its choice.
     """
     names = variable_names(problem)
     try:

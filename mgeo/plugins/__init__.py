@@ -1,5 +1,5 @@
-"""Plugins: problems, algorithms and commands of other distributions.
+"""Plugins: problems, algorithms and commands that other distributions provide.
 
-`discovery` finds them, `problems` builds a problem by its name, `protocol` has the optional parts
-of a problem, `view` and `shown` what people are shown of solutions.
+`discovery` lists and imports plugins, `problems` builds a problem from its name and options,
+`protocol` defines the optional methods of a problem, `view` and `shown` present solutions.
 """

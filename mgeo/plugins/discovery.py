@@ -1,25 +1,25 @@
-"""Installed problems, algorithms and commands: found without an import, loaded on demand.
+"""Discovery of installed problems, algorithms and commands through entry points.
 
-A plugin is a distribution with an entry point in the group ``mgeo.problems`` that names a pymoo
-`Problem` class::
+Listing plugins reads metadata only; a plugin is imported when it is used. A problem, a class
+derived from pymoo's `Problem`, is declared in the entry-point group ``mgeo.problems``::
 
     [project.entry-points."mgeo.problems"]
     attitude = "mgeo_attitude:AttitudeManeuverProblem"
 
-An algorithm, a class derived from pymoo's `Algorithm`, has one in ``mgeo.algorithms``. Commands, a
-typer app, have one in ``mgeo.commands`` and appear as ``mgeo NAME ...``; a name with a dot adds
-commands to those of another distribution::
+An algorithm, a class derived from pymoo's `Algorithm`, is declared in ``mgeo.algorithms``. A typer
+app in ``mgeo.commands`` adds the commands ``mgeo NAME ...``; a name with a dot extends the commands
+of another distribution::
 
     [project.entry-points."mgeo.commands"]
     "attitude.calibration" = "mgeo_calibration.commands.app:app"
 
-Presets, ``options = {"preset": NAME}``, are listed in ``mgeo.presets`` for the completion of the
-command line, which reads the names only::
+Presets, used as ``options = {"preset": NAME}``, are declared in ``mgeo.presets``. Shell completion
+reads their names without importing them::
 
     [project.entry-points."mgeo.presets"]
     "attitude.paper" = "mgeo_attitude.scenario:Scenario.paper"
 
-Without an entry point a problem or an algorithm is named as ``module:Class``.
+A problem or an algorithm without an entry point is specified as ``module:Class``.
 """
 
 from __future__ import annotations
@@ -46,12 +46,20 @@ _MODULE_AND_CLASS = re.compile(r"\w+(\.\w+)*:\w+(\.\w+)*")
 
 
 class PluginError(ValueError):
-    """A plugin is missing, installed twice, does not load, or raises."""
+    """Error raised for a plugin that is missing, ambiguous, not importable, or that raises."""
 
 
 @contextmanager
 def code_of_others(what: str, *own: type[Exception]) -> Iterator[None]:
-    """Raise a `PluginError` that begins with `what` for any error but those of the kinds `own`."""
+    """Convert errors of plugin code to `PluginError`.
+
+    Parameters
+    ----------
+    what : str
+        Beginning of the message; the type and the text of the error follow.
+    *own : exception classes
+        Errors that pass unchanged.
+    """
     try:
         yield
     except Exception as error:
@@ -62,13 +70,14 @@ def code_of_others(what: str, *own: type[Exception]) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Plugin:
-    """An installed problem, algorithm or command, not imported yet.
+    """Entry point of an installed problem, algorithm or command, before its import.
 
     Attributes
     ----------
     name : str
+        Name of the entry point.
     distribution, version : str
-        The distribution that provides it; empty for ``module:Class``.
+        Name and version of the distribution that provides the plugin; empty for ``module:Class``.
     entry_point : EntryPoint
     """
 
@@ -79,18 +88,23 @@ class Plugin:
 
     @classmethod
     def of(cls, entry_point: EntryPoint) -> Plugin:
-        """Return the plugin of an entry point."""
+        """Build the plugin from an entry point."""
         owner = entry_point.dist
-        known = ("", "") if owner is None else (owner.name, owner.version)
-        return cls(entry_point.name, *known, entry_point)
+        provider = ("", "") if owner is None else (owner.name, owner.version)
+        return cls(entry_point.name, *provider, entry_point)
 
     def load(self) -> Any:
-        """Import the class of a problem or an algorithm, or the typer app of commands.
+        """Import the plugin.
+
+        Returns
+        -------
+        type or typer.Typer
+            Class of the problem or algorithm, or the app of commands.
 
         Raises
         ------
         PluginError
-            If the import fails, or the entry point names something else.
+            If the import fails, or if the imported object has the wrong type.
         """
         group = self.entry_point.group
         noun, path, expected = _KINDS[group]
@@ -113,32 +127,32 @@ class Plugin:
 
 
 def installed_plugins(group: str = PROBLEMS) -> list[Plugin]:
-    """Return the plugins of a group, sorted by name.
+    """Return the plugins of an entry-point group, sorted by name, without importing them.
 
     Raises
     ------
     PluginError
-        If two distributions claim the same name.
+        If two distributions declare the same name.
     """
-    found: dict[str, Plugin] = {}
+    plugins: dict[str, Plugin] = {}
     for plugin in map(Plugin.of, metadata.entry_points(group=group)):
-        other = found.setdefault(plugin.name, plugin)
+        other = plugins.setdefault(plugin.name, plugin)
         if other != plugin:
             owners = " and ".join(f"{p.distribution} {p.version}" for p in (other, plugin))
             raise PluginError(
                 f"the {_KINDS[group][0]} name {plugin.name!r} is claimed by {owners}: uninstall "
                 "one of them"
             )
-    return [found[name] for name in sorted(found)]
+    return [plugins[name] for name in sorted(plugins)]
 
 
 def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:
-    """Return the plugin of a name, not imported.
+    """Return the installed plugin with a name, without importing it.
 
     Raises
     ------
     PluginError
-        If there is none; the message lists what is installed.
+        If no plugin of the group has this name. The message lists the installed plugins.
     """
     plugins = {plugin.name: plugin for plugin in installed_plugins(group)}
     if name in plugins:
@@ -149,7 +163,7 @@ def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:
             f"no {noun} is called {name!r}: no {noun} is installed (in a checkout: pip install "
             "./problems/attitude)"
         )
-    from mgeo.validation.arguments import did_you_mean  # imports NumPy
+    from mgeo.validation.arguments import did_you_mean  # Deferred: imports NumPy.
 
     tests = f"; test problems have names as {', '.join(PREFIXES.values())}"
     raise PluginError(
@@ -159,7 +173,7 @@ def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:
 
 
 def plugin_versions(modules: Iterable[str]) -> dict[str, str]:
-    """Return distributions and versions of the plugins that provide these modules."""
+    """Return name and version of each distribution with a plugin in one of the modules."""
     tops = {module.partition(".")[0] for module in modules}
     return {
         plugin.distribution: plugin.version
@@ -169,30 +183,44 @@ def plugin_versions(modules: Iterable[str]) -> dict[str, str]:
 
 
 def preset_names(name: str) -> list[str]:
-    """Return the presets that plugins declare for a problem, sorted."""
+    """Return the names of the presets declared for a problem, sorted."""
     prefix = f"{name}."
     names = {entry.name for entry in metadata.entry_points(group=PRESETS)}
     return sorted(full.removeprefix(prefix) for full in names if full.startswith(prefix))
 
 
 def load_algorithm(name: str) -> Any:
-    """Return the class of an installed algorithm, or of ``module:Class``.
+    """Import the class of an algorithm.
+
+    Parameters
+    ----------
+    name : str
+        Name of an installed algorithm, or ``module:Class``.
 
     Raises
     ------
     PluginError
-        If there is none, or it does not load.
+        If there is no such algorithm, or if its import fails.
     """
     return class_of(name, ALGORITHMS) if ":" in name else find_plugin(name, ALGORITHMS).load()
 
 
 def class_of(name: str, group: str) -> Any:
-    """Import ``module:Class``; the module may be in the current folder.
+    """Import the problem or algorithm ``module:Class``; the module may be in the current folder.
+
+    The current folder is appended to ``sys.path``.
+
+    Parameters
+    ----------
+    name : str
+        Module and class, separated by a colon.
+    group : str
+        `PROBLEMS` or `ALGORITHMS`, for the expected base class.
 
     Raises
     ------
     PluginError
-        If the name is not of this form, or the module or class does not load.
+        If the name has another form, the import fails, or the class has another base class.
     """
     if not _MODULE_AND_CLASS.fullmatch(name):
         raise PluginError(f"{_KINDS[group][0]} {name!r}: expected module:Class")
@@ -201,7 +229,7 @@ def class_of(name: str, group: str) -> Any:
     return Plugin.of(EntryPoint(name, name, group)).load()
 
 
-#: Noun, base class, and description of what an entry point names, by group.
+#: Noun for messages, expected type, and description of the expected object, by group.
 _KINDS: Mapping[str, tuple[str, str, str]] = {
     PROBLEMS: ("problem", "pymoo.core.problem:Problem", "a class derived from {}"),
     ALGORITHMS: ("algorithm", "pymoo.core.algorithm:Algorithm", "a class derived from {}"),

@@ -1,4 +1,4 @@
-"""A problem by its name: an installed one, ``module:Class``, or one of a collection."""
+"""Construction of a problem from its name and options, and reading of scenario files."""
 
 from __future__ import annotations
 
@@ -28,36 +28,37 @@ if TYPE_CHECKING:
 def load_problem(
     name: str, options: Mapping[str, Any] | None = None, *, named: Collection[str] = ()
 ) -> Problem:
-    """Build the problem of a name.
+    """Build a problem from its name and options.
 
     Parameters
     ----------
     name : str
-        Of an installed problem, of a test problem with a prefix (`mgeo.benchmarks.collections`), or
-        ``module:Class``.
+        Name of an installed problem, name of a test problem with a prefix (see
+        `mgeo.benchmarks.collections`), or ``module:Class``.
     options : mapping, optional
-        Handed to the class method ``from_options(options)``, or as keywords to the constructor.
+        Options of the problem. They are passed to the class method ``from_options(options)`` if the
+        class defines one, otherwise to the constructor as keywords.
     named : collection of str
-        Names ``module:Class`` that the user gave. No other module is imported, as a name may come
-        from a file of somebody else.
+        Names ``module:Class`` that the user specified. Other modules are not imported, because
+        `name` may come from an untrusted file.
 
     Raises
     ------
     PluginError
-        If there is no such problem, it does not load, or its code raises.
+        If there is no such problem, its import fails, or its code raises.
     ValueError, TypeError
-        If the problem refuses an option.
+        If an option is unknown or invalid.
     """
     if not isinstance(options, Mapping | None):
         raise TypeError(f"options of {name!r} = {options!r:.80}: expected a table")
-    given = dict(options or {})
+    arguments = dict(options or {})
     if is_benchmark(name):
-        return _built(name, lambda: build_benchmark(name, given))
-    cls = _problem_class(name, named)
+        return _build(name, lambda: build_benchmark(name, arguments))
+    cls = _load_class(name, named)
     if is_own(cls, ProblemMixin.from_options):
-        return _built(name, (lambda: cls.from_options(given)) if given else cls)
-    refuse_unknown_options(name, cls, given)
-    return _built(name, lambda: cls(**given))
+        return _build(name, (lambda: cls.from_options(arguments)) if arguments else cls)
+    refuse_unknown_options(name, cls, arguments)
+    return _build(name, lambda: cls(**arguments))
 
 
 def read_scenario(
@@ -68,46 +69,54 @@ def read_scenario(
     *,
     named: Collection[str] = (),
 ) -> dict[str, Any]:
-    """Return the options of a problem from a TOML file or a preset.
+    """Return the options of a problem from a scenario file or a preset.
 
     Parameters
     ----------
     problem : str
-        Name of the problem. Its method ``read_files`` reads the files that the scenario names.
+        Name of the problem. The class method ``read_files`` of the problem, if defined, reads the
+        files that the scenario refers to.
     scenario : str or None
-        Path of a TOML file, relative to `folder`, or the name of a preset.
+        Path of a TOML file, relative to `folder`, or the name of a preset. None for no options.
+    folder : path
+        Folder of relative scenario paths.
     after : Path, optional
-        JSON file of an earlier result. Its contents become the option ``after``.
+        JSON file with an earlier result, whose content becomes the option ``after``.
     named : collection of str
-        As for `load_problem`.
+        Names ``module:Class`` that the user specified, see `load_problem`.
+
+    Returns
+    -------
+    dict of str to value
+        Options for `load_problem`.
 
     Raises
     ------
     OSError
-        If there is no such file.
+        If a file does not exist.
     ValueError
-        If a file is not TOML or JSON, or the problem refuses a file that the scenario names.
+        If a file is not valid TOML or JSON, or the problem rejects a file of the scenario.
     """
-    more = {} if after is None else {"after": read_json(after)}
+    result_options = {} if after is None else {"after": read_json(after)}
     if scenario is None:
-        return more
+        return result_options
     path = Path(scenario)
     if path.suffix != ".toml" and len(path.parts) == 1:
-        return {"preset": scenario, **more}
+        return {"preset": scenario, **result_options}
     path = Path(folder) / path
     if not path.is_file():
         raise FileNotFoundError(f"there is no scenario file {path}")
     text = read_text(path)
     with errors_of(path):
-        return _read_files(problem, tomllib.loads(text) | more, path.parent, named)
+        return _read_files(problem, tomllib.loads(text) | result_options, path.parent, named)
 
 
 def _read_files(
     name: str, options: dict[str, Any], folder: Path, named: Collection[str]
 ) -> dict[str, Any]:
-    """Let the problem read the files that a scenario names; `load_problem` refuses bad names."""
+    # Names that are unknown here pass unchanged: `load_problem` reports them.
     if is_own_class(name):
-        cls = _problem_class(name, named) if name in named else None
+        cls = _load_class(name, named) if name in named else None
     else:
         plugins = {plugin.name: plugin for plugin in installed_plugins()}
         cls = plugins[name].load() if name in plugins else None
@@ -120,22 +129,23 @@ def _read_files(
 
 
 def is_own_class(problem: str) -> bool:
-    """Return whether the name of a problem is ``module:Class``, and of no collection."""
+    """Return whether a problem is specified as ``module:Class``, without a collection's prefix."""
     return ":" in problem and not is_benchmark(problem)
 
 
-def _built(name: str, build: Callable[[], Problem]) -> Problem:
-    # a ValueError is the plugin's own message on an option; a TypeError is mostly Python's
+def _build(name: str, build: Callable[[], Problem]) -> Problem:
+    # A ValueError passes unchanged: it is the plugin's message about an option. A TypeError usually
+    # comes from Python and does not identify the problem.
     with code_of_others(f"problem {name!r} cannot be built:", ValueError, OSError):
         return build()
 
 
-def _problem_class(name: str, named: Collection[str]) -> Any:
+def _load_class(name: str, named: Collection[str]) -> Any:
     if not is_own_class(name):
         return find_plugin(name).load()
     if name not in named:
         raise PluginError(
-            f"problem {name!r}: its module is imported only if it is named: --problem {name}, "
+            f"problem {name!r}: its module is imported only if you specify it: --problem {name}, "
             f"in Python named=[{name!r}]"
         )
     return class_of(name, PROBLEMS)

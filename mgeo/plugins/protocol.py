@@ -1,4 +1,7 @@
-"""Optional parts of a problem: a base class with a default for each, and how mgeo calls them."""
+"""Optional methods of a problem: their defaults, and functions that call them.
+
+The rest of the package calls problems through these functions, which accept any pymoo problem.
+"""
 
 from __future__ import annotations
 
@@ -24,10 +27,10 @@ T = TypeVar("T")
 
 
 class ProblemMixin:
-    """Optional parts of a problem, each with a default.
+    """Base class with a default for each optional method of a problem.
 
-    mgeo accepts any pymoo `Problem` and uses the parts that the problem defines. A problem need not
-    inherit this class; a problem that does has the defaults as methods of its own. All designs are
+    mgeo accepts any pymoo `Problem` and uses the optional methods that the problem defines. A
+    problem need not derive from this class, which only adds the defaults. All designs are arrays of
     numbers: a choice is the index of its option.
 
     Attributes
@@ -36,8 +39,8 @@ class ProblemMixin:
         Names, with units, of variables, objectives and inequality constraints. Default: ``x1``...,
         ``f1``... and ``g1``....
     instance_of : str
-        Function of which the problem is one instance or size. Studies average over the instances
-        of a function before they compare algorithms.
+        Name of the test function of which the problem is one instance or size. Studies average over
+        the instances of a function before they compare algorithms.
 
     Examples
     --------
@@ -58,77 +61,123 @@ class ProblemMixin:
     instance_of: str = ""
 
     def view(self, X: ArrayLike) -> View:
-        """Return the view that people are shown of designs, shape (n, n_var), n >= 0."""
+        """Return the `View` that presents designs, shape (n, n_var), n >= 0."""
         from mgeo.plugins.view import View
 
         return View(self, X)
 
     def options(self) -> dict[str, Any] | None:
-        """Return the options that build this problem again, as JSON values.
+        """Return the options that rebuild this problem, as JSON values.
 
-        None, the default, stands for a problem that is built without arguments.
+        None, the default, means that the class is built without arguments.
         """
         return None
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any]) -> Any:
-        """Build the problem from options; by default they are the constructor's keywords."""
+        """Build the problem from options, by default as keywords of the constructor."""
         return cls(**options)
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-        """Return the options of a scenario file in `folder` with all files that they name read."""
+        """Read the files that the options of a scenario refer to.
+
+        Parameters
+        ----------
+        options : mapping
+            Content of the scenario file.
+        folder : Path
+            Folder of the scenario file, to which paths in `options` are relative.
+
+        Returns
+        -------
+        dict of str to value
+            Options in which the content of each file replaces its path.
+        """
         return dict(options)
 
     def robust(self) -> Problem | None:
-        """Return the problem whose objectives are robust quantiles, for ``--robust``, or None.
+        """Return the problem with quantiles over random errors as objectives, for ``--robust``.
 
-        The robust problem has `options`.
+        The returned problem must define `options`. None, the default, if there is no such problem.
         """
         return None
 
     def starts(self, n: int, random_state: np.random.Generator) -> FloatArray | None:
-        """Return n good initial designs, shape (n, n_var), for ``--starts``, or None."""
+        """Return n promising initial designs, for ``--starts``.
+
+        Parameters
+        ----------
+        n : int
+            Number of designs.
+        random_state : numpy.random.Generator
+
+        Returns
+        -------
+        array, shape (n, n_var), or None
+            None, the default, if the problem suggests no initial designs.
+        """
         return None
 
     def refine(self, X: FloatArray) -> Iterator[FloatArray] | None:
-        """Return an iterator over better designs in place of those of a front, or None.
+        """Refine the designs of a front locally, step by step.
 
-        Each step gives all designs, shape (m, n_var): first those in place of the n rows of `X`,
-        then further ones, never fewer than in the step before. Worse and infeasible designs are
-        not taken. The same `X` gives the same steps. A length hint serves ``--dry-run``.
+        Parameters
+        ----------
+        X : array, shape (n, n_var)
+            Designs of the front.
+
+        Returns
+        -------
+        iterator of arrays, shape (m, n_var), or None
+            Designs after each step. The first n rows replace the rows of `X`; further rows are new
+            designs, and m never decreases. mgeo ignores designs that are infeasible or worse. The
+            iterator must be deterministic. ``--dry-run`` uses its length hint, if any. None, the
+            default, if the problem has no refinement.
         """
         return None
 
     def recommended(self) -> dict[str, Any]:
-        """Return the defaults of ``mgeo solve``: keys ``starts``, ``polish`` and ``evaluations``.
+        """Return recommended settings of ``mgeo solve``.
 
-        They are the number of initial designs, whether the front is refined, and the evaluations
-        of a run that ends with a refinement.
+        Returns
+        -------
+        dict of str to value
+            Any of ``starts``, the number of initial designs; ``polish``, True to refine the front;
+            and ``evaluations``, the number of evaluations of a run that ends with a refinement.
         """
         return {}
 
     def at_stage(self, stage: int) -> Problem:
-        """Return the problem at a fidelity level of a search, from 0, lowest; see `MGEOStaged`."""
+        """Return the problem at a fidelity level, 0 being the lowest; see `mgeo.MGEOStaged`."""
         return self
 
     def indicator_space(self, F: ArrayLike) -> FloatArray | None:
-        """Return objectives as indicators see them, shape (n, n_obj), or None.
+        """Map objectives to the space in which quality indicators are computed.
 
-        The map keeps dominance, and the reference point of the hypervolume is (1, ..., 1). With
-        None, the default, indicators scale objectives by the fronts that were found.
+        Parameters
+        ----------
+        F : array_like, shape (n, n_obj)
+            Objectives.
+
+        Returns
+        -------
+        array, shape (n, n_obj), or None
+            Mapped objectives. The map must preserve dominance; the reference point of the
+            hypervolume is (1, ..., 1). With None, the default, objectives are scaled by the extent
+            of the combined front of all runs of a study.
         """
         return None
 
     @classmethod
     def solution_of(cls, document: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any] | None:
-        """Return options and design of a JSON document of this problem; None for another one."""
+        """Read the options and the design from a JSON document; None for other documents."""
         return None
 
     def document_of(self, x: FloatArray) -> dict[str, Any] | None:
-        """Return a design, shape (n_var,), as the JSON document that `solution_of` reads.
+        """Return a design, shape (n_var,), as a JSON document that `solution_of` reads.
 
-        None, the default, stands for mgeo's own format, which names the problem.
+        None, the default, selects mgeo's own format, which includes the name of the problem.
         """
         return None
 
@@ -136,13 +185,16 @@ class ProblemMixin:
 def ask(
     owner: Any, method: Callable[Concatenate[Any, P], T], *args: P.args, **kwargs: P.kwargs
 ) -> T:
-    """Call an optional method of a problem, or a method of its view.
+    """Call an optional method of a problem or view, or its default.
 
     Parameters
     ----------
     owner : Problem or View
+        Object whose method is called.
     method : function
-        Method of `ProblemMixin` or `View`; the method itself where the owner does not define one.
+        Method of `ProblemMixin` or `View`, called on `owner` if `owner` has no method of this name.
+    *args, **kwargs
+        Arguments of the method.
 
     Raises
     ------
@@ -157,28 +209,28 @@ def ask(
 
 
 def is_own(owner: Any, method: Callable[..., Any]) -> bool:
-    """Return whether a problem or view defines a method itself, such as ``View.describe``."""
+    """Return whether a problem or view overrides a default, for example ``View.describe``."""
     own = getattr(owner, method.__name__, None)
-    return own is not None and _function(own) is not _function(method)
+    return own is not None and _unwrap(own) is not _unwrap(method)
 
 
-def _function(method: Any) -> Any:
+def _unwrap(method: Any) -> Any:
     return getattr(method, "__func__", method)
 
 
 def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the names of the variables and of the objectives.
 
-    They are the problem's ``var_names`` and ``obj_names``, the keys of its ``vars``, or x1, x2, ...
-    and f1, f2, ....
+    Variables are named by ``var_names`` of the problem, else by the keys of its ``vars``, else x1,
+    x2, ...; objectives by ``obj_names``, else f1, f2, ....
 
     Raises
     ------
     PluginError
-        If a name is missing or occurs twice.
+        If the number of names is wrong, or a name occurs twice.
     """
-    variables = _names(problem, "var_names", "x", problem.n_var, variable_names(problem))
-    objectives = _names(problem, "obj_names", "f", problem.n_obj)
+    variables = _read_names(problem, "var_names", "x", problem.n_var, variable_names(problem))
+    objectives = _read_names(problem, "obj_names", "f", problem.n_obj)
     both = set(variables) & set(objectives)
     if both:
         raise PluginError(f"{min(both)!r} names both a variable and an objective")
@@ -186,24 +238,27 @@ def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 
 def constraint_names(problem: Problem) -> tuple[str, ...]:
-    """Return ``constraint_names``, or g1, g2, ..., of inequalities, and h1, ... of equalities.
+    """Return the names of the constraints, inequalities first.
+
+    Inequalities are named by ``constraint_names`` of the problem, else g1, g2, ...; equalities are
+    h1, h2, ....
 
     Raises
     ------
     PluginError
-        If a name is missing or occurs twice.
+        If the number of names is wrong, or a name occurs twice.
     """
     equalities = tuple(f"h{j + 1}" for j in range(problem.n_eq_constr))
-    return (*_names(problem, "constraint_names", "g", problem.n_ieq_constr), *equalities)
+    return (*_read_names(problem, "constraint_names", "g", problem.n_ieq_constr), *equalities)
 
 
-def _names(
+def _read_names(
     problem: Problem, attribute: str, letter: str, count: int, declared: Sequence[str] | None = None
 ) -> tuple[str, ...]:
-    given = getattr(problem, attribute, None)
-    if given is None:
-        given = declared or [f"{letter}{i + 1}" for i in range(count)]
-    names = tuple(given)
+    names = getattr(problem, attribute, None)
+    if names is None:
+        names = declared or [f"{letter}{i + 1}" for i in range(count)]
+    names = tuple(names)
     if len(set(names)) != count or len(names) != count:
         raise PluginError(
             f"{attribute} of {type(problem).__name__} = {list(names)}: expected {count} different "
@@ -213,7 +268,7 @@ def _names(
 
 
 def problem_size(problem: Problem) -> dict[str, Any]:
-    """Return names of variables and objectives, and the number of constraints, as JSON values."""
+    """Return variable names, objective names and number of constraints, as JSON values."""
     variables, objectives = column_names(problem)
     return {
         "variables": list(variables),
@@ -223,69 +278,83 @@ def problem_size(problem: Problem) -> dict[str, Any]:
 
 
 def indicator_space(problem: Problem) -> Callable[[ArrayLike], FloatArray] | None:
-    """Return the problem's ``indicator_space`` as a function; None if it defines none."""
+    """Return the ``indicator_space`` of the problem as a function, or None if not defined."""
     if not is_own(problem, ProblemMixin.indicator_space):
         return None
     return lambda F: np.asarray(ask(problem, ProblemMixin.indicator_space, F), dtype=float)
 
 
 def options(problem: Problem) -> dict[str, Any] | None:
-    """Return the problem's ``options()``, None if it has none."""
+    """Return the options that rebuild a problem, or None; see `ProblemMixin.options`."""
     return ask(problem, ProblemMixin.options)
 
 
 def robust(problem: Problem) -> Problem:
-    """Return the problem's ``robust()``.
+    """Return the robust version of a problem; see `ProblemMixin.robust`.
 
     Raises
     ------
     ValueError
-        If it has none.
+        If the problem has no robust version.
     """
-    found = ask(problem, ProblemMixin.robust)
-    if found is None:
+    robust_problem = ask(problem, ProblemMixin.robust)
+    if robust_problem is None:
         raise ValueError(f"{type(problem).__name__} has no robust(): expected a run without it")
-    return found
+    return robust_problem
 
 
 def refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
-    """Yield the designs of each step of the problem's ``refine(X)``, shape (m, n_var).
+    """Yield the designs after each step of a local refinement; see `ProblemMixin.refine`.
+
+    Parameters
+    ----------
+    problem : Problem
+    X : array, shape (n, n_var)
+        Designs of the front.
+
+    Yields
+    ------
+    array, shape (m, n_var)
+        Refined designs; m never decreases.
 
     Raises
     ------
     PluginError
-        If the problem has no refinement, or the refinement raises or loses designs: the front that
-        it refines has taken a whole run.
+        If the problem has no refinement, or if the refinement raises, returns arrays of another
+        width or returns fewer designs than before. Callers catch this error to keep the front.
     """
     steps = ask(problem, ProblemMixin.refine, X.copy())
     name = type(problem).__name__
     if steps is None:
         raise PluginError(f"problem {name} has no refine(): expected a run without --polish")
-    iterator, least = iter(steps), len(X)
+    iterator, n_rows = iter(steps), len(X)
     while True:
         with code_of_others(f"refine of problem {name} raised"):
             table = next(iterator, None)
         if table is None:
             return
         designs = np.array(table, dtype=float)
-        expected = least, X.shape[1]
-        if designs.ndim != 2 or designs.shape[1] != expected[1] or len(designs) < least:
+        expected = n_rows, X.shape[1]
+        if designs.ndim != 2 or designs.shape[1] != expected[1] or len(designs) < n_rows:
             raise PluginError(
                 f"refine(X) of problem {name} gives shape {designs.shape}: expected {expected}, or "
                 "more rows"
             )
-        least = len(designs)
+        n_rows = len(designs)
         yield designs
 
 
 class Recommended(NamedTuple):
-    """Defaults that a problem recommends for a run.
+    """Settings that a problem recommends for a run.
 
     Attributes
     ----------
-    starts : number of initial designs that the problem suggests.
-    polish : whether the front is refined at the end.
-    evaluations : evaluations of a run that ends with a refinement.
+    starts : int
+        Number of initial designs that the problem suggests.
+    polish : bool
+        True to refine the front at the end.
+    evaluations : int or None
+        Number of evaluations of a run that ends with a refinement.
     """
 
     starts: int = 0
@@ -294,10 +363,10 @@ class Recommended(NamedTuple):
 
 
 def recommended(problem: Problem) -> Recommended:
-    """Return what the problem's ``recommended()`` gives."""
+    """Return the settings that the problem recommends, with defaults for missing ones."""
     return Recommended(**ask(problem, ProblemMixin.recommended))
 
 
 def instance_of(problem: Problem) -> str:
-    """Return the function of which the problem is one instance or size; empty for none."""
+    """Return the name of the function of which the problem is an instance, or an empty string."""
     return str(getattr(problem, "instance_of", ""))

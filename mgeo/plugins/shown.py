@@ -1,4 +1,4 @@
-"""One solution as a document for a review, and its tables as text."""
+"""Document for the review of one solution, and conversion of its tables to text."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a review: paragraphs, then a table.
+    """Section of a review: a title, paragraphs, and an optional table.
 
     Attributes
     ----------
     title : str
     lines : tuple of str
-        Plain text, one paragraph each.
+        Paragraphs of plain text.
     table : DataFrame, optional
-        The index names the rows, unless it only counts them.
+        Table with row names as index, or with a RangeIndex for rows without names.
     note : str
         Text below the table.
     """
@@ -33,12 +33,12 @@ class Section:
 
 @dataclass(frozen=True)
 class Review:
-    """One solution as a document.
+    """Document for the review of one solution.
 
     Attributes
     ----------
     title : str
-        What is to be approved.
+        Title, for example the name of the maneuver that a reviewer approves.
     answer : str
         Summary of the solution in one line.
     sections : tuple of Section
@@ -50,11 +50,21 @@ class Review:
 
 
 def cells(table: pd.DataFrame, digits: int = 4) -> list[list[str]]:
-    """Return a table as text, column titles first, with `digits` digits of each float."""
+    """Return the rows of a table as text, column titles first.
+
+    Parameters
+    ----------
+    table : DataFrame
+        The index becomes the first column, unless it is a RangeIndex.
+    digits : int
+        Significant digits of floats. NaN becomes an empty string.
+    """
     import pandas as pd
 
     head = [str(name) for name in table.columns]
-    rows = [[_shown(value, digits) for value in row] for row in table.astype(object).to_numpy()]
+    rows = [
+        [_format_value(value, digits) for value in row] for row in table.astype(object).to_numpy()
+    ]
     if isinstance(table.index, pd.RangeIndex):
         return [head, *rows]
     return [
@@ -64,14 +74,14 @@ def cells(table: pd.DataFrame, digits: int = 4) -> list[list[str]]:
 
 
 def kinds_of(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return for each column of `cells` whether it is ``text`` or ``number``."""
+    """Return the kind of each column of `cells`, ``"text"`` or ``"number"``."""
     return [
-        "number" if all(_reads_as_number(value) for value in column[1:]) else "text"
+        "number" if all(_is_number(value) for value in column[1:]) else "text"
         for column in zip(*rows, strict=True)
     ]
 
 
-def _reads_as_number(value: str) -> bool:
+def _is_number(value: str) -> bool:
     try:
         float(value or "nan")
     except ValueError:
@@ -79,7 +89,7 @@ def _reads_as_number(value: str) -> bool:
     return True
 
 
-def _shown(value: object, digits: int) -> str:
+def _format_value(value: object, digits: int) -> str:
     if isinstance(value, float):
         return "" if value != value else f"{value:.{digits}g}"
     return str(value)

@@ -1,4 +1,7 @@
-"""The presentation of solutions: a base class whose defaults serve any pymoo problem."""
+"""Presentation of solutions: a base class with defaults for any pymoo problem.
+
+Reports, the explorer and the command line call the methods of a view.
+"""
 
 from __future__ import annotations
 
@@ -26,17 +29,17 @@ TOLERANCE = 1e-4
 class View:
     """Presentation of solutions of a problem; each method has a default for any problem.
 
-    A problem with more to say returns a subclass from its method ``view(X)``. A view is built once
-    for its solutions, so that an expensive evaluation can be a cached property that several
-    methods use. The methods `impossible`, `facts`, `notes` and `front_summary` describe the problem
-    and are also called on a view of no solutions.
+    A problem customizes its presentation by returning a subclass from its method ``view(X)``. mgeo
+    calls several methods of the same view; share expensive results between methods by a cached
+    property. The methods `impossible`, `facts`, `notes` and `front_summary` describe the problem
+    and are also called on a view without solutions.
 
     Parameters
     ----------
     problem : Problem
     X : array_like, shape (n, n_var)
-        Solutions as numbers, a choice as the index of its option, or as dicts of their variables;
-        n may be 0. One solution may be a row.
+        Solutions as numbers, with a choice as the index of its option, or as dicts by variable
+        name; n may be 0. An array of shape (n_var,) is one solution.
 
     Attributes
     ----------
@@ -46,7 +49,7 @@ class View:
     Raises
     ------
     ValueError
-        If `X` has another shape.
+        If `X` does not have n_var columns.
 
     Examples
     --------
@@ -66,35 +69,38 @@ class View:
 
     def __init__(self, problem: Problem, X: ArrayLike) -> None:
         self.problem = problem
-        self.X = _numbers(problem, X)
+        self.X = _convert_to_numbers(problem, X)
 
     @cached_property
     def F(self) -> FloatArray:
-        """Objectives, shape (n, n_obj): those of a run where they are known, else evaluated."""
+        """Objectives, shape (n, n_obj): the values passed to `view_of`, or else evaluated."""
         return self._values[0]
 
     def take(self, rows: ArrayLike) -> View:
-        """Return a view of some solutions, selected by row.
+        """Return a view of the solutions with the given row indices.
 
-        A subclass may hand over what it has evaluated already.
+        A subclass may override this method to pass on results that it has already computed.
         """
-        places = np.asarray(rows, dtype=np.int64)
-        known = self.F[places] if "F" in self.__dict__ else None
-        return view_of(self.problem, self.X[places], known)
+        indices = np.asarray(rows, dtype=np.int64)
+        known = self.F[indices] if "F" in self.__dict__ else None
+        return view_of(self.problem, self.X[indices], known)
 
     def describe(self) -> pd.DataFrame:
-        """Return a table with one row per solution, by default objectives and variables."""
+        """Return a table with one row per solution; by default, objectives and variables."""
         import pandas as pd
 
         variables, objectives = column_names(self.problem)
         return pd.DataFrame(np.hstack([self.F, self.X]), columns=[*objectives, *variables])
 
     def glance(self) -> pd.DataFrame:
-        """Return the columns of `describe` that take milliseconds, for sliders; by default all."""
+        """Return quick metrics of each solution, for interactive sliders.
+
+        A table with one row per solution, computed within milliseconds; by default, `describe`.
+        """
         return self.describe()
 
     def answers(self) -> list[str]:
-        """Return a summary of each solution in one line, by default its objectives."""
+        """Return a summary of each solution in one line; by default, its objectives."""
         _, names = column_names(self.problem)
         return [
             ", ".join(f"{name} {value:.5g}" for name, value in zip(names, row, strict=True))
@@ -102,50 +108,54 @@ class View:
         ]
 
     def limits(self) -> list[pd.DataFrame]:
-        """Return for each solution a table with one row per constraint, named by the index.
+        """Return the constraint table of each solution, with constraint names as index.
 
         Columns are ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit`` and
-        ``margin``, which is negative where the constraint is violated. By default ``value`` and
-        ``limit`` are NaN, as a pymoo problem gives margins only.
+        ``margin``. A negative margin is a violation. By default, ``value`` and ``limit`` are NaN,
+        because a pymoo problem provides only margins.
         """
         import pandas as pd
 
         index = pd.Index(constraint_names(self.problem), name="constraint", dtype=str)
-        other = {"unit": "", "value": np.nan, "bound": "at most", "limit": np.nan}
-        return [pd.DataFrame({**other, "margin": row}, index=index) for row in self.margins]
+        columns = {"unit": "", "value": np.nan, "bound": "at most", "limit": np.nan}
+        return [pd.DataFrame({**columns, "margin": row}, index=index) for row in self.margins]
 
     @cached_property
     def margins(self) -> FloatArray:
-        """Constraint margins, inequalities first, shape (n, n_ieq_constr + n_eq_constr)."""
+        """Constraint margins, shape (n, n_ieq_constr + n_eq_constr), inequalities first.
+
+        A negative margin is a violation.
+        """
         _, G, H = self._values
         return -excess(G, H)
 
     def arrays(self) -> dict[str, np.ndarray[Any, Any]]:
-        """Return further arrays to store with a front, shape (n, ...) each, by name; here none.
+        """Return additional arrays, shape (n, ...) each, to store with a front; none by default.
 
-        They are written into ``front.npz`` beside X, F, G and H, and read as
-        ``read_run(folder).outcome.arrays``.
+        A run stores them in ``front.npz`` next to X, F, G and H; ``read_run(folder)`` returns them
+        as ``outcome.arrays``.
         """
         return {}
 
     def remarks(self) -> list[str]:
-        """Return remarks about all solutions together, one line each; by default none."""
+        """Return remarks about the set of solutions, one line each; none by default."""
         return []
 
     def ways_out(self) -> list[str]:
-        """Return suggestions where no solution satisfies all constraints; by default none."""
+        """Return suggestions for a problem without feasible solutions; none by default."""
         return []
 
     def figures(self) -> dict[str, go.Figure]:
-        """Return figures of all solutions together, by default ``front``, see `plain_front`.
+        """Return figures of the set of solutions by name; by default ``front``, `plain_front`.
 
-        A report lets people click points of ``front`` whose ``customdata`` is their row.
+        Points of the figure ``front`` are clickable in reports if their ``customdata`` is the row
+        of the solution.
         """
         figure = self.plain_front(type(self.problem).__name__)
         return {} if figure is None else {"front": figure}
 
     def plain_front(self, title: str = "") -> go.Figure | None:
-        """Return the figure of a front with up to three objectives; None for more."""
+        """Return the figure of a front with up to three objectives, else None."""
         from mgeo.figures.front import MOST_OBJECTIVES, MOST_TEXTS, front_figure
 
         if self.problem.n_obj > MOST_OBJECTIVES:
@@ -155,13 +165,14 @@ class View:
         return front_figure(self.X, self.F, *column_names(self.problem), title, described)
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
-        """Return for each solution small figures, which may be animated; by default none."""
+        """Return small, possibly animated figures of each solution by name; none by default."""
         return [{} for _ in self.X]
 
     def drawings(self) -> list[dict[str, dict[str, Any]]]:
-        """Return `solution_figures` as dicts of ``data`` and ``layout`` with arrays.
+        """Return `solution_figures` as dicts with ``data`` and ``layout``, which contain arrays.
 
-        A subclass that makes dicts directly saves plotly's validation, nine tenths of the time.
+        A subclass that builds the dicts directly avoids the validation by plotly, which takes 90 %
+        of the time.
         """
         return [
             {name: figure.to_plotly_json() for name, figure in figures.items()}
@@ -169,7 +180,10 @@ class View:
         ]
 
     def review(self) -> Review:
-        """Return the only solution as a document, by default its description and constraints."""
+        """Return the review of a single solution; by default, its description and constraints.
+
+        The view must have exactly one solution.
+        """
         from mgeo.plugins.shown import Review, Section
 
         described, (limits,) = self.describe(), self.limits()
@@ -183,55 +197,57 @@ class View:
         return Review(title, answer, tuple(sections))
 
     def impossible(self) -> list[str]:
-        """Return reasons why no design satisfies the constraints, by default none."""
+        """Return reasons why the problem has no feasible design; none by default."""
         return []
 
     def facts(self) -> dict[str, str]:
-        """Return facts about the problem by name, for ``--dry-run`` and reports; default none."""
+        """Return facts about the problem by name for ``--dry-run`` and reports; none by default."""
         return {}
 
     def notes(self) -> list[str]:
-        """Return notes about the problem, for ``--dry-run``, one line each; by default none."""
+        """Return notes about the problem for ``--dry-run``, one line each; none by default."""
         return []
 
     def front_summary(self, F: FloatArray) -> dict[str, float]:
-        """Return numbers about a front, shape (n, n_obj), for the table of a study."""
+        """Return metrics of a front, shape (n, n_obj), for tables of studies; none by default."""
         return {}
 
     @cached_property
     def _values(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """F, G and H."""
-        from mgeo.algorithms.variables import designs_of  # with all algorithms
+        # F, G and H. Deferred import: it loads all algorithms.
+        from mgeo.algorithms.variables import designs_of
 
         problem = self.problem
         counts = problem.n_obj, problem.n_ieq_constr, problem.n_eq_constr
         if not len(self.X):
             F, G, H = (np.empty((0, count)) for count in counts)
             return F, G, H
-        found = problem.evaluate(
+        values = problem.evaluate(
             designs_of(problem, self.X.copy()),
             return_values_of=["F", "G", "H"],
             return_as_dictionary=True,
         )
-        F, G, H = (np.asarray(found[name], dtype=float) for name in "FGH")
+        F, G, H = (np.asarray(values[name], dtype=float) for name in "FGH")
         return F, G, H
 
 
 def view_of(problem: Problem, X: ArrayLike | None = None, F: FloatArray | None = None) -> View:
-    """Return the problem's view of solutions, by default a `View`.
+    """Return the view of solutions that a problem defines, by default a `View`.
 
     Parameters
     ----------
     problem : Problem
     X : array_like, shape (n, n_var), optional
-        Default: no solutions, for what describes the problem itself.
+        Solutions. The default is a view without solutions, which only describes the problem.
     F : array, shape (n, n_obj), optional
-        Objectives of the solutions, if they are known.
+        Objectives of the solutions, to avoid their evaluation.
 
     Raises
     ------
     PluginError
-        If the problem's ``view(X)`` raises.
+        If the method ``view(X)`` of the problem raises.
+    ValueError
+        If `X` does not have n_var columns.
 
     Examples
     --------
@@ -240,15 +256,15 @@ def view_of(problem: Problem, X: ArrayLike | None = None, F: FloatArray | None =
     >>> type(view_of(ZDT1(n_var=2), [[0.25, 0.0]])).__name__
     'View'
     """
-    given = np.empty((0, problem.n_var)) if X is None else _numbers(problem, X)
-    view = ask(problem, ProblemMixin.view, given)
+    designs = np.empty((0, problem.n_var)) if X is None else _convert_to_numbers(problem, X)
+    view = ask(problem, ProblemMixin.view, designs)
     if F is not None:
         view.F = F
     return view
 
 
 def front_of(view: View, title: str) -> go.Figure | None:
-    """Return the problem's own ``front`` or the plain one; None without solutions."""
+    """Return the figure ``front`` of a view or the plain front; None without solutions."""
     if not len(view.X):
         return None
     own = ask(view, View.figures).get("front") if is_own(view, View.figures) else None
@@ -256,15 +272,27 @@ def front_of(view: View, title: str) -> go.Figure | None:
 
 
 def excess(G: FloatArray, H: FloatArray) -> FloatArray:
-    """Return constraint violations, positive where violated, shape (n, n_ieq + n_eq)."""
+    """Return the excess over the bound of each constraint, positive where violated.
+
+    Parameters
+    ----------
+    G : array, shape (n, n_ieq_constr)
+        Inequality constraints, satisfied where G <= 0.
+    H : array, shape (n, n_eq_constr)
+        Equality constraints, satisfied where abs(H) <= `TOLERANCE`.
+
+    Returns
+    -------
+    array, shape (n, n_ieq_constr + n_eq_constr)
+    """
     return np.hstack([np.asarray(G, dtype=float), np.abs(np.asarray(H, dtype=float)) - TOLERANCE])
 
 
-def _numbers(problem: Problem, X: ArrayLike) -> FloatArray:
-    given = np.asarray(X)
-    if given.dtype == object:
-        given = as_numbers(problem, np.atleast_1d(given))
-    numbers: FloatArray = np.atleast_2d(np.array(given, dtype=float))
+def _convert_to_numbers(problem: Problem, X: ArrayLike) -> FloatArray:
+    designs = np.asarray(X)
+    if designs.dtype == object:
+        designs = as_numbers(problem, np.atleast_1d(designs))
+    numbers: FloatArray = np.atleast_2d(np.array(designs, dtype=float))
     if numbers.ndim != 2 or numbers.shape[1] != problem.n_var:
         raise ValueError(f"X of shape {np.shape(X)}: expected (n, {problem.n_var})")
     return numbers

@@ -1,4 +1,7 @@
-"""Checks that any plugin can run on itself: they need nothing but what `mgeo` needs."""
+"""Checks for plugin authors, to be called from the tests of a plugin.
+
+The checks have no dependencies beyond those of `mgeo`.
+"""
 
 from mgeo.testing.algorithm import check_algorithm
 from mgeo.testing.check import CheckError

@@ -1,4 +1,4 @@
-"""What any pymoo algorithm must do to be used in studies, on small problems."""
+"""Check of a pymoo algorithm against the requirements of studies, on small problems."""
 
 from __future__ import annotations
 
@@ -30,21 +30,32 @@ def check_algorithm(
     n_obj: tuple[int, ...] = (1, 2, 3),
     constraints: bool = True,
 ) -> None:
-    """Check an algorithm by short runs on small problems.
+    """Check in short runs on small problems that a pymoo algorithm can be used in studies.
+
+    The checks cover bounds, evaluation counts, the reported front, reproducibility by seed, ask and
+    tell, copies and pickles, and constraints. For algorithms of the MGEO family they also cover
+    `get_params` and the saving of a run.
 
     Parameters
     ----------
-    algorithm : a class that can be made without arguments, or an instance that has not been set
-        up; it is left as it is.
-    seed : of the runs.
-    n_gen : generations per run, at least 3.
-    n_var : variables of the problems.
-    n_obj : numbers of objectives it claims to treat.
-    constraints : whether it claims to treat inequality constraints.
+    algorithm : Algorithm or type
+        Instance before `setup`, which is not modified, or a class whose constructor needs no
+        arguments.
+    seed : int
+        Random seed of the runs.
+    n_gen : int
+        Generations per run, at least 3.
+    n_var : int
+        Number of variables of the problems.
+    n_obj : tuple of int
+        Numbers of objectives to check; leave out those that the algorithm does not support.
+    constraints : bool
+        False for an algorithm that does not support inequality constraints.
 
     Raises
     ------
-    CheckError : for the first rule that is broken.
+    CheckError
+        For the first rule that the algorithm violates.
 
     Examples
     --------
@@ -56,7 +67,10 @@ def check_algorithm(
         with no_error(f"{algorithm.__name__}() must be constructible without arguments"):
             algorithm = algorithm()
     require(isinstance(algorithm, Algorithm), f"{algorithm!r} is not a pymoo Algorithm")
-    require(algorithm.problem is None, "the algorithm has been set up: expected a fresh one")
+    require(
+        algorithm.problem is None,
+        "the algorithm has been set up: expected an algorithm before setup()",
+    )
     for count in n_obj:
         trial = _Trial(algorithm, Bowls(n_var, count), seed, n_gen)
         result, visited = trial.run()
@@ -79,7 +93,7 @@ class _Trial:
     n_gen: int
 
     def run(self, **options: Any) -> tuple[Result, FloatArray]:
-        """A run by `minimize`: its result, and all points evaluated, in order."""
+        """Run `minimize` and return its result and all evaluated points in order."""
         self.problem.seen.clear()
         with no_error(f"minimize with {self.problem.n_obj} objectives"):
             result = minimize(self.problem, self.algorithm, **self._options(), **options)
@@ -87,7 +101,7 @@ class _Trial:
         return result, np.concatenate(self.problem.seen)
 
     def set_up(self, generations: int = 0) -> Algorithm:
-        """Return a copy of the algorithm after some generations, to be run step by step."""
+        """Return a copy of the algorithm that is set up and has run some generations."""
         run = copy.deepcopy(self.algorithm).setup(self.problem, **self._options())
         for _ in range(generations):
             run.next()
@@ -97,21 +111,23 @@ class _Trial:
         return {"termination": ("n_gen", self.n_gen), "seed": self.seed}
 
 
-def _require_same(found: Any, expected: Result, rule: str) -> None:
-    """Compare points and objectives of two results (or of an algorithm's optimum and a result)."""
-    opt = found.opt
-    require(opt is not None and len(opt) > 0, f"{rule}: no solution was found this time")
+def _require_same(actual: Any, expected: Result, rule: str) -> None:
+    """Require equal points and objectives; `actual` is a result or an algorithm."""
+    opt = actual.opt
+    require(opt is not None and len(opt) > 0, f"{rule}: the repeated run found no solution")
     for key in ("X", "F"):
         require_equal(opt.get(key), expected.opt.get(key), f"{rule}: {key}")
 
 
 def _check_result(trial: _Trial, result: Result, visited: FloatArray) -> None:
     problem, where = trial.problem, f"{trial.problem.n_obj} objectives"
-    inside = (visited >= problem.xl) & (visited <= problem.xu)
-    require(inside.all(), f"{where}: points out of bounds were evaluated: {visited[~inside][:3]}")
+    is_inside = (visited >= problem.xl) & (visited <= problem.xu)
+    require(
+        is_inside.all(), f"{where}: points out of bounds were evaluated: {visited[~is_inside][:3]}"
+    )
     count = result.algorithm.evaluator.n_eval
     require(count == len(visited), f"{where}: n_eval = {count} after {len(visited)} evaluations")
-    require(result.X is not None, f"{where}: nothing was found")
+    require(result.X is not None, f"{where}: no solution was found")
     X, F = np.atleast_2d(result.X), np.atleast_2d(result.F)
     require_equal(F, problem.evaluate(X), f"{where}: res.F must be the objectives of res.X", 1e-12)
     distinct = np.unique(F, axis=0)
@@ -122,72 +138,79 @@ def _check_result(trial: _Trial, result: Result, visited: FloatArray) -> None:
 
 
 def _check_seeds(trial: _Trial, result: Result, visited: FloatArray) -> None:
-    before = _global_state()
-    again, revisited = trial.run()
-    require_equal(revisited, visited, "same seed, same points")
-    _require_same(again, result, "same seed, same result")
-    _, elsewhere = replace(trial, seed=trial.seed + 1).run()
-    require(not np.array_equal(visited, elsewhere), "another seed, the same points")
+    state_before = _read_global_state()
+    repeated_result, repeated_points = trial.run()
+    require_equal(repeated_points, visited, "same seed, same points")
+    _require_same(repeated_result, result, "same seed, same result")
+    _, points_of_other_seed = replace(trial, seed=trial.seed + 1).run()
     require(
-        _global_state() == before, "numpy's global random state was used: draw from random_state"
+        not np.array_equal(visited, points_of_other_seed),
+        "another seed, the same points: expected other points",
+    )
+    require(
+        _read_global_state() == state_before,
+        "numpy's global random state was used: draw from random_state",
     )
 
 
-def _global_state() -> bytes:
-    # The legacy state is not used here, only watched.
+def _read_global_state() -> bytes:
+    # The legacy state is only compared, never used to draw numbers.
     return pickle.dumps(np.random.get_state())  # noqa: NPY002
 
 
 def _check_ask_and_tell(trial: _Trial, result: Result) -> None:
     with no_error("ask and tell"):
-        asked = trial.set_up()
-        while asked.has_next():
-            infills = asked.ask()
-            asked.evaluator.eval(trial.problem, infills)
-            asked.tell(infills=infills)
-    _require_same(asked, result, "ask and tell, as minimize")
+        algorithm = trial.set_up()
+        while algorithm.has_next():
+            infills = algorithm.ask()
+            algorithm.evaluator.eval(trial.problem, infills)
+            algorithm.tell(infills=infills)
+    _require_same(algorithm, result, "a run by ask and tell must equal a run by minimize")
 
 
 def _check_copies(trial: _Trial, result: Result) -> None:
     with no_error("deepcopy in the middle of a run"):
         run = trial.set_up(2)
         duplicate = copy.deepcopy(run)
-        _require_same(run.run(), result, "a run that was copied midway")
-        _require_same(duplicate.run(), result, "the copy of a run made midway")
+        _require_same(run.run(), result, "a run must not change when it is copied midway")
+        _require_same(duplicate.run(), result, "a copy made midway must continue as the run does")
     with no_error("pickle the algorithm"):
-        revived = pickle.loads(pickle.dumps(trial.algorithm))
-    _require_same(replace(trial, algorithm=revived).run()[0], result, "a pickled copy, as itself")
+        unpickled = pickle.loads(pickle.dumps(trial.algorithm))
+    rule = "a pickled copy must run as the algorithm itself"
+    _require_same(replace(trial, algorithm=unpickled).run()[0], result, rule)
 
 
 def _check_parameters(trial: _Trial, result: Result) -> None:
     cls = type(trial.algorithm)
-    with no_error("get_params(), each parameter of the constructor kept under its name"):
-        found = trial.algorithm.get_params()
-        again = cls(**found)
-    for name, value in again.get_params().items():
+    with no_error("get_params() needs each constructor parameter as an attribute of the same name"):
+        params = trial.algorithm.get_params()
+        duplicate = cls(**params)
+    for name, value in duplicate.get_params().items():
         require(
-            np.array_equal(value, found[name]),
-            f"{cls.__name__}({name}={found[name]!r:.80}) keeps {name} = {value!r:.80}: expected "
-            "each parameter to be kept as it was given",
+            np.array_equal(value, params[name]),
+            f"{cls.__name__}({name}={params[name]!r:.80}) has {name} = {value!r:.80}: expected "
+            "the attribute to equal the constructor argument",
         )
-    rule = "an algorithm made from get_params(), as itself"
-    _require_same(replace(trial, algorithm=again).run()[0], result, rule)
+    rule = "an algorithm built from get_params() must run as the original"
+    _require_same(replace(trial, algorithm=duplicate).run()[0], result, rule)
 
 
 def _check_restored(trial: _Trial, result: Result) -> None:
     try:
         saved = capture(trial.set_up(2))
-    except TypeError:  # it says itself that it cannot be kept
+    except TypeError:  # The algorithm cannot be saved, and `capture` reports it.
         return
-    with no_error("a run that was kept and restored midway"):
+    with no_error("a run that was saved and restored midway"):
         restored = restore(saved, trial.problem, trial.algorithm)
-        _require_same(restored.run(), result, "a run that was kept and restored midway")
+        _require_same(restored.run(), result, "a run that was saved and restored midway")
 
 
 def _check_constraints(trial: _Trial) -> None:
     sizes = trial.problem.n_var, trial.problem.n_obj
     half, _ = replace(trial, problem=Bowls(*sizes, "half")).run()
-    require(half.X is not None, "half of the points are feasible: none was found")
+    require(
+        half.X is not None, "half of the points are feasible, but the run found no feasible point"
+    )
     require(np.all(np.atleast_2d(half.X)[:, 0] >= 0), f"infeasible points returned: {half.X}")
     impossible = replace(trial, problem=Bowls(*sizes, "impossible"))
     none, _ = impossible.run()
@@ -197,12 +220,19 @@ def _check_constraints(trial: _Trial) -> None:
 
 
 class Bowls(Problem):
-    """Squared distances to n_obj centers within [-2, 2]^n_var; they conflict.
+    """Test problem whose objectives are squared distances to n_obj centers in [-2, 2]^n_var.
 
     Parameters
     ----------
-    n_var, n_obj : numbers of variables and objectives.
-    constraint : "half" the points are feasible (x_1 >= 0), or none is ("impossible").
+    n_var, n_obj : int
+        Numbers of variables and objectives.
+    constraint : {"none", "half", "impossible"}
+        Constraint that all points, half of the points (x_1 >= 0) or no points satisfy.
+
+    Attributes
+    ----------
+    seen : list of arrays, shape (n, n_var)
+        Evaluated points, one array per batch.
     """
 
     def __init__(self, n_var: int = 4, n_obj: int = 2, constraint: Constraint = "none") -> None:

@@ -1,4 +1,4 @@
-"""How a check of a plugin fails."""
+"""Error of a failed plugin check, and helpers that raise it."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,28 +8,41 @@ from numpy.typing import ArrayLike
 
 
 class CheckError(AssertionError):
-    """A plugin breaks a rule; the message names the rule, the value and what was expected."""
+    """Error raised for a plugin that violates a rule.
+
+    The message states the rule, the value and the expected value.
+    """
 
 
 def require(condition: bool | np.bool_, message: str) -> None:
-    """Raise `CheckError` with `message` unless `condition` holds."""
+    """Raise CheckError with `message` if `condition` is false."""
     if not condition:
         raise CheckError(message)
 
 
 def require_equal(found: ArrayLike, expected: ArrayLike, rule: str, rtol: float = 0.0) -> None:
-    """Raise `CheckError` unless two arrays agree in shape and value, NaN being equal to NaN."""
+    """Raise CheckError if two arrays differ in shape or value.
+
+    Parameters
+    ----------
+    found, expected : array_like
+        Numbers; NaN equals NaN.
+    rule : str
+        Beginning of the message.
+    rtol : float
+        Relative tolerance.
+    """
     a, b = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
     require(a.shape == b.shape, f"{rule}: got shape {a.shape}, expected {b.shape}")
-    same = np.isclose(a, b, rtol=rtol, atol=0, equal_nan=True)
-    if not same.all():
-        at = tuple(int(i) for i in np.argwhere(~same)[0])
+    is_close = np.isclose(a, b, rtol=rtol, atol=0, equal_nan=True)
+    if not is_close.all():
+        at = tuple(int(i) for i in np.argwhere(~is_close)[0])
         raise CheckError(f"{rule}: got {a[at]} at {at}, expected {b[at]}")
 
 
 @contextmanager
 def no_error(rule: str) -> Iterator[None]:
-    """Raise a `CheckError` that begins with `rule` for any error."""
+    """Convert any error to a CheckError whose message begins with `rule`."""
     try:
         yield
     except CheckError:

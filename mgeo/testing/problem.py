@@ -1,4 +1,4 @@
-"""Rules of the plugin protocol for problems."""
+"""Check of a problem against the plugin protocol."""
 
 import json
 import pickle
@@ -25,25 +25,25 @@ Values = Mapping[str, FloatArray]
 def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: float = 1e-12) -> None:
     """Check a problem against the plugin protocol.
 
-    The problem is evaluated at random points and at both corners of its bounds. Optional parts, the
-    methods of `mgeo.ProblemMixin` and the view, are checked where the problem defines them.
+    The problem is evaluated at random points and at its lower and upper bounds. Optional methods of
+    `mgeo.ProblemMixin` and the view are checked if the problem defines them.
 
     Parameters
     ----------
     problem : Problem
-        The class must also be constructible without arguments.
+        Problem whose class can be constructed without arguments.
     seed : int
         Seed of the random points.
     n_points : int
         Number of random points, at least 2.
     rtol : float
-        Relative tolerance between values of the same point in different batches, as vectorized
-        sums may round differently. The same batch must give the same values exactly.
+        Relative tolerance between values of the same point in different batches, because vectorized
+        sums may round differently. Repeated evaluations of a batch must agree exactly.
 
     Raises
     ------
     CheckError
-        For the first rule that is broken.
+        For the first rule that the problem violates.
 
     Examples
     --------
@@ -71,20 +71,20 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
 
 
 def _evaluate(problem: Problem, X: FloatArray) -> Values:
-    """Evaluate F, G and H of the rows of `X`, which must not be modified."""
-    given = designs_of(problem, X.copy())
+    """Return F, G and H at the rows of `X` and check that `evaluate` does not modify them."""
+    designs = designs_of(problem, X.copy())
     with no_error("evaluate(X)"):
-        out = problem.evaluate(given, return_values_of=["F", "G", "H"], return_as_dictionary=True)
-        left = as_numbers(problem, given)
-    require_equal(left, X, "evaluate(X) must not modify X")
+        out = problem.evaluate(designs, return_values_of=["F", "G", "H"], return_as_dictionary=True)
+        X_after = as_numbers(problem, designs)
+    require_equal(X_after, X, "evaluate(X) must not modify X")
     return {key: np.asarray(out[key]) for key in ("F", "G", "H")}
 
 
 def _require_values(
     problem: Problem, X: FloatArray, expected: Values, rule: str, rtol: float = 0
 ) -> None:
-    for key, found in _evaluate(problem, X).items():
-        require_equal(found, expected[key], f"{key}, {rule}", rtol)
+    for key, value in _evaluate(problem, X).items():
+        require_equal(value, expected[key], f"{key}, {rule}", rtol)
 
 
 def _check_evaluation(problem: Problem, X: FloatArray) -> Values:
@@ -93,66 +93,72 @@ def _check_evaluation(problem: Problem, X: FloatArray) -> Values:
     for key, count in counts.items():
         shape = values[key].shape
         require(shape == (len(X), count), f"{key} of shape {shape}: expected {(len(X), count)}")
-        finite = np.isfinite(values[key]).all(axis=1)
-        bad = f"{key} of {np.count_nonzero(~finite)} of {len(X)} points is not finite"
-        require(finite.all(), f"{bad} (or was never set), such as at x = {X[~finite][:1]}")
+        is_finite = np.isfinite(values[key]).all(axis=1)
+        message = f"{key} of {np.count_nonzero(~is_finite)} of {len(X)} points is not finite"
+        require(
+            is_finite.all(), f"{message} (or was never set), such as at x = {X[~is_finite][:1]}"
+        )
     _require_values(problem, X, values, "evaluated again")
     return values
 
 
 def _check_batches(problem: Problem, X: FloatArray, values: Values, rtol: float) -> None:
     for i in range(len(X)):
-        alone = {key: value[i : i + 1] for key, value in values.items()}
-        _require_values(problem, X[i : i + 1], alone, f"row {i} evaluated alone", rtol)
-    reverse = {key: value[::-1] for key, value in values.items()}
-    _require_values(problem, X[::-1].copy(), reverse, "rows evaluated in reverse order", rtol)
+        row_values = {key: value[i : i + 1] for key, value in values.items()}
+        _require_values(problem, X[i : i + 1], row_values, f"row {i} evaluated alone", rtol)
+    reversed_values = {key: value[::-1] for key, value in values.items()}
+    rule = "rows evaluated in reverse order"
+    _require_values(problem, X[::-1].copy(), reversed_values, rule, rtol)
 
 
 def _check_copies(problem: Problem, X: FloatArray, values: Values) -> None:
     with no_error("pickle the problem"):
-        revived = pickle.loads(pickle.dumps(problem))
-    _require_values(revived, X, values, "evaluated by a pickled copy")
+        unpickled = pickle.loads(pickle.dumps(problem))
+    _require_values(unpickled, X, values, "evaluated by a pickled copy")
     with no_error(f"{type(problem).__name__}() must be constructible without arguments"):
         type(problem)()
 
 
 def _check_indicator_space(problem: Problem, F: FloatArray) -> None:
-    given = F.copy()
+    argument = F.copy()
     with no_error("indicator_space(F)"):
-        found = ask(problem, ProblemMixin.indicator_space, given)
-    require_equal(given, F, "indicator_space(F) must not modify F")
-    if found is not None:
-        space = np.asarray(found)
-        require(space.shape == F.shape, f"indicator_space(F) of shape {space.shape}: {F.shape}")
+        mapped = ask(problem, ProblemMixin.indicator_space, argument)
+    require_equal(argument, F, "indicator_space(F) must not modify F")
+    if mapped is not None:
+        space = np.asarray(mapped)
+        require(
+            space.shape == F.shape,
+            f"indicator_space(F) of shape {space.shape}: expected {F.shape}",
+        )
         require(
             np.array_equal(nondominated(space), nondominated(F)),
-            "indicator_space(F) must keep which points dominate which",
+            "indicator_space(F) must preserve dominance between points",
         )
 
 
 def _check_starts(problem: Problem, seed: int) -> None:
     with no_error("starts(n, random_state)"):
-        found, again = (
+        designs, repeated = (
             ask(problem, ProblemMixin.starts, 3, np.random.default_rng(seed)) for _ in range(2)
         )
-    if found is None or again is None:
+    if designs is None or repeated is None:
         return
-    shape, expected = np.shape(found), (3, problem.n_var)
+    shape, expected = np.shape(designs), (3, problem.n_var)
     require(shape == expected, f"starts(n, random_state) of shape {shape}: expected {expected}")
-    require_equal(again, found, "starts(n, random_state), of the same seed")
-    _evaluate(problem, np.asarray(found, dtype=float))
+    require_equal(repeated, designs, "starts(n, random_state), called again with the same seed")
+    _evaluate(problem, np.asarray(designs, dtype=float))
 
 
 def _check_refinement(problem: Problem, X: FloatArray) -> None:
     with no_error("recommended()"):
-        advised = protocol.recommended(problem)
-    for wanted, method in (
-        (advised.starts, ProblemMixin.starts),
-        (advised.polish, ProblemMixin.refine),
+        settings = protocol.recommended(problem)
+    for setting, method in (
+        (settings.starts, ProblemMixin.starts),
+        (settings.polish, ProblemMixin.refine),
     ):
         require(
-            not wanted or is_own(problem, method),
-            f"recommended() = {advised._asdict()}: the problem has no {method.__name__}()",
+            not setting or is_own(problem, method),
+            f"recommended() = {settings._asdict()}: the problem has no {method.__name__}()",
         )
     if is_own(problem, ProblemMixin.refine):
         with no_error("refine(X)"):
@@ -164,23 +170,30 @@ def _check_stages(problem: Problem, X: FloatArray, values: Values) -> None:
     for stage in range(len(MGEOStaged().stages)):
         with no_error(f"at_stage({stage})"):
             level = ask(problem, ProblemMixin.at_stage, stage)
-        require(isinstance(level, Problem), f"at_stage({stage}) is no pymoo Problem: {level!r}")
-        for key, found in _evaluate(level, X).items():
+        require(
+            isinstance(level, Problem), f"at_stage({stage}) = {level!r}: expected a pymoo Problem"
+        )
+        for key, value in _evaluate(level, X).items():
             expected = values[key].shape
-            require(found.shape == expected, f"{key} of at_stage({stage}): expected {expected}")
+            message = f"{key} of at_stage({stage}) of shape {value.shape}: expected {expected}"
+            require(value.shape == expected, message)
     _require_values(problem, X, values, "evaluated after at_stage(k)")
 
 
 def _check_options(problem: Problem, X: FloatArray, values: Values) -> None:
-    with no_error("options(), a dict that survives JSON"):
+    with no_error("options() must return JSON values"):
         options = protocol.options(problem)
-        revived = json.loads(json.dumps(options, allow_nan=False))
+        decoded = json.loads(json.dumps(options, allow_nan=False))
     if options is None:
         return
-    require(revived == options, f"options() = {options!r}: comes back from JSON as {revived!r}")
+    require(decoded == options, f"options() = {options!r}: comes back from JSON as {decoded!r}")
     cls: Any = type(problem)
     with no_error("build the problem from its options()"):
         build = getattr(cls, "from_options", None)
-        again = cls(**revived) if build is None else build(revived)
-    require(again.options() == options, "a problem built from options() has other options()")
-    _require_values(again, X, values, "evaluated by a problem built from options()")
+        rebuilt = cls(**decoded) if build is None else build(decoded)
+    require(
+        rebuilt.options() == options,
+        f"options() of a problem built from options() = {rebuilt.options()!r}: expected "
+        f"{options!r}",
+    )
+    _require_values(rebuilt, X, values, "evaluated by a problem built from options()")

@@ -1,4 +1,4 @@
-"""Rules for the view of a problem."""
+"""Check of the view of a problem."""
 
 import json
 from typing import Any
@@ -18,12 +18,20 @@ _LIMIT_COLUMNS = {"unit", "value", "bound", "limit", "margin"}
 
 
 def check_view(problem: Problem, X: FloatArray, F: FloatArray) -> None:
-    """Check what the problem's view gives of designs, shape (n, n_var), and of none.
+    """Check the view of a problem, with solutions and without.
+
+    Parameters
+    ----------
+    problem : Problem
+    X : array, shape (n, n_var)
+        Solutions, n > 0.
+    F : array, shape (n, n_obj)
+        Objectives of the solutions.
 
     Raises
     ------
     CheckError
-        For the first rule that is broken.
+        For the first rule that the view violates.
     """
     with no_error("view(X)"):
         view, empty = view_of(problem, X), view_of(problem)
@@ -41,28 +49,28 @@ def check_view(problem: Problem, X: FloatArray, F: FloatArray) -> None:
         _require(set(table.columns) >= _LIMIT_COLUMNS, "limits", table, f"{_LIMIT_COLUMNS}")
     for figures in lists["solution_figures"]:
         for name, figure in figures.items():
-            with no_error(f"solution_figures(), {name!r} as a figure that moves or does not"):
+            with no_error(f"solution_figures(), {name!r} as a still or animated figure"):
                 check_motion(figure)
     for name in _LINES:
         lines = _call(view, name)
         are_texts = isinstance(lines, list) and all(isinstance(line, str) for line in lines)
         _require(are_texts, name, lines, "a list of texts")
-    for given, name, kind in ((view, "figures", dict), (view.take([0]), "review", Review)):
-        found = _call(given, name)
-        _require(isinstance(found, kind), name, found, f"a {kind.__name__}")
+    for presented, name, kind in ((view, "figures", dict), (view.take([0]), "review", Review)):
+        value = _call(presented, name)
+        _require(isinstance(value, kind), name, value, f"a {kind.__name__}")
     for name in ("impossible", "notes", "facts"):
         _call(empty, name)
-    with no_error("front_summary(F), numbers as JSON has them"):
+    with no_error("front_summary(F) must return JSON values"):
         json.dumps(empty.front_summary(F.copy()))
 
 
 def _call(view: View, method: str) -> Any:
-    before = view.X.copy()
+    X_before = view.X.copy()
     with no_error(f"{method}() of the view"):
-        given = getattr(view, method)()
-    require_equal(view.X, before, f"{method}() of the view must not modify X")
-    return given
+        value = getattr(view, method)()
+    require_equal(view.X, X_before, f"{method}() of the view must not modify X")
+    return value
 
 
-def _require(condition: bool, method: str, given: Any, expected: str) -> None:
-    require(condition, f"{method}() of the view = {given!r:.80}: expected {expected}")
+def _require(condition: bool, method: str, value: Any, expected: str) -> None:
+    require(condition, f"{method}() of the view = {value!r:.80}: expected {expected}")

@@ -1,5 +1,5 @@
-"""Checks of user input: each error names the value, what was expected, and where.
+"""Validation of user input; each error states the value, the expectation and the place.
 
-`arguments` checks arguments of functions, `entries` entries of files, `tables` whole files by
-pydantic models.
+`arguments` validates function arguments, `constructors` reads constructor parameters, `entries`
+validates single entries of files, and `tables` validates whole files with pydantic models.
 """

@@ -1,4 +1,4 @@
-"""Checks of arguments: each error names the value and what was expected."""
+"""Validation of function arguments; each error states the value and the expectation."""
 
 import difflib
 import math
@@ -13,31 +13,55 @@ T = TypeVar("T")
 
 
 def validate_integer(name: str, value: Any, *, low: int, high: int | None = None) -> int:
-    """An int of at least `low` and, if that is given, at most `high`.
+    """Return an argument as an int in [low, high].
+
+    Parameters
+    ----------
+    name : str
+        Name of the argument, for the message.
+    value : int or NumPy integer
+    low : int
+        Smallest allowed value.
+    high : int, optional
+        Largest allowed value.
 
     Raises
     ------
-    TypeError : for anything but an integer (bool included).
-    ValueError : if out of range.
+    TypeError
+        If the value is not an integer. A bool is not accepted.
+    ValueError
+        If the value is out of range.
     """
-    limits = f"of at least {low}" if high is None else f"from {low} to {high:,}"
+    allowed = f"of at least {low}" if high is None else f"from {low} to {high:,}"
     if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):
-        raise TypeError(f"{name} = {value!r}: expected an integer {limits}")
+        raise TypeError(f"{name} = {value!r}: expected an integer {allowed}")
     converted = int(value)
     if converted < low or (high is not None and converted > high):
-        raise ValueError(f"{name} = {value!r}: expected an integer {limits}")
+        raise ValueError(f"{name} = {value!r}: expected an integer {allowed}")
     return converted
 
 
 def validate_number(
     name: str, value: Any, *, above: float = -math.inf, low: float = -math.inf
 ) -> float:
-    """A finite float, greater than `above` and not less than `low`.
+    """Return an argument as a finite float within bounds.
+
+    Parameters
+    ----------
+    name : str
+        Name of the argument, for the message.
+    value : int, float or NumPy number
+    above : float
+        Exclusive lower bound.
+    low : float
+        Inclusive lower bound.
 
     Raises
     ------
-    TypeError : for anything but a real number (bool included).
-    ValueError : if out of range.
+    TypeError
+        If the value is not a real number. A bool is not accepted.
+    ValueError
+        If the value is not finite or out of range.
     """
     expected = f"a finite number {f'> {above:g}' if above > -math.inf else f'>= {low:g}'}"
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
@@ -49,14 +73,17 @@ def validate_number(
 
 
 def validate_fraction(name: str, value: Any) -> float:
-    """A number in [0, 1]; raises as `validate_number`."""
+    """Return an argument as a float in [0, 1]; errors as in `validate_number`."""
     if (converted := validate_number(name, value, low=0)) > 1:
         raise ValueError(f"{name} = {value!r}: expected a number in [0, 1]")
     return converted
 
 
 def validate_each(name: str, value: Any, check: Callable[..., T], **limits: float) -> T | list[T]:
-    """One value, or a list of them, each converted and checked by one of these functions."""
+    """Validate a number, or each number of a list or array, with a function of this module.
+
+    The keywords `limits` are passed to `check`.
+    """
     if np.ndim(value) == 0:
         return check(name, value[()] if isinstance(value, np.ndarray) else value, **limits)
     return validate_list(name, value, check, **limits)
@@ -65,17 +92,19 @@ def validate_each(name: str, value: Any, check: Callable[..., T], **limits: floa
 def validate_list(
     name: str, value: Iterable[Any], check: Callable[..., T], **limits: float
 ) -> list[T]:
-    """Entries, each converted and checked by one of these functions, under the name ``name[i]``."""
+    """Validate each entry of a list, called ``name[i]`` in messages, with `check`."""
     return [check(f"{name}[{i}]", entry, **limits) for i, entry in enumerate(value)]
 
 
 def validate_pair(name: str, value: Any, check: Callable[..., T], **limits: float) -> list[T]:
-    """Two entries, each converted and checked by one of these functions.
+    """Validate a pair, whose entries are called ``name[i]`` in messages, with `check`.
 
     Raises
     ------
-    TypeError : what `check` raises, for `name[0]` or `name[1]`.
-    ValueError : likewise, and for anything but two entries.
+    TypeError
+        If an entry has the wrong type.
+    ValueError
+        If there are not exactly two entries, or an entry is out of range.
     """
     if np.shape(value) != (2,):
         raise ValueError(f"{name} = {value!r}: expected two numbers")
@@ -83,16 +112,17 @@ def validate_pair(name: str, value: Any, check: Callable[..., T], **limits: floa
 
 
 def validate_choice(name: str, value: Any, choices: Collection[str]) -> str:
-    """One of `choices`.
+    """Return an argument that must be one of the strings `choices`.
 
     Raises
     ------
-    ValueError : if it is none of them.
+    ValueError
+        If the value is not one of `choices`. The message suggests a similar choice.
     """
     if not isinstance(value, str) or value not in choices:
-        known = ", ".join(map(repr, choices))
+        listed = ", ".join(map(repr, choices))
         raise ValueError(
-            f"{name} = {value!r}: expected one of {known}{did_you_mean(value, choices)}"
+            f"{name} = {value!r}: expected one of {listed}{did_you_mean(value, choices)}"
         )
     return value
 
@@ -103,39 +133,50 @@ def refuse_unknown(
     where: str,
     others: Collection[str] = (),
 ) -> None:
-    """Refuse keywords that nobody reads.
+    """Raise TypeError for the first unknown keyword, with a suggestion.
 
     Parameters
     ----------
-    given : the keywords.
-    known : those that are read.
-    where : they came in.
-    others : what the same place takes besides, and has taken already.
-
-    Raises
-    ------
-    TypeError : naming the first unknown keyword, where it came in, and the likeliest known one.
+    given : iterable of str
+        Keywords to check.
+    known : collection of str
+        Allowed keywords.
+    where : str
+        Callable that received the keywords, for the message.
+    others : collection of str
+        Further keywords of the callable. They appear in the message, but not in `given`.
     """
     for name in given:
         if name not in known:
             expected = sorted({*known, *others})
             raise TypeError(
-                f"{where} got an unknown keyword {name!r}{did_you_mean(name, expected)}; known are "
-                f"{', '.join(expected)}"
+                f"{where} got an unknown keyword {name!r}{did_you_mean(name, expected)}; expected "
+                f"one of {', '.join(expected)}"
             )
 
 
 def did_you_mean(value: Any, known: Collection[str]) -> str:
-    """The end of a message on a value that looks like known ones; empty where it does not.
+    """Return a suggestion to append to a message about an unknown name.
 
-    The usual slip is a part of a name: without its unit, or ``bias_nt`` for ``initial_bias_nt``.
-    All names are told of which the value is a part, or else the one that is most like it.
+    Parameters
+    ----------
+    value : object
+        The unknown name.
+    known : collection of str
+        The known names.
+
+    Returns
+    -------
+    str
+        ``"; did you mean ...?"`` with all known names that contain the words of `value`, such as
+        ``initial_bias_nt`` for ``bias_nt``, else with the most similar name. Empty if no name is
+        similar.
     """
-    words = _words(value)
-    longer = [name for name in known if words and f" {words} " in f" {_words(name)} "]
-    close = longer or difflib.get_close_matches(str(value), known, n=1)
+    words = _split_words(value)
+    containing = [name for name in known if words and f" {words} " in f" {_split_words(name)} "]
+    close = containing or difflib.get_close_matches(str(value), known, n=1)
     return f"; did you mean {' or '.join(map(repr, close))}?" if close else ""
 
 
-def _words(name: Any) -> str:
+def _split_words(name: Any) -> str:
     return " ".join(re.findall(r"[^\W_]+", str(name)))

@@ -1,4 +1,7 @@
-"""Parameters of a constructor, and the values that an object keeps of them."""
+"""Constructor parameters of a class, and their values on an instance.
+
+Algorithms store each parameter as an attribute of the same name, as scikit-learn estimators do.
+"""
 
 import inspect
 import re
@@ -11,45 +14,52 @@ import numpy as np
 
 from mgeo.validation.arguments import did_you_mean
 
-_SHORT = reprlib.Repr()
-_SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxtuple, _SHORT.maxstring = 1, 6, 6, 60
+_SHORT_REPR = reprlib.Repr()
+_SHORT_REPR.maxlevel, _SHORT_REPR.maxlist, _SHORT_REPR.maxtuple, _SHORT_REPR.maxstring = 1, 6, 6, 60
 
 
 def parameters(cls: type, root: type) -> Mapping[str, inspect.Parameter]:
-    """Return the parameters that `cls(...)` takes by name, in order.
+    """Return the parameters of `cls(...)` by name, including inherited ones.
 
-    These are the parameters of its constructor and, as long as each constructor passes on
-    ``**options``, those of the constructors that it inherits, up to that of `root`.
+    If the constructor accepts ``**options``, the parameters of the next constructor in the method
+    resolution order follow, and so on up to the constructor of `root`.
+
+    Parameters
+    ----------
+    cls : type
+    root : type
+        Base class of `cls` at which the search ends.
+
+    Returns
+    -------
+    dict of str to inspect.Parameter
     """
-    found: dict[str, inspect.Parameter] = {}
+    collected: dict[str, inspect.Parameter] = {}
     for ancestor in cls.__mro__[: cls.__mro__.index(root) + 1]:
         if "__init__" in vars(ancestor):
             _, *own = inspect.signature(vars(ancestor)["__init__"]).parameters.values()
             for parameter in own:
                 if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY):
-                    found.setdefault(parameter.name, parameter)
+                    collected.setdefault(parameter.name, parameter)
             if all(parameter.kind is not parameter.VAR_KEYWORD for parameter in own):
                 break
-    return found
+    return collected
 
 
 def refuse_unknown_options(name: str, cls: type, options: Iterable[str]) -> None:
-    """Refuse options that the constructor of a problem would ignore.
+    """Raise ValueError for the first option that a problem class does not define.
 
-    The constructor of pymoo's `Problem` ignores any keyword. Options are therefore compared with
-    the parameters of the problem's own constructors; those of `Problem` itself are for the class to
-    set, not for its users.
+    The constructor of pymoo's `Problem` silently ignores unknown keywords. Allowed are therefore
+    only the parameters of the constructors of derived classes, not those of `Problem`.
 
     Parameters
     ----------
-    name : name of the problem, for the message.
-    cls : its class.
-    options : names of the options.
-
-    Raises
-    ------
-    ValueError
-        For the first unknown option, with those that the problem takes.
+    name : str
+        Name of the problem, for the message.
+    cls : type
+        Class of the problem.
+    options : iterable of str
+        Names of the options.
     """
     own = list(takewhile(lambda base: base.__module__ != "pymoo.core.problem", cls.__mro__))
     known = sorted(parameters(cls, own[-1]))
@@ -62,54 +72,73 @@ def refuse_unknown_options(name: str, cls: type, options: Iterable[str]) -> None
 
 
 def descriptions(cls: type) -> dict[str, str]:
-    """Return what the docstrings of a class and its bases say of each parameter, in a line."""
-    found: dict[str, str] = {}
+    """Return the description of each parameter from the docstrings of a class and its bases.
+
+    The docstrings have entries ``name : description`` in their section Parameters. Each description
+    becomes one line without a final period.
+    """
+    lines: dict[str, str] = {}
     for each in cls.__mro__:
         text = inspect.cleandoc(each.__doc__ or "").partition("Parameters\n----------\n")[2]
         entries = re.findall(r"^(\w.*) : (.+(?:\n .+)*)", text.partition("\n\n")[0], re.MULTILINE)
         for names, meaning in entries:
             line = " ".join(meaning.split()).rstrip(".")
-            found = dict.fromkeys(names.split(", "), line) | found
-    return found
+            lines = dict.fromkeys(names.split(", "), line) | lines
+    return lines
 
 
 def values(algorithm: object, root: type, leave_out: Collection[str] = ()) -> dict[str, Any]:
-    """Return the `parameters` of an algorithm by name, as its attributes of these names hold them.
+    """Return the values of the constructor parameters of an algorithm by name.
+
+    Parameters
+    ----------
+    algorithm : object
+        Instance that stores each parameter as an attribute of the same name.
+    root : type
+        Base class, see `parameters`.
+    leave_out : collection of str
+        Parameters to omit.
 
     Raises
     ------
     TypeError
-        If the constructor does not keep a parameter under its name.
+        If the instance lacks the attribute of a parameter.
     """
     cls = type(algorithm)
     names = [name for name in parameters(cls, root) if name not in leave_out]
     for name in names:
         if not hasattr(algorithm, name):
             raise TypeError(
-                f"{cls.__name__} has no attribute {name!r}: expected its constructor to keep each "
-                "parameter under the parameter's name"
+                f"{cls.__name__} has no attribute {name!r}: expected its constructor to store each "
+                "parameter as an attribute of the same name"
             )
     return {name: getattr(algorithm, name) for name in names}
 
 
 def call(algorithm: object, root: type) -> str:
-    """Return ``Class(name=value, ...)`` with the parameters that do not have their default.
+    """Return the representation ``Class(name=value, ...)`` with all non-default parameters.
 
-    A parameter that the constructor does not keep is left out, or shown as ``...`` if it has no
+    A parameter without an attribute of its name is omitted, or printed as ``...`` if it has no
     default.
+
+    Parameters
+    ----------
+    algorithm : object
+    root : type
+        Base class, see `parameters`.
     """
-    shown = []
+    arguments = []
     for parameter in parameters(type(algorithm), root).values():
-        unknown: Any = ... if parameter.default is parameter.empty else parameter.default
-        value = getattr(algorithm, parameter.name, unknown)
+        fallback: Any = ... if parameter.default is parameter.empty else parameter.default
+        value = getattr(algorithm, parameter.name, fallback)
         if not np.array_equal(value, parameter.default):
-            shown.append(f"{parameter.name}={_text(value)}")
-    return f"{type(algorithm).__name__}({', '.join(shown)})"
+            arguments.append(f"{parameter.name}={_format_value(value)}")
+    return f"{type(algorithm).__name__}({', '.join(arguments)})"
 
 
-def _text(value: Any) -> str:
+def _format_value(value: Any) -> str:
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if value is None or isinstance(value, bool | int | float | str | list | tuple | dict):
-        return _SHORT.repr(value)
+        return _SHORT_REPR.repr(value)
     return "..." if value is ... else f"{type(value).__name__}(...)"

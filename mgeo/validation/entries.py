@@ -1,4 +1,4 @@
-"""Entries of tables that files hold: errors name the file, the place and the value."""
+"""Validation of entries of TOML and JSON files; errors name the file, place and value."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _EXPECTED: Mapping[Any, str] = {
 
 
 class FileError(ValueError):
-    """A file that does not hold what it should; the message names file, place and value."""
+    """Error raised for invalid content of a file; the message names file, place and value."""
 
 
 @contextmanager
 def errors_of(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Raise a `FileError` that names the file for any ValueError or TypeError."""
+    """Convert ValueError and TypeError to a FileError whose message begins with the path."""
     try:
         yield
     except (ValueError, TypeError) as error:
@@ -32,34 +32,34 @@ def errors_of(path: str | os.PathLike[str]) -> Iterator[None]:
 
 
 def entry(table: Any, key: str, kind: Any, where: str = "") -> Any:
-    """Return an entry of a table, which is of the kind expected.
+    """Return an entry of a table after a check of its type.
 
     Parameters
     ----------
     table : mapping
     key : str
     kind : type
-        str, bool, int, float (finite; also an int), list, dict, or ``list[...]`` and
-        ``dict[str, ...]`` of these.
+        Expected type: str, bool, int, float (finite; ints are accepted), list, dict, Any, or
+        ``list[...]`` and ``dict[str, ...]`` of these.
     where : str
-        Place of the table in messages, such as ``"hypervolume."``.
+        Prefix of the key in messages, such as ``"hypervolume."``.
 
     Raises
     ------
     ValueError
         If the entry is missing.
     TypeError
-        If the entry is of another kind.
+        If `table` is not a mapping, or the entry has another type.
     """
     if not isinstance(table, Mapping):
         raise TypeError(f"{where.rstrip('.') or 'the content'} = {table!r:.80}: expected a table")
     if key not in table:
         raise ValueError(f"{where}{key} is missing")
-    _check(table[key], kind, f"{where}{key}")
+    _check_type(table[key], kind, f"{where}{key}")
     return table[key]
 
 
-def _check(value: Any, kind: Any, where: str) -> None:
+def _check_type(value: Any, kind: Any, where: str) -> None:
     base, parts = get_origin(kind) or kind, get_args(kind)
     if base is Any:
         return
@@ -72,7 +72,7 @@ def _check(value: Any, kind: Any, where: str) -> None:
         raise TypeError(f"{where} = {value!r:.80}: expected {expected}")
     if parts and base is list:
         for i, each in enumerate(value):
-            _check(each, parts[0], f"{where}[{i}]")
+            _check_type(each, parts[0], f"{where}[{i}]")
     elif parts and base is dict:
         for name, each in value.items():
-            _check(each, parts[1], f"{where}.{name}")
+            _check_type(each, parts[1], f"{where}.{name}")

@@ -1,4 +1,4 @@
-"""Tables that files hold as pydantic models, with one error that names the first mistake."""
+"""Validation of whole files with pydantic models; the error describes the first mistake."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 
 
 class Table(BaseModel):
-    """A table whose keys are known, and whose values are taken as they are or refused."""
+    """Base model of tables: unknown keys are errors, and values are not converted."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, **_STRICT)
 
@@ -35,30 +35,35 @@ T = TypeVar("T", bound=Table)
 
 
 def checked(model: type[T], data: Any) -> T:
-    """A table that was read, as its model.
+    """Validate the content of a file and return it as a model.
+
+    Parameters
+    ----------
+    model : type
+        Subclass of `Table`.
+    data : mapping
+        Content of the file.
 
     Raises
     ------
     ValueError
-        Naming the first thing that is wrong: its place, as ``problems[0].name``, its value and
-        what was expected.
+        For the first mistake, with its place, such as ``problems[0].name``, value and expectation.
     """
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise ValueError(_in_words(error)) from None
+        raise ValueError(_describe_first_error(error)) from None
 
 
-def _in_words(caught: ValidationError) -> str:
-    """Return the first error in words."""
-    error = caught.errors()[0]
-    places = (f"[{key}]" if isinstance(key, int) else f".{key}" for key in error["loc"])
-    where = "".join(places).lstrip(".")
+def _describe_first_error(validation_error: ValidationError) -> str:
+    error = validation_error.errors()[0]
+    parts = (f"[{key}]" if isinstance(key, int) else f".{key}" for key in error["loc"])
+    where = "".join(parts).lstrip(".")
     if error["type"] == "missing":
         return f"{where} is missing"
     if error["type"] == "key":
         return f"{where}.{error['msg']}".lstrip(".")
-    if error["type"] == "value_error":  # of functions whose messages name key and value
+    if error["type"] == "value_error":  # The messages of validators already name key and value.
         return str(error["ctx"]["error"])
     expected = error["msg"].replace("Input should be", "expected").partition(" or instance")[0]
     value = "" if isinstance(error["input"], Mapping) else f" = {error['input']!r:.80}"

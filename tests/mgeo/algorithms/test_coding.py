@@ -170,7 +170,7 @@ def test_typed_variables_are_coded_together_and_the_whole_front_is_found():
         (
             {"vars": {"c": Choice(options=["a", "a"])}},
             MGEOCanonical,
-            r"vars\['c'\].*options = .*once",
+            r"vars\['c'\].*options = .*no duplicates",
         ),
         ({"vars": {"b": Binary()}}, MGEOReal, r"vars\['b'\] = .*Binary'>: expected real"),
         ({"vars": {"r": Real()}}, MGEOCanonical, r"xl\['r'\] = nan: expected a finite number"),

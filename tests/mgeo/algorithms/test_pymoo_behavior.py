@@ -70,7 +70,7 @@ def test_a_second_setup_of_a_used_algorithm_is_refused(algorithm, asked):
     run = copy.deepcopy(algorithm).setup(PROBLEM, termination=("n_gen", 3), seed=1)
     run.setup(PROBLEM, termination=("n_gen", 3), seed=1)  # not used yet
     first = run.ask() if asked else run.run()
-    used = rf"this {type(algorithm).__name__} has begun a run: expected a new one to set up"
+    used = rf"this {type(algorithm).__name__} has already started a run: expected a new "
     with pytest.raises(RuntimeError, match=used):
         run.setup(PROBLEM, termination=("n_gen", 3), seed=1)
     if asked:  # the run that it has begun goes on
@@ -88,7 +88,7 @@ def test_a_second_setup_of_a_used_algorithm_is_refused(algorithm, asked):
 )
 def test_dynamic_problems_are_refused(algorithm, problem):
     with pytest.raises(
-        ValueError, match=r"is a dynamic problem, .* would keep objectives of times"
+        ValueError, match=r"is a dynamic problem, .* would keep outdated objectives"
     ):
         solve(problem, algorithm, callback=TimeSimulation())
 

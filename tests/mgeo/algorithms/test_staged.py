@@ -99,7 +99,7 @@ def test_of_a_problem_without_stages_it_is_the_directed_search():
 
 
 def test_stages_are_shares_in_order():
-    with pytest.raises(ValueError, match=r"stages = \(0.9, 0.5\): expected the earlier ones first"):
+    with pytest.raises(ValueError, match=r"stages = \(0.9, 0.5\): expected ascending numbers"):
         MGEOStaged((0.9, 0.5))
     with pytest.raises(ValueError, match="stages"):
         MGEOStaged((0.5, 1.5))

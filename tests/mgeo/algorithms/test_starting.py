@@ -241,7 +241,7 @@ def test_they_are_evaluated_in_the_first_generation(algorithm):
 @pytest.mark.parametrize(
     ("n", "starts", "message"),
     [
-        (17, None, "starts = 17: expected at most 16, with which it begins"),
+        (17, None, "starts = 17: expected at most 16, the number of initial"),
         (2, lambda n, rng: np.full((2, 6), 3.0), r"sampling\[0, 0\] = 3.0: expected a number in"),
     ],
 )

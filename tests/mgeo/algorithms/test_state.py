@@ -179,7 +179,9 @@ def test_a_variant_with_a_state_of_its_own_goes_on_bit_for_bit():
 def test_a_termination_that_is_no_budget_is_to_be_given_again():
     run = begun(MGEOReal(n_walkers=3), ZDT1(n_var=4), 3)
     run.termination = DefaultMultiObjectiveTermination()
-    with pytest.raises(ValueError, match="termination of the run was not kept: expected a new one"):
+    with pytest.raises(
+        ValueError, match="termination of the run was not saved: expected a new one"
+    ):
         again(run)
     assert again(run, termination=("n_gen", 4)).has_next()
 
@@ -202,7 +204,7 @@ def test_another_algorithm_or_parameter_is_refused():
     for other, message in (
         (MGEOReal2(n_walkers=3), r"the algorithm given is a .*\.MGEOReal2"),
         (NSGA2(), r"the algorithm given is a .*\.NSGA2"),
-        (MGEOReal(n_walkers=3, tau=2.5), r"parameters\.tau = 3\.0: that given has 2\.5"),
+        (MGEOReal(n_walkers=3, tau=2.5), r"parameters\.tau = 3\.0: the algorithm given has 2\.5"),
     ):
         with pytest.raises(ValueError, match=message):
             restore(saved, run.problem, other)
@@ -213,7 +215,7 @@ def test_another_algorithm_or_parameter_is_refused():
     [
         ({"state.walkers": None}, {}, "damaged: KeyError: 'state.walkers'"),
         ({"state.walkers": np.zeros((3, 5))}, {}, r"state.walkers of shape \(3, 5\): expected"),
-        ({"state.front_F": np.zeros((0, 2))}, {}, "state.front: expected as many rows in each"),
+        ({"state.front_F": np.zeros((0, 2))}, {}, "state.front: expected the same number of rows"),
         ({}, {"n_generations": None}, "damaged: TypeError"),
         ({}, {"streams": [1, 2, 3]}, "damaged: TypeError"),
     ],

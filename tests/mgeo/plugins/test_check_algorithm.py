@@ -103,7 +103,7 @@ class Forgetful(MGEOReal):
 
 
 def test_a_variant_of_the_family_that_does_not_resume_is_found():
-    with pytest.raises(CheckError, match="a run that was kept and restored midway: X"):
+    with pytest.raises(CheckError, match="a run that was saved and restored midway: X"):
         check_algorithm(Forgetful(n_walkers=3))
 
 
@@ -144,8 +144,8 @@ class Hidden(MGEOReal):
     ("algorithm", "message"),
     [
         (Unnamed(n_walkers=3), "has no attribute 'scale'"),
-        (Halved(n_walkers=3), r"Halved\(scale=0.05\) keeps scale = 0.025"),
-        (Hidden(0.3, n_walkers=3), r"an algorithm made from get_params\(\), as itself: X"),
+        (Halved(n_walkers=3), r"Halved\(scale=0.05\) has scale = 0.025"),
+        (Hidden(0.3, n_walkers=3), r"an algorithm built from get_params\(\) .* original: X"),
     ],
 )
 def test_a_parameter_that_is_not_kept_under_its_name_is_found(algorithm, message):

@@ -169,8 +169,8 @@ def moved(view):
         (NoPickle(), "pickle the problem"),
         (NeedsArguments(1.0), r"NeedsArguments\(\) must be constructible without arguments"),
         (OtherStage(), r"at_stage\(0\)|evaluate"),
-        (SwapsDominance(), "must keep which points dominate which"),
-        (UnseededStarts(), r"starts\(n, random_state\), of the same seed"),
+        (SwapsDominance(), "must preserve dominance between points"),
+        (UnseededStarts(), r"starts\(n, random_state\), called again with the same seed"),
         (
             LosesDesigns(),
             r"refine\(X\) of problem LosesDesigns gives shape \(1, 2\): expected \(2, 2\)",

@@ -188,8 +188,8 @@ def test_a_run_and_a_study_of_a_class_in_the_current_folder(beam, tmp_path):
 
     run("solve", beam, "--evaluations", "60", "--out", "made")
     sys.modules.pop("own_beam")
-    assert f"is imported only if it is named: --problem {beam}" in run("resume", "made", code=2)
-    assert f"is imported only if it is named: --problem {beam}" in run("report", "made", code=2)
+    assert f"is imported only if you specify it: --problem {beam}" in run("resume", "made", code=2)
+    assert f"is imported only if you specify it: --problem {beam}" in run("report", "made", code=2)
     study = 'title = "t"\nevaluations = 60\nseeds = 2\n[[algorithms]]\nname = ["mgeo-real"]\n'
     (tmp_path / "study.toml").write_text(f'{study}[[problems]]\nname = "{beam}"\n')
     run("resume", "made", "--problem", beam, "--evaluations", "120")

@@ -132,7 +132,7 @@ def test_another_version_is_refused(checkpoint, monkeypatch):
 
 
 def test_other_parameters_are_refused(checkpoint):
-    with pytest.raises(FileError, match=r"parameters\.sigma = 0\.2: that given has 0\.3"):
+    with pytest.raises(FileError, match=r"parameters\.sigma = 0\.2: the algorithm given has 0\.3"):
         resume(checkpoint, PROBLEM, algorithm=MGEOReal(0.3, n_walkers=3))
 
 
@@ -165,7 +165,7 @@ def test_bad_arguments(tmp_path):
         Checkpoint(tmp_path / "none" / "run.checkpoint")
     with pytest.raises(FileNotFoundError):
         resume(tmp_path / "none", PROBLEM)
-    with pytest.raises(TypeError, match="NSGA2 is no variant of MGEO"):
+    with pytest.raises(TypeError, match="NSGA2: expected an algorithm of the MGEO"):
         solve(algorithm=NSGA2(8), callback=Checkpoint(tmp_path / "a"))
 
 
