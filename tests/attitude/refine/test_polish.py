@@ -97,16 +97,6 @@ def test_no_plan_gets_worse_and_some_get_better(problem):
     np.testing.assert_array_equal(polish(problem, X, **FEW), found)
 
 
-def test_each_step_is_as_good_as_the_one_before(problem):
-    last = values(problem, X := some(problem))[0]
-    tables = list(polish_steps(problem, X, **FEW))
-    assert len(tables) > 3  # three plans, two between, other times, unneeded maneuvers
-    for table in tables:
-        F = values(problem, table)[0]
-        assert (last >= F).all()
-        last = F
-
-
 @pytest.mark.slow
 def test_plans_for_other_times_are_added(problem):
     X = problem.starts(4, np.random.default_rng(1))
