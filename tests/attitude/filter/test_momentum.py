@@ -55,6 +55,7 @@ def torque(inertia, position):
     return out
 
 
+@pytest.mark.slow
 def test_gravity_gradient_is_that_of_the_masses():
     """Of eight point masses in Newton's field, but for the next order of their size over r."""
     rng = np.random.default_rng(2)
