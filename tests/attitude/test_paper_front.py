@@ -19,10 +19,3 @@ def test_the_front_of_a_small_run_of_the_papers_preset_has_not_changed():
     pd.testing.assert_frame_equal(front[columns[:-1]], kept[columns[:-1]], check_exact=True)
     pd.testing.assert_series_equal(front[columns[-1]], kept[columns[-1]], rtol=1e-9)
     assert list(kept) == columns
-
-
-def test_a_run_of_the_papers_preset_has_neither_starts_nor_polish():
-    run = prepare("attitude", {"preset": "paper"}, starts=None, polish=None)
-    configuration = run.configuration
-    assert (configuration.starts, configuration.polish) == (0, False)
-    assert configuration.evaluations == 59904

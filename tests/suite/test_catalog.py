@@ -1,13 +1,9 @@
 """The catalog: what is in ours, and what is said of one that is not right."""
 
 import copy
-from pathlib import Path
 
-import mgeo_suite.catalog
 import pytest
 from mgeo_suite import Catalog
-
-TEXT = Path(mgeo_suite.catalog.__file__).with_name("catalog.toml").read_text(encoding="utf-8")
 
 
 def test_better_grades_of_ours_cost_more():

@@ -34,7 +34,7 @@ def mgeo(*arguments, code=0):
 @pytest.fixture(scope="module")
 def run(file):
     folder = file.parent / "run"
-    mgeo("solve", "suite", "--scenario", file, "--evaluations", 1500, "-q", "--out", folder)
+    mgeo("solve", "suite", "--scenario", file, "--evaluations", 700, "-q", "--out", folder)
     return folder
 
 
@@ -44,7 +44,7 @@ def test_a_run_is_of_the_algorithm_for_mixed_variables_and_can_be_resumed(run):
     assert found.configuration.algorithm == "mgeo-directed"
     assert found.versions["mgeo-suite"] == mgeo_suite.__version__
     before = found.outcome.F
-    mgeo("resume", run, "--evaluations", 2000, "-q")
+    mgeo("resume", run, "--evaluations", 1200, "-q")
     after = read_run(run).outcome.F
     assert all((after <= row).all(axis=1).any() for row in before)
 

@@ -1,4 +1,4 @@
-"""Random plans held against the limit, for tests and for `tests/benchmarks/limit.py`."""
+"""Random plans held against the limit."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ UNEVEN = {
 }
 
 
-def documented(step: float | None = 20.0) -> dict[str, Scenario]:
-    """Every preset, and every scenario file of the documentation, at a step [s] or their own."""
+def documented() -> dict[str, Scenario]:
+    """Every preset, and every scenario file of the documentation, at a step of 20 s."""
     names = [*PRESETS, *(path.name for path in sorted(SCENARIOS.glob("*.toml")))]
     names.remove("suite.toml")  # of the suite plugin, whose scenario is in `hard`
     found = {}
@@ -46,7 +46,7 @@ def documented(step: float | None = 20.0) -> dict[str, Scenario]:
             if is_file
             else Scenario.from_dict({"preset": name})
         )
-        found[name] = scenario if step is None else coarse(scenario, step)
+        found[name] = coarse(scenario, 20.0)
     return found
 
 
@@ -60,11 +60,11 @@ def coarse(scenario: Scenario, step: float) -> Scenario:
     return dataclasses.replace(scenario, step=step, duration=duration, sensors=sensors, coils=coils)
 
 
-def hard(step: float = 20.0) -> dict[str, Scenario]:
+def hard() -> dict[str, Scenario]:
     """Scenarios that come near to each part of the limit, or break what its proof likes."""
 
     def of(**keys: object) -> Scenario:
-        base = {"preset": "cubesat_6u", "step": step, "duration": 8000.0}
+        base = {"preset": "cubesat_6u", "step": 20.0, "duration": 8000.0}
         return Scenario.from_dict(base | keys)
 
     sun, mag = {"kind": "sun-sensor"}, {"kind": "magnetometer"}
@@ -122,10 +122,10 @@ def random_plans(
 
 
 def least_ratios(
-    model: FilterModel, found: LimitCurves, plans: NDArray[np.float64], threads: int = 1
+    model: FilterModel, found: LimitCurves, plans: NDArray[np.float64]
 ) -> dict[str, float]:
     """The least that plans reach over the limit, at all times but the start."""
-    ran = evaluate(model.endless, plans, threads, history=True)
+    ran = evaluate(model.endless, plans, 1, history=True)
     variances = ran.variances[:, 1:]
     blocks = variances.reshape(*variances.shape[:2], -1, 3)
     ratios = {"trace": (variances @ model.weights / found.trace[1:]).min()}
@@ -133,7 +133,7 @@ def least_ratios(
         ratios[name] = (blocks[:, :, i].sum(axis=2) / found.blocks[name][1:]).min()
         worst = blocks[:, :, i].max(axis=2) / found.worst[name][1:]
         ratios[f"{name}, worst axis"] = worst.min()
-    ended = evaluate(model, plans, threads, covariance=True)
+    ended = evaluate(model, plans, 1, covariance=True)
     at = np.rint(ended.t_end / model.step).astype(int)
     ratios["ending"] = (ended.trace / found.ending[at]).min()
     for name, curve in found.criteria.items():

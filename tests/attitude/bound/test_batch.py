@@ -94,7 +94,7 @@ def test_the_limit_is_not_above_the_mean_information_over_random_rotations(name)
         assert ratio > 0.9 or found.given_away or SUITES[name].processes, block
 
 
-@pytest.mark.parametrize("name", ["paper", "full gyro"])
+@pytest.mark.parametrize("name", ["full gyro"])
 def test_the_slow_one_has_the_covariance_of_the_kernel(name):
     _, model = of_suite(name)
     plan = np.degrees(np.append(RATE, np.radians(300.0)))[None]

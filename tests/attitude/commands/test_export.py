@@ -2,7 +2,6 @@
 
 import brahe.ccsds
 import pytest
-from mgeo_attitude.export_formats import FORMATS
 from mgeo_attitude.plan import read_json, to_csv, to_uplink_csv
 
 
@@ -19,11 +18,6 @@ def test_all_formats(run, folder, front, tmp_path):
     assert len(message.segments) == len(plan.phases)
     assert paths[3].read_text(encoding="utf-8") == to_uplink_csv(plan)
     assert sorted(tmp_path.iterdir()) == sorted(paths)
-
-
-def test_help_lists_every_format(run):
-    text = run("export", "--help").stdout
-    assert all(each.suffix in text for each in FORMATS)
 
 
 def test_nothing_is_replaced_unless_allowed(run, folder, tmp_path):

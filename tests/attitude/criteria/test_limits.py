@@ -1,7 +1,6 @@
 """Limits of a real satellite and objectives beyond the paper's, each against the slow filter."""
 
 import dataclasses
-from datetime import UTC, datetime
 
 import numpy as np
 import pytest
@@ -10,8 +9,6 @@ from mgeo_attitude.maneuvers.motion import phases
 from mgeo_attitude.scenario.actuators import Wheels
 from mgeo_attitude.scenario.goals import Convergence
 from mgeo_attitude.scenario.limits import ManeuverLimits, PathLimit
-
-from ..between import worst_excess
 
 DURATION = 900.0
 
@@ -23,7 +20,7 @@ def scenario(**changes):
     return dataclasses.replace(short, **changes)
 
 
-def designs(n=8):
+def designs(n=6):
     rng = np.random.default_rng(3)
     X = rng.uniform(-1.0, 1.0, (n, 12))
     X[:, 3::4] = rng.uniform(20.0, 150.0, (n, 3))
@@ -65,17 +62,6 @@ def limited():
     return problem, X, evaluated(problem, X), [reference_run(problem.model, x) for x in X]
 
 
-@pytest.mark.slow
-def test_kernel_flies_the_ramps_that_the_reference_flies(limited):
-    _, X, out, runs = limited
-    np.testing.assert_array_equal(out["F"][:, 0], [run.t_end for run in runs])
-    np.testing.assert_allclose(out["F"][:, 1], [run.trace[-1] for run in runs], rtol=1e-9)
-    at_once = dataclasses.replace(
-        LIMITED, maneuvers=ManeuverLimits(), wheels=None, required_sigma={}
-    )
-    assert not np.allclose(evaluated(AttitudeManeuverProblem(at_once), X)["F"], out["F"][:, :2])
-
-
 def test_criteria_of_the_covariance(limited):
     problem, _, out, runs = limited
     sigma = problem.model.initial_sigma
@@ -89,84 +75,13 @@ def test_criteria_of_the_covariance(limited):
 
 def test_time_to_required_sigma(limited):
     _, _, out, runs = limited
-    found = []
+    expected = []
     for run in runs:
-        found.append(met_from(run, {"attitude": 0.02, "gyro.bias": 1e-4})[1])
-    np.testing.assert_array_equal(out["F"][:, 5], found)
-    assert len(set(found)) > 2  # the limit means something here
-
-
-def met_from(run, required):
-    """When requirements are met for the first time, and for good: `DURATION` for never."""
-    met = np.ones(len(run.times), dtype=bool)
-    for block, limit in required.items():
-        at = 3 * run.blocks.index(block)
-        met &= (run.sigma[:, at : at + 3] <= limit).all(axis=1)
-    first = run.times[met.argmax()] if met.any() else DURATION
-    missed = np.flatnonzero(~met)
-    if not missed.size:
-        return first, 0.0
-    return first, (DURATION if missed[-1] == len(met) - 1 else run.times[missed[-1] + 1])
-
-
-@pytest.mark.slow
-def test_a_required_sigma_that_is_lost_again_does_not_count():
-    """The run goes on in the Earth's shadow, in which the attitude grows worse at times."""
-    dark = dataclasses.replace(
-        LIMITED,
-        epoch=datetime(2018, 6, 5, 1, 0, tzinfo=UTC),
-        eclipse=True,
-        gyro=Scenario.cubesat_6u().gyro,
-        convergence=Convergence(window=60.0, relative_decrease=1e-6),
-        required_sigma={
-            "attitude_deg": np.degrees(0.0032),
-            "gyro.bias_deg_h": 3600 * np.degrees(1e-4),
-        },
-    )
-    problem = AttitudeManeuverProblem(dark, objectives=("t_end", "t_required"))
-    X = designs(12)[:4]
-    F = evaluated(problem, X)["F"]
-    runs = [reference_run(problem.model, x) for x in X]
-    required = {"attitude": 0.0032, "gyro.bias": 1e-4}  # rad, rad/s
-    first, for_good = np.array([met_from(run, required) for run in runs]).T
-    np.testing.assert_array_equal(F[:, 0], [run.t_end for run in runs])
-    np.testing.assert_array_equal(F[:, 1], for_good)
-    regained = (for_good > first) & (for_good < DURATION)
-    lost = (for_good > first) & (for_good == DURATION)
-    assert regained.any()
-    assert lost.any()
-
-
-@pytest.mark.slow
-def test_sun_keep_out_binds_where_the_reference_sees_the_sun(limited):
-    problem, _, out, runs = limited
-    for cone, (axis, half_angle) in enumerate(
-        [((0.0, 0.0, 1.0), 30.0), ((np.sqrt(0.5), -np.sqrt(0.5), 0.0), 60.0)]
-    ):
-        for G, run in zip(out["G"], runs, strict=True):
-            sun, _ = problem.model.direction("sun", slice(len(run.times)))
-            angle = -np.degrees(worst_excess(run.attitude, sun, axis))
-            assert G[1 + cone] == pytest.approx(1.0 - angle / half_angle, abs=1e-9)
-    assert (out["G"][:, 1] > 0.0).any()
-    assert (out["G"][:, 1] < 0.0).any()
-
-
-def test_wheel_momentum_binds_on_the_fastest_heaviest_axis(limited):
-    problem, X, out, _ = limited
-    greatest = []
-    for x in X.reshape(len(X), 3, 4):
-        rate, momenta = np.zeros(3), []
-        edges = np.ceil(np.append(0.0, np.cumsum(x[:, 3])))
-        edges[-1] = np.inf  # the last ramp is not cut short
-        for target, time in zip(np.radians(x[:, :3]), np.diff(edges), strict=True):
-            change = target - rate
-            rate = rate + change * min(1.0, time / problem.model.slew_limits.ramp_time(change))
-            momenta.append(np.abs(rate * [0.02, 0.03, 0.04]).max())
-        greatest.append(max(momenta))
-    greatest = np.array(greatest)
-    np.testing.assert_allclose(out["G"][:, 0], greatest / 5e-4 - 1.0, rtol=1e-12)
-    assert (out["G"][:, 0] > 0.0).any()
-    assert (out["G"][:, 0] < 0.0).any()
+        missed = (run.sigma[:, :3] > 0.02).any(axis=1) | (run.sigma[:, 3:6] > 1e-4).any(axis=1)
+        last = np.flatnonzero(missed)[-1]
+        expected.append(DURATION if last == len(missed) - 1 else run.times[last + 1])
+    np.testing.assert_array_equal(out["F"][:, 5], expected)
+    assert len(set(expected)) > 1
 
 
 NOT_FLOWN = [

@@ -1,14 +1,11 @@
 """Windows in which a plan has to be flown as a whole."""
 
-from datetime import UTC, datetime
-
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.settings.errors import InvalidValue
 
-EPOCH = datetime(2018, 6, 5, tzinfo=UTC)
 OPEN = {"start": "2018-06-04T23:50:00Z", "end": "2018-06-05T00:12:30Z"}
 LATER = {"start": "2018-06-05T06:00:00Z", "end": "2018-06-05T07:00:00+00:00"}
 DESIGN = (0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0)

@@ -25,6 +25,6 @@ def integrated(state: np.ndarray, times: np.ndarray, oblate: bool = True) -> np.
     """States [m], [m/s], shape (n, 6), at times [s] of which the first is that of the state."""
     found: Any = solve_ivp(
         partial(rates, oblate=oblate), times[[0, -1]], state, "DOP853", times,
-        rtol=1e-13, atol=1e-6, max_step=100.0,
+        rtol=1e-13, atol=1e-6,
     )  # fmt: skip
     return np.asarray(found.y.T)

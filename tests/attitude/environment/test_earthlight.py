@@ -23,7 +23,7 @@ def test_from_far_it_is_the_phase_function_of_a_lambert_sphere():
     np.testing.assert_allclose(found[:, :2], 0.0, atol=1e-14)
 
 
-@pytest.mark.parametrize("height", [400e3, 750e3, 20_000e3])
+@pytest.mark.parametrize("height", [400e3, 20_000e3])
 def test_in_orbit_it_is_the_sum_over_the_lit_and_visible_surface(height):
     """Bhanderi & Bak's cells, small enough: 600 by 1200 of them."""
     zenith = np.radians([0.0, 20.0, 60.0, 85.0, 95.0, 110.0, 150.0, 180.0])

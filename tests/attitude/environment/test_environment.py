@@ -11,10 +11,9 @@ import numpy as np
 import ppigrf
 import pytest
 from mgeo_attitude import FilterModel
-from mgeo_attitude.environment.element_set import gcrs_of
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.times import instants
-from mgeo_attitude.scenario import Convergence, Scenario, TLEOrbit
+from mgeo_attitude.scenario import Convergence, Scenario
 
 EPOCH = datetime(2020, 6, 19, 21, 30, tzinfo=UTC)  # the run passes midnight
 
@@ -46,33 +45,6 @@ def test_field_against_the_geodetic_route(scenario: Scenario, environment: Envir
     for k in range(0, scenario.n_steps + 1, 40):
         slow = slow_field(environment.position[k], EPOCH, float(environment.times[k]))
         np.testing.assert_allclose(environment.field[k], slow, rtol=0.0, atol=0.1)
-
-
-def test_tables_of_a_run(scenario: Scenario, environment: Environment) -> None:
-    n = scenario.n_steps + 1
-    np.testing.assert_array_equal(environment.times, 20.0 * np.arange(n))
-    for name in ("position", "velocity", "sun", "field"):
-        assert getattr(environment, name).shape == (n, 3)
-    radius = np.linalg.norm(environment.position, axis=1)
-    assert radius.min() == pytest.approx(7130982.0 * (1.0 - 0.001111), abs=100.0)
-    assert radius.max() == pytest.approx(7130982.0 * (1.0 + 0.001111), abs=100.0)
-    strength = np.linalg.norm(environment.field, axis=1)
-    assert 15e3 < strength.min() < strength.max() < 50e3
-    assert environment.sunlit.mean() == pytest.approx(0.672, abs=0.005)
-
-
-def test_orbit_by_an_element_set(scenario: Scenario) -> None:
-    tle = TLEOrbit(
-        line1="1 06251U 62025E   06176.82412014  .00008885  00000-0  12808-3 0  3985",
-        line2="2 06251  58.0579  54.0425 0030035 139.1568 221.1854 15.56387291  6774",
-    )
-    epoch = datetime(2006, 6, 26, tzinfo=UTC)
-    found = Environment.from_scenario(dataclasses.replace(scenario, orbit=tle, epoch=epoch))
-    position, velocity = gcrs_of(tle.satellite(), instants(epoch, scenario.times))
-    np.testing.assert_array_equal(found.position, position)
-    np.testing.assert_array_equal(found.velocity, velocity)
-    steps = np.linalg.norm(np.diff(position, axis=0), axis=1) / 20.0
-    np.testing.assert_allclose(steps, np.linalg.norm(velocity, axis=1)[1:], rtol=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.scenario import EphemerisOrbit, FlightErrors, Orbit
 from mgeo_attitude.settings.errors import InvalidValue
 
@@ -44,47 +43,6 @@ def test_samples_every_minute_give_the_environment_of_the_orbit() -> None:
     np.testing.assert_allclose(found.sun, expected.sun, rtol=0.0, atol=1e-15)
     np.testing.assert_array_equal(found.sunlit, expected.sunlit)
     assert (found.position != expected.position).any()  # nobody has computed it the other way
-
-
-@pytest.mark.parametrize(
-    ("velocities", "degree", "samples", "spacing"),
-    [
-        (True, 3, 2, 100.0),
-        (True, 5, 3, 200.0),
-        (True, 7, 4, 300.0),
-        (False, 3, 4, 100.0),
-        (False, 5, 6, 200.0),
-        (False, 7, 8, 300.0),
-    ],
-)
-def test_the_error_is_that_of_the_polynomial(
-    velocities: bool, degree: int, samples: int, spacing: float
-) -> None:
-    """On a circle f - p = f^(n+1) / (n+1)! times the product of distances to the nodes."""
-    circle = dataclasses.replace(SCENARIO.orbit, eccentricity=0.0)
-    radius = circle.semi_major_axis
-    orbit = sampled(circle, spacing, velocities, degree=degree)
-    times = np.arange(3000.0, 6000.0, 5.0)
-    found, _ = orbit.propagate(SCENARIO.epoch, times)
-    error = np.linalg.norm(found - circle.propagate(SCENARIO.epoch, times)[0], axis=1)
-    rate = np.sqrt(EARTH_MU / radius**3)
-    nodes = spacing * (np.arange(samples) - (samples - 1) // 2)
-    between = np.linspace(*((0.0, 1.0) if samples % 2 == 0 else (-0.5, 0.5)), 61) * spacing
-    product = np.abs(np.prod(between[:, None] - nodes, axis=1)).max() ** (1 + velocities)
-    bound = radius * rate ** (degree + 1) / np.prod(np.arange(1.0, degree + 2)) * product
-    assert 0.9 * bound < error.max() < 1.1 * bound
-
-
-def test_the_velocity_is_the_slope() -> None:
-    times = np.arange(0.0, 3000.0, 7.0)
-    for velocities in (True, False):
-        orbit = sampled(velocities=velocities)
-        velocity = orbit.propagate(SCENARIO.epoch, times)[1]
-        ahead, _ = orbit.propagate(SCENARIO.epoch, times + 0.5)
-        behind, _ = orbit.propagate(SCENARIO.epoch, times - 0.5)
-        assert np.abs(ahead - behind - velocity).max() < 1e-3
-        expected = SCENARIO.orbit.propagate(SCENARIO.epoch, times)[1]
-        assert np.abs(velocity - expected).max() < 1e-6
 
 
 def test_the_period_is_that_of_the_orbit() -> None:

@@ -74,13 +74,8 @@ def test_continuous_through_the_poles(pole: float) -> None:
     np.testing.assert_allclose(around, np.broadcast_to(at_pole, (4, 3)), atol=1.0)
 
 
-@pytest.mark.parametrize(
-    "date",
-    [
-        datetime(2030, 1, 1, 0, 0, 1, tzinfo=UTC),
-    ],
-)
-def test_dates_outside_the_model_are_refused(date: datetime) -> None:
+def test_dates_outside_the_model_are_refused() -> None:
+    date = datetime(2030, 1, 1, 0, 0, 1, tzinfo=UTC)
     with pytest.raises(ValueError, match=r"date = .*IGRF-14, from 1900-01-01 to 2030-01-01"):
         geomagnetic_field(np.array([[7e6, 0.0, 0.0]]), date)
 
@@ -89,8 +84,7 @@ def test_it_is_the_same_to_the_last_bit_in_however_many_threads_blas_has() -> No
     position = np.random.default_rng(0).normal(size=(5001, 3))
     position *= 7e6 / np.linalg.norm(position, axis=1, keepdims=True)
     found = []
-    for threads in (1, 2, 3):
+    for threads in (1, 2):
         with threadpool_limits(threads, user_api="blas"):
             found.append(geomagnetic_field(position, _DATE))
-    assert (found[0] == found[1]).all()
-    assert (found[0] == found[2]).all()
+    np.testing.assert_array_equal(*found)

@@ -168,14 +168,7 @@ def without_rows(text: str, start: int, stop: int | None) -> str:
     ("change", "expected"),
     [
         (lambda t: "", "expected element sets (OMM, or two lines) or an orbit ephemeris message"),
-
-
-
-
         (lambda t: t.replace("= TEME", "= GTOD"), "reference frame 'GTOD': expected GCRF (ICRF"),
-
-
-
         (lambda t: t.replace("META_STOP", "REF_FRAME_EPOCH = 2000-01-01T12:00:00\nMETA_STOP"),
          "REF_FRAME_EPOCH: expected none, and axes of date"),
         (lambda t: t.replace("STOP_TIME            = 2008-09-20T14", "STOP_TIME = 2008-09-20T13"),

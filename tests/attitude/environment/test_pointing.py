@@ -24,7 +24,7 @@ def at() -> Place:
 
 
 def test_a_place_is_what_the_environment_has_there() -> None:
-    scenario = Scenario.from_dict({"preset": "cubesat_6u", "duration": 6000.0})
+    scenario = Scenario.from_dict({"preset": "cubesat_6u", "duration": 1000.0})
     environment = Environment.from_scenario(scenario)
     place = Place.at(scenario, scenario.times[::100])
     for name, found in place._asdict().items():

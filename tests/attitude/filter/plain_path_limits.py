@@ -2,6 +2,7 @@
 
 import numpy as np
 from mgeo_attitude.geometry.rotation import exponential
+from mgeo_attitude.maneuvers.motion import Motion
 
 PARALLEL = 1e-6
 
@@ -50,3 +51,15 @@ def angle_sigma(axis, direction, covariance):
     across = np.eye(3) - np.outer(axis, axis)
     variance[parallel] = np.linalg.eigvalsh(across @ covariance[parallel] @ across)[:, -1]
     return np.sqrt(variance)
+
+
+def path_angles(model, run, x):
+    """Return the worst angle [rad] of every path limit along a run of the reference filter."""
+    n, found = len(run.times), []
+    turn = np.vstack([np.zeros(3), model.step * Motion.of(model, x, model.n_steps).rates[: n - 1]])
+    for limit in model.path_limits:
+        cone = limit.cone()
+        passage = model.passage(cone.direction, slice(n)).seen(run.attitude)
+        worst = excess(cone, limit.attitude_sigmas, turn, passage, run.predicted_attitude).max()
+        found.append(worst if limit.keep_in else -worst)
+    return found

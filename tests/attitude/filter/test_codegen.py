@@ -1,4 +1,4 @@
-"""The generated step, run as plain Python, and the symbols that write it."""
+"""The generated step, run as plain Python."""
 
 from math import sqrt
 
@@ -12,62 +12,11 @@ from mgeo_attitude.filter.layout import (
     transition_pattern,
 )
 from mgeo_attitude.filter.reference import schmidt
-from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_of
-from mgeo_attitude.geometry.vector import maximum
 from scipy.linalg import block_diag
 
 from .suites import SUITES, every_suite
 
 STEP = 2.0
-VALUES = {"a": 2.0, "b": -3.0, "c": 7.0, "sqrt": sqrt}
-
-
-def symbols():
-    code = Code()
-    return [Symbol(name, code) for name in "abc"]
-
-
-@pytest.mark.parametrize(
-    ("expression", "expected"),
-    [
-        (lambda a, b, c: (a + b) * c, -7.0),
-        (lambda a, b, c: a - (b - c), 12.0),
-        (lambda a, b, c: a - (b + c) * 2.0, -6.0),
-        (lambda a, b, c: -a * b, 6.0),
-        (lambda a, b, c: a - -b, -1.0),
-        (lambda a, b, c: 1.0 / (a * b), -1.0 / 6.0),
-        (lambda a, b, c: 2.0 - (a - b), -3.0),
-        (lambda a, b, c: sum([a, b, c]), 6.0),
-        (lambda a, b, c: np.sqrt(a + c), 3.0),
-        (lambda a, b, c: a.choose(2.0, b, c), -3.0),
-        (lambda a, b, c: a.choose(c, b, 0.5), 0.5),
-        (lambda a, b, c: maximum(b, a), 2.0),
-    ],
-)
-def test_symbols_mean_what_their_arithmetic_means(expression, expected):
-    result = expression(*symbols())
-    names = dict(VALUES)
-    exec("\n".join(result.code.lines), names)
-    assert names[result.name] == pytest.approx(expected, rel=1e-15)
-
-
-def test_a_loop_reads_the_triangle_by_row_or_column():
-    """Only where bounds do not tell which it is, here for k = 3, a comparison is written."""
-    code = Code()
-    P, out = Triangle(code, first=4), 40
-    with code.loop(2, 5) as i:
-        for k in range(7):
-            code.store(f"{i} + {out + 7 * k}", P[i, k] * 1.5)
-        code.store(f"{i}", P.below(i + 3, i))
-    compared = [line for line in code.text.splitlines() if " if " in line]
-    assert len(compared) == 1
-    W = np.arange(100.0)
-    exec(code.text, {"W": W})
-    for i in range(2, 5):
-        assert [W[i + out + 7 * k] for k in range(7)] == [
-            1.5 * (4 + slot_of(i, k)) for k in range(7)
-        ]
-        assert W[i] == 4 + slot_of(i + 3, i)
 
 
 @pytest.mark.cases(3)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pydantic.dataclasses
 import pytest
-from mgeo_attitude import FilterModel, Magnetometer, Sensor, evaluate
+from mgeo_attitude import FilterModel, Magnetometer, Scenario, Sensor, evaluate
 from mgeo_attitude.filter.evaluator import available_threads
 from mgeo_attitude.geometry import vector
 from mgeo_attitude.maneuvers.drives import SlewLimits
@@ -13,11 +13,13 @@ from mgeo_attitude.maneuvers.drives import SlewLimits
 from .agreement import assert_agrees, designs, special_designs
 
 
-def test_special_designs_agree(paper):
-    assert_agrees(paper, special_designs(np.random.default_rng(1)))
+def test_special_designs_agree():
+    coarse = dataclasses.replace(Scenario.paper(), step=4.0)
+    X = special_designs(np.random.default_rng(1))
+    assert_agrees(FilterModel.from_scenario(coarse), X)
 
 
-@pytest.mark.parametrize("count", [1, 2, 5])
+@pytest.mark.parametrize("count", [1, 5])
 def test_any_number_of_maneuvers_agrees(count, short):
     rng = np.random.default_rng(count)
     X = np.tile(rng.uniform(-1.0, 1.0, (10, 4)), count)

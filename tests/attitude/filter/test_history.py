@@ -3,24 +3,10 @@
 import dataclasses
 
 import numpy as np
-import pytest
 from mgeo_attitude import FilterModel, agreement, evaluate, filter_history
 from mgeo_attitude.scenario import Convergence
 
-from .agreement import assert_same_history, designs, special_designs
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("rule", ["trace", "settling", "required"])
-def test_a_history_is_that_of_the_reference(rule, short):
-    scenario = dataclasses.replace(
-        short,
-        convergence=dataclasses.replace(short.convergence, rule=rule),
-        required_sigma={"attitude_deg": 1.0},
-    )
-    model, rng = FilterModel.from_scenario(scenario), np.random.default_rng(5)
-    for x in [*special_designs(rng)[:4], *designs(rng, 2, 300.0)]:
-        assert_same_history(model, x)
+from .agreement import assert_same_history, designs
 
 
 def test_a_run_that_does_not_converge_says_so(short):

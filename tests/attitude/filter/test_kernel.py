@@ -1,6 +1,5 @@
-"""The cache of compiled kernels: concurrent processes and threads, and an unusable folder."""
+"""The cache of compiled kernels, shared by processes and threads, or in an unusable folder."""
 
-import inspect
 import os
 import subprocess
 import sys
@@ -8,23 +7,9 @@ import textwrap
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
-from functools import partial
-from pkgutil import iter_modules
 
 import pytest
-from mgeo_attitude.filter.kernel import load_driver, load_module
-from mgeo_calibration.estimation import kernels
-from numba.core.caching import NullCache
-from numba.core.dispatcher import Dispatcher
-
-NO_LOOPS = ("algebra", "signatures")
-SMOOTHER = [
-    pytest.param(partial(kernels.load, name), id=name, marks=[pytest.mark.slow] * slow)
-    for _, name, _ in iter_modules(kernels.__path__)
-    if name not in NO_LOOPS
-    # no other fast test has it compiled
-    for slow in [name == "process_noise"]
-]
+from mgeo_attitude.filter.kernel import load_module
 
 SCRIPT = textwrap.dedent(
     """
@@ -70,29 +55,6 @@ def test_processes_and_threads_that_start_at_once_share_a_cache(tmp_path):
     third, log = start(tmp_path / "cache").communicate(timeout=300)
     assert log == ""
     assert {third, *(stdout for stdout, _ in outputs)} == {third}
-
-
-@pytest.mark.parametrize("module", [load_driver, *SMOOTHER])
-def test_cached_functions_have_unique_names_and_one_signature(module):
-    """See `_compiled`: concurrent compilation shows the contrary once in many runs."""
-    loaded = module()
-    functions = {each for each in vars(loaded).values() if isinstance(each, Dispatcher)}
-    cached = {each for each in functions if not isinstance(each._cache, NullCache)}
-    assert cached
-    assert all(len(each.signatures) == 1 and not each._can_compile for each in cached)
-    while more := {each for one in functions for each in called(one)} - functions:
-        functions |= more
-    # "In 'NRT_adapt_ndarray_to_python', 'descr' is NULL" after an installation anew
-    assert all(isinstance(each._cache, NullCache) for each in functions - cached)
-    names = {(each.__module__, each.__qualname__) for each in functions}
-    assert len(names) == len(functions)
-
-
-def called(function):
-    """Compiled functions that a compiled function refers to."""
-    names = inspect.getclosurevars(function.py_func)
-    known = [*names.nonlocals.values(), *names.globals.values()]
-    return {each for each in known if isinstance(each, Dispatcher)}
 
 
 @pytest.mark.parametrize("usable", [True, False])

@@ -49,8 +49,8 @@ def compiled(text, lanes):
 
 
 @pytest.mark.parametrize("text", [TEXT, LOOPS])
-@pytest.mark.parametrize("lanes", [2, 8])
-def test_every_lane_does_what_the_text_says(text, lanes):
+def test_every_lane_does_what_the_text_says(text):
+    lanes = 8
     W = np.random.default_rng(0).standard_normal((16, lanes))
     W[0, 0] = W[6, 0]  # the bound itself is reached
     expected = W.copy()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, evaluate, reference_run
 
-from .agreement import assert_agrees, designs
+from .agreement import assert_agrees, assert_same_history, designs
 
 REQUIRED = {"gyro.bias_deg_h": 20.0, "attitude_deg": 1.5}
 
@@ -33,6 +33,7 @@ def test_the_kernel_ends_where_the_reference_does(short, rule, X):
         expected = reference_run(model, x).covariance
         scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
         np.testing.assert_allclose(covariance / scale, expected / scale, atol=1e-9)
+    assert_same_history(model, X[0])
 
 
 def test_required_is_the_time_from_which_on_all_is_met(short, X):

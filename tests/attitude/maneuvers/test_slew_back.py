@@ -4,14 +4,11 @@ import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario
 from mgeo_attitude.environment.directions import Place
-from mgeo_attitude.maneuvers.motion import phases
 from mgeo_attitude.maneuvers.schedule import schedule
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import Search, slew_back
 from scipy.spatial.transform import Rotation
 
-#: A quarter of a turn about z, then rest.
-QUARTER = [0.0, 0.0, 0.5, 180.0, 0.0, 0.0, 0.0, 100.0]
 WHEELS = {"inertia": [0.15, 0.2, 0.3], "products_of_inertia": [0.01, -0.02, 0.03]}
 LIMITS = {
     "none": {},
@@ -125,23 +122,6 @@ def test_no_sooner_slew_is_found_by_trying_all(limits, monkeypatch):
     monkeypatch.setattr(Search, "maneuvers", remembered)
     slew_back(scene, x, 1500.0, model.slew_limits, model.initial_attitude)
     assert [n for n, found in tried.items() if found is not None] == [back.end - back.start]
-
-
-def test_phases_have_names():
-    scene = scenario("acceleration", {"pointing": "nadir"})
-    model, back = back_of(scene, QUARTER, 1200.0)
-    found = back.phases(model.step, model.slew_limits)
-    assert [phase.label for phase in found] == [
-        *("ramp to slew back", "slew back", "ramp to starting attitude")
-    ]
-    edges = [found[0].start, *(phase.end for phase in found)]
-    assert edges == [1200.0, *(phase.start for phase in found[1:]), back.end]
-    assert [phase.label for phase in phases(QUARTER, 1200.0, 1.0, model.slew_limits)][-1] == (
-        "rate held"
-    )
-    _, sharp = back_of(scenario("none"), QUARTER, 1200.0)
-    (only,) = sharp.phases(1.0, None)
-    assert (only.label, only.swept_deg) == ("slew back", pytest.approx(90.0))
 
 
 def test_a_way_that_is_too_long_is_refused():

@@ -5,7 +5,6 @@ vectors with it. Each refuses the other version.
 """
 
 import dataclasses
-import re
 from datetime import UTC, datetime
 
 import brahe
@@ -13,7 +12,6 @@ import brahe.ccsds
 import numpy as np
 import pytest
 from ccsds_ndm.ndm_io import NdmIo
-from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.environment.times import utc_texts
 from mgeo_attitude.plan import ManeuverPlan, aem_text
 from scipy.spatial.transform import Rotation
@@ -124,28 +122,6 @@ def test_spacing(plan, spacing):
             np.testing.assert_allclose(found, plan.history.attitude[k], atol=1e-14)
 
 
-def test_linear_interpolation_at_full_rate_is_as_good_as_promised():
-    """Components interpolated and normalized, the worst a reader may do, at 1 deg/s on all axes."""
-    plan = ManeuverPlan.from_design(
-        AttitudeManeuverProblem(dataclasses.replace(Scenario.paper(), duration=600.0), 1),
-        [1.0, -1.0, 1.0, 100.0],
-    )
-    table = np.array([line.split()[1:5] for line in data_lines(aem_text(plan))], dtype=float)
-    first, second = table[10], table[11]
-    axis = np.array([1.0, -1.0, 1.0])
-    worst = 0.0
-    for share in np.linspace(0.0, 1.0, 101):
-        q = Rotation.from_quat((1.0 - share) * first + share * second)
-        exact = Rotation.from_quat(first) * Rotation.from_rotvec(share * axis, degrees=True)
-        worst = max(worst, np.degrees((exact.inv() * q).magnitude()) * 3600.0)
-    assert 0.02 < worst < 0.03
-
-
-def data_lines(text):
-    blocks = re.findall(r"DATA_START\n(.*?)DATA_STOP", text, re.DOTALL)
-    return [line for block in blocks for line in block.splitlines()]
-
-
 def test_version_1_against_its_schema(plan):
     message = NdmIo().from_string(aem_text(plan, created=CREATED, **NAMES))
     assert message.version == "1.0"
@@ -166,35 +142,6 @@ def test_version_1_against_its_schema(plan):
         last = states[-1].quaternion_derivative.quaternion
         C = Rotation.from_quat([last.q1, last.q2, last.q3, last.qc]).inv().as_matrix()
         np.testing.assert_allclose(C, plan.history.attitude[int(phase.end)], atol=1e-14)
-
-
-def test_form(plan):
-    """Lines, numbers and instants of 504.0-B-2; quaternions that may be interpolated."""
-    text = aem_text(plan, created=CREATED)
-    assert text.isascii()
-    assert max(map(len, text.splitlines())) <= 254
-    number = r" -?[01]\.\d{15}"
-    for line in data_lines(text):
-        assert re.fullmatch(rf"\d{{4}}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{{6}}{number * 8}", line)
-    for block in re.findall(r"DATA_START\n(.*?)DATA_STOP", text, re.DOTALL):
-        q = np.array([line.split()[1:5] for line in block.splitlines()], dtype=float)
-        assert (np.einsum("ki,ki->k", q[:-1], q[1:]) > 0.9).all()
-        times = [line.split()[0] for line in block.splitlines()]
-        assert times == sorted(set(times))
-
-
-def test_a_plan_across_a_leap_second(problem):
-    """The last of 2016; no second is lost or flown twice."""
-    epoch = datetime(2016, 12, 31, 23, 58, tzinfo=UTC)
-    scenario = dataclasses.replace(problem.scenario, epoch=epoch)
-    first = read_2(ManeuverPlan(scenario, (0.1, 0.0, 0.0, 300.0) * 3)).segments[0]
-    assert [str(state.epoch) for state in first.states[119:123]] == [
-        "2016-12-31 23:59:59.000 UTC",
-        "2016-12-31 23:59:60.000 UTC",
-        "2017-01-01 00:00:00.000 UTC",
-        "2017-01-01 00:00:01.000 UTC",
-    ]
-    assert str(first.stop_time) == "2017-01-01 00:02:59.000 UTC"
 
 
 @pytest.mark.parametrize(

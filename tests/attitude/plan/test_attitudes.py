@@ -3,19 +3,14 @@
 The C-kernel by SPICE itself (spiceypy), STK's file by orbit-formats.
 """
 
-import dataclasses
-import re
-
 import brahe
 import brahe.ccsds
 import numpy as np
 import pytest
 from ccsds_ndm.ndm_io import NdmIo
-from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan.aem import aem_text
-from mgeo_attitude.plan.attitudes import gcrf_to_eme2000, stk_text
+from mgeo_attitude.plan.attitudes import gcrf_to_eme2000
 from mgeo_attitude.plan.files import write_plan
-from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.spice import ck_bytes
 from scipy.spatial.transform import Rotation
 
@@ -119,25 +114,6 @@ def test_without_spiceypy_it_says_what_to_install(plan, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "spiceypy", None)
     with pytest.raises(ImportError, match="needs the package spiceypy: pip install spiceypy"):
         ck_bytes(plan)
-
-
-def test_a_file_of_stk():
-    """A known turn: by 90 degrees about z the body sees what was along x along -y."""
-    scenario = dataclasses.replace(Scenario.paper(), duration=600.0)
-    plan = ManeuverPlan.from_design(
-        AttitudeManeuverProblem(scenario, n_maneuvers=1), [0.0, 0.0, 0.5, 180.0]
-    )
-    head, _, body = stk_text(plan).partition("AttitudeTimeQuaternions\n")
-    assert head.startswith("stk.v.11.0\nBEGIN Attitude\n")
-    assert "ScenarioEpoch 5 Jun 2018 00:00:00.000000\n" in head
-    assert "CoordinateAxes ICRF\n" in head
-    *rows, end, rest = body.split("\n")
-    assert (end, rest) == ("END Attitude", "")
-    table = np.array([row.split() for row in rows], dtype=float)
-    assert len(table) == int(re.search(r"NumberOfAttitudePoints (\d+)", head)[1])
-    assert table[:, 0].tolist() == sorted(set(table[:, 0]))
-    np.testing.assert_allclose(in_body(table[180, 1:]) @ [1.0, 0.0, 0.0], [0, -1, 0], atol=1e-13)
-    assert (np.einsum("ki,ki->k", table[:-1, 1:], table[1:, 1:]) > 0.9).all()
 
 
 def test_orbit_formats_reads_stk_and_messages_without_rates(plan, tmp_path):

@@ -8,13 +8,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from ccsds_ndm.ndm_io import NdmIo
-from mgeo_attitude import AttitudeManeuverProblem
+from mgeo_attitude import AttitudeManeuverProblem, reference_run
 from mgeo_attitude.plan import ManeuverPlan, aem_text, to_csv
-from mgeo_attitude.sensors.suite import block_units
 from scipy.spatial.transform import Rotation
 
-from ..between import worst_excess
 from ..criteria.test_limits import LIMITED, designs
+from ..filter.plain_path_limits import path_angles
 
 
 @pytest.fixture(scope="module")
@@ -32,18 +31,15 @@ def violating(plans):
 
 
 def by_hand(plan):
-    """Momentum, angles to the Sun and worst 1-sigmas, from the reference filter's attitudes."""
-    C, model = plan.history.attitude, plan.problem.model
+    """Momentum, angles to the Sun and worst 1-sigmas of the reference filter's run."""
+    model = plan.problem.model
+    run = reference_run(model, plan.design)
+    C = run.attitude
     turns = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
     yield np.abs(turns / model.step @ plan.scenario.wheels.matrix()).max()
-    for limit in model.path_limits:
-        sun, _ = model.direction("sun", slice(len(C)))
-        yield -np.degrees(worst_excess(C, sun, limit.cone().axis))
-    sigma = (plan.history.sigma[-1] / model.required_sigma).reshape(-1, 3)
-    units = block_units(model.suite)
-    for block, unit in enumerate(units):
-        if sigma[block].any():
-            yield sigma[block].max() * model.required_sigma[3 * block] * unit.factor
+    yield from np.degrees(path_angles(model, run, plan.design))
+    sigma = run.sigma[-1].reshape(-1, 3).max(axis=1)
+    yield from (np.degrees(sigma[0]), np.degrees(sigma[1]) * 3600.0)
 
 
 def test_values_are_those_of_the_reference_filter(plans):

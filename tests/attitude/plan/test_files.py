@@ -5,14 +5,10 @@ import json
 
 import pandas as pd
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from mgeo_attitude import AttitudeManeuverProblem
 from mgeo_attitude.export_formats import FORMATS
 from mgeo_attitude.plan import ManeuverPlan, from_json, read_json, to_csv, to_json, write_plan
 
-from ..scenario.strategies import scenarios
-from .conftest import DESIGN
+from .test_aem import ramped
 
 
 @pytest.fixture(scope="module")
@@ -41,22 +37,6 @@ def test_json_round_trip(plan, text, tmp_path):
     assert to_json(back) == text == path.read_text(encoding="utf-8")
     other = dataclasses.replace(plan.scenario, name="another")
     assert from_json(to_json(ManeuverPlan(other, plan.design))) != plan
-
-
-@pytest.mark.slow
-@settings(deadline=None, max_examples=12)
-@given(scenarios(), st.integers(1, 5), st.data())
-def test_any_scenario_and_design_round_trip(scenario, count, data):
-    # no orbit above the surface turns faster, nor do starts that are drawn
-    rate = max(scenario.maneuvers.max_rate_deg_s, 0.2)
-    maneuvers = dataclasses.replace(scenario.maneuvers, max_rate_deg_s=rate)
-    scenario = dataclasses.replace(scenario, maneuvers=maneuvers)
-    problem = AttitudeManeuverProblem(scenario, n_maneuvers=count)
-    bounds = zip(problem.xl, problem.xu, strict=True)
-    design = data.draw(st.tuples(*(st.floats(low, high) for low, high in bounds)))
-    plan = ManeuverPlan(problem.scenario, design)
-    first = {"format": "mgeo-attitude-plan", "version": 3, "scenario": plan.scenario.to_dict()}
-    assert from_json(json.dumps(first | {"design": list(plan.design)})) == plan
 
 
 @pytest.mark.parametrize(
@@ -94,16 +74,9 @@ def test_a_file_that_is_no_plan(content, message, tmp_path):
         read_json(path)
 
 
-@pytest.fixture(scope="module")
-def ramped(problem):
-    """A plan whose rates change along ramps."""
-    maneuvers = dataclasses.replace(problem.scenario.maneuvers, max_acceleration_deg_s2=0.05)
-    return ManeuverPlan(dataclasses.replace(problem.scenario, maneuvers=maneuvers), DESIGN)
-
-
-@pytest.mark.parametrize("fixture", ["plan", "ramped"])
-def test_csv_has_the_timeline_to_the_last_digit(fixture, request, tmp_path):
-    plan = request.getfixturevalue(fixture)
+@pytest.mark.parametrize("ramps", [False, True])
+def test_csv_has_the_timeline_to_the_last_digit(ramps, plan, problem, tmp_path):
+    plan = ramped(problem) if ramps else plan
     path = tmp_path / "plan.csv"
     path.write_text(to_csv(plan), encoding="utf-8")
     table = pd.read_csv(path, dtype=str)
@@ -111,4 +84,4 @@ def test_csv_has_the_timeline_to_the_last_digit(fixture, request, tmp_path):
     assert table.pop("row").tolist() == [f"{i}/{n}" for i in range(1, n + 1)]
     expected = plan.timeline()
     pd.testing.assert_frame_equal(table.astype(expected.dtypes), expected, check_exact=True)
-    assert ("ramp to maneuver 1" in set(table["phase"])) == (fixture == "ramped")
+    assert ("ramp to maneuver 1" in set(table["phase"])) == ramps

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.scenario import ManeuverLimits
 from scipy.spatial.transform import Rotation
 
 from .conftest import DESIGN
@@ -31,20 +30,6 @@ def test_one_maneuver_of_90_degrees_about_z():
     np.testing.assert_allclose(
         first[[f"end q{c}" for c in "123c"]].astype(float), [0, 0, HALF, HALF], atol=1e-14
     )
-
-
-def test_the_attitude_after_a_ramp_shorter_than_a_step_is_exact():
-    """0.5 deg/s after 4 of the 10 s of a step: 1 of the 90 deg are missing, and made up for."""
-    limits = ManeuverLimits(count=2, max_acceleration_deg_s2=0.125)
-    scenario = dataclasses.replace(Scenario.paper(), duration=600.0, step=10.0, maneuvers=limits)
-    plan = ManeuverPlan(scenario, (0.0, 0.0, 0.5, 180.0, 0.0, 0.0, 0.0, 100.0))
-    table = plan.timeline()
-    assert table["phase"].tolist() == [
-        *("ramp to maneuver 1", "maneuver 1", "ramp to maneuver 2", "maneuver 2", "rate held")
-    ]
-    assert table["swept [deg]"].tolist() == pytest.approx([4.0, 85.0, 1.0, 0.0, 0.0])
-    last = table.iloc[2][[f"end q{c}" for c in "123c"]].astype(float)
-    np.testing.assert_allclose(last, [0, 0, HALF, HALF], atol=1e-14)
 
 
 def test_timeline_turned_through_gives_the_filter_its_attitude(plan):

@@ -18,7 +18,7 @@ from ..small_run import small_run
 
 @pytest.fixture(scope="module")
 def run():
-    scenario = dataclasses.replace(Scenario.paper(), duration=2400.0)
+    scenario = dataclasses.replace(Scenario.paper(), duration=2400.0, step=4.0)
     return small_run(AttitudeManeuverProblem(scenario))
 
 
@@ -27,12 +27,6 @@ def written(run, tmp_path_factory):
     folder = tmp_path_factory.mktemp("run") / "one"
     write_run(folder, run)
     return folder
-
-
-@pytest.fixture
-def folder(written, tmp_path):
-    """A copy that a test may touch."""
-    return shutil.copytree(written, tmp_path / "run")
 
 
 def test_picks(run, written):
@@ -55,31 +49,19 @@ def test_picks(run, written):
         assert front.plan(seconds).t_end == nearest
 
 
-def edit(folder, change):
+def test_a_bad_value_in_the_configuration_is_named_with_file_and_key(written, tmp_path):
+    folder = shutil.copytree(written, tmp_path / "run")
     path = folder / "run.json"
     data = json.loads(path.read_text(encoding="utf-8"))
-    change(data)
+    data["configuration"]["options"]["gyro"]["initial_bias_deg_s"] = -1.0
     path.write_text(json.dumps(data), encoding="utf-8")
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (
-            lambda d: d["configuration"]["options"]["gyro"].update(initial_bias_deg_s=-1.0),
-            r"configuration\.options\.gyro\.initial_bias_deg_s = -1\.0",
-        ),
-    ],
-)
-def test_what_was_changed_in_the_configuration_is_named(folder, change, message):
-    edit(folder, change)
-    with pytest.raises(ValueError, match=message) as error:
+    message = r"run\.json: .*configuration\.options\.gyro\.initial_bias_deg_s = -1\.0"
+    with pytest.raises(ValueError, match=message):
         read_front(folder)
-    assert "run.json" in str(error.value)
 
 
 def test_fastest_and_best_are_of_t_end_and_trace_whatever_was_minimized(tmp_path):
-    scenario = dataclasses.replace(Scenario.paper(), duration=2400.0)
+    scenario = dataclasses.replace(Scenario.paper(), duration=2400.0, step=4.0)
     problem = AttitudeManeuverProblem(scenario, objectives=("log_det", "angle"))
     write_run(tmp_path / "run", small_run(problem))
     front = read_front(tmp_path / "run")

@@ -6,11 +6,9 @@ import io
 import numpy as np
 import pandas as pd
 import pytest
-from mgeo_attitude import Scenario, evaluate
-from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude import evaluate
 from mgeo_attitude.plan import ManeuverPlan, commands, to_uplink_csv, write_plan
 from mgeo_attitude.scenario import InitialConditions
-from scipy.spatial.transform import Rotation
 
 from .conftest import DESIGN
 
@@ -66,25 +64,3 @@ def test_a_maneuver_that_is_over_before_its_ramp_is_commanded(problem):
     assert table["what"].tolist() == ["maneuver 1", "maneuver 2", "maneuver 3", "rate held"]
     again = table.loc[:2, [*(f"rate_{axis}_deg_s" for axis in "xyz"), "duration_s"]]
     assert again.to_numpy().ravel().tolist() == design.tolist()
-
-
-@pytest.mark.slow
-def test_rounded_commands_fly_the_same_plan():
-    """With all digits in the design, ramps and a slew back: off by 1e-8 deg for each second."""
-    design = np.random.default_rng(8).uniform(-1.0, 1.0, 12)
-    design[3::4] = 60.0 + 20.0 * np.abs(design[3::4])
-    table = {
-        "preset": "paper",
-        "duration": 900.0,
-        "step": 0.1,
-        "initial": {"pointing": "nadir"},
-        "maneuvers": {"slew_back": True, "max_acceleration_deg_s2": 0.05},
-    }
-    plan = ManeuverPlan(Scenario.from_dict(table), tuple(design.tolist()))
-    read = pd.read_csv(io.StringIO(to_uplink_csv(plan)))
-    rates = read[[f"rate_{axis}_deg_s" for axis in "xyz"]].to_numpy()
-    again = np.hstack([rates, read[["duration_s"]].to_numpy()]).ravel()
-    n = round(plan.duration / plan.scenario.step)
-    flown = Motion.of(plan.problem.model, again, n).attitude
-    off = Rotation.from_matrix(flown @ plan.attitude.transpose(0, 2, 1)).magnitude()
-    assert np.degrees(off).max() < 1e-8 * plan.duration

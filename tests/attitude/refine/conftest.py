@@ -19,6 +19,10 @@ def short(count, rule, **more):
     return AttitudeManeuverProblem(scenario, n_maneuvers=count)
 
 
-@pytest.fixture(scope="module", params=["trace", "end"])
+@pytest.fixture(scope="module")
 def problem(request):
-    return short(4, request.param)
+    """A problem that ends with its maneuvers, or by another rule of convergence."""
+    return short(4, getattr(request, "param", "end"))
+
+
+by_each_rule = pytest.mark.parametrize("problem", ["trace", "end"], indirect=True)

@@ -11,7 +11,7 @@ from mgeo_attitude.refine.polish import polish_steps
 from mgeo_attitude.refine.starts import receding_horizon
 from mgeo_attitude.scenario import FlightErrors, PathLimit
 
-from .conftest import short
+from .conftest import by_each_rule, short
 
 CAMERA = (
     PathLimit(name="camera", reference="sun", boresight=(0.0, 0.0, 1.0), half_angle_deg=40.0),
@@ -85,6 +85,7 @@ def test_of_several_descents_the_best_goes_on(problem):
         assert value[0] <= np.sort(value[1:])[1]
 
 
+@by_each_rule
 def test_no_plan_gets_worse_and_some_get_better(problem):
     X = np.vstack([some(problem), problem.starts(3, np.random.default_rng(1))])
     kept = X.copy()
@@ -95,16 +96,6 @@ def test_no_plan_gets_worse_and_some_get_better(problem):
     assert (after <= before).all()
     assert (after[:, 1] < 0.95 * before[:, 1]).sum() > 4
     np.testing.assert_array_equal(polish(problem, X, **FEW), found)
-
-
-def test_each_step_is_as_good_as_the_one_before(problem):
-    last = values(problem, X := some(problem))[0]
-    tables = list(polish_steps(problem, X, **FEW))
-    assert len(tables) > 3  # three plans, two between, other times, unneeded maneuvers
-    for table in tables:
-        F = values(problem, table)[0]
-        assert (last >= F).all()
-        last = F
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import split, without_unneeded
 
-from .conftest import short
+from .conftest import by_each_rule, short
 
 
 def plans(n, count, seed=3):
@@ -44,6 +44,7 @@ def test_a_plan_of_more_maneuvers_is_no_plan_of_fewer():
         split(plans(1, 3), 2)
 
 
+@by_each_rule
 def test_what_was_split_is_joined_again(problem):
     X = split(plans(12, 2), 4)
     before = problem.evaluate(X, return_values_of=["F"])

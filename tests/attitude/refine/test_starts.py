@@ -9,7 +9,7 @@ from mgeo_attitude.refine.at_time import AtTime
 from mgeo_attitude.refine.starts import beam, rate_grid, receding_horizon, until_converged
 from mgeo_attitude.scenario import PathLimit
 
-from .conftest import short
+from .conftest import by_each_rule, short
 
 
 def test_each_stage_has_the_rate_that_leaves_the_least_trace(problem):
@@ -56,6 +56,7 @@ def test_rates_are_held_until_a_plan_has_converged():
     assert late[0] == late.min()
 
 
+@by_each_rule
 def test_starts_are_far_better_than_chance(problem):
     found = problem.starts(6, np.random.default_rng(1))
     assert found.shape == (6, problem.n_var)

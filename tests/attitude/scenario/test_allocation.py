@@ -22,7 +22,7 @@ def axes_(request):
     return axes / np.linalg.norm(axes, axis=1, keepdims=True)
 
 
-def demands(n=30):
+def demands(n=10):
     return np.random.default_rng(1).standard_normal((n, 3))
 
 

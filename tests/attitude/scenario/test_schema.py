@@ -99,18 +99,6 @@ def test_without_a_preset_nothing_without_default_may_be_missing(key: str) -> No
     assert SCHEMA.is_valid(table | {"preset": "paper"})
 
 
-def test_keys_have_meaning_unit_range_and_default() -> None:
-    noise = scenario_schema()["$defs"]["StarTracker"]["properties"]["noise_arcsec"]
-    assert noise == {
-        "default": 10.0,
-        "description": "noise about the cross axes, 1-sigma",
-        "exclusiveMinimum": 0.0,
-        "title": "Noise Arcsec",
-        "type": "number",
-        "unit": "arcsec",
-    }
-
-
 def test_a_saved_scenario_names_the_file_that_the_command_prints(tmp_path: Path) -> None:
     Scenario.paper().save(tmp_path / "mine.toml")
     text = (tmp_path / "mine.toml").read_text(encoding="utf-8")

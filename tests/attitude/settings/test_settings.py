@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import copy
-import dataclasses
 import math
-import pickle
 from datetime import UTC, date, datetime
 from typing import Annotated, Any, Literal
 
-import numpy as np
 import pytest
 from mgeo_attitude.settings.base import Kinds, Settings, to_table
 from mgeo_attitude.settings.errors import InvalidValue, KeyProblem
@@ -92,42 +88,8 @@ def test_positional_and_missing_arguments_are_named() -> None:
         Axle()  # type: ignore[call-arg]
 
 
-def test_values_become_those_of_python() -> None:
-    values: dict[str, Any] = {"offset": np.float32(0.5), "poles": np.int64(6), "axis": [1, 2, 3]}
-    wheel = Wheel(2, built="2018-06-04T21:00:00-03:00", bearing={"friction": 0}, **values)  # type: ignore[arg-type]
-    assert wheel == Wheel(
-        2.0,
-        0.5,
-        6,
-        axis=(1.0, 2.0, 3.0),
-        built=datetime(2018, 6, 5, tzinfo=UTC),
-        bearing=Bearing(friction=0.0),
-    )
-    assert [type(x) for x in (wheel.inertia, wheel.offset, wheel.poles)] == [float, float, int]
-    assert all(type(x) is float for x in wheel.axis)
-
-
-def test_settings_are_frozen_values() -> None:
-    wheel: Any = Wheel(others=(Bearing(),))
-    for twin in (pickle.loads(pickle.dumps(wheel)), copy.deepcopy(wheel)):
-        assert (twin, hash(twin)) == (wheel, hash(wheel))
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        wheel.inertia = 2.0
-    with pytest.raises(InvalidValue, match=r"^poles = 1"):
-        dataclasses.replace(wheel, poles=1)
-
-
 def test_tables_leave_out_what_is_empty_and_name_the_kind() -> None:
     table = to_table(Wheel(others=(Bearing("rear"),), built=datetime(2018, 6, 5, tzinfo=UTC)))
     assert not {"run_time", "tags"} & table.keys()
     assert table["built"] == "2018-06-05T00:00:00Z"
     assert table["others"] == [{"kind": "bearing", "name": "rear", "friction": 0.1}]
-
-
-@pytest.mark.parametrize("kind", [InvalidValue, KeyProblem])
-def test_errors_move_into_sections_and_between_processes(kind: type[InvalidValue]) -> None:
-    error = kind("e", 1.2, "expected less").under("orbit")
-    assert error.key == "orbit.e"
-    for twin in (pickle.loads(pickle.dumps(error)), copy.copy(error)):
-        assert type(twin) is kind
-        assert str(twin) == str(error)

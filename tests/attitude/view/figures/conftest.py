@@ -12,8 +12,8 @@ def problem():
 
 @pytest.fixture(scope="session")
 def X(problem):
-    """Shape (300, 12), read-only."""
-    designs = np.random.default_rng(3).uniform(problem.xl, problem.xu, (300, problem.n_var))
+    """Shape (100, 12), read-only."""
+    designs = np.random.default_rng(3).uniform(problem.xl, problem.xu, (100, problem.n_var))
     designs.flags.writeable = False
     return designs
 

@@ -1,11 +1,7 @@
 """Circles on the map of the body's sphere."""
 
-import dataclasses
-
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.scenario import PathLimit
 from mgeo_attitude.view.figures.curves import OUTLINE, circle, projected
 
 
@@ -25,19 +21,3 @@ def test_a_circle_is_where_directions_are_as_far_from_its_axis(axis, degrees):
     assert nearest.max() < 0.04 * OUTLINE[0]  # the line has a point every 2.5 degrees
     strokes = np.hypot(np.diff(across), np.diff(up))
     assert np.nanmax(strokes) < 0.08 * OUTLINE[0]  # none across the map
-
-
-@pytest.mark.slow
-def test_path_limits_and_fields_of_view_are_drawn():
-    sun, *others = Scenario.cubesat_6u().sensors
-    narrow = dataclasses.replace(sun, boresight=(0.0, 0.0, 1.0), half_angle_deg=60.0)
-    scenario = dataclasses.replace(
-        Scenario.cubesat_6u(),
-        duration=600.0,
-        sensors=(narrow, *others),
-        path_limits=(PathLimit(name="camera", boresight=(1.0, -1.0, 0.0), half_angle_deg=30.0),),
-    )
-    problem = AttitudeManeuverProblem(scenario, 1)
-    (figures,) = problem.view(np.array([[0.2, 0.0, 0.0, 100.0]])).solution_figures()
-    names = [trace.name for trace in figures["directions"].data if trace.mode == "lines"]
-    assert names[1:] == ["Sun off camera", "view of sun"]

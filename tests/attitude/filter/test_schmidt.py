@@ -1,0 +1,19 @@
+"""The update of the reference filter with considered states, against Joseph's form."""
+
+import numpy as np
+import pytest
+from mgeo_attitude.filter.reference import schmidt
+
+
+@pytest.mark.parametrize("considered", [[], [3, 4, 5, 9]])
+def test_considered_states_are_left_out_of_the_gain_and_keep_their_covariance(considered):
+    rng = np.random.default_rng(0)
+    root, H = rng.standard_normal((12, 12)), rng.standard_normal((3, 12))
+    P, R = root @ root.T, np.diag(rng.uniform(0.1, 1.0, 3))
+    K = P @ H.T @ np.linalg.inv(R + H @ P @ H.T)
+    K[considered] = 0.0
+    rest = np.eye(12) - K @ H
+    found = schmidt(P, H, R, np.array(considered, dtype=int))
+    np.testing.assert_allclose(found, rest @ P @ rest.T + K @ R @ K.T, rtol=1e-10, atol=1e-10)
+    kept = np.ix_(considered, considered)
+    np.testing.assert_array_equal(found[kept], P[kept])
