@@ -1,0 +1,47 @@
+"""Compiled functions that numba keeps on disk: unique names and one signature each.
+
+numba names files by function and signature. Two functions of one name, or two signatures compiled
+at once by two processes, can load each other's code (numba/numba#10486), which shows once in many
+runs and without an error. So the condition itself is tested, on numba's own objects.
+"""
+
+import inspect
+from functools import partial
+from pkgutil import iter_modules
+
+import pytest
+from mgeo_attitude.filter.kernel import load_driver
+from mgeo_calibration.estimation import kernels
+from numba.core.caching import NullCache
+from numba.core.dispatcher import Dispatcher
+
+WITHOUT_LOOPS = ("algebra", "signatures")
+SMOOTHER = [
+    pytest.param(partial(kernels.load, name), id=name, marks=[pytest.mark.slow] * is_slow)
+    for _, name, _ in iter_modules(kernels.__path__)
+    if name not in WITHOUT_LOOPS
+    for is_slow in [name == "process_noise"]  # no other fast test compiles this one
+]
+
+
+def called_functions(function):
+    """Return the compiled functions that a compiled function calls."""
+    scope = inspect.getclosurevars(function.py_func)
+    return {
+        each
+        for each in (*scope.globals.values(), *scope.nonlocals.values())
+        if isinstance(each, Dispatcher)
+    }
+
+
+@pytest.mark.parametrize("load", [load_driver, *SMOOTHER])
+def test_cached_functions_have_unique_names_and_one_signature(load):
+    functions = {each for each in vars(load()).values() if isinstance(each, Dispatcher)}
+    cached = {each for each in functions if not isinstance(each._cache, NullCache)}
+    assert cached
+    assert all(len(each.signatures) == 1 and not each._can_compile for each in cached)
+    while more := {each for one in functions for each in called_functions(one)} - functions:
+        functions |= more
+    # A function that only compiled functions call is kept within their files.
+    assert all(isinstance(each._cache, NullCache) for each in functions - cached)
+    assert len({(each.__module__, each.__qualname__) for each in functions}) == len(functions)
