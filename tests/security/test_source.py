@@ -19,6 +19,13 @@ ALLOWED = {
 }
 
 
+def called(function):
+    """Return the name of a function, or of an attribute of a module."""
+    if isinstance(function, ast.Attribute) and isinstance(function.value, ast.Name):
+        return f"{function.value.id}.{function.attr}"
+    return getattr(function, "id", "")
+
+
 def found(tree):
     """Imports and calls that could run what a file says."""
     for node in ast.walk(tree):
@@ -27,13 +34,12 @@ def found(tree):
         elif isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] in MODULES:
             yield node.module
         elif isinstance(node, ast.Call):
-            name = ast.unparse(node.func)
-            safe = any(
-                k.arg == "allow_pickle" and ast.unparse(k.value) == "False" for k in node.keywords
-            )
+            name = called(node.func)
+            given = [k.value for k in node.keywords if k.arg == "allow_pickle"]
+            safe = [ast.unparse(value) for value in given] == ["False"]
             if name in CALLS and not (name == "np.load" and safe):
                 yield name
-            if any(k.arg == "allow_pickle" and not safe for k in node.keywords):
+            if given and not safe:
                 yield "allow_pickle"
 
 

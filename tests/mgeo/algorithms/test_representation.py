@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from pymoo.constraints.eps import AdaptiveEpsilonConstraintHandling
-from pymoo.operators.sampling.lhs import LHS
 
 from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
 
@@ -26,23 +24,3 @@ from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
 def test_it_shows_what_is_not_by_default_and_evaluates_to_the_same(algorithm, text):
     assert repr(algorithm) == str(algorithm) == text
     assert repr(eval(text)) == text
-
-
-def test_what_is_long_or_no_number_is_cut_short():
-    algorithm = MGEOReal(np.full(12, 0.1), sampling=np.zeros((30, 12)))
-    many, rows = ", ".join(["0.1"] * 6), ", ".join(["[...]"] * 6)
-    assert repr(algorithm) == f"MGEOReal(sigma=[{many}, ...], sampling=[{rows}, ...])"
-    assert repr(MGEOReal(sampling=LHS())) == "MGEOReal(sampling=LHS(...))"
-
-
-class Unkept(MGEOReal):
-    """Does not keep what it is given, but for what it passes on."""
-
-    def __init__(self, width, depth=1, **options):
-        super().__init__(sigma=width / 2, **options)
-
-
-def test_subclasses_and_wrappers_that_do_not_keep_their_arguments_are_shown_too():
-    assert repr(Unkept(0.4, tau=1.0)) == "Unkept(width=..., sigma=0.2, tau=1.0)"
-    wrapped = AdaptiveEpsilonConstraintHandling(MGEOReal(0.2))
-    assert repr(wrapped) == "AdaptiveEpsilonConstraintHandling(algorithm=...)"

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
-from pymoo.operators.sampling.lhs import LHS
 from pymoo.problems.multi import BNH, ZDT1
 from pymoo.termination.default import DefaultMultiObjectiveTermination
 from pymoo.util.archive import MultiObjectiveArchive
@@ -16,7 +15,6 @@ from pymoo.util.archive import MultiObjectiveArchive
 import mgeo.algorithms
 from mgeo import MGEOCanonical, MGEOReal, MGEOReal2, ParetoArchive
 from mgeo.algorithms import RunState, SavedState, capture, restore
-from mgeo.validation.entries import FileError
 
 from .problems import Fixed, Mixture, Typed
 
@@ -85,16 +83,6 @@ def test_variables_of_every_type_come_back(problem):
     run = begun(algorithm, problem, 6)
     assert isinstance(again(run).pop[0].X, type(run.pop[0].X))
     assert_same_end(again(run), run)
-
-
-def test_parameters_are_kept_and_a_second_restore_is_the_first():
-    given = MGEOReal(np.array([0.1, 0.2, 0.3]), 2.5, 4, "range", sampling=LHS(), archive_size=9)
-    problem = ZDT1(n_var=3)
-    run = begun(given, problem, 5)
-    twice = again(again(run))
-    assert twice.sigma.tolist() == [0.1, 0.2, 0.3]
-    assert (twice.tau, twice.n_walkers, twice.perturbation) == (2.5, 4, "range")
-    assert_same_end(twice, run)
 
 
 def test_nothing_found_and_nothing_feasible():
@@ -206,22 +194,3 @@ def test_another_algorithm_or_parameter_is_refused():
     ):
         with pytest.raises(ValueError, match=message):
             restore(saved, run.problem, other)
-
-
-@pytest.mark.parametrize(
-    ("arrays", "state", "message"),
-    [
-        ({"state.walkers": None}, {}, "damaged: KeyError: 'state.walkers'"),
-        ({"state.walkers": np.zeros((3, 5))}, {}, r"state.walkers of shape \(3, 5\): expected"),
-        ({"state.front_F": np.zeros((0, 2))}, {}, "state.front: expected as many rows in each"),
-        ({}, {"n_generations": None}, "damaged: TypeError"),
-        ({}, {"streams": [1, 2, 3]}, "damaged: TypeError"),
-    ],
-)
-def test_a_damaged_state_is_refused(arrays, state, message):
-    run = begun(MGEOReal(n_walkers=3), ZDT1(n_var=4), 2)
-    saved = capture(run)
-    arrays = {k: v for k, v in {**saved.arrays, **arrays}.items() if v is not None}
-    data = {**saved.data, "state": {**saved.data["state"], **state}}
-    with pytest.raises(FileError, match=f"run.checkpoint: .*{message}"):
-        restore(SavedState(arrays, data, "run.checkpoint"), run.problem, twin(run))

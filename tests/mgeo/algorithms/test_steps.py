@@ -43,10 +43,3 @@ def test_zero_absorbs_a_relative_step_only():
     x, noise, bounds = np.zeros((1, 1)), np.ones((1, 1)), (np.array([-1.0]), np.array([1.0]))
     values = {name: perturb(x, noise, 0.5, scale, *bounds)[0, 0] for name, scale in SCALES.items()}
     assert values == {"absolute": 0.5, "relative": 0.0, "range": 1.0}
-
-
-def test_sigma_per_variable():
-    x, noise = np.zeros((2, 2)), np.array([[1.0, 1.0], [-1.0, 2.0]])
-    bounds = np.full(2, -9.0), np.full(2, 9.0)
-    values = perturb(x, noise, np.array([0.5, 2.0]), SCALES["absolute"], *bounds)
-    assert values.tolist() == [[0.5, 2.0], [-0.5, 4.0]]

@@ -42,10 +42,10 @@ def test_every_algorithm_improves_a_front_and_repeats_itself(name):
     problem = ZDT1(n_var=5)
     algorithm = build_algorithm(name, SMALL.get(name, {"population": 20}), problem)
     first = solve(problem, algorithm, 40, seed=1)
-    longer = solve(problem, algorithm, 600, seed=1)
-    again = solve(problem, algorithm, 600, seed=1)
+    longer = solve(problem, algorithm, 300, seed=1)
+    again = solve(problem, algorithm, 300, seed=1)
     assert AREA(longer.F) > AREA(first.F)
-    assert 600 <= longer.evaluations < 640
+    assert 300 <= longer.evaluations < 340
     assert np.array_equal(longer.X, again.X)
     assert np.array_equal(problem.evaluate(longer.X), longer.F)
     worse = (longer.F[:, None] >= longer.F).all(axis=2) & (longer.F[:, None] > longer.F).any(axis=2)
@@ -126,7 +126,7 @@ def test_integers_and_bits_are_searched_as_such_or_refused(name, vtype):
             set_up(problem, build_algorithm(name, SMALL.get(name, {}), problem), 100, seed=1)
         return
     algorithm = build_algorithm(name, SMALL.get(name, {"population": 20}), problem)
-    outcome = solve(problem, algorithm, 400, seed=1)
+    outcome = solve(problem, algorithm, 200, seed=1)
     X = np.concatenate(problem.seen)
     assert {each.dtype.kind for each in problem.seen} == {"i" if vtype is int else "b"}
     assert (X >= 0).all()
