@@ -17,7 +17,7 @@ from mgeo.studies import Comparison, read_comparison
 
 from .problems import FailingNSGA2
 
-pytestmark = pytest.mark.usefixtures("undrawn")
+pytestmark = pytest.mark.usefixtures("quick")
 
 
 class Beam(ZDT1):

@@ -149,7 +149,7 @@ class ClockSearch(GlobalRandomSearch):
         return Population.new("X", random_state.random((20, self.problem.n_var)))
 
 
-@pytest.mark.usefixtures("undrawn")
+@pytest.mark.usefixtures("quick")
 def test_runs_of_an_algorithm_that_does_not_follow_the_seed_are_not_reused(tmp_path, capsys):
     problem, algorithms = ZDT1(n_var=4), {"own": EntropySearch(), "NSGA-II": NSGA2(12)}
     (note,) = noted(problem, algorithms, folder=tmp_path).notes
