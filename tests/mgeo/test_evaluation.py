@@ -258,16 +258,3 @@ def test_the_first_exception_is_told_once_and_values_never():
         solve(Batch(), MGEOReal(0.2, n_walkers=5))
         solve(Element("nan"), MGEOReal(0.2, n_walkers=5))
     assert [str(warning.message)[:32] for warning in told] == ["a candidate failed with ZeroDivi"]
-
-
-def test_an_evaluator_of_the_users_own_kind_is_left_alone():
-    class Own(Evaluator):
-        pass
-
-    own, tolerant = Own(), TolerantEvaluator()
-    assert TolerantEvaluator.like(own) is own
-    assert TolerantEvaluator.like(tolerant) is tolerant
-    plain = Evaluator(skip_already_evaluated=False, callback=print)
-    plain.n_eval = 7
-    alike = TolerantEvaluator.like(plain)
-    assert (alike.n_eval, alike.skip_already_evaluated, alike.callback) == (7, False, print)

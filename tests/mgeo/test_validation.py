@@ -30,11 +30,9 @@ def test_a_name_that_is_like_known_ones_or_a_part_of_them(value, known, told):
     ("kind", "value", "message"),
     [
         (int, True, "x.a = True: expected an integer"),
-        (int, 1.0, "x.a = 1.0: expected an integer"),
         (float, True, "x.a = True: expected a finite number"),
         (float, float("nan"), "x.a = nan: expected a finite number"),
         (float, 10**400, "x.a = 1000"),
-        (float, "1", "x.a = '1': expected a finite number"),
         (bool, 1, "x.a = 1: expected true or false"),
         (str, None, "x.a = None: expected a string"),
         (dict, [], "x.a = []: expected a table"),

@@ -81,13 +81,10 @@ class Tolerance(Callback):
     "algorithm",
     [
         MGEOReal(0.2, n_walkers=5, perturbation="range"),
-        MGEOReal(
-            0.2, tau="a-geo2", n_walkers=5, perturbation="range", restart="archive", patience=3
-        ),
         MGEODirected(n_walkers=5),
         MGEOCanonical(n_walkers=2, bits=8),
     ],
-    ids=["real", "adaptive", "directed", "canonical"],
+    ids=["real", "directed", "canonical"],
 )
 def test_violations_that_pymoo_tolerates_for_a_while_do_not_get_into_the_front(algorithm):
     wrapped, callback = AdaptiveEpsilonConstraintHandling(algorithm), Tolerance()

@@ -6,7 +6,6 @@ from pymoo.optimize import minimize
 from pymoo.problems.multi import ZDT1
 
 from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
-from mgeo.algorithms.variables import MOST_REAL
 
 PROBLEM = ZDT1(n_var=3)
 
@@ -78,21 +77,3 @@ def test_parameters_that_do_not_fit_the_problem_are_refused(parameters, error, m
 def test_problems_that_are_not_real_and_bounded_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         MGEOReal().setup(Problem(n_obj=2, **arguments))
-
-
-@pytest.mark.parametrize(
-    "algorithm",
-    [*(cls(n_walkers=2) for cls in (MGEOReal2, MGEODirected, MGEOCanonical, MGEOVar)),
-     *(MGEOReal(n_walkers=2, perturbation=scale) for scale in ("absolute", "relative", "range"))],
-    ids=lambda algorithm: f"{type(algorithm).__name__}-{getattr(algorithm, 'perturbation', '')}",
-)  # fmt: skip
-def test_the_widest_bounds_allowed_are_computed_with(algorithm):
-    class Wide(Problem):
-        def __init__(self):
-            super().__init__(n_var=3, n_obj=2, xl=-MOST_REAL, xu=MOST_REAL)
-
-        def _evaluate(self, X, out, *args, **kwargs):
-            assert np.array_equal(np.clip(X, self.xl, self.xu), X)
-            out["F"] = np.column_stack([((X / MOST_REAL - a) ** 2).sum(axis=1) for a in (0.0, 0.5)])
-
-    assert len(minimize(Wide(), algorithm, ("n_gen", 30), seed=1).F) > 1

@@ -147,17 +147,6 @@ def test_candidates_may_be_told_in_another_order(algorithm, problem):
     assert same(run.result(), solve(problem, algorithm))
 
 
-def test_history_holds_independent_generations():
-    fronts = []
-    result = solve(save_history=True, callback=lambda a: fronts.append(a.opt.get("F")))
-    assert [entry.n_gen for entry in result.history] == list(range(1, 11))
-    for entry, F in zip(result.history, fronts, strict=True):
-        assert np.array_equal(entry.opt.get("F"), F)
-        assert np.array_equal(entry.front.F, F)
-    assert not np.array_equal(fronts[0], fronts[-1])
-    assert same(result, solve())
-
-
 def test_constraints_are_met_and_the_front_approaches_the_known_one():
     problem = BNH()
     result = minimize(problem, MGEOReal(0.5, 1.0, 20), ("n_gen", 100), seed=1)

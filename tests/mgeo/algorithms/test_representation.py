@@ -10,14 +10,11 @@ from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
     ("algorithm", "text"),
     [
         (MGEOReal(), "MGEOReal()"),
-        (MGEOReal(1, 3), "MGEOReal()"),
         (MGEOReal(0.2, perturbation="range"), "MGEOReal(sigma=0.2, perturbation='range')"),
         (MGEOReal(np.array([0.1, 0.5])), "MGEOReal(sigma=[0.1, 0.5])"),
-        (MGEOReal(0.5, "a-geo1"), "MGEOReal(sigma=0.5, tau='a-geo1')"),
         (MGEOReal2(n_steps=np.int64(3)), "MGEOReal2(n_steps=3)"),
         (MGEOCanonical(bits=8, restart="random"), "MGEOCanonical(bits=8, restart='random')"),
         (MGEOVar(bits=[2, 3], archive_size=50), "MGEOVar(bits=[2, 3], archive_size=50)"),
-        (MGEODirected(difference=(0.2, 0.65)), "MGEODirected()"),
         (MGEODirected(2.0, momentum=(0.1, 0)), "MGEODirected(tau=2.0, momentum=[0.1, 0.0])"),
     ],
 )

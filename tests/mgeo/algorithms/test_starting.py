@@ -7,7 +7,7 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
-from pymoo.core.termination import TerminateIfAll, TerminateIfAny
+from pymoo.core.termination import TerminateIfAny
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
 from pymoo.termination.default import DefaultMultiObjectiveTermination
@@ -165,18 +165,6 @@ def test_a_budget_among_other_criteria_counts(termination):
     with pytest.warns(RuntimeWarning, match="takes 40 evaluations.* budget of 25"):
         result = minimize(ZDT1(n_var=8), MGEOReal(n_walkers=5), termination, seed=1)
     assert result.algorithm.evaluator.n_eval == 25
-
-
-@pytest.mark.parametrize(
-    "termination",
-    [("n_eval", None), TerminateIfAll(
-        MaximumFunctionCallTermination(25), MaximumGenerationTermination(9)
-    )],
-    ids=["none", "all"],
-)  # fmt: skip
-def test_without_a_budget_of_evaluations_the_first_generation_is_whole(termination):
-    run = MGEOReal(n_walkers=5).setup(ZDT1(n_var=8), termination=termination, seed=1)
-    assert len(run.ask()) == 40
 
 
 def test_a_tenth_beyond_the_budget_is_evaluated_and_starting_points_in_any_case():

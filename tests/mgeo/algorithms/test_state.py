@@ -111,21 +111,6 @@ def test_time_stands_still_between_the_runs(monkeypatch):
     assert restored.termination.perc == pytest.approx(0.8, abs=0.1)
 
 
-class Odd(MGEOReal):
-    def __init__(self, odd, **options):
-        super().__init__(**options)
-        self.odd = odd
-
-
-def test_parameters_that_are_no_data_are_refused():
-    run = Odd([1, object()]).setup(ZDT1(n_var=4))
-    with pytest.raises(TypeError, match=r"Odd.odd\[1\] = <object"):
-        capture(run)
-    run = MGEOReal(seed=np.random.MT19937(1)).setup(ZDT1(n_var=4))
-    with pytest.raises(TypeError, match="MT19937"):
-        capture(run)
-
-
 @dataclass(kw_only=True, eq=False, slots=True)
 class Counts(RunState):
     accepted: np.ndarray

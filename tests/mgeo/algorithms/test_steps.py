@@ -26,12 +26,6 @@ def test_standard_deviation_of_a_step(perturbation, deviations):
     assert not step[:, 2].any()  # a variable with equal bounds stays where it is
 
 
-def test_steps_end_at_the_bounds():
-    x, noise = np.full((1, 2), 0.9), np.array([[5.0, -50.0]])
-    values = perturb(x, noise, 1.0, SCALES["absolute"], np.full(2, -1.0), np.ones(2))
-    assert values.tolist() == [[1.0, -1.0]]
-
-
 def test_unclipped_steps_are_normal():
     x = np.zeros((20_000, 1))
     noise = np.random.default_rng(1).standard_normal(x.shape)

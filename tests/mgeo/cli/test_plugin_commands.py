@@ -8,8 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from ..plugins.claim import claim
-
 pytestmark = pytest.mark.usefixtures("stand_in")
 
 
@@ -62,14 +60,6 @@ def test_one_that_does_not_load_says_why_and_hides_no_other(mgeo):
     done = mgeo("broken", "--help")
     assert (done.exit_code, done.stdout) == (2, "")
     assert done.stderr.startswith("Error: command 'broken' of stand-in 1.2.3 does not load: Module")
-
-
-def test_a_name_claimed_twice_is_refused_naming_both_distributions(mgeo, tmp_path, monkeypatch):
-    claim(tmp_path, "rival", "beam", "stand_in_commands:app", "mgeo.commands")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    done = mgeo("beam", "weigh", "a")
-    assert done.exit_code == 2
-    assert "the command name 'beam' is claimed by rival 2.0 and stand-in 1.2.3" in done.stderr
 
 
 def test_help_does_not_wait_for_numpy():

@@ -67,20 +67,6 @@ def test_a_run_that_stopped_ends_as_if_it_had_not(cls, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
-def test_a_finished_run_is_extended(tmp_path):
-    path = tmp_path / "run.checkpoint"
-    first = solve(n_gen=8, callback=Checkpoint(path, every_seconds=1e9))
-    at_rest = resume(path, PROBLEM)
-    assert not at_rest.has_next()
-    assert same(at_rest.result(), first)
-    for termination in (("n_gen", 20), ("n_eval", 240), "n_gen"):
-        longer = resume(path, PROBLEM, termination)
-        if termination != "n_gen":  # without a limit
-            assert same(longer.run(), solve(n_gen=20))
-        assert longer.has_next() is (termination == "n_gen")
-    assert same(minimize(PROBLEM, resume(path, PROBLEM, ("n_gen", 20))), solve(n_gen=20))
-
-
 def test_checkpoints_come_when_they_are_due(tmp_path, monkeypatch):
     path = tmp_path / "run.checkpoint"
     clock = itertools.count()  # every look at it takes a second
