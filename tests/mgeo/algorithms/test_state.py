@@ -15,6 +15,7 @@ from pymoo.util.archive import MultiObjectiveArchive
 import mgeo.algorithms
 from mgeo import MGEOCanonical, MGEOReal, MGEOReal2, ParetoArchive
 from mgeo.algorithms import RunState, SavedState, capture, restore
+from mgeo.validation.entries import FileError
 
 from .problems import Fixed, Mixture, Typed
 
@@ -179,3 +180,19 @@ def test_another_algorithm_or_parameter_is_refused():
     ):
         with pytest.raises(ValueError, match=message):
             restore(saved, run.problem, other)
+
+
+@pytest.mark.parametrize(
+    ("arrays", "message"),
+    [
+        ({"state.walkers": np.zeros((3, 5))}, r"state.walkers of shape \(3, 5\): expected"),
+        ({"state.front_F": np.zeros((0, 2))}, "state.front: expected as many rows in each"),
+    ],
+)
+def test_a_damaged_state_is_refused(arrays, message):
+    run = begun(MGEOReal(n_walkers=3), ZDT1(n_var=4), 2)
+    saved = capture(run)
+    with pytest.raises(FileError, match=f"run.checkpoint: .*{message}"):
+        restore(
+            SavedState(saved.arrays | arrays, saved.data, "run.checkpoint"), run.problem, twin(run)
+        )

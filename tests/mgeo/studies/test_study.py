@@ -124,7 +124,6 @@ def mgeo(tmp_path, monkeypatch, stand_in):
     return lambda *arguments: CliRunner().invoke(app, ["study", *map(str, arguments)])
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("quick")
 def test_a_study_of_one_objective(tmp_path):
     text = TWO.replace('["pymoo:zdt1", "pymoo:dtlz2"]', '["pymoo:sphere", "pymoo:rastrigin"]')
