@@ -17,7 +17,6 @@ from mgeo.validation.tables import Table, checked
         ("bias", ["bias_decay", "initial_bias_nt", "basis"], None),
         ("bias_nt", ["bias_decay", "initial_bias_nt"], "; did you mean 'initial_bias_nt'?"),
         ("orbit", ["gyro", "sensors"], ""),
-        ("", ["gyro"], ""),
         (3, ["gyro", "3"], "; did you mean '3'?"),
     ],
 )
