@@ -11,7 +11,7 @@ from mgeo.studies.file import parse_study, read_study
 from mgeo.studies.stored import read_comparison
 from mgeo.studies.study import run_study
 
-from .pages import DOCS
+from .pages import DOCS, blocks
 
 STUDIES = DOCS / "studies"
 POINTS = 5
@@ -28,6 +28,13 @@ name = ["nsga2", "random"]
 label = "{name}"
 population = 20
 """
+
+
+def test_the_study_file_of_the_page_on_studies_is_read():
+    (text,) = blocks("studies/README.md", "toml")
+    study = parse_study(text, STUDIES)
+    assert study.budget(study.problems[0].build())[0] == 20_000
+    assert study.control in [algorithm.label for algorithm in study.algorithms]
 
 
 @pytest.mark.slow

@@ -27,8 +27,6 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "cauchy.py").write_text(code, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [path for path in sys.path if path not in ("", ".")])
-    # Worker processes of an earlier test do not know this folder.
-    get_reusable_executor().shutdown(wait=True)
     yield tmp_path
     sys.modules.pop("cauchy", None)
 
@@ -63,6 +61,8 @@ def test_commands_and_study(folder):
     run(f"{solve} --evaluations 9000 --out whole --quiet")
     assert np.array_equal(read_run("runs/cauchy").outcome.X, read_run("whole").outcome.X)
     Path("study.toml").write_text(blocks(PAGE, "toml")[0])
+    # worker processes of an earlier test do not know this folder
+    get_reusable_executor().shutdown(wait=True)
     found = run("mgeo study study.toml --evaluations 900 --seeds 2 --jobs 2 --json -q")
     assert json.loads(found)["problems"]["zdt1"]["runs_finished"] == 6
 
@@ -82,13 +82,13 @@ def test_steps_have_a_cauchy_distribution(folder):
 
 def test_an_installed_one_is_found_by_its_name(installed):
     assert re.search(rf"^{installed} ", run("mgeo algorithms"), re.MULTILINE)
-    run(f"mgeo solve pymoo:zdt1 --algorithm {installed} --evaluations 1800 --out named -q")
-    run("mgeo resume named --evaluations 1800 -q")
-    assert read_run("named").outcome.evaluations == 1800
+    run(f"mgeo solve pymoo:zdt1 --algorithm {installed} --walkers 2 --evaluations 60 --out a -q")
+    run("mgeo resume a --evaluations 120 -q")
+    assert read_run("a").outcome.evaluations == 120
 
 
 def test_a_run_folder_imports_no_module(folder):
-    run(f"mgeo solve pymoo:zdt1 --algorithm {NAME} --evaluations 1800 --out made -q")
+    run(f"mgeo solve pymoo:zdt1 --algorithm {NAME} --walkers 2 --evaluations 60 --out made -q")
     sys.modules.pop("cauchy")
     assert f"--algorithm {NAME}" in run("mgeo resume made --evaluations 600", codes=(2,))
     assert "cauchy" not in sys.modules

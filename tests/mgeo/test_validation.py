@@ -17,7 +17,6 @@ from mgeo.validation.tables import Table, checked
         ("bias", ["bias_decay", "initial_bias_nt", "basis"], None),
         ("bias_nt", ["bias_decay", "initial_bias_nt"], "; did you mean 'initial_bias_nt'?"),
         ("orbit", ["gyro", "sensors"], ""),
-        ("", ["gyro"], ""),
         (3, ["gyro", "3"], "; did you mean '3'?"),
     ],
 )
@@ -30,11 +29,9 @@ def test_a_name_that_is_like_known_ones_or_a_part_of_them(value, known, told):
     ("kind", "value", "message"),
     [
         (int, True, "x.a = True: expected an integer"),
-        (int, 1.0, "x.a = 1.0: expected an integer"),
         (float, True, "x.a = True: expected a finite number"),
         (float, float("nan"), "x.a = nan: expected a finite number"),
         (float, 10**400, "x.a = 1000"),
-        (float, "1", "x.a = '1': expected a finite number"),
         (bool, 1, "x.a = 1: expected true or false"),
         (str, None, "x.a = None: expected a string"),
         (dict, [], "x.a = []: expected a table"),

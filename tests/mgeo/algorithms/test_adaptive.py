@@ -36,13 +36,6 @@ def test_fitness_orders_feasible_infeasible_failed():
             assert set(np.flatnonzero(better[row, :, objective])) == expected
 
 
-def test_best_fitness_is_taken_objective_by_objective():
-    rows = fitness(FEASIBLE, (6.0, 4.0), INFEASIBLE, violation=[0, 0, 1])
-    assert selection.best(rows).tolist() == [0, 5, 4]
-    assert selection.best(rows[2:]).tolist() == [1, 0, 0]
-    assert fitness(FAILED, violation=[0.0])[0].tolist() == [np.inf, 0, 0]
-
-
 def test_tau_falls_back_rises_or_stays():
     chance = np.array([0.0, 0.2, 0.3, 0.4])
     previous = np.array([0.5, 0.3, 0.3, 0.3])
@@ -59,15 +52,6 @@ def test_tau_falls_back_to_a_log_normal_value():
 
 
 # ---- restarts ---------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("variant", VARIANTS)
-def test_a_run_that_never_restarts_is_the_published_one(variant):
-    problem = ZDT1(n_var=4)
-    plain = minimize(problem, variant(), ("n_gen", 20), seed=1)
-    patient = minimize(problem, variant(restart="random", patience=10**9), ("n_gen", 20), seed=1)
-    assert np.array_equal(plain.X, patient.X)
-    assert np.array_equal(plain.algorithm.walkers, patient.algorithm.walkers)
 
 
 @pytest.mark.parametrize("restart", ["random", "archive"])

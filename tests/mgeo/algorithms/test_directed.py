@@ -19,17 +19,11 @@ from mgeo.algorithms.selection import (
     random_weights,
     weight_vectors,
 )
-from mgeo.testing import check_algorithm
 
 from .problems import Fixed, Rosenbrock
 
 NEVER = 10**9
 STILL = {"return_to_best": 0.0, "migrate": (0.0, 0.0), "restart": (NEVER, NEVER)}
-WITHOUT = {"momentum": (0.0, 0.0)}
-
-
-class Freely(MGEODirected):
-    coupling, widths, return_to_best, migrate = (0.0, 1.0), (0.1, 0.1), 1.0, (0.0, 0.0)
 
 
 def directed(*args, **given):
@@ -49,21 +43,6 @@ def candidates(run):
     """(n_walkers, n_candidates, n_var) of the next generation, and where they start from."""
     walkers = run.walkers.copy()
     return run.ask().get("X").reshape(run.n_walkers, -1, walkers.shape[1]), walkers
-
-
-@pytest.mark.cases(2)
-@pytest.mark.parametrize(
-    "algorithm",
-    [
-        MGEODirected(),
-        MGEODirected(n_walkers=3, extreme_weights=1.0, archive_size=10),
-        Freely(1.0, 6, 0.0, (1.0, 1.0), max_candidates=2),
-        MGEODirected(difference=(0.65, 0.65), **WITHOUT),
-    ],
-    ids=["default", "ends", "differences", "without momentum"],
-)
-def test_it_is_a_good_pymoo_algorithm(algorithm):
-    check_algorithm(algorithm)
 
 
 def test_directions_of_two_objectives_are_the_ends_and_an_even_grid():
@@ -327,12 +306,6 @@ def test_less_violation_is_progress():
         assert (run.state.idle == 0).all()  # progress, or a restart
         assert (less | np.isinf(run.state.incumbent_violation)).all()
     assert np.isinf(run.state.incumbent_violation).any()
-
-
-def test_a_run_does_not_depend_on_its_termination():
-    short = begun(MGEODirected(n_walkers=4), BNH(), 12)
-    longer = minimize(BNH(), MGEODirected(n_walkers=4), ("n_gen", 12), seed=5)
-    assert np.array_equal(short.opt.get("F"), longer.opt.get("F"))
 
 
 def test_constraints_come_first():

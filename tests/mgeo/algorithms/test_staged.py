@@ -7,15 +7,9 @@ from pymoo.problems.multi import BNH, ZDT1
 
 from mgeo import MGEODirected, MGEOStaged, compare
 from mgeo.evaluation.dominance import nondominated
-from mgeo.testing import check_algorithm
 from tests.mgeo.solved import solve
 
 from .problems import Estimated
-
-
-@pytest.mark.parametrize("options", [{}, {"stages": (0.0, 1.0), "n_walkers": 3, "archive_size": 9}])
-def test_it_is_a_variant_of_the_family(options):
-    check_algorithm(MGEOStaged(**options))
 
 
 @pytest.mark.parametrize("constrained", [False, True])

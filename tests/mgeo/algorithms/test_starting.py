@@ -1,14 +1,13 @@
 """Starting points that users give and problems suggest, and budgets below one generation."""
 
 import copy
-import warnings
 
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
-from pymoo.core.termination import TerminateIfAll, TerminateIfAny
+from pymoo.core.termination import TerminateIfAny
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
 from pymoo.termination.default import DefaultMultiObjectiveTermination
@@ -155,11 +154,6 @@ def test_a_first_generation_beyond_the_budget_is_cut_with_a_warning(algorithm):
     assert np.array_equal(result.pop.get("X"), first[:budget])
 
 
-def test_the_warning_has_the_evaluations_of_the_canonical_variant():
-    with pytest.warns(RuntimeWarning, match=r"takes 14,400 evaluations.* the budget of 1,000: "):
-        minimize(ZDT1(), MGEOCanonical(), ("n_eval", 1000), seed=1)
-
-
 @pytest.mark.parametrize(
     "termination",
     [DefaultMultiObjectiveTermination(n_max_evals=25), TerminateIfAny(
@@ -173,18 +167,6 @@ def test_a_budget_among_other_criteria_counts(termination):
     assert result.algorithm.evaluator.n_eval == 25
 
 
-@pytest.mark.parametrize(
-    "termination",
-    [("n_eval", None), TerminateIfAll(
-        MaximumFunctionCallTermination(25), MaximumGenerationTermination(9)
-    )],
-    ids=["none", "all"],
-)  # fmt: skip
-def test_without_a_budget_of_evaluations_the_first_generation_is_whole(termination):
-    run = MGEOReal(n_walkers=5).setup(ZDT1(n_var=8), termination=termination, seed=1)
-    assert len(run.ask()) == 40
-
-
 def test_a_tenth_beyond_the_budget_is_evaluated_and_starting_points_in_any_case():
     problem, algorithm = ZDT1(n_var=8), MGEOReal(n_walkers=5)  # of 40 candidates
     result = minimize(problem, algorithm, ("n_eval", 37), seed=1)
@@ -193,17 +175,6 @@ def test_a_tenth_beyond_the_budget_is_evaluated_and_starting_points_in_any_case(
         result = minimize(problem, begin_with(algorithm, OPTIMA), ("n_eval", 2), seed=1)
     assert result.algorithm.evaluator.n_eval == 3
     assert np.array_equal(result.X[:, 0], OPTIMA[:, 0])
-
-
-@of_family
-def test_a_run_whose_first_generation_was_cut_can_be_continued(algorithm):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)
-        run = copy.deepcopy(algorithm).setup(ZDT1(n_var=8), termination=("n_eval", 7), seed=1)
-        run.run()
-    again = restore(capture(run), run.problem, algorithm, termination=("n_gen", 4))
-    assert len(again.run().F) > 0
-    assert again.n_generations == 4
 
 
 class Suggesting(ZDT1):
@@ -251,8 +222,3 @@ def test_what_cannot_be_begun_with_is_refused(n, starts, message):
         problem.starts = starts
     with pytest.raises(ValueError, match=message):
         MGEODirected(sampling=SuggestedSampling(n)).setup(problem, seed=1)
-
-
-def test_a_problem_that_suggests_none_is_told():
-    with pytest.raises(ValueError, match=r"ZDT1 has no starts\(\): expected a run without"):
-        MGEODirected(sampling=SuggestedSampling(2)).setup(ZDT1(n_var=6), seed=1)

@@ -1,6 +1,6 @@
 """What shells offer, asked for as their scripts do."""
 
-from pathlib import Path
+from importlib import metadata
 
 import pytest
 from typer.testing import CliRunner
@@ -36,13 +36,7 @@ def test_names_are_offered(mgeo, line, expected):
 
 
 def test_presets_are_declared_where_completion_finds_them():
-    pytest.importorskip("mgeo_attitude")
-    import tomllib
-
-    from mgeo_attitude.scenario.toml import PRESETS
-
-    project = Path(__file__).parents[3] / "problems" / "attitude" / "pyproject.toml"
-    points = tomllib.loads(project.read_text())["project"]["entry-points"]["mgeo.presets"]
-    assert points == {
-        f"attitude.{name}": f"mgeo_attitude.scenario:Scenario.{name}" for name in PRESETS
-    }
+    attitude = pytest.importorskip("mgeo_attitude.scenario.toml")
+    points = metadata.entry_points(group="mgeo.presets")
+    declared = {point.name for point in points if point.name.startswith("attitude.")}
+    assert declared == {f"attitude.{name}" for name in attitude.PRESETS}

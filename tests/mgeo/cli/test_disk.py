@@ -46,12 +46,3 @@ def test_a_full_disk_is_one_error_and_costs_no_more_than_the_file(mgeo, monkeypa
     else:
         assert ", knee: " in done.stdout.splitlines()[0]
     assert len(read_run("a").outcome.F) > 1
-
-
-def test_only_files_of_mgeo_s_own_are_replaced(mgeo):
-    mgeo("solve", "cantilever", *SHORT, "--record", "--out", "a")
-    notes = Path("a/verification-notes-of-mine.json"), Path("a/evaluations/mine.txt")
-    for path in notes:
-        path.write_text("{}")
-    assert mgeo("solve", "cantilever", *SHORT, "--overwrite", "--out", "a").exit_code == 0
-    assert [path.read_text() for path in notes] == ["{}", "{}"]

@@ -47,10 +47,7 @@ def test_a_dry_run_of_a_study_imports_no_module_that_it_names(mgeo):
 
 def test_a_study_is_described_and_nothing_is_written(mgeo):
     Path("one.toml").write_text(STUDY)
-    first = mgeo("study", "one.toml", "--jobs", 1, "--dry-run")
-    assert first.exit_code == 0, first.output
-    assert "4 runs of 60 evaluations" in first.stdout
-    assert [path.name for path in Path().iterdir()] == ["one.toml"]
     found = json.loads(mgeo("study", "one.toml", "--dry-run", "--json").stdout)
+    assert [path.name for path in Path().iterdir()] == ["one.toml"]
     assert found["runs"] == 4
     assert found["problems"]["cantilever"]["objectives"] == ["mass [kg]", "deflection [m]"]

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 
-from ..report.conftest import solved  # noqa: F401
+from ..report.conftest import made, solved  # noqa: F401
 from .test_process import started
 
 

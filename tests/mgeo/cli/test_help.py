@@ -33,12 +33,6 @@ def test_every_command_has_examples_that_can_be_typed(mgeo, command):
             pass  # raises what the command line would be refused for
 
 
-def test_without_words_there_is_help(mgeo):
-    bare = mgeo()
-    assert bare.exit_code == 2
-    assert "Exit codes:" in bare.stderr
-
-
 def test_version(mgeo):
     project = Path(__file__).parents[3] / "pyproject.toml"
     version = tomllib.loads(project.read_text())["project"]["version"]

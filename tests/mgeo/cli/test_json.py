@@ -45,13 +45,6 @@ def test_solve_and_resume(mgeo):
     assert (document(longer)["evaluations"], longer.stderr) == (160, "")
 
 
-def test_report(mgeo):
-    mgeo("solve", "cantilever", *SHORT, "--evaluations", 80, "--out", "a")
-    found = document(mgeo("report", "a", "--json"))
-    size = Path("a/report.html").stat().st_size
-    assert found == {"folder": "a", "file": "a/report.html", "bytes": size, "figures": []}
-
-
 @pytest.mark.slow
 def test_study(mgeo):
     Path("one.toml").write_text(STUDY)

@@ -10,28 +10,13 @@ from mgeo.cli.running import Progress
 from tests.mgeo.solved import solve
 
 
-def shown(progress, evaluations=400, before=lambda state: None):
-    """The outcome of a run of 20 evaluations a generation, and the text that is shown."""
-
-    def callback(state):
-        before(state)
-        progress(state)
-
-    with progress.shown():
-        outcome = solve(ZDT1(), NSGA2(pop_size=20), evaluations, 1, callback)
-    return outcome, progress._console.file.getvalue()
-
-
-def progress_on(terminal, request=None):
-    console = Console(file=io.StringIO(), width=100, force_terminal=terminal)
-    return Progress(console, "title [s]", StopRequest() if request is None else request)
-
-
-def test_elsewhere_there_are_whole_lines_without_escapes():
-    progress = progress_on(False)
+def test_in_a_pipe_progress_is_lines_without_escapes():
+    console = Console(file=io.StringIO(), width=100, force_terminal=False)
+    progress = Progress(console, "title [s]", StopRequest())
     progress.interval = 0.0
-    outcome, text = shown(progress, 60)
-    title, first, *_, last = text.splitlines()
+    with progress.shown():
+        outcome = solve(ZDT1(), NSGA2(pop_size=20), 60, 1, progress)
+    title, first, *_, last = console.file.getvalue().splitlines()
     f1, f2 = outcome.F.min(axis=0)
     assert title == "title [s]"
     assert re.fullmatch(
@@ -42,15 +27,3 @@ def test_elsewhere_there_are_whole_lines_without_escapes():
         r"  elapsed 0:00:0\d  left 0:00:00",
         last,
     )
-
-
-def test_a_request_to_stop_reaches_the_run():
-    request = StopRequest()
-
-    def interrupt(state):
-        if state.evaluations == 60:
-            request.signal = 2
-
-    outcome, text = shown(progress_on(False, request), before=interrupt)
-    assert (outcome.stop_reason, outcome.evaluations) == ("signal", 60)
-    assert "60 of 400 evaluations" in text.splitlines()[-1]

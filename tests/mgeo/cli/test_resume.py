@@ -1,12 +1,12 @@
 """`mgeo resume`: after a kill, after Ctrl-C, and to make a run longer."""
 
 import json
+import os
 import re
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
+from pkgutil import resolve_name
 
 import numpy as np
 import pytest
@@ -16,14 +16,10 @@ from mgeo.store.atomic import lock
 from mgeo.store.checkpoint import read_notes
 from mgeo.store.run_folder import CHECKPOINT_FILE, read_run
 
-SHORT = [
-    "--algorithm",
-    "mgeo-real",
-    "--walkers",
-    "4",
-    "--set",
-    "sigma=0.05",
-]  # 8 evaluations a generation
+from .test_process import started
+
+# 8 evaluations a generation
+SHORT = ["--algorithm", "mgeo-real", "--walkers", "4", "--set", "sigma=0.05"]
 
 
 def solve(mgeo, folder, evaluations, *more):
@@ -116,45 +112,48 @@ def test_a_folder_that_somebody_works_in_is_left_alone(mgeo):
     assert {path: path.read_bytes() for path in Path("a").iterdir()} == before
 
 
-def start(folder, environment, *arguments):
-    return subprocess.Popen(
-        [sys.executable, "-m", "mgeo", *map(str, arguments)],
-        cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-
-
-def wait_for(condition, process):
-    while not condition():
+def wait_for(path, process):
+    while not path.exists():
         assert process.poll() is None, process.communicate()
         time.sleep(0.01)
 
 
-def test_after_a_kill_the_run_goes_on_and_after_a_signal_too(mgeo, stand_in_environment, tmp_path):
-    arguments = ["solve", "slow-cantilever", *SHORT, "--evaluations", 640, "--record", "--out", "a"]
-    slow = stand_in_environment | {"STAND_IN_SECONDS": "0.2"}  # 16 in all: it cannot end meanwhile
-    with start(tmp_path, slow, *arguments) as process:
-        wait_for((tmp_path / "a" / CHECKPOINT_FILE).exists, process)
+def test_a_run_goes_on_after_a_kill_and_after_ctrl_c(
+    mgeo, stand_in_environment, tmp_path, monkeypatch
+):
+    arguments = ["solve", "slow-cantilever", *SHORT, "--evaluations", "240", "--record"]
+    arguments += ["--out", "a"]
+    slow = stand_in_environment | {"STAND_IN_SECONDS": "0.5"}  # 15 in all: it cannot end meanwhile
+    with started(arguments, slow, tmp_path) as process:
+        wait_for(tmp_path / "a" / CHECKPOINT_FILE, process)
         refused = mgeo("resume", "a")
         assert (refused.exit_code, refused.stderr) == (
             2, "Error: a is in use: another process is running there\n",
         )  # fmt: skip
         process.kill()
-    assert not (tmp_path / "a" / "run.json").exists()
+    assert not Path("a/run.json").exists()
     refused = mgeo(*arguments)
     assert refused.exit_code == 2
     assert "or go on with mgeo resume a" in refused.stderr
-    with start(tmp_path, slow, "resume", "a") as process:
-        wait_for(lambda: re.search(r"\d of [\d,]+ evaluations", process.stderr.readline()), process)
-        process.send_signal(signal.SIGINT)
-        output, errors = process.communicate(timeout=300)
-    assert process.returncode == 130, errors
-    assert "interrupted after" in output
-    assert output.splitlines()[-1] == "to go on: mgeo resume a"
-    made = json.loads((tmp_path / "a" / "run.json").read_text())["evaluations"]
-    assert 0 < made < 640
+
+    evaluate = resolve_name("stand_in:Cantilever._evaluate")
+    batches = []
+
+    def interrupted(self, X, out, *args, **kwargs):
+        evaluate(self, X, out)
+        batches.append(len(X))
+        if len(batches) == 10:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr("stand_in.SlowCantilever._evaluate", interrupted)
+    stopped = mgeo("resume", "a")
+    assert stopped.exit_code == 130, stopped.output
+    assert "interrupted after" in stopped.stdout
+    assert stopped.stdout.splitlines()[-1] == "to go on: mgeo resume a"
+    assert 0 < json.loads(Path("a/run.json").read_text())["evaluations"] < 240
     done = mgeo("resume", "a")
     assert done.exit_code == 0, done.output
-    solve(mgeo, "b", 640, "--record")
+    solve(mgeo, "b", 240, "--record")
     one, two = read_run("a").outcome, read_run("b").outcome
     assert np.array_equal(one.X, two.X)
     assert np.array_equal(one.F, two.F)

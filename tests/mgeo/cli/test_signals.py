@@ -3,7 +3,7 @@ import signal
 
 import pytest
 
-from mgeo.cli.errors import StopRequest, stop_requests
+from mgeo.cli.errors import StopRequest, print_warning, stop_requests
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
@@ -25,3 +25,8 @@ def test_the_second_signal_interrupts_and_later_ones_do_not():
         request.receive(signal.SIGINT)
     request.receive(signal.SIGINT)
     assert request.exit_code == 143  # of the first
+
+
+def test_a_warning_is_a_line_without_a_place_in_the_code(capsys):
+    print_warning(RuntimeWarning("the budget\nis small"), RuntimeWarning, "solve.py", 3)
+    assert capsys.readouterr().err == "Warning: the budget is small\n"

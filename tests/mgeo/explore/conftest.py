@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from ..report.conftest import solved  # noqa: F401
+from ..report.conftest import made, solved  # noqa: F401
 
 
 @pytest.fixture

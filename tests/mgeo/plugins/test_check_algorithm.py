@@ -107,17 +107,6 @@ def test_a_variant_of_the_family_that_does_not_resume_is_found():
         check_algorithm(Forgetful(n_walkers=3))
 
 
-class Unnamed(MGEOReal):
-    """It keeps a parameter under another name."""
-
-    def __init__(self, scale=0.1, **options):
-        super().__init__(**options)
-        self.width = scale
-
-    def deviations(self, sigma):
-        return self.width * sigma
-
-
 class Halved(MGEOReal):
     """It does not keep what it was given."""
 
@@ -143,7 +132,6 @@ class Hidden(MGEOReal):
 @pytest.mark.parametrize(
     ("algorithm", "message"),
     [
-        (Unnamed(n_walkers=3), "has no attribute 'scale'"),
         (Halved(n_walkers=3), r"Halved\(scale=0.05\) has scale = 0.025"),
         (Hidden(0.3, n_walkers=3), r"an algorithm built from get_params\(\) .* original: X"),
     ],

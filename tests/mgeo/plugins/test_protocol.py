@@ -36,12 +36,6 @@ def test_a_problem_without_optional_parts_has_the_defaults(made):
     assert not protocol.is_own(made, ProblemMixin.starts)
 
 
-@pytest.mark.parametrize("names", [["a"], ["a", "a"], ["a", "b", "c"]])
-def test_wrong_names_are_refused(names):
-    with pytest.raises(ValueError, match=r"var_names of Problem = \['a'.*expected 2 different"):
-        column_names(problem(var_names=names))
-
-
 def test_a_part_that_raises_is_named():
     def steps(X):
         yield X

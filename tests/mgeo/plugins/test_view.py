@@ -1,11 +1,9 @@
 """The view of any problem, and of a problem that has one itself."""
 
 import numpy as np
-import pytest
 from pymoo.core.problem import Problem
 
 from mgeo import View, view_of
-from mgeo.plugins.discovery import PluginError
 from mgeo.plugins.protocol import ask, is_own
 from mgeo.plugins.view import TOLERANCE
 
@@ -71,12 +69,3 @@ def test_the_review_of_one_solution_has_its_description_and_its_margins():
     review = view_of(Plain(), X[:1]).review()
     assert (review.title, review.answer) == ("Plain", "f1 0.5, f2 0.0625")
     assert [section.title for section in review.sections] == ["Solution", "Limits"]
-
-
-def test_a_view_that_raises_is_named():
-    class Broken(Own):
-        def view(self, X):
-            return X.nothing
-
-    with pytest.raises(PluginError, match="view of problem Broken raised AttributeError"):
-        view_of(Broken(), X)

@@ -1,6 +1,7 @@
 """Run folders of the stand-in problem, and the content of a page."""
 
 import json
+import shutil
 from html.parser import HTMLParser
 
 import pytest
@@ -8,27 +9,28 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 
+SMALL = ["--algorithm", "mgeo-real", "--walkers", "4", "--set", "sigma=0.05"]
+
+
+@pytest.fixture(scope="session")
+def made(tmp_path_factory):
+    """Folders of runs by problem and further options, and a folder for more of them."""
+    return {}, tmp_path_factory.mktemp("made")
+
 
 @pytest.fixture
-def solved(stand_in, tmp_path):
-    """Return a function that makes a small run and returns its folder."""
+def solved(made, stand_in, tmp_path):
+    """Return a function that makes a small run, once, and returns a copy of its folder."""
+    runs, parent = made
 
     def solve(*more, name="run", problem="cantilever"):
-        folder = tmp_path / name
-        arguments = [
-            "solve",
-            problem,
-            "--algorithm",
-            "mgeo-real",
-            "--walkers",
-            "4",
-            "--set",
-            "sigma=0.05",
-        ]
-        arguments += ["--evaluations", "400"]
-        done = CliRunner().invoke(app, [*arguments, "--out", str(folder), "-q", *more])
-        assert done.exit_code == 0, done.output
-        return folder
+        key = (problem, *more)
+        if key not in runs:
+            runs[key] = parent / str(len(runs))
+            arguments = [*SMALL, "--evaluations", 400, "--out", runs[key], "-q"]
+            done = mgeo("solve", problem, *arguments, *more)
+            assert done.exit_code == 0, done.output
+        return shutil.copytree(runs[key], tmp_path / name)
 
     return solve
 

@@ -3,11 +3,9 @@
 import json
 import re
 
-import pandas as pd
 import pytest
 
 from mgeo.plugins.problems import load_problem
-from mgeo.plugins.shown import Review, Section
 from mgeo.report.compare import compare_html, fronts_figure, read
 from mgeo.store.run_folder import read_run
 from mgeo.store.solution_file import solution_document
@@ -70,15 +68,6 @@ def test_a_solution_beside_a_run_is_drawn_with_its_front(two, files):
     assert view.answers()[0] in html
     points = fronts_figure([read(two[0]), read(files[1])]).data[-1]
     assert [points.x[0], points.y[0]] == view.F[0].tolist()
-
-
-def test_equal_sections_are_shown_once(two, monkeypatch):
-    from stand_in import CantileverView
-
-    table = pd.DataFrame({"a": [1.0]})
-    review = Review("Beam", "worth it", (Section("Sensors", ("a line",), table),))
-    monkeypatch.setattr(CantileverView, "review", lambda self: review, raising=False)
-    assert compare_html(*two).count("<h3>Sensors</h3>") == 1
 
 
 def test_bad_input_is_one_line(two, tmp_path):

@@ -63,13 +63,6 @@ def test_floats_are_float32_and_survive():
     assert "template" not in tree["layout"]
 
 
-def test_integers_and_single_numbers_are_json():
-    trace = {"type": "scatter", "x": np.array([0, 300])}
-    trace |= {"meta": {"n": np.float64(2.5), "gap": float("nan")}}
-    (found,) = figure_json({"data": [trace], "layout": {}})["data"]
-    assert found == {"type": "scatter", "x": [0, 300], "meta": {"n": 2.5, "gap": None}}
-
-
 @pytest.mark.parametrize("text", ["</script><script>x()", "<!--", "a & b", "é\u2028"])
 def test_json_in_a_script_holds_no_markup(text):
     written = script_json({text: [text]})

@@ -66,18 +66,6 @@ def test_it_loads_nothing_and_has_all_solutions(solved):
     assert page.data["answers"]["0"] == view.answers()[0]
 
 
-def test_limits_have_their_units(solved, monkeypatch):
-    from stand_in import CantileverView
-
-    def limits(self):
-        columns = {"unit": "kg", "value": 3.0, "bound": "at most", "limit": 2.0, "margin": -1.0}
-        return [pd.DataFrame(columns, index=["mass"]) for _ in self.X]
-
-    monkeypatch.setattr(CantileverView, "limits", limits, raising=False)
-    data = Page(report_html(solved())).data
-    assert data["limits"]["0"] == [["mass", False, "3 kg, at most 2 kg: exceeded by 1 kg"]]
-
-
 def verification(folder, row=0, **changes):
     """Return the content of a verification file of a solution of a run."""
     run = read_run(folder)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from pymoo.core.problem import Problem
 
-from mgeo.runs.hypervolume import hypervolume, scaled
+from mgeo.runs.hypervolume import hypervolume
 
 
 class WithSpace(Problem):
@@ -28,8 +28,3 @@ def test_it_is_left_out_where_it_says_nothing_or_takes_long(n_obj):
 def test_it_is_left_out_without_an_indicator_space():
     problem = Problem(n_var=1, n_obj=2, xl=0, xu=1)
     assert hypervolume(problem, np.zeros((1, 2))) is None
-
-
-def test_scaling_keeps_an_objective_without_extent_finite():
-    F = np.array([[1.0, 7.0], [3.0, 7.0]])
-    assert scaled(F, F.min(axis=0), F.max(axis=0)).tolist() == [[0.0, 0.0], [1.0, 0.0]]

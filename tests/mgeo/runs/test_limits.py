@@ -71,8 +71,3 @@ def test_the_problems_own_units_come_first():
     assert str(kept) == "height: 1.5 m, at most 2 m: margin 0.5 m"
     assert str(broken) == "height: 3 m, at most 2 m: exceeded by 1 m"
     assert limits(Told(), np.empty((0, 2))) == []
-
-
-def test_a_problem_without_limits_has_none():
-    free = Problem(n_var=1, n_obj=1, xl=0, xu=1)
-    assert limits(free, np.zeros((2, 1))) == [[], []]

@@ -52,21 +52,6 @@ def test_every_evaluation_is_there_in_order(algorithm, problem, every_seconds, t
     assert not table["failed"].any()
 
 
-def test_rows_are_written_when_the_time_has_come(tmp_path, monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr("mgeo.store.recorder.time.monotonic", lambda: now[0])
-    lengths = []
-
-    def watch(algorithm):
-        now[0] += 1.0
-        recorder(algorithm)
-        lengths.append(len(read_record(tmp_path)))
-
-    recorder = Recorder(tmp_path, every_seconds=4.0)
-    solve(n_gen=11, callback=watch)  # 12 rows a generation
-    assert lengths == [12, 12, 12, 12, 60, 60, 60, 60, 108, 108, 132]
-
-
 def test_failed_evaluations_are_marked(tmp_path):
     class Failing(ZDT1):
         def _evaluate(self, X, out, *args, **kwargs):

@@ -31,7 +31,7 @@ def client():
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("default")  # Dask's are about this machine's memory and ports
-@pytest.mark.usefixtures("undrawn")
+@pytest.mark.usefixtures("quick")
 def test_a_study_on_a_cluster_has_the_same_table(client, tmp_path):
     (tmp_path / "study.toml").write_text(STUDY)
     arguments = ["study", str(tmp_path / "study.toml"), "--quiet"]

@@ -21,7 +21,6 @@ import mgeo
 from mgeo import MGEODirected, MGEOReal, compare
 from mgeo.studies.comparison import ComparisonWarning, FailedRunsWarning
 from mgeo.studies.conclusions import conclusions
-from mgeo.studies.indicators import NothingToCompareError
 from mgeo.studies.run import Task, record
 
 from ..algorithms.problems import Arc
@@ -76,15 +75,11 @@ def test_every_algorithm_is_measured_by_all_its_evaluations(serial):
             )
 
 
-def test_fronts_satisfy_an_equality_and_its_corners_are_left():
-    """Points of the arc of the unit circle, whose ends are corners of the bounds."""
-    algorithms = {"default": MGEODirected(), "clip": MGEODirected(bounds="clip"), "GA": NSGA2(20)}
-    found = compare(Arc(), algorithms, 800, seeds=[1, 4, 6], grid=2, n_jobs=1)
-    for label in algorithms:
-        for F in found.fronts(label):
-            assert np.abs((F**2).sum(axis=1) - 1.0).max() <= 1e-4
-    volumes = found.samples("hypervolume")
-    assert np.median(volumes["default"]) > np.median(volumes["clip"])
+def test_fronts_satisfy_an_equality():
+    found = compare(Arc(), {"directed": MGEODirected()}, 300, seeds=1, grid=2)
+    (F,) = found.fronts("directed")
+    assert len(F)
+    assert np.abs((F**2).sum(axis=1) - 1.0).max() <= 1e-4
 
 
 def test_processes_give_the_same_table(serial):
@@ -92,8 +87,9 @@ def test_processes_give_the_same_table(serial):
     assert parallel.table.equals(serial.table)
 
 
-@pytest.mark.parametrize("n_jobs", [1, 2])
-@pytest.mark.parametrize("make", [Wearing, OwnNoise, Remembering])
+@pytest.mark.parametrize(
+    ("make", "n_jobs"), [(Wearing, 1), (OwnNoise, 1), (Remembering, 1), (Remembering, 2)]
+)
 def test_each_run_has_its_own_copy_of_the_problem(make, n_jobs):
     problem = make()
     before = pickle.dumps(problem)
@@ -107,15 +103,6 @@ def test_each_run_has_its_own_copy_of_the_problem(make, n_jobs):
             assert np.array_equal(found.records[label, seed].front_F, alone.front_F)
 
 
-def only_set_up(algorithm):
-    return algorithm.setup(ZDT1(n_var=4), termination=("n_eval", 24), seed=1)
-
-
-def asked(algorithm):
-    only_set_up(algorithm).ask()
-    return algorithm
-
-
 def used(algorithm):
     minimize(ZDT1(n_var=4), algorithm, ("n_eval", 24), copy_algorithm=False)
     return algorithm
@@ -124,14 +111,11 @@ def used(algorithm):
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: minimize(ZDT1(n_var=4), NSGA2(12), ("n_eval", 24)).algorithm,
-        lambda: only_set_up(CMOPSO(12)),
-        lambda: asked(NSGA2(12)),
+        lambda: NSGA2(12).setup(PROBLEM, termination=("n_eval", 24), seed=1),
         lambda: used(GlobalRandomSearch()),
         lambda: used(MGEOReal(0.1, n_walkers=2)),
-        lambda: pickle.loads(pickle.dumps(used(GlobalRandomSearch()))),
     ],
-    ids=["result", "set up", "asked", "used", "of the family", "read from a file"],
+    ids=["set up", "used", "of the family"],
 )
 def test_an_algorithm_that_is_set_up_or_has_run_is_refused(make):
     with pytest.raises(ValueError, match=r"algorithms\['a'\] is set up or has run"):
@@ -155,11 +139,6 @@ def test_an_algorithm_that_failed_everywhere_is_named_in_a_warning():
     with pytest.warns(FailedRunsWarning, match=message) as caught:
         compare(PROBLEM, algorithms, 40, seeds=[2, 4])
     assert [warning.filename for warning in caught] == [__file__]
-
-
-def test_if_every_run_fails_the_first_error_is_raised():
-    with pytest.raises(NothingToCompareError, match=r"all 2 runs failed.*seed 2 is even"):
-        compare(PROBLEM, [FailingNSGA2()], 40, seeds=[2, 4])
 
 
 def test_an_algorithm_without_new_candidates_fails():

@@ -16,7 +16,6 @@ from mgeo.studies.figures.fronts import (
 from mgeo.studies.figures.indicators import (
     alike,
     anytime_figure,
-    boxes_figure,
     ranks_figure,
     targets_figure,
 )
@@ -101,14 +100,6 @@ def test_runs_without_a_front_count_in_what_is_attained():
     made.records[("B", 3)] = nothing
     assert differences(difference_figure(made, "B", "A_1"))[1, 2] == -100
     assert [t.text for t in each_figure(made).layout.annotations[:2]] == ["A_1", "C"]
-    assert "difference" in made.figures()
-
-
-def test_boxes_say_how_many_runs_have_no_value():
-    made = comparison()
-    assert "without" not in boxes_figure(made).layout.title.text
-    made.table.loc[made.table["algorithm"] == "B", "points"] = 0
-    assert "; without 3 that found nothing feasible" in boxes_figure(made).layout.title.text
 
 
 def test_ranks_are_drawn_where_they_are():
@@ -133,22 +124,6 @@ def test_ranks_are_drawn_where_they_are():
 )
 def test_groups_are_the_largest_within_the_difference(ranks, groups):
     assert alike(ranks, 1.0) == groups
-
-
-@pytest.mark.slow
-def test_what_cannot_be_drawn_is_left_out():
-    assert list(comparison().figures()) == [
-        "anytime",
-        "boxes",
-        "fronts",
-        "each",
-        "attainment",
-        "difference",
-    ]
-    made = comparison()
-    one = made.table.query("algorithm == 'A_1' and seed == 1")
-    single = Comparison(**{**vars(made), "table": one, "algorithms": ("A_1",)})
-    assert list(single.figures()) == ["anytime", "boxes", "fronts", "each", "attainment"]
 
 
 def test_three_objectives_are_drawn_in_space_and_more_are_refused():

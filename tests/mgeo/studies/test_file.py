@@ -45,9 +45,9 @@ def test_lists_make_sweeps():
 
 def test_problems_are_installed_ones_with_scenarios(stand_in, tmp_path):
     (tmp_path / "mine.toml").write_text("load = 3.5")
-    table = 'name = "cantilever"\nscenario = ["heavy", "mine.toml"]'
+    table = 'name = "cantilever"\nscenario = ["heavy", "mine.toml"]\nlabel = "{scenario} {name}"'
     study = parse(SMALL.replace('name = "pymoo:zdt1"', table), tmp_path)
-    assert [p.label for p in study.problems] == ["cantilever heavy", "cantilever mine"]
+    assert [p.label for p in study.problems] == ["heavy cantilever", "mine cantilever"]
     assert [p.build().load for p in study.problems] == [2000.0, 3.5]
 
 
@@ -59,12 +59,6 @@ def test_a_problem_with_several_options_needs_labels():
     assert [p.build().n_obj for p in study.problems] == [2, 3]
     with pytest.raises(ValueError, match=r"problems: 'dtlz2' is there twice; .* by the key label"):
         parse(SMALL.replace('name = "pymoo:zdt1"', f"{two}[[problems]]\n{two}"))
-
-
-def test_a_label_names_its_scenario(stand_in):
-    table = 'name = "cantilever"\nscenario = "heavy"\nlabel = "{scenario} of {name}"'
-    study = parse(SMALL.replace('name = "pymoo:zdt1"', table))
-    assert [p.label for p in study.problems] == ["heavy of cantilever"]
 
 
 def test_it_can_be_reduced_and_extended():
@@ -83,9 +77,7 @@ def test_it_can_be_reduced_and_extended():
         ('title = "small"', "", "title is missing"),
         ("seeds = 2", "seeds = 2\ngrid = [0]", r"grid\[0\] = 0: expected an integer"),
         ("seeds = 2", "seeds = [1, 1]", r"seeds = \[1, 1\]: expected one or more different"),
-        ("seeds = 2", "seeds = 2\nbudget = 3", "budget is unknown: expected title, about"),
         ('name = "pymoo:zdt1"', 'name = "a"\nscenario = "b"\noptions = {}', "expected one of them"),
-        ('name = "nsga2"', 'name = "nsag2"', r"algorithms\[0\].name: .*did you mean 'nsga2'"),
         ("population = 20", 'label = "{size}"', r"label = '\{size\}': .* only name"),
         (
             "population = 20",
@@ -119,7 +111,7 @@ def test_the_published_studies_can_be_built(name):
     if name in ("table3", "tuning", "comparison", "budgets", "robust", "held-out", "propellant"):
         pytest.importorskip("mgeo_attitude")
     study = read_study(STUDIES / f"{name}.toml")
-    for configuration in study.problems[:: max(1, len(study.problems) // 3)]:
+    for configuration in study.problems[:: max(1, len(study.problems) - 1)]:
         problem = configuration.build()
         for algorithm in study.algorithms:
             algorithm.build(problem)

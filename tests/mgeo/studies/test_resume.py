@@ -1,6 +1,7 @@
 """A study in a folder is continued only if asked, and only if it is the same study."""
 
 import json
+import shutil
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,9 +13,11 @@ from pymoo.problems.multi import ZDT1
 
 from mgeo import MGEOReal, compare
 from mgeo.store.atomic import lock
-from mgeo.studies import read_comparison
+from mgeo.studies import Comparison, read_comparison
 
 from .problems import FailingNSGA2
+
+pytestmark = pytest.mark.usefixtures("quick")
 
 
 class Beam(ZDT1):
@@ -43,24 +46,37 @@ def stored(folder):
     return {path: path.stat().st_mtime_ns for path in (folder / "runs").iterdir()}
 
 
-def test_a_folder_that_holds_a_study_is_refused_and_unchanged(tmp_path):
-    study(tmp_path)
-    before = {path: path.read_bytes() for path in tmp_path.rglob("*.*") if path.is_file()}
+@pytest.fixture(scope="module")
+def first(tmp_path_factory):
+    """The folder of a finished study, and its comparison."""
+    folder = tmp_path_factory.mktemp("first")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Comparison, "figures", lambda self: {})
+        return folder, study(folder)
+
+
+@pytest.fixture
+def folder(first, tmp_path):
+    """A copy of that folder."""
+    return shutil.copytree(first[0], tmp_path / "study")
+
+
+def test_a_folder_that_holds_a_study_is_refused_and_unchanged(folder):
+    before = {path: path.read_bytes() for path in folder.rglob("*.*") if path.is_file()}
     with pytest.raises(FileExistsError, match=r"holds a study: --resume \(resume=True in Python"):
-        study(tmp_path)
+        study(folder)
     assert {path: path.read_bytes() for path in before} == before
 
 
-def test_missing_runs_are_made_and_the_others_reused(tmp_path, capsys):
-    first = study(tmp_path)
-    runs = stored(tmp_path)
+def test_missing_runs_are_made_and_the_others_reused(first, folder, capsys):
+    runs = stored(folder)
     assert len(runs) == 4
     lost = min(runs)
     lost.unlink()
-    again = study(tmp_path, resume=True)
+    again = study(folder, resume=True)
     assert capsys.readouterr().err == "Beam: reused 3 of 4 runs\n"
-    assert again.table.equals(first.table)
-    after = stored(tmp_path)
+    assert again.table.equals(first[1].table)
+    after = stored(folder)
     assert after.keys() == runs.keys()
     assert {path for path in runs if after[path] != runs[path]} == {lost}
 
@@ -83,23 +99,21 @@ def test_failed_runs_are_made_again(tmp_path, capsys):
         ({"seeds": 3}, r"seeds = \[1, 2, 3\], expected \[1, 2\]"),
     ],
 )
-def test_a_difference_is_refused_by_name(changes, message, tmp_path):
-    study(tmp_path)
-    runs = stored(tmp_path)
+def test_another_study_is_refused_with_the_first_difference(changes, message, folder):
+    runs = stored(folder)
     with pytest.raises(ValueError, match=f"holds another study: .*{message}"):
-        study(tmp_path, resume=True, **changes)
-    assert stored(tmp_path) == runs
+        study(folder, resume=True, **changes)
+    assert stored(folder) == runs
 
 
-def test_another_version_is_refused_by_name(tmp_path):
-    study(tmp_path)
-    path = tmp_path / "study.json"
+def test_another_version_is_refused_by_name(folder):
+    path = folder / "study.json"
     plan = json.loads(path.read_text())
     assert plan["versions"]["numpy"] == np.__version__
     plan["versions"]["numpy"] = "1.0"
     path.write_text(json.dumps(plan))
     with pytest.raises(ValueError, match=rf"versions.numpy = '{np.__version__}', expected '1.0'"):
-        study(tmp_path, resume=True)
+        study(folder, resume=True)
 
 
 def test_attributes_of_a_problem_without_options_are_compared(tmp_path):
@@ -114,16 +128,16 @@ def test_attributes_of_a_problem_without_options_are_compared(tmp_path):
         study(tmp_path, problem(np.arange(200) + 1), resume=True)
 
 
-def test_a_finished_study_is_read(tmp_path):
-    found = study(tmp_path, grid=3)
-    read = read_comparison(tmp_path, problem=Beam())
+def test_a_finished_study_is_read(first):
+    folder, found = first
+    read = read_comparison(folder, problem=Beam())
     assert read.table.equals(found.table)
     assert read.overview().equals(found.overview())
     assert read.tests().pairs.equals(found.tests().pairs)
     for key, record in found.records.items():
         assert np.array_equal(read.records[key].front_F, record.front_F)
     with pytest.raises(ValueError, match="compared in Python: expected problem="):
-        read_comparison(tmp_path)
+        read_comparison(folder)
 
 
 def test_two_studies_do_not_share_a_folder_at_once(tmp_path):
@@ -131,12 +145,8 @@ def test_two_studies_do_not_share_a_folder_at_once(tmp_path):
         study(tmp_path)
 
 
-def test_a_damaged_run_is_named_and_none_is_unpickled(tmp_path):
-    study(tmp_path)
-    path = min(stored(tmp_path))
+def test_a_damaged_run_is_named(folder):
+    path = min(stored(folder))
     path.write_bytes(path.read_bytes()[:100])
     with pytest.raises(ValueError, match=rf"{path.name}: not the record of a run: .*delete it"):
-        study(tmp_path, resume=True)
-    np.savez(path, **dict.fromkeys(("numbers", "F"), np.array([{}], dtype=object)))
-    with pytest.raises(ValueError, match="not the record of a run"):
-        study(tmp_path, resume=True)
+        study(folder, resume=True)

@@ -153,10 +153,24 @@ class ClockSearch(GlobalRandomSearch):
         return Population.new("X", random_state.random((20, self.problem.n_var)))
 
 
+@pytest.mark.usefixtures("quick")
+def test_runs_of_an_algorithm_that_does_not_follow_the_seed_are_not_reused(tmp_path, capsys):
+    problem, algorithms = ZDT1(n_var=4), {"own": EntropySearch(), "NSGA-II": NSGA2(12)}
+    (note,) = noted(problem, algorithms, folder=tmp_path).notes
+    assert "two runs of own with the same seed differ" in note
+    stored = {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").iterdir()}
+    with pytest.warns(ComparisonWarning, match="none is reused"):
+        compare(problem, algorithms, 60, seeds=1, grid=1, resume=True, folder=tmp_path)
+    assert "reused 1 of 2 runs" in capsys.readouterr().err
+    again = {path.name for path, before in stored.items() if path.stat().st_mtime_ns != before}
+    assert again == {"own-seed1.npz"}
+    assert read_comparison(tmp_path, problem=problem).notes == (note,)
+
+
+@pytest.mark.cases(3)
 @pytest.mark.parametrize(
     ("problem", "algorithm", "n_eval"),
     [
-        (ZDT1(n_var=4), EntropySearch(), 60),
         (ZDT1(n_var=4), CountingSearch(), 60),
         (ZDT1(n_var=4), ClockSearch(), 60),
         (Sphere(), PatternSearch(), 100),
@@ -166,20 +180,9 @@ class ClockSearch(GlobalRandomSearch):
     ],
     ids=lambda value: type(value).__name__,
 )
-def test_runs_of_an_algorithm_that_does_not_follow_the_seed_are_not_reused(
-    problem, algorithm, n_eval, tmp_path, capsys
-):
-    algorithms = {"own": algorithm, "GA": (GA if problem.n_obj == 1 else NSGA2)(12)}
-    options = {"folder": tmp_path, "n_eval": n_eval}
-    (note,) = noted(problem, algorithms, **options).notes
+def test_an_algorithm_that_does_not_follow_the_seed_is_noted(problem, algorithm, n_eval):
+    (note,) = noted(problem, {"own": algorithm}, n_eval).notes
     assert "two runs of own with the same seed differ" in note
-    stored = {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").iterdir()}
-    with pytest.warns(ComparisonWarning, match="none is reused"):
-        compare(problem, algorithms, seeds=1, grid=1, resume=True, **options)
-    assert "reused 1 of 2 runs" in capsys.readouterr().err
-    again = {path.name for path, before in stored.items() if path.stat().st_mtime_ns != before}
-    assert again == {"own-seed1.npz"}
-    assert read_comparison(tmp_path, problem=problem).notes == (note,)
 
 
 @pytest.mark.parametrize(

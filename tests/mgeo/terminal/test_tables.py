@@ -29,8 +29,3 @@ def test_a_table_that_fits_has_a_line_for_each_row():
     assert all(title in head for title in TITLES)
     assert len(printed(width - 1)) > 1 + len(ROWS)
     assert max(map(len, printed(80))) <= 80
-
-
-def test_texts_are_left_and_numbers_right():
-    (_, first, second) = printed(40, ("a", "b"), [("x", 1.0), ("long", 10.25)])
-    assert (first.rstrip(), second.rstrip()) == ("x          1", "long   10.25")
