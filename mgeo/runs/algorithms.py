@@ -141,7 +141,8 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     TypeError
         If `parameters` is no mapping.
     """
-    if ":" not in name and name not in (names := algorithm_names()):
+    is_given = ":" in name or name in ALGORITHMS  # looking for plugins takes a while
+    if not is_given and name not in (names := algorithm_names()):
         raise ValueError(
             f"no algorithm is called {name!r}: expected one of {', '.join(names)}, or module:Class"
             f"{did_you_mean(name, names)}"

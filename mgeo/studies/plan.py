@@ -7,6 +7,7 @@ import math
 import platform
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from importlib.metadata import packages_distributions, version
 from pathlib import Path
 from typing import Any
@@ -106,10 +107,13 @@ def describe(value: Any, depth: int = _DEPTH) -> Any:
     return {"class": name} | {key: describe(each, depth - 1) for key, each in public.items()}
 
 
+_distributions = cache(packages_distributions)  # reads the metadata of all packages
+
+
 def installed_versions(*parts: Any) -> dict[str, str]:
     """Return versions of Python, of mgeo's dependencies, and of packages that define `parts`."""
     modules = {cls.__module__ for part in parts for cls in type(part).__mro__}
-    owners = packages_distributions()
+    owners = _distributions()
     names = {name for module in modules for name in owners.get(module.partition(".")[0], ())}
     if "mgeo.benchmarks.coco" in modules:
         names.add(COCO)

@@ -67,6 +67,19 @@ def test_solutions_lie_off_the_bounds_and_reach_the_front(name):
         assert (F**2).sum(axis=1) == pytest.approx(np.ones(101))
 
 
+@pytest.mark.parametrize("name", [*DISTANCE, *WFG])
+def test_no_new_bound_is_near_an_optimum(name):
+    # The optimum of a distance variable, as a fraction of its range (WFG: Huband et al. 2006).
+    plain, shifted = pair(name)
+    optimum = 0.5 if name == "zdt4" else DISTANCE.get(name, 0.35)
+    for bound in (shifted.xl, shifted.xu):
+        share = (shifted.mirrored(bound[None])[0] - plain.xl) / (plain.xu - plain.xl)
+        assert (np.abs(share - optimum) > 0.19).all()
+    middle = 0.5 * (shifted.xl + shifted.xu)
+    share = (middle - plain.xl) / (plain.xu - plain.xl)
+    assert (np.abs(share - optimum) > 0.09).all()
+
+
 @pytest.mark.parametrize(
     "inner",
     [Problem(n_var=2, n_obj=2, xl=0, xu=1, vtype=bool), Problem(n_var=2, n_obj=2)],

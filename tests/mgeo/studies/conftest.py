@@ -11,9 +11,5 @@ packages_distributions = cache(plan.packages_distributions)
 
 @pytest.fixture
 def quick(monkeypatch):
-    """Studies without what takes most of a small one's time: figures, and a list of all packages.
-
-    The list is made once.
-    """
+    """Draw no figures: they take most of the time of a small study."""
     monkeypatch.setattr("mgeo.studies.comparison.Comparison.figures", lambda self: {})
-    monkeypatch.setattr(plan, "packages_distributions", packages_distributions)
