@@ -1,12 +1,6 @@
-"""What tests of studies share."""
-
-from functools import cache
+"""Fixtures of the tests of studies."""
 
 import pytest
-
-from mgeo.studies import plan
-
-packages_distributions = cache(plan.packages_distributions)
 
 
 @pytest.fixture
