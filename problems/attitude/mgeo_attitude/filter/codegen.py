@@ -95,7 +95,7 @@ class _Step:
         return [code.slot(k) for k in islice(self._constants, number)]
 
     def numbers(self, code: Code, part: str, first: int, count: int) -> Sequence[Symbol]:
-        """Return `count` orbit-table values of a table part, from column `first` of the part."""
+        """Return `count` values of a named part of the orbit table, from column `first` on."""
         return code.slots(self.at.given + self._columns[part] + first, count)
 
     def to_body(self, code: Code, vector: Iterable[Any]) -> Vec3:
@@ -103,7 +103,7 @@ class _Step:
         return Vec3(*(sum(C[3 * i + k] * v[k] for k in range(3)) for i in range(3)))
 
     def in_body_axes(self, code: Code, part: str, index: int = 0) -> Vec3:
-        """Return the orbit-table vector number `index` of a table part, rotated to body axes."""
+        """Return a vector of a named part of the orbit table, rotated to body axes."""
         return self.to_body(code, self.numbers(code, part, 3 * index, 3))
 
     def gate(self, code: Code, index: int) -> Any:

@@ -174,14 +174,12 @@ def evaluate(
 
 
 def _compute_path_angles(model: FilterModel, watched: Floats) -> Floats:
-    """Return `Evaluation.path_angle` from the path monitors of the kernel."""
     limits = model.monitors.limits
     path = watched[:, : len(limits)]
     return np.where([watch.inside for watch in limits], path, -path)
 
 
 def _compute_wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Floats:
-    """Return `Evaluation.wheel_load` until the end steps."""
     if model.budget is None:
         return np.full((len(end_step), 2), np.nan)
     from mgeo_attitude.filter.wheel_load import wheel_loads  # Importing numba takes long.

@@ -57,7 +57,7 @@ class Jobs(NamedTuple):
 
 
 def separate(variants: Ints) -> Jobs:
-    """Return one job per design, which shares no steps.
+    """Return jobs that each run one whole design.
 
     Parameters
     ----------

@@ -133,19 +133,19 @@ def coefficients(square, decay, densities, duration):
 
 @helper
 def matrix(a, unit, w, w2):
-    """Return an entry of the matrix of a triple, from entries of I, W and W²."""
+    """Evaluate an entry of p I + q W + r W² for a triple (p, q, r)."""
     return a[0] * unit + a[1] * w + a[2] * w2
 
 
 @helper
 def times_W(a, square):
-    """Return the triple of W a."""
+    """Multiply a matrix polynomial, given as a coefficient triple, by W."""
     return 0.0, a[0] - square * a[2], a[1]
 
 
 @helper
 def product(a, b, square):
-    """Return the triple of a b."""
+    """Multiply two matrix polynomials, given as coefficient triples."""
     once, twice = times_W(b, square), times_W(times_W(b, square), square)
     return (
         a[0] * b[0] + a[1] * once[0] + a[2] * twice[0],

@@ -94,7 +94,6 @@ def gravity_gradient(inertia: Floats, position: Floats, out: Floats) -> None:
     "Tuple((float64[::1], float64)), float64[:,::1])"
 )
 def _compute_loads(plan, end_steps, step, start, wheels, outside, coils, loads):  # type: ignore[no-untyped-def]
-    """Compute `wheel_loads` into `loads`."""
     rates, end_rates, starts = plan
     inertia = wheels[0]
     initial_attitude, initial_rate, momentum, first = start
