@@ -1,4 +1,4 @@
-"""Refinement of plans on thinned samples, whose slopes are nearly those of all samples."""
+"""Refinement of plans on thinned samples, which give nearly the same gradients as all samples."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from mgeo_attitude.filter.variants import thinned
 from mgeo_attitude.refine.at_time import AtTime
 from mgeo_attitude.refine.descent import descend, descend_from_best
 
-#: How many samples are taken as one, at most so that there are as many of them and that a step
-#: turns by no more than so many degrees.
+#: Candidate numbers of samples to merge, the least number of merged samples in a plan, and the
+#: largest rotation in a merged step [deg].
 _EVERY, _SAMPLES, _TURN_DEG = (20, 10, 5, 2), 100, 20.0
-#: Of plans within limits, whose descents take longer, how many are tried at most, and after which
-#: share of the iterations half of them are left, until one is.
+#: With constraints, descents take longer: largest number of initial designs, and share of the
+#: iterations after which half of the designs continue, until one is left.
 _WITHIN, _SHARE = 6, 0.15
-#: Iterations on all samples where there are limits, to which few do not tell the way.
+#: Final iterations on all samples with constraints, which thinned samples represent poorly.
 _EXACT = 5
 
 
 @dataclass(frozen=True)
 class ThinnedSamples:
-    """Values of plans at given times, from models with as few samples as the slopes allow.
+    """Evaluation of plans on as few merged samples as accurate gradients allow.
 
     Attributes
     ----------
     exact : AtTime
-        Values from all samples.
+        Evaluation on all samples.
     """
 
     exact: AtTime
@@ -44,13 +44,12 @@ class ThinnedSamples:
         return self._known[every]
 
     def every(self, time: float) -> int:
-        """Return the number of samples that one thinned sample replaces, for a time [s]."""
+        """Return the number of samples to merge into one, for a time [s]."""
         model, rate = self.exact.model, self.exact.scenario.maneuvers.max_rate_deg_s
         most = min(time / model.step / _SAMPLES, _TURN_DEG / (rate * model.step))
         return next((each for each in _EVERY if each <= most), 1)
 
     def steps(self, time: float) -> int:
-        """Return the number of thinned steps until a time [s]."""
         model = self.at(time).model
         return min(max(round(time / model.step), 1), model.n_steps)
 
@@ -67,7 +66,7 @@ class ThinnedSamples:
         return value, worst
 
     def best_of_each(self, designs: Floats, times: Floats, most: int) -> Ints:
-        """Return the rows of the best designs for each time [s]; at most `most` per time.
+        """Return the indices of the best designs for each time [s], at most `most` per time.
 
         The order is that of `AtTime.best`.
         """
@@ -80,15 +79,15 @@ class ThinnedSamples:
     ) -> Floats:
         """Return the best design found for each of n times, shape (n, 4 m).
 
-        A descent starts from each of the initial designs that are best at that time. The better
-        ones continue with more iterations until one is left.
+        Descents start from the initial designs with the best values at the time. The better ones
+        continue with more iterations until one is left.
 
         Parameters
         ----------
         begins : sequence of n arrays, shape (k, 4 m)
             Initial designs for each time.
         times : array, shape (n,)
-            Times [s], all thinned alike (see `every`).
+            Times [s], with the same number of merged samples (see `every`).
         iterations : int
             Largest number of iterations of a descent.
         most : int
