@@ -87,7 +87,6 @@ class _Step:
         return self.parts.setdefault(name, Code())
 
     def covariance(self, code: Code) -> Triangle:
-        """Return the covariance, with scratch space for loops."""
         return Triangle(code, self.at.scratch)
 
     def constants(self, code: Code, number: int) -> list[Symbol]:

@@ -193,7 +193,7 @@ def _find_required_step(ran: Ran) -> Ints:
 
 
 def _expand_triangles(triangles: Floats, n: int) -> Floats:
-    """Expand lower triangles, shape (m, n (n + 1) / 2), to full symmetric matrices."""
+    """Expand lower triangles, shape (m, n (n + 1) / 2), to symmetric matrices, shape (m, n, n)."""
     row, column = triangle(n)
     full = np.empty((len(triangles), n, n))
     full[:, row, column] = triangles
