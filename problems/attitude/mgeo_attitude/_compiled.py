@@ -37,10 +37,10 @@ def kept(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
     def decorate(function: Callable[P, T]) -> Callable[P, T]:
         # A module that exists only in memory has no file to cache next to.
         file = Path(function.__code__.co_filename).is_file()
-        made: Callable[P, T] = njit(signature, cache=file, error_model="numpy", nogil=True)(
-            function
-        )
-        return made
+        compiled_function: Callable[P, T] = njit(
+            signature, cache=file, error_model="numpy", nogil=True
+        )(function)
+        return compiled_function
 
     return decorate
 

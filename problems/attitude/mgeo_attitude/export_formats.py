@@ -80,8 +80,8 @@ def format_of(path: Path | str) -> ExportFormat:
     ValueError
         If the name has an unknown suffix.
     """
-    found = [each for each in FORMATS if Path(path).name.endswith(each.suffix)]
-    if not found:
+    matches = [each for each in FORMATS if Path(path).name.endswith(each.suffix)]
+    if not matches:
         suffixes = ", ".join(each.suffix for each in FORMATS)
         raise ValueError(f"{path}: expected a name that ends in {suffixes}")
-    return max(found, key=lambda each: len(each.suffix))
+    return max(matches, key=lambda each: len(each.suffix))

@@ -223,8 +223,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
     def _run(self, X: Floats) -> Floats:
         if self.flights is None or not self._count:
             return self.valued(self.model, self.run(X, covariance=self._needs_covariance))
-        flown = self.flown(self.flights.first(self._count), X)
-        return judged(flown, self.n_obj, self.flights.errors)
+        values = self.flown(self.flights.first(self._count), X)
+        return judged(values, self.n_obj, self.flights.errors)
 
     def flown(self, flights: Iterable[FlightSample], X: Floats) -> Floats:
         """Return the values of `valued` in each of f Monte Carlo runs, shape (f, n, k)."""
@@ -236,14 +236,14 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         The result must contain covariances if objectives or constraints need them.
         """
         excesses = [constraint.excesses(result) for constraint in constraints(self.scenario)]
-        found = [entry.value(model, result) for entry in self._objectives()]
-        found += [of_limits.max(axis=0) for of_limits in excesses]
-        return np.column_stack([*found, *chain.from_iterable(excesses)])
+        columns = [entry.value(model, result) for entry in self._objectives()]
+        columns += [of_limits.max(axis=0) for of_limits in excesses]
+        return np.column_stack([*columns, *chain.from_iterable(excesses)])
 
     @property
     def _needs_covariance(self) -> bool:
-        known = any(each.needs_covariance for each in self._objectives())
-        return known or any(each.needs_covariance for each in constraints(self.scenario))
+        needed = any(each.needs_covariance for each in self._objectives())
+        return needed or any(each.needs_covariance for each in constraints(self.scenario))
 
     def _objectives(self) -> list[Objective]:
         return [objective(name, self.scenario.suite) for name in self.objectives]
@@ -320,8 +320,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         """
         scenario, wheels = self.scenario, self.scenario.wheels
         least = _POLISHED_BY.get(scenario.convergence.rule, _POLISHED)
-        few = scenario.maneuvers.count < least
-        if few or scenario.name == "paper" or scenario.flight or scenario.turned_by_coils:
+        is_small = scenario.maneuvers.count < least
+        if is_small or scenario.name == "paper" or scenario.flight or scenario.turned_by_coils:
             return {}
         if not can_be_polished(self.objectives) or (wheels and wheels.budgeted):
             return {"starts": _STARTS}

@@ -130,12 +130,12 @@ def common_modes(
     """
     if carrier.noise <= 0.0:  # A carrier without process noise cannot follow the body.
         return
-    told = [np.cumsum(look.told) for look in looks]
+    totals = [np.cumsum(look.told) for look in looks]
     for look in looks:
         for block, own in look.turned.items():
             size = 1.0 if own.v is None else np.sum(own.v**2, axis=1).max()
             against = cost_of_following(carrier, angle, own.v, len(own.told))
-            for other, all_told in zip(looks, told, strict=True):
+            for other, all_told in zip(looks, totals, strict=True):
                 if other is not look:
                     follow = [known[b] for b, it in other.turned.items() if it.like(own)]
                     against = against + _reduce_by_following(size * all_told, follow)
@@ -146,12 +146,12 @@ def common_modes(
                 yield name, least(np.zeros((3, 3)), against).total
 
 
-def _reduce_by_following(told: Floats, follow: Sequence[Floats]) -> Floats:
+def _reduce_by_following(information: Floats, follow: Sequence[Floats]) -> Floats:
     """Return the information of another sensor, reduced if its own error can look the same.
 
     The prior of that error limits how far the error can follow.
     """
     if not follow:
-        return told
+        return information
     start = float(np.trace(follow[0]))
-    return told * start / (told + start)
+    return information * start / (information + start)

@@ -163,10 +163,10 @@ class LimitCurves:
 
     def at(self, times: Floats) -> Floats:
         """Return the bound of the trace at sample times [s], shape (m,); NaN for a NaN time."""
-        known = np.isfinite(times)
-        steps = np.rint(times[known] / self.times[1]).astype(np.int64)
+        is_finite = np.isfinite(times)
+        steps = np.rint(times[is_finite] / self.times[1]).astype(np.int64)
         least = np.full(len(times), np.nan)
-        least[known] = self.trace[steps]
+        least[is_finite] = self.trace[steps]
         return least
 
 
@@ -221,7 +221,7 @@ def _bound_ending(model: FilterModel, trace: Floats) -> Floats:
     return ending
 
 
-def _bound_criteria(model: FilterModel, found: Mapping[str, Block]) -> dict[str, Floats]:
+def _bound_criteria(model: FilterModel, bounds: Mapping[str, Block]) -> dict[str, Floats]:
     """Return the bounds of the objectives of equation (13), over the calibrated states."""
     suite = model.suite
     states = suite.calibrated
@@ -230,9 +230,9 @@ def _bound_criteria(model: FilterModel, found: Mapping[str, Block]) -> dict[str,
         return {}
     sigma = model.initial_sigma[states]
     widest = sigma.reshape(-1, 3).max(axis=1) ** 2
-    shares = [found[name].total / square for name, square in zip(names, widest, strict=True)]
+    shares = [bounds[name].total / square for name, square in zip(names, widest, strict=True)]
     start = np.linalg.slogdet(model.initial_correlation[np.ix_(states, states)])[1]
-    log_det = _sum([found[name].log_det for name in names]) - 2.0 * np.log(sigma).sum() - start
+    log_det = _sum([bounds[name].log_det for name in names]) - 2.0 * np.log(sigma).sum() - start
     return {
         "normalized_trace": _sum(shares) / len(states),
         "log_det": log_det / np.log(10.0) / len(states),

@@ -107,10 +107,10 @@ def recursion(start: Floats, decay: Floats, noise: Floats, information: Floats) 
     """
     covariances = np.empty(information.shape)
     covariances[0] = P = start
-    faded, added, unit = np.outer(decay, decay), np.diag(noise), np.eye(len(start))
+    decay_product, process_noise, unit = np.outer(decay, decay), np.diag(noise), np.eye(len(start))
     measured: Bools = np.asarray(information.any(axis=(1, 2)))
     for k in range(1, len(information)):
-        P = faded * P + added
+        P = decay_product * P + process_noise
         if measured[k]:
             P = np.linalg.solve(unit + P @ information[k], P)
             P = 0.5 * (P + P.T)

@@ -92,13 +92,13 @@ def samples(model: FilterModel) -> Samples:
             f"{influence.channel} on the attitude changes with time. Remove the bias sensitivity"
         )
     diodes = [i for i, each in enumerate(model.suite.sensors) if isinstance(each, Photodiode)]
-    others = [i for i in range(len(model.suite.sensors)) if i not in diodes]
+    other_sensors = [i for i in range(len(model.suite.sensors)) if i not in diodes]
     faces = [_collect_diodes(model, diodes)] if diodes else []
-    parts = [_collect_sensor(model, index) for index in others] + faces
+    parts = [_collect_sensor(model, index) for index in other_sensors] + faces
     own = {name for each in parts for name in each.own}
     # A block counts as inertial only if it is inertial for every sensor that shares it.
     if shared_blocks := own.intersection(name for each in parts for name in each.inertial):
-        parts = [_collect_sensor(model, index, shared_blocks) for index in others] + faces
+        parts = [_collect_sensor(model, index, shared_blocks) for index in other_sensors] + faces
     inertial = tuple(dict.fromkeys(name for each in parts for name in each.inertial))
     n = len(model.references)
     together = np.zeros((n, 3 * len(inertial), 3 * len(inertial)))
@@ -115,10 +115,10 @@ def samples(model: FilterModel) -> Samples:
     )
 
 
-def _sum_information(found: Iterable[tuple[str, Told]]) -> dict[str, Told]:
+def _sum_information(items: Iterable[tuple[str, Told]]) -> dict[str, Told]:
     """Sum the information of all sensors about each block; several sensors may share a block."""
     total: dict[str, Told] = {}
-    for name, told in found:
+    for name, told in items:
         known = total.setdefault(name, told)
         if known is not told:
             parts = [each.matrix for each in (known, told) if each.matrix is not None]
@@ -127,20 +127,22 @@ def _sum_information(found: Iterable[tuple[str, Told]]) -> dict[str, Told]:
     return total
 
 
-def _collect_sensor(model: FilterModel, index: int, apart: Collection[str] = ()) -> Samples:
-    """Return the information of one sensor; the blocks in `apart` do not count as inertial."""
+def _collect_sensor(model: FilterModel, index: int, excluded: Collection[str] = ()) -> Samples:
+    """Return the information of one sensor; blocks in `excluded` do not count as inertial."""
     suite, sensor = model.suite, model.suite.sensors[index]
     probed = _ProbedSensor(model, index)
     precision = 1.0 / np.array(sensor.noise())
-    most = np.full(len(precision), precision.max())  # All axes have the noise of the best axis.
+    best_precision = np.full(len(precision), precision.max())
     own = list(suite.blocks_of(sensor).values())
-    varying = [name for name in own if name in suite.processes and name not in apart]
-    inertial, together = _collect_inertial(probed, varying, most)
+    varying = [name for name in own if name in suite.processes and name not in excluded]
+    inertial, together = _collect_inertial(probed, varying, best_precision)
     attitude, _, same = probed.told(["attitude"], precision)
     if not same:
         attitude = together[:, :3, :3]
     each = {
-        name: _collect_error(probed, name, precision, most) for name in own if name not in inertial
+        name: _collect_error(probed, name, precision, best_precision)
+        for name in own
+        if name not in inertial
     }
     constants = {name: told.trace for name, told in each.items() if name not in suite.processes}
     blocks = np.split(np.diagonal(together, axis1=1, axis2=2), len(inertial), axis=1)
@@ -153,27 +155,29 @@ def _collect_sensor(model: FilterModel, index: int, apart: Collection[str] = ())
             Look(name, probed.where_seen(block.sum(axis=1)), probed.mistaken(name, constants))
             for name, block in zip(inertial, blocks, strict=True)
         ),
-        (sensor.name,) if (precision != most).any() else (),
+        (sensor.name,) if (precision != best_precision).any() else (),
     )
 
 
 def _collect_inertial(
-    probed: _ProbedSensor, varying: list[str], most: Floats
+    probed: _ProbedSensor, varying: list[str], best_precision: Floats
 ) -> tuple[tuple[str, ...], Floats]:
     """Return the inertial blocks of a sensor and their joint information."""
     for names in (["attitude", *varying], ["attitude"]):
-        together, same, _ = probed.told(names, most)
+        together, same, _ = probed.told(names, best_precision)
         if same:
             return tuple(names), together
     raise NoLimit(_format_reason(probed.sensor, "attitude"))
 
 
-def _collect_error(probed: _ProbedSensor, name: str, precision: Floats, most: Floats) -> Told:
+def _collect_error(
+    probed: _ProbedSensor, name: str, precision: Floats, best_precision: Floats
+) -> Told:
     """Return the information about one error of a sensor.
 
     If its trace depends on the attitude, all axes count with the noise of the best axis.
     """
-    for weights in (precision, most):
+    for weights in (precision, best_precision):
         information, same, same_trace = probed.told([name], weights)
         if same_trace:
             trace = probed.where_seen(np.trace(information, axis1=1, axis2=2))
@@ -201,16 +205,16 @@ def _collect_diodes(model: FilterModel, indices: Sequence[int]) -> Samples:
     seen[0] = False
     sun = model.references[:, indices[0]]
     across = np.eye(3) - sun[:, :, None] * sun[:, None]
-    most = np.where(seen.any(axis=1), of_faces(lit), 0.0)
+    largest = np.where(seen.any(axis=1), of_faces(lit), 0.0)
     return Samples(
         ("attitude",),
-        most[:, None, None] * across,
-        2.0 * most,
+        largest[:, None, None] * across,
+        2.0 * largest,
         {
-            f"{sensor.name}.sensitivity": Told(there / sensor.relative_noise**2, None)
-            for sensor, there in zip(lit, seen.T, strict=True)
+            f"{sensor.name}.sensitivity": Told(is_available / sensor.relative_noise**2, None)
+            for sensor, is_available in zip(lit, seen.T, strict=True)
         },
-        (Look("attitude", 2.0 * most, {}),),
+        (Look("attitude", 2.0 * largest, {}),),
         (),
     )
 
@@ -225,8 +229,9 @@ class _ProbedSensor:
         self._follows = model.influences[:, model.suite.influence_columns(self.sensor)]
         self._seen = model.available[:, index].copy()
         self._seen[0] = False  # The first update is one step after the start.
-        here = np.flatnonzero(self._seen)
-        self._some = here[np.linspace(0, len(here) - 1, min(len(here), _PROBED)).astype(int)]
+        measured = np.flatnonzero(self._seen)
+        places = np.linspace(0, len(measured) - 1, min(len(measured), _PROBED)).astype(int)
+        self._some = measured[places]
         self._unturned = self._at(np.eye(3))
         self._turned = [self._at(matrix(probe), self._some, probe) for probe in _PROBES]
 
@@ -271,11 +276,11 @@ def _compute_information(looks: dict[str, Floats], names: list[str], precision: 
     return information
 
 
-def _compare(others: Floats, information: Floats) -> tuple[bool, bool]:
+def _compare(probed_information: Floats, information: Floats) -> tuple[bool, bool]:
     """Return whether matrices agree at all probes, and whether their traces agree."""
     size = _ROUNDING * np.trace(information, axis1=1, axis2=2)
-    difference = np.abs(others - information).max(axis=(0, 2, 3), initial=0.0)
-    traces = np.trace(others - information, axis1=2, axis2=3)
+    difference = np.abs(probed_information - information).max(axis=(0, 2, 3), initial=0.0)
+    traces = np.trace(probed_information - information, axis1=2, axis2=3)
     return bool((difference <= size).all()), bool((np.abs(traces) <= size).all())
 
 
@@ -287,12 +292,12 @@ def _looks_like(
 ) -> bool:
     """Return whether a body-fixed error looks like a rotated carrier; see `Look`."""
     G = np.eye(3) if v is None else np.moveaxis(skew(v.T), -1, 0)
-    found = []
+    matches = []
     for C, looks in attitudes:
-        own, turned = looks[block], looks[carrier] @ G @ C.T
+        own, rotated = looks[block], looks[carrier] @ G @ C.T
         size = _ROUNDING * np.linalg.norm(own, axis=(1, 2), keepdims=True)
-        found.append([(np.abs(own - sign * turned) <= size).all() for sign in (1.0, -1.0)])
-    return bool(np.all(found, axis=0).any())
+        matches.append([(np.abs(own - sign * rotated) <= size).all() for sign in (1.0, -1.0)])
+    return bool(np.all(matches, axis=0).any())
 
 
 def _format_reason(sensor: Sensor, block: str) -> str:

@@ -98,11 +98,11 @@ def constraints(scenario: Scenario) -> list[Constraint]:
         limits.append(Limit("wheel torque", lambda result: result.wheel_load[:, 1], torque, "N m"))
     if scenario.windows:  # `view.margins` checks the slew back.
         limits.append(Limit(END, lambda result: result.t_end, scenario.deadline, "s"))
-    found = [Constraint(limit.label, (limit,)) for limit in limits]
-    found += [_build_path_constraint(i, limit) for i, limit in enumerate(scenario.path_limits)]
+    result = [Constraint(limit.label, (limit,)) for limit in limits]
+    result += [_build_path_constraint(i, limit) for i, limit in enumerate(scenario.path_limits)]
     if scenario.required_sigma:
-        found.append(_build_required_sigma(scenario))
-    return found
+        result.append(_build_required_sigma(scenario))
+    return result
 
 
 def check_start(scenario: Scenario) -> None:

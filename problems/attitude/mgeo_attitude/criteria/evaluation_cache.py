@@ -39,10 +39,10 @@ class EvaluationCache:
         -------
         array, shape (n, n_values)
         """
-        known = dict(self._known)
+        values = dict(self._known)
         keys = [design.tobytes() for design in designs]
-        new = [i for i, key in enumerate(keys) if key not in known]
+        new = [i for i, key in enumerate(keys) if key not in values]
         if new:
-            known.update(zip([keys[i] for i in new], run(designs[new]), strict=True))
-        self._known = {key: known[key] for key in keys} if self._forget else known
-        return np.array([known[key] for key in keys]) if keys else run(designs)
+            values.update(zip([keys[i] for i in new], run(designs[new]), strict=True))
+        self._known = {key: values[key] for key in keys} if self._forget else values
+        return np.array([values[key] for key in keys]) if keys else run(designs)

@@ -52,9 +52,9 @@ def attitude_accuracy_deg(covariance: Floats) -> Floats:
         Covariance of the error state, the attitude error [rad] first; NaN gives NaN.
     """
     attitude = covariance[..., :3, :3]
-    sound = np.asarray(np.isfinite(attitude).all(axis=(-1, -2)))
-    largest = np.linalg.eigvalsh(np.where(sound[..., None, None], attitude, 0.0))[..., -1]
-    return np.where(sound, np.degrees(np.sqrt(np.maximum(largest, 0.0))), np.nan)
+    is_finite = np.asarray(np.isfinite(attitude).all(axis=(-1, -2)))
+    largest = np.linalg.eigvalsh(np.where(is_finite[..., None, None], attitude, 0.0))[..., -1]
+    return np.where(is_finite, np.degrees(np.sqrt(np.maximum(largest, 0.0))), np.nan)
 
 
 @dataclass(frozen=True)
@@ -107,10 +107,10 @@ def objective(key: str, suite: Suite) -> Objective:
 
 def can_be_polished(keys: Sequence[str]) -> bool:
     """Return whether the objectives are t_end and one smooth objective."""
-    others = [key for key in keys if key != "t_end"]
-    if len(keys) != 2 or len(others) != 1:
+    remaining = [key for key in keys if key != "t_end"]
+    if len(keys) != 2 or len(remaining) != 1:
         return False
-    return bool(blocks_of(others[0])) or OBJECTIVES[others[0]].is_smooth
+    return bool(blocks_of(remaining[0])) or OBJECTIVES[remaining[0]].is_smooth
 
 
 def smooth_objective(keys: Sequence[str]) -> str:
@@ -165,8 +165,8 @@ def _log_determinant(model: FilterModel, result: Evaluation) -> Floats:
 def _largest_eigenvalue(model: FilterModel, result: Evaluation) -> Floats:
     matrices = _scale_covariances(model, result)
     largest = np.full(len(matrices), np.nan)
-    sound = np.isfinite(matrices).all(axis=(1, 2))
-    largest[sound] = np.linalg.eigvalsh(matrices[sound])[:, -1]
+    is_finite = np.isfinite(matrices).all(axis=(1, 2))
+    largest[is_finite] = np.linalg.eigvalsh(matrices[is_finite])[:, -1]
     return largest
 
 

@@ -67,8 +67,8 @@ class FlightSample:
 
     def run(self, designs: Floats, covariance: bool) -> Evaluation:
         """Evaluate designs, shape (n, 4 m), with the errors of the run, in one thread."""
-        flown = self.flown(designs)
-        return evaluate(self.model, flown, 1, covariance=covariance, variants=self.variants)
+        executed = self.flown(designs)
+        return evaluate(self.model, executed, 1, covariance=covariance, variants=self.variants)
 
 
 def draw_flights(
@@ -95,9 +95,9 @@ def draw_flights(
         a sensor without `noise_parameters`.
     """
     attitude, rate = errors.attitude_deg, errors.rate_error_deg_s
-    known = None
+    root = None
     if scenario.prior is not None:
-        known = np.linalg.cholesky(model.initial_covariance[:6, :6])
+        root = np.linalg.cholesky(model.initial_covariance[:6, :6])
     attitude = scenario.initial.attitude_deg if attitude is None else attitude
     rate = scenario.gyro.initial_bias_deg_s if rate is None else rate
     flights, count = [], scenario.maneuvers.count
@@ -105,8 +105,8 @@ def draw_flights(
         generator = np.random.default_rng([errors.seed, number])
         chance = generator.standard_normal(6)
         off, rates = np.radians(attitude) * chance[:3], rate * chance[3:]
-        if known is not None:
-            error = known @ chance
+        if root is not None:
+            error = root @ chance
             if errors.attitude_deg is None:
                 off = model.initial_attitude.T @ error[:3]
             if errors.rate_error_deg_s is None:  # An overestimated bias increases the body rate.
@@ -116,9 +116,9 @@ def draw_flights(
         durations = errors.duration_error * generator.standard_normal(count)
         delay = errors.start_delay * generator.random()
         noise = _draw_noise(scenario.suite, errors.noise_spread, generator)
-        turned = (_build_delayed_model(scenario, delay) if delay else model).turned(turn)
-        variants = () if noise is None else (noise(turned),)
-        flights.append(FlightSample(turned, rates, durations, delay, variants))
+        run_model = (_build_delayed_model(scenario, delay) if delay else model).turned(turn)
+        variants = () if noise is None else (noise(run_model),)
+        flights.append(FlightSample(run_model, rates, durations, delay, variants))
     return flights
 
 
@@ -182,12 +182,12 @@ def over_flights(
     def one(flight: FlightSample) -> Floats:
         return values(flight.model, flight.run(designs, covariance))
 
-    found: list[Floats] = []
+    results: list[Floats] = []
     remaining = iter(flights)
     with ThreadPoolExecutor(threads or available_threads()) as pool:
-        while few := list(islice(remaining, _AT_ONCE)):
-            found += pool.map(one, few)
-    return np.array(found)
+        while batch := list(islice(remaining, _AT_ONCE)):
+            results += pool.map(one, batch)
+    return np.array(results)
 
 
 def kept_by(values: Floats, share: float) -> Floats:
@@ -196,8 +196,8 @@ def kept_by(values: Floats, share: float) -> Floats:
     NaN, from a covariance that lost positivity, counts as larger than any number.
     """
     ordered = np.sort(values, axis=0)
-    kept: Floats = ordered[_rank(len(values), share) - 1]
-    return kept
+    value: Floats = ordered[_rank(len(values), share) - 1]
+    return value
 
 
 def _rank(count: int, share: float) -> int:
@@ -219,8 +219,8 @@ def judged(values: Floats, n_objectives: int, errors: FlightErrors) -> Floats:
         Specifies mean or quantiles.
     """
     objectives, limits = np.split(values, [n_objectives], axis=2)
-    found = objectives.mean(axis=0) if errors.mean else kept_by(objectives, errors.quantile)
-    return np.hstack([found, kept_by(limits, errors.kept)])
+    reduced = objectives.mean(axis=0) if errors.mean else kept_by(objectives, errors.quantile)
+    return np.hstack([reduced, kept_by(limits, errors.kept)])
 
 
 def _draw_noise(

@@ -143,18 +143,18 @@ def _watch_path(step: _Step) -> None:
         for name in watched_directions(step.monitors)
     }
     for k, watch in enumerate(limits):
-        v, moved = passages[watch.direction]
+        v, change = passages[watch.direction]
         value, axis = code.slot(at.monitors + k), Vec3(*step.constants(code, 3))
         disc = 2 * watch.disc
         appears, *limb_given = step.numbers(code, f"off {watch.direction}", 6, 1 + disc)
-        there = nearest(axis, watch.inside, turn, v, moved, appears)
-        here, end = (there.back(axis), there.seen(v, moved)), (axis, v)
+        extreme = nearest(axis, watch.inside, turn, v, change, appears)
+        at_extreme, at_end = (extreme.back(axis), extreme.seen(v, change)), (axis, v)
         sigmas = step.constants(code, 1)[0] if watch.margin else None
         limb = None
         if watch.disc:
             radius, grown = limb_given
-            limb = radius - there.share * grown
-        worst = excess_code(here, end, sigmas, limb, Triangle(code), watch.inside, value)
+            limb = radius - extreme.share * grown
+        worst = excess_code(at_extreme, at_end, sigmas, limb, Triangle(code), watch.inside, value)
         code.store(at.monitors + k, worst)
 
 

@@ -169,10 +169,10 @@ def update(
     for first, last in _gaps(considered_blocks, n):
         _subtract(P, G, first, last, 0)
     for block in considered_blocks:
-        left = G(block)
+        block_gain = G(block)
         for first, last in _gaps([j for j in considered_blocks if j < block], block):
             with code.loop(first, last, 3) as j:
-                _subtract_block(P, (block, left), (j, G(j)))
+                _subtract_block(P, (block, block_gain), (j, G(j)))
 
 
 def looked_at(n: int, measure: Measure) -> list[int]:
@@ -271,10 +271,10 @@ def _subtract(
 ) -> None:
     """Subtract G Gᵀ from the rows `first` to `last` of P, from column `start` on."""
     with P.code.loop(first, last, 3) as i:
-        left = G(i)
+        row_gain = G(i)
         with P.code.loop(start, i, 3) as j:
-            _subtract_block(P, (i, left), (j, G(j)))
-        _subtract_block(P, (i, left), (i, left))
+            _subtract_block(P, (i, row_gain), (j, G(j)))
+        _subtract_block(P, (i, row_gain), (i, row_gain))
 
 
 def _subtract_block(
@@ -289,9 +289,9 @@ def _subtract_block(
             P.code.assign(entry, value)
 
 
-def _gaps(taken: Sequence[int], end: int) -> Iterator[tuple[int, int]]:
-    """Yield the ranges of states before `end` that no block of `taken` covers."""
-    starts, ends = [0, *(block + 3 for block in taken)], [*taken, end]
+def _gaps(blocks: Sequence[int], end: int) -> Iterator[tuple[int, int]]:
+    """Yield the ranges of states before `end` that none of the blocks of three covers."""
+    starts, ends = [0, *(block + 3 for block in blocks)], [*blocks, end]
     return ((a, b) for a, b in zip(starts, ends, strict=True) if a < b)
 
 

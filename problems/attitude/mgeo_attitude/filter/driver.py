@@ -67,11 +67,11 @@ def write_maneuver(values, omega, dynamics):
     else:
         A = parts[0] + omega[0] * parts[1] + omega[1] * parts[2] + omega[2] * parts[3]
         F, Q = discretize(A, density, dt)
-    turned = turn(omega, dt)
+    rotation = turn(omega, dt)
     k = 0
     for i in range(3):
         for j in range(3):
-            values[k] = turned[i, j]
+            values[k] = rotation[i, j]
             k += 1
     for entry in range(len(pattern)):
         values[k] = F[pattern[entry, 0], pattern[entry, 1]]
@@ -138,8 +138,9 @@ def restore(W, lane, n_values, recent, now, n, state):
 
 @helper
 def converged(recent, lane, now, window, decrease, allow_rise):
-    """Return whether a run has converged by equation (6): the trace fell little and did not rise.
+    """Return whether a run has converged by equation (6).
 
+    The trace must have fallen by less than the fraction `decrease` over the window, without a rise.
     A rise is accepted if `allow_rise` is set. A NaN trace counts as converged, to end the run.
     """
     before = recent[(now - window) & (len(recent) - 1), lane]

@@ -141,26 +141,26 @@ def evaluate(
     if until is not None:
         last[:] = until
         # The end becomes part of the plan, so that equal plans with different ends are distinct.
-        lasting = batch._replace(plan=dataclasses.replace(plan, over=last))
-        ran = run(model.unending, lasting, last, history, covariance)
+        batch_with_ends = batch._replace(plan=dataclasses.replace(plan, over=last))
+        ran = run(model.unending, batch_with_ends, last, history, covariance)
     elif model.rule != "trace":
-        whole = run(model.endless, batch, last, factor=model.factor)
-        settled = whole.settled if model.rule == "settling" else _find_required_step(whole)
+        full_run = run(model.endless, batch, last, factor=model.factor)
+        settled = full_run.settled if model.rule == "settling" else _find_required_step(full_run)
         stops = np.clip(settled, plan.over, model.n_steps)
         ran = run(model.endless, batch, stops, history, covariance)
     else:
         ran = run(model, batch, last, history, covariance)
     t_end, trace = model.step * ran.end_step.astype(float), ran.trace
-    lost = np.isnan(trace)
-    if lost.any():
-        first = np.atleast_2d(np.asarray(designs, dtype=float))[np.argmax(lost)]
+    is_lost = np.isnan(trace)
+    if is_lost.any():
+        first = np.atleast_2d(np.asarray(designs, dtype=float))[np.argmax(is_lost)]
         warnings.warn(
-            f"the covariance lost positivity in {lost.sum()} of {n} designs, first "
+            f"the covariance lost positivity in {is_lost.sum()} of {n} designs, first "
             f"{first.tolist()}. Their objectives are NaN",
             RuntimeWarning,
             stacklevel=2,
         )
-        t_end = np.where(lost, np.nan, t_end)
+        t_end = np.where(is_lost, np.nan, t_end)
     t_required = np.full(n, np.inf)
     if model.monitors.states:
         met = ran.watched[:, -1] > 0.0

@@ -229,9 +229,9 @@ def run(
     end_step, settled, trace = np.zeros(n, np.int64), np.zeros(n, np.int64), np.empty(n)
     watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
     # States stored by `driver.save` come first, the initial states of the variants last.
-    left = np.count_nonzero(jobs.snapshot >= 0)
-    states = np.zeros((left + len(variants), at.rotation + model.window_steps + 1))
-    states[left:, : at.rotation + 1] = initial_values(model, variants)[::-1]
+    n_stored = np.count_nonzero(jobs.snapshot >= 0)
+    states = np.zeros((n_stored + len(variants), at.rotation + model.window_steps + 1))
+    states[n_stored:, : at.rotation + 1] = initial_values(model, variants)[::-1]
     matrices, densities = dynamics_of(variants)
     arguments: tuple[Any, ...] = (
         (kernel.step.address, kernel.check.address, lanes()),
@@ -260,9 +260,9 @@ def run(
         (watched, final),
         record,
     )
-    others = min(threads, n_jobs) - 1
-    with ThreadPoolExecutor(max(others, 1)) as pool:  # Threads start only when they are needed.
-        futures = [pool.submit(driver.run, *arguments) for _ in range(others)]
+    n_helpers = min(threads, n_jobs) - 1
+    with ThreadPoolExecutor(max(n_helpers, 1)) as pool:  # Threads start only when they are needed.
+        futures = [pool.submit(driver.run, *arguments) for _ in range(n_helpers)]
         driver.run(*arguments)
     for future in futures:
         future.result()

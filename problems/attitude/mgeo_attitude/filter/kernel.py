@@ -114,7 +114,7 @@ def _load(kind: str, name: str, source: str, part: str) -> None:
     if not cached:
         what = f"the {kind} of the filter{part and f' ({part})'}"
         _log.warning(f"compiling {what}, once per machine (some seconds)")
-    begun = time.perf_counter()
+    start = time.perf_counter()
     try:
         if not path.exists():
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -129,7 +129,7 @@ def _load(kind: str, name: str, source: str, part: str) -> None:
         _execute(name, name, source.replace("cache=True", "cache=False"))
     else:
         if not cached:
-            _log.warning(f"compiled in {time.perf_counter() - begun:.1f} s, kept in {folder}")
+            _log.warning(f"compiled in {time.perf_counter() - start:.1f} s, stored in {folder}")
 
 
 def _execute(name: str, filename: str, source: str) -> None:

@@ -234,7 +234,7 @@ class FilterModel:
 
     @cached_property
     def endless(self) -> FilterModel:
-        """Copy that runs for the full duration, because its window is longer."""
+        """Copy that runs for the full duration, with a convergence window longer than the run."""
         return dataclasses.replace(self, window_steps=self.n_steps + 1, rule="trace")
 
     @cached_property

@@ -76,11 +76,11 @@ class Nearest(NamedTuple):
     share: Any
 
     def back(self, v: Vec3) -> Vec3:
-        """Return a body-fixed vector at the point, in body axes at the end of the step."""
+        """Rotate a body-fixed vector from the attitude at the point to the end of the step."""
         n = self.turn.axis
         along = (1.0 - self.cosine) * dot(n, v)
-        turned: Vec3 = along * n + self.cosine * v - self.sine * cross(n, v)
-        return turned
+        rotated: Vec3 = along * n + self.cosine * v - self.sine * cross(n, v)
+        return rotated
 
     def seen(self, v: Vec3, moved: Vec3) -> Vec3:
         """Return the direction at the point, in body axes at the end of the step.
@@ -131,7 +131,7 @@ def nearest(axis: Vec3, inside: bool, turn: Turn, v: Vec3, moved: Vec3, appears:
     first = turn.angle * turned + p_moved + q_moved * turn.cosine - r_moved * turn.sine
     if inside:
         first, last, nearer = -first, -last, -nearer
-    begins = appears * nearer
+    start_is_extreme = appears * nearer
     x, y = first - last * turn.cosine, -last * turn.sine
     square = x * x + y * y
     scale = 1.0 / np.sqrt(choose(square, _TINY, square, 1.0))
@@ -143,9 +143,9 @@ def nearest(axis: Vec3, inside: bool, turn: Turn, v: Vec3, moved: Vec3, appears:
     share = -last * (1.0 / choose(within, 0.0, fall, 1.0))
     return Nearest(
         turn,
-        choose(within, 0.0, x * scale, choose(begins, _TINY, turn.cosine, 1.0)),
-        choose(within, 0.0, y * scale, choose(begins, _TINY, turn.sine, 0.0)),
-        choose(within, 0.0, share, choose(begins, _TINY, 1.0, 0.0)),
+        choose(within, 0.0, x * scale, choose(start_is_extreme, _TINY, turn.cosine, 1.0)),
+        choose(within, 0.0, y * scale, choose(start_is_extreme, _TINY, turn.sine, 0.0)),
+        choose(within, 0.0, share, choose(start_is_extreme, _TINY, 1.0, 0.0)),
     )
 
 
@@ -178,9 +178,9 @@ def excess(cone: Cone, sigmas: float, turn: Floats, passage: Passage, covariance
     axis, v, moved = Vec3(*cone.axis), Vec3(*after.T), Vec3(*(after - before).T)
     extreme = nearest(axis, cone.inside, Turn.of(turn), v, moved, appears.astype(float))
     radius = radius_after - extreme.share * (radius_after - radius_before)
-    here, P = (extreme.back(axis), extreme.seen(v, moved)), np.moveaxis(covariance, 0, -1)
+    at_extreme, P = (extreme.back(axis), extreme.seen(v, moved)), np.moveaxis(covariance, 0, -1)
     margin_excess: Floats = excess_code(
-        here, (axis, v), sigmas or None, radius, P, cone.inside, -np.inf
+        at_extreme, (axis, v), sigmas or None, radius, P, cone.inside, -np.inf
     )
     return margin_excess
 
@@ -263,15 +263,17 @@ def excess_code(
     square = dot(normal, normal)
     margin: Any = 0.0
     if sigmas is not None:
-        here, last = _variance(normal, P), _variance(cross(*end), P)
-        variance = maximum(choose(square, _PARALLEL**2, here, _largest(there[1], P)), last)
+        extreme_variance, last = _variance(normal, P), _variance(cross(*end), P)
+        variance = maximum(
+            choose(square, _PARALLEL**2, extreme_variance, _largest(there[1], P)), last
+        )
         margin = sigmas * np.sqrt(variance)
     angle = arc(np.sqrt(square), cosine)
     if radius is not None:
         angle = angle - radius
-    found = margin + angle if inside else margin - angle
+    violation = margin + angle if inside else margin - angle
     length = cosine * cosine + square
-    return choose(length, 0.5, maximum(found, until_now), until_now)
+    return choose(length, 0.5, maximum(violation, until_now), until_now)
 
 
 def arc(sine: Any, cosine: Any) -> Any:
@@ -305,8 +307,8 @@ def _largest(direction: Vec3, P: Any) -> Any:
     )
     along = dot(direction, Vec3(*(dot(row, direction) for row in (x, y, z))))
     half = 0.5 * (x.x + y.y + z.z - along)
-    apart = half * half - dot(direction, cofactors)
-    return half + np.sqrt(choose(apart, 0.0, apart, 0.0))
+    discriminant = half * half - dot(direction, cofactors)
+    return half + np.sqrt(choose(discriminant, 0.0, discriminant, 0.0))
 
 
 def _rows(P: Any) -> list[Vec3]:

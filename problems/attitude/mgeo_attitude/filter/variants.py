@@ -29,8 +29,8 @@ def check_variants(model: FilterModel, variants: Sequence[FilterModel]) -> None:
     for number, variant in enumerate(variants):
         if variant.traits == model.traits:
             continue
-        for name, found, expected in zip(Traits._fields, variant.traits, model.traits, strict=True):
-            if found != expected:
+        for name, value, expected in zip(Traits._fields, variant.traits, model.traits, strict=True):
+            if value != expected:
                 raise ValueError(
                     f"variants[{number}] differs from the model in {name.replace('_', ' ')}. "
                     "A variant may differ only in noise, field of view, 1-sigmas and weights"
@@ -52,8 +52,8 @@ def constants_of(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
 def dynamics_of(variants: Sequence[FilterModel]) -> tuple[Floats, Floats]:
     """Return `gyro_dynamics` of each variant, stacked along the first axis."""
     gyros = {id(each.suite.gyro): each.suite.gyro for each in variants}  # Few gyros are distinct.
-    known = {key: gyro_dynamics(gyro) for key, gyro in gyros.items()}
-    matrices, densities = zip(*(known[id(each.suite.gyro)] for each in variants), strict=True)
+    dynamics = {key: gyro_dynamics(gyro) for key, gyro in gyros.items()}
+    matrices, densities = zip(*(dynamics[id(each.suite.gyro)] for each in variants), strict=True)
     return np.array(matrices), np.array(densities)
 
 

@@ -105,14 +105,14 @@ def _compute_loads(plan, end_steps, step, start, wheels, outside, coils, loads):
     C, rotation, old = initial_attitude.copy(), np.eye(3), np.eye(3)
     rate, acceleration = np.zeros(3), np.zeros(3)
     torque, magnetic, vector = np.zeros(3), np.zeros(3), np.zeros(3)
-    added, now, last = np.zeros(3), np.zeros(3), np.zeros(3)
+    impulse, now, last = np.zeros(3), np.zeros(3), np.zeros(3)
     own, extra, room = np.zeros(3), np.zeros(3), np.zeros((4, 3))
-    held, given, unloaded = np.zeros(3), np.zeros(3), np.zeros(3)
+    dipole_held, modeled, unloaded = np.zeros(3), np.zeros(3), np.zeros(3)
     for i in range(len(end_steps)):
         assign_matrix(initial_attitude, C)
         assign(initial_rate, rate)
         for a in range(3):
-            added[a] = held[a] = unloaded[a] = 0.0
+            impulse[a] = dipole_held[a] = unloaded[a] = 0.0
         m, n_stretches = -1, starts.shape[1]
         for k in range(end_steps[i] + 1):
             product(C, position[k], vector)
@@ -124,29 +124,29 @@ def _compute_loads(plan, end_steps, step, start, wheels, outside, coils, loads):
             product(C.T, torque, now)
             if k > 0:
                 for a in range(3):
-                    added[a] += 0.5 * step * (last[a] + now[a])
+                    impulse[a] += 0.5 * step * (last[a] + now[a])
             assign(now, last)
             product(C, momentum, own)
-            product(C, added, extra)
+            product(C, impulse, extra)
             if unloads:  # Trapezoidal rule: the second half of the impulse of the last step.
-                _apply_dipole(held, vector, C, 0.5 * step, magnetic, unloaded)
-                product(C, unloaded, given)
+                _apply_dipole(dipole_held, vector, C, 0.5 * step, magnetic, unloaded)
+                product(C, unloaded, modeled)
                 for a in range(3):
-                    own[a] += extra[a] + given[a]
-                    given[a] = torque[a] + magnetic[a]
+                    own[a] += extra[a] + modeled[a]
+                    modeled[a] = torque[a] + magnetic[a]
             if k > 0:
                 assign(end_rates[i, m], rate)
             if k > first:  # Check the load at the end of the last step.
                 _update_maxima(
-                    rate, acceleration, own, extra, torque, given, wheels, margin, room, loads[i]
+                    rate, acceleration, own, extra, torque, modeled, wheels, margin, room, loads[i]
                 )
             if unloads:  # The first half of the impulse of the next step.
                 for a in range(3):
-                    given[a] = -own[a] / response
-                limited(vector, given, largest, held)
-                _apply_dipole(held, vector, C, 0.5 * step, magnetic, unloaded)
+                    modeled[a] = -own[a] / response
+                limited(vector, modeled, largest, dipole_held)
+                _apply_dipole(dipole_held, vector, C, 0.5 * step, magnetic, unloaded)
                 for a in range(3):
-                    given[a] = torque[a] + magnetic[a]
+                    modeled[a] = torque[a] + magnetic[a]
             if k == end_steps[i]:
                 break
             before = m
@@ -160,7 +160,7 @@ def _compute_loads(plan, end_steps, step, start, wheels, outside, coils, loads):
                     assign(rates[i, m], rate)
             if k == first or (m > before and k > first):
                 _update_maxima(
-                    rate, acceleration, own, extra, torque, given, wheels, margin, room, loads[i]
+                    rate, acceleration, own, extra, torque, modeled, wheels, margin, room, loads[i]
                 )
             assign_matrix(C, old)
             for a in range(3):
@@ -178,27 +178,27 @@ def _apply_dipole(dipole, b, C, time, torque, unloaded):  # type: ignore[no-unty
 
 
 @helper
-def _update_maxima(rate, acceleration, own, extra, torque, given, wheels, margin, room, maxima):  # type: ignore[no-untyped-def]
+def _update_maxima(rate, acceleration, own, extra, torque, modeled, wheels, margin, room, maxima):  # type: ignore[no-untyped-def]
     """Raise `maxima` to the momentum and torque of the most loaded wheel, if those are larger.
 
-    `own` is the satellite's momentum in body axes and `given` the modeled torque. `extra` and
+    `own` is the satellite's momentum in body axes and `modeled` the modeled torque. `extra` and
     `torque` are the momentum and torque of the disturbances, which count with their magnitude.
     `room`, shape (4, 3), is scratch space, because an allocation would double the run time.
     """
     inertia, allocation, circulating = wheels
-    spin, needed, turning, turned = room[0], room[1], room[2], room[3]
+    spin, inertial_torque, gyroscopic, gyroscopic_extra = room[0], room[1], room[2], room[3]
     product(inertia, rate, spin)
-    product(inertia, acceleration, needed)
-    cross(rate, own, turning)
-    cross(rate, extra, turned)
+    product(inertia, acceleration, inertial_torque)
+    cross(rate, own, gyroscopic)
+    cross(rate, extra, gyroscopic_extra)
     for row in range(len(allocation)):
         momentum, disturbance_momentum, effort, disturbance_torque = circulating[row], 0.0, 0.0, 0.0
         for a in range(3):
             share = allocation[row, a]
             momentum += share * (own[a] - spin[a])
             disturbance_momentum += share * extra[a]
-            effort += share * (needed[a] + turning[a] - given[a])
-            disturbance_torque += share * (torque[a] - turned[a])
+            effort += share * (inertial_torque[a] + gyroscopic[a] - modeled[a])
+            disturbance_torque += share * (torque[a] - gyroscopic_extra[a])
         maxima[0] = max(maxima[0], abs(momentum) + margin * abs(disturbance_momentum))
         maxima[1] = max(maxima[1], abs(effort) + margin * abs(disturbance_torque))
 

@@ -85,8 +85,8 @@ def quaternion_derivatives(q: Floats, rates: Floats) -> Floats:
         Body rates [rad/s].
     """
     vector, scalar = q[:, :3], q[:, 3:]
-    turned = scalar * rates + np.cross(vector, rates)
-    return 0.5 * np.hstack([turned, -np.einsum("ki,ki->k", vector, rates)[:, None]])
+    vector_part = scalar * rates + np.cross(vector, rates)
+    return 0.5 * np.hstack([vector_part, -np.einsum("ki,ki->k", vector, rates)[:, None]])
 
 
 def _signs(q: Floats) -> Floats:

@@ -29,7 +29,7 @@ def cross(a: Any, b: Any) -> Any:
 
 
 def shear(a: Any, b: Any) -> Any:
-    """Return the cross product with plus signs; see `vector.shear`."""
+    """Return (a_y b_z + a_z b_y, a_z b_x + a_x b_z, a_x b_y + a_y b_x), shape (..., 3)."""
     following, last = [1, 2, 0], [2, 0, 1]
     return a[..., following] * b[..., last] + a[..., last] * b[..., following]
 
@@ -52,7 +52,7 @@ def direction(v: Any) -> Any:
 
 
 def rotate(g: Any, v: Any) -> Any:
-    """Return R(g) v; g may also be a function that rotates a vector."""
+    """Rotate v by g, as R(g) v; g may also be a function that rotates a vector."""
     if callable(g):
         return g(v)
     once = cross(g, v)
@@ -60,9 +60,9 @@ def rotate(g: Any, v: Any) -> Any:
 
 
 def unrotate(g: Floats, v: Floats) -> Floats:
-    """Return R(g)ᵀ v."""
-    turned: Floats = rotate(-g, v)
-    return turned
+    """Rotate v by the inverse of g, as R(g)ᵀ v."""
+    rotated: Floats = rotate(-g, v)
+    return rotated
 
 
 def across(axis: Floats) -> Floats:
@@ -108,17 +108,17 @@ def skew(v: Floats) -> Floats:
 
 
 def matrix(g: Floats) -> Floats:
-    """Return the rotation matrix R(g), shape (3, 3, ...), of g, shape (3, ...)."""
+    """Convert g, shape (3, ...), to the rotation matrix R(g), shape (3, 3, ...)."""
     quarter = 0.25 * (g * g).sum(axis=0)
-    turned = skew(g) + 0.5 * g[:, None] * g
+    rotation = skew(g) + 0.5 * g[:, None] * g
     for i in range(3):
-        turned[i, i] += 1.0 - quarter
-    turned /= 1.0 + quarter
-    return turned
+        rotation[i, i] += 1.0 - quarter
+    rotation /= 1.0 + quarter
+    return rotation
 
 
 def rotation_vector(R: Floats) -> Floats:
-    """Return the g with R(g) = R; the inverse of `matrix`."""
+    """Convert a rotation matrix to the vector g with R(g) = R."""
     g: Floats = np.stack([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     g *= 2.0 / (1.0 + R[0, 0] + R[1, 1] + R[2, 2])
     return g

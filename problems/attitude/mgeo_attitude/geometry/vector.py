@@ -63,7 +63,10 @@ def scale(a: Vec3, b: Vec3) -> Vec3:
 
 
 def shear(a: Vec3, b: Vec3) -> Vec3:
-    """Return N(a) b, the cross product with plus signs; N(a) is symmetric with a zero diagonal."""
+    """Return N(a) b = (a_y b_z + a_z b_y, a_z b_x + a_x b_z, a_x b_y + a_y b_x).
+
+    N(a) is the symmetric counterpart of the cross-product matrix [a×].
+    """
     return Vec3(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x)
 
 

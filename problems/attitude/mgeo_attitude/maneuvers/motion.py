@@ -169,12 +169,12 @@ def phases(
     for number in dict.fromkeys(flight.numbers.tolist()):
         name = names.get(number, f"maneuver {number + 1}")
         own, rate = flight.numbers == number, commanded[number]
-        ramp, held = own & ~flight.steady, own & flight.steady
+        ramp, steady = own & ~flight.steady, own & flight.steady
         if ramp.any():
             begin, until = starts[ramp][0], ends[ramp][-1]
             add(f"{RAMP}{name}", begin, until, *_mean_rate_and_angle(flight, begin, until))
-        if held.any():
-            start, end = starts[held][0], ends[held][-1]
+        if steady.any():
+            start, end = starts[steady][0], ends[steady][-1]
             stop = flight.over if end == t_end else end
             # The last maneuver may end before its first step.
             for label, begin, until in ((name, start, stop), (HELD, stop, end)):
@@ -189,8 +189,8 @@ def phases(
 def _mean_rate_and_angle(flight: Flown, begin: float, until: float) -> tuple[Floats, float]:
     """Return the mean rate [deg/s] and the accumulated rotation angle [deg] between two times."""
     edges = np.clip(flight.times, begin, until)
-    lasting, rates = np.diff(edges), np.degrees(flight.rates)
-    return lasting @ rates / (until - begin), float(lasting @ np.linalg.norm(rates, axis=1))
+    durations, rates = np.diff(edges), np.degrees(flight.rates)
+    return durations @ rates / (until - begin), float(durations @ np.linalg.norm(rates, axis=1))
 
 
 def divided(flown: tuple[Phase, ...], time: float) -> tuple[Phase, ...]:

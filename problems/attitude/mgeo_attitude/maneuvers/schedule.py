@@ -143,8 +143,8 @@ class Schedule:
         """Return the number of steps of each interval, shape (n, k), in runs until `end_steps`."""
         limit = np.reshape(np.asarray(end_steps, dtype=np.int64), (-1, 1))
         ends = np.append(self.starts[:, 1:], np.full((len(self.starts), 1), NEVER), axis=1)
-        lasting: Ints = np.minimum(ends, limit) - np.minimum(self.starts, limit)
-        return lasting
+        result: Ints = np.minimum(ends, limit) - np.minimum(self.starts, limit)
+        return result
 
     def flown(self) -> Bools:
         """Return whether each interval lasts at least one step, shape (n, k)."""

@@ -94,16 +94,16 @@ class AtTime:
         """
         if within_steps and self.model.slew_limits is None:
             designs = with_partial_steps(designs, self.model.step)
-        found = objective(self.name, self.model.suite)
-        asked = self.limits + (self.requirements if required else [])
-        covariance = found.needs_covariance or any(each.needs_covariance for each in asked)
+        measure = objective(self.name, self.model.suite)
+        active = self.limits + (self.requirements if required else [])
+        covariance = measure.needs_covariance or any(each.needs_covariance for each in active)
         result = evaluate(
             self.model, designs, self.threads, covariance=covariance, until=np.asarray(steps)
         )
-        value = found.value(self.model, result)
+        value = measure.value(self.model, result)
         with np.errstate(invalid="ignore"):
             value = value if self.name == "log_det" else np.log(value)
-        excesses = [each.excesses(result) for each in asked]
+        excesses = [each.excesses(result) for each in active]
         excess = np.concatenate(excesses).T if excesses else np.empty((len(designs), 0))
         value, excess = (np.where(np.isfinite(each), each, np.inf) for each in (value, excess))
         return value, excess
@@ -165,22 +165,22 @@ def ending_at(designs: Floats, times: Floats | float, longest: float) -> Floats:
     longest : float
         Longest duration of a maneuver [s].
     """
-    found = designs.copy()
-    durations = durations_of(found)
+    result = designs.copy()
+    durations = durations_of(result)
     until = np.broadcast_to(times, len(designs))[:, None]
     ends = np.minimum(np.cumsum(durations, axis=1), until)
     ends[:, -1:] = until
     durations[:] = np.minimum(np.diff(ends, axis=1, prepend=0.0), longest)
-    return found
+    return result
 
 
 def stretched(designs: Floats, factors: Floats | float, longest: float) -> Floats:
     """Return designs with all durations multiplied by `factors`, up to `longest` [s]."""
-    found = designs.copy()
-    durations = durations_of(found)
+    result = designs.copy()
+    durations = durations_of(result)
     by = np.broadcast_to(factors, len(designs))[:, None]
     durations[:] = np.minimum(by * durations, longest)
-    return found
+    return result
 
 
 def slowed(designs: Floats, factors: Floats | float, longest: float, greatest: float) -> Floats:
@@ -197,11 +197,11 @@ def slowed(designs: Floats, factors: Floats | float, longest: float, greatest: f
     greatest : float
         Maximum rate about each axis [deg/s].
     """
-    found = stretched(designs, factors, longest)
-    maneuvers = found.reshape(len(found), -1, VARIABLES_PER_MANEUVER)
+    result = stretched(designs, factors, longest)
+    maneuvers = result.reshape(len(result), -1, VARIABLES_PER_MANEUVER)
     by = np.broadcast_to(factors, len(designs))[:, None, None]
     maneuvers[:, :, :3] = np.clip(maneuvers[:, :, :3] / by, -greatest, greatest)
-    return found
+    return result
 
 
 def on_steps(at: AtTime, designs: Floats) -> Floats:
@@ -212,12 +212,12 @@ def on_steps(at: AtTime, designs: Floats) -> Floats:
     """
     if at.model.slew_limits is not None:
         return designs
-    found, step = designs.copy(), at.model.step
-    durations = durations_of(found)
+    result, step = designs.copy(), at.model.step
+    durations = durations_of(result)
     ends = np.maximum(np.rint(np.cumsum(durations, axis=1) / step) - _EARLY, 0.0)
     longest = at.scenario.maneuvers.max_duration
     durations[:] = np.minimum(step * np.diff(ends, axis=1, prepend=0.0), longest)
-    return found
+    return result
 
 
 def with_partial_steps(designs: Floats, step: float) -> Floats:
@@ -232,17 +232,17 @@ def with_partial_steps(designs: Floats, step: float) -> Floats:
         return designs
     starts = np.hstack([np.zeros((len(ends), 1)), ends[:, :-1]])
     shared = np.floor(ends[:, :-1])  # These are the steps in which maneuvers end, (n, m - 1).
-    flown = np.minimum(shared[:, :, None] + 1.0, ends[:, None]) - np.maximum(
+    weights = np.minimum(shared[:, :, None] + 1.0, ends[:, None]) - np.maximum(
         shared[:, :, None], starts[:, None]
     )
-    flown = np.maximum(flown, 0.0)
-    flown[:, :, -1] += 1.0 - flown.sum(axis=2)  # The last rate is held in the rest of a step.
+    weights = np.maximum(weights, 0.0)
+    weights[:, :, -1] += 1.0 - weights.sum(axis=2)  # The last rate is held in the rest of a step.
     n, m = ends.shape
-    found = np.empty((n, 2 * m - 1, VARIABLES_PER_MANEUVER))
-    found[:, ::2, :3], found[:, 1::2, :3] = rates, flown @ rates
+    result = np.empty((n, 2 * m - 1, VARIABLES_PER_MANEUVER))
+    result[:, ::2, :3], result[:, 1::2, :3] = rates, weights @ rates
     until = np.empty((n, 2 * m - 1))
     until[:, :-1:2], until[:, 1::2] = shared, shared + 1.0
     until[:, -1] = np.ceil(ends[:, -1] - _EARLY)
     until = np.maximum.accumulate(until, axis=1)
-    found[:, :, 3] = step * np.diff(np.maximum(until - _EARLY, 0.0), axis=1, prepend=0.0)
-    return found.reshape(n, -1)
+    result[:, :, 3] = step * np.diff(np.maximum(until - _EARLY, 0.0), axis=1, prepend=0.0)
+    return result.reshape(n, -1)

@@ -86,8 +86,8 @@ class Descent:
         # Time beyond the longest maneuver goes to the other maneuvers, by their remaining room.
         room = np.maximum(limits.max_duration - durations, 0.0)
         over = np.maximum(durations - limits.max_duration, 0.0).sum(axis=1, keepdims=True)
-        given = np.minimum(over / np.maximum(room.sum(axis=1, keepdims=True), _NOTHING), 1.0)
-        durations = np.minimum(durations, limits.max_duration) + given * room
+        fraction = np.minimum(over / np.maximum(room.sum(axis=1, keepdims=True), _NOTHING), 1.0)
+        durations = np.minimum(durations, limits.max_duration) + fraction * room
         return np.concatenate([rates, durations[:, :, None]], axis=2).reshape(n, -1)
 
     def taken(self, variables: Floats) -> tuple[Floats, Floats]:
@@ -139,13 +139,13 @@ def descend(at: AtTime, designs: Floats, times: float | Floats, iterations: int)
     """
     count = designs.shape[1] // VARIABLES_PER_MANEUVER
     problem = Descent(at, np.broadcast_to(times, len(designs)), count)
-    begins = problem.variables(designs)
+    starts = problem.variables(designs)
     with warnings.catch_warnings():
         # The line search of SLSQP warns if it leaves the bounds by rounding.
         warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
-        ends = _run_in_parallel(problem, begins, iterations)
-    sound: Bools = np.asarray(np.isfinite(ends).all(axis=1))[:, None]
-    return np.where(sound, problem.designs(np.where(sound, ends, begins)), designs)
+        ends = _run_in_parallel(problem, starts, iterations)
+    is_finite: Bools = np.asarray(np.isfinite(ends).all(axis=1))[:, None]
+    return np.where(is_finite, problem.designs(np.where(is_finite, ends, starts)), designs)
 
 
 def descend_from_best(
@@ -178,16 +178,16 @@ def descend_from_best(
 
 
 def _run_in_parallel(
-    problem: Descent, begins: Floats, iterations: int, groups: Sequence[list[int]] = ()
+    problem: Descent, starts: Floats, iterations: int, groups: Sequence[list[int]] = ()
 ) -> Floats:
     """Run all descents in parallel and return their final variables, shape (n, 4 m).
 
     Each list in `groups` is reduced to the descents that continue, best first.
     """
-    ends, least = begins.copy(), np.full(len(begins), np.inf)
+    ends, least = starts.copy(), np.full(len(starts), np.inf)
     limited = bool(problem.at.limits or problem.at.requirements)
     method: Any = minimize_constrained if limited else minimize_bounded
-    generators = [method(z, problem.bounds, iterations, _ENOUGH) for z in begins]
+    generators = [method(z, problem.bounds, iterations, _ENOUGH) for z in starts]
     requests = {row: next(way) for row, way in enumerate(generators)}
     points = 0
     while requests:

@@ -69,8 +69,8 @@ class Front:
         if not len(designs):
             return
         F, violation = self._judge(designs)
-        sound = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0))
-        order = sound[front_rows(F[sound])]
+        feasible = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0))
+        order = feasible[front_rows(F[feasible])]
         place = np.searchsorted(F[order, 0], self._F[rows, 0], side="right") - 1
         rows, place = rows[place >= 0], place[place >= 0]
         best = order[place]
@@ -78,8 +78,8 @@ class Front:
         better |= self._violation[rows] > 0.0
         rows, best = rows[better], best[better]
         self.X[rows], self._F[rows], self._violation[rows] = designs[best], F[best], 0.0
-        known = set(self._added)
-        self._added += [row for row in rows.tolist() if row >= self._given and row not in known]
+        present = set(self._added)
+        self._added += [row for row in rows.tolist() if row >= self._given and row not in present]
 
 
 def _add_rows(F: Floats, violation: Floats, ratio: float) -> tuple[Floats, Ints]:
@@ -88,8 +88,8 @@ def _add_rows(F: Floats, violation: Floats, ratio: float) -> tuple[Floats, Ints]
     Neighboring times have the ratio `ratio`, or a smaller one where the values fall by more than
     it.
     """
-    sound = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0) & (F[:, 0] > 0.0))
-    order = sound[front_rows(F[sound])]
+    feasible = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0) & (F[:, 0] > 0.0))
+    order = feasible[front_rows(F[feasible])]
     if len(order) < 2 or not np.isfinite(ratio):
         return np.empty(0), np.empty(0, dtype=np.int64)
     logs, values = np.log(F[order, 0]), F[order, 1]

@@ -88,17 +88,17 @@ def minimize_bounded(
     return z
 
 
-def _update_inverse(inverse: Floats, moved: Floats, turned: Floats) -> Floats:
+def _update_inverse(inverse: Floats, change: Floats, slope_change: Floats) -> Floats:
     """Return the BFGS update of the inverse Hessian; unchanged if the curvature is not positive."""
-    curvature = float(moved @ turned)
-    if curvature <= 1e-8 * float(np.sqrt((moved @ moved) * (turned @ turned))):
+    curvature = float(change @ slope_change)
+    if curvature <= 1e-8 * float(np.sqrt((change @ change) * (slope_change @ slope_change))):
         return inverse
     if not inverse.size:
-        inverse = np.eye(len(moved)) * (curvature / float(turned @ turned))
-    by = inverse @ turned
-    factor = (1.0 + float(turned @ by) / curvature) / curvature
-    mixed = np.outer(by, moved)
-    return inverse + factor * np.outer(moved, moved) - (mixed + mixed.T) / curvature
+        inverse = np.eye(len(change)) * (curvature / float(slope_change @ slope_change))
+    by = inverse @ slope_change
+    factor = (1.0 + float(slope_change @ by) / curvature) / curvature
+    mixed = np.outer(by, change)
+    return inverse + factor * np.outer(change, change) - (mixed + mixed.T) / curvature
 
 
 class _Closed(Exception):

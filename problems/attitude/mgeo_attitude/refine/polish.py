@@ -103,10 +103,10 @@ def polish(
     >>> bool((problem.evaluate(better)[0] <= problem.evaluate(designs)[0]).all())
     True
     """
-    found = np.atleast_2d(np.array(designs, dtype=float))
-    for better in polish_steps(problem, found, most, iterations):
-        found = better
-    return found
+    result = np.atleast_2d(np.array(designs, dtype=float))
+    for better in polish_steps(problem, result, most, iterations):
+        result = better
+    return result
 
 
 def polish_steps(
@@ -116,7 +116,9 @@ def polish_steps(
     iterations: int = ITERATIONS,
     more: bool = False,
 ) -> Iterator[Floats]:
-    """Yield the plans after each batch of refinements; no table is worse than the one before.
+    """Return an iterator over the plans after each batch of refinements.
+
+    No table of plans is worse than the one before.
 
     Parameters
     ----------
@@ -124,17 +126,22 @@ def polish_steps(
         See `polish`.
     more : bool
         Whether to append plans for times between those of the rows.
+
+    Raises
+    ------
+    ValueError
+        If the problem has other objectives than `polish` needs.
     """
     name = smooth_objective(problem.objectives)
-    found = np.atleast_2d(np.array(designs, dtype=float))
-    return _refine_tables(problem, name, found, (most, iterations), more)
+    table = np.atleast_2d(np.array(designs, dtype=float))
+    return _refine_tables(problem, name, table, (most, iterations), more)
 
 
 def _refine_tables(
-    problem: PlanProblem, name: str, found: Floats, size: tuple[int, int], more: bool
+    problem: PlanProblem, name: str, table: Floats, size: tuple[int, int], more: bool
 ) -> Iterator[Floats]:
     (most, iterations), judge = size, judged_by(problem)
-    if not found.size:
+    if not table.size:
         return
     at = at_time(problem, name)
     time = problem.objectives.index("t_end")
@@ -144,39 +151,39 @@ def _refine_tables(
         F, violation = judge(designs)
         return F[:, order], violation
 
-    flown = problem.scenario.flight is not None
-    front = Front(in_order, found, _RATIO if more else np.inf)
-    learned: list[Floats] = []
+    is_robust = problem.scenario.flight is not None
+    front = Front(in_order, table, _RATIO if more else np.inf)
+    refined: list[Floats] = []
     thinned = ThinnedSamples(at)
     new: list[Floats] = []
-    done: set[int] = set()
-    for between, (tried, share, beams) in enumerate(_ROUNDS):
-        rows = [row for row in _select_rows(at, front, most, bool(between)) if row not in done]
-        done.update(rows)
+    finished: set[int] = set()
+    for between, (n_initial, share, uses_beams) in enumerate(_ROUNDS):
+        rows = [row for row in _select_rows(at, front, most, bool(between)) if row not in finished]
+        finished.update(rows)
         for own in _group_rows(thinned, front, rows):
             ends = np.array([_refinement_time(at, front.times[row]) for row in own])
-            begins = [
+            initial = [
                 _initial_designs(
-                    thinned, plan, learned, until, _beam_searches(at, until) if beams else ()
+                    thinned, plan, refined, until, _beam_searches(at, until) if uses_beams else ()
                 )
                 for plan, until in zip(front.X[own], ends, strict=True)
             ]
-            better = thinned.descended(begins, ends, max(round(share * iterations), 1), tried)
-            learned += list(better)
-            of_plans = None if flown else in_order
-            held = [
+            better = thinned.descended(initial, ends, max(round(share * iterations), 1), n_initial)
+            refined += list(better)
+            of_plans = None if is_robust else in_order
+            with_rates = [
                 _append_final_rates(thinned, each, until, of_plans)
                 for each, until in zip(better, ends, strict=True)
             ]
-            front.take(np.vstack([each[:_FLOWN] if flown else each for each in held]))
-            new.extend(np.vstack([each[:_HELD] for each in held]))
+            front.take(np.vstack([each[:_FLOWN] if is_robust else each for each in with_rates]))
+            new.extend(np.vstack([each[:_HELD] for each in with_rates]))
             yield front.plans
-    if new and not flown:
+    if new and not is_robust:
         front.take(_retime(thinned, np.array(new), front.times))
         yield front.plans
     front.settle()
     yield front.plans
-    if learned and not flown:
+    if refined and not is_robust:
         yield without_unneeded(problem, front.plans)
 
 
@@ -184,8 +191,8 @@ def _group_rows(thinned: ThinnedSamples, front: Front, rows: list[int]) -> list[
     """Group rows into batches that use the same thinned samples."""
     groups: dict[int, list[int]] = {}
     for row in rows:
-        few = thinned.every(_refinement_time(thinned.exact, front.times[row]) or 0.0)
-        groups.setdefault(few, []).append(row)
+        n_merged = thinned.every(_refinement_time(thinned.exact, front.times[row]) or 0.0)
+        groups.setdefault(n_merged, []).append(row)
     return [
         own[first : first + _TOGETHER]
         for own in groups.values()
@@ -201,15 +208,15 @@ def _select_rows(at: AtTime, front: Front, most: int, between: bool) -> list[int
     rows = front.rows
     times = front.times[rows]
     learning = np.array([_refinement_time(at, time) or 0.0 for time in times])
-    known = np.flatnonzero((learning > 0.0) & (times >= _EARLIEST * at.model.longest))
-    if not len(known):
+    candidates = np.flatnonzero((learning > 0.0) & (times >= _EARLIEST * at.model.longest))
+    if not len(candidates):
         return []
-    known = known[np.argsort(times[known], kind="stable")]
-    order, logs = rows[known], np.log(learning[known])
-    asked = np.linspace(logs[0], logs[-1], 2 * most - 1)[int(between) :: 2]
-    nearest = np.unique(np.abs(logs[:, None] - asked).argmin(axis=0))
-    found: list[int] = order[nearest].tolist()
-    return found
+    candidates = candidates[np.argsort(times[candidates], kind="stable")]
+    order, logs = rows[candidates], np.log(learning[candidates])
+    targets = np.linspace(logs[0], logs[-1], 2 * most - 1)[int(between) :: 2]
+    nearest = np.unique(np.abs(logs[:, None] - targets).argmin(axis=0))
+    selection: list[int] = order[nearest].tolist()
+    return selection
 
 
 def _has_final_rate(at: AtTime) -> bool:
@@ -235,7 +242,7 @@ def _beam_searches(at: AtTime, time: float) -> tuple[Beam, ...]:
 def _initial_designs(
     thinned: ThinnedSamples,
     design: Floats,
-    learned: list[Floats],
+    refined: list[Floats],
     time: float,
     beams: Iterable[Beam],
 ) -> Floats:
@@ -243,14 +250,14 @@ def _initial_designs(
     at = thinned.exact
     count = design.size // VARIABLES_PER_MANEUVER - _has_final_rate(at)
     longest = at.scenario.maneuvers.max_duration
-    found = [ending_at(design[None, : VARIABLES_PER_MANEUVER * count], time, longest)]
+    parts = [ending_at(design[None, : VARIABLES_PER_MANEUVER * count], time, longest)]
     for levels, width, shorter in beams:
         plans = beam(thinned.at(time), count, time, levels, width, shorter)
-        found.append(plans[:: -(-len(plans) // _OF_BEAM)])
-    if learned:
-        plans = np.array(learned)
-        found.append(_adapt_to_times(at, plans[_nearest_rows(at, plans, time, _NEAREST)], time))
-    return np.vstack(found)
+        parts.append(plans[:: -(-len(plans) // _OF_BEAM)])
+    if refined:
+        plans = np.array(refined)
+        parts.append(_adapt_to_times(at, plans[_nearest_rows(at, plans, time, _NEAREST)], time))
+    return np.vstack(parts)
 
 
 def _adapt_to_times(at: AtTime, plans: Floats, times: Floats | float) -> Floats:
@@ -268,18 +275,18 @@ def _adapt_to_times(at: AtTime, plans: Floats, times: Floats | float) -> Floats:
 def _nearest_rows(at: AtTime, plans: Floats, time: float, most: int) -> Ints:
     """Return the rows of the `most` plans whose total duration is closest to a time [s]."""
     total = _total_durations(plans)
-    lasting = np.flatnonzero(total >= at.model.step)
-    far = np.abs(np.log(total[lasting] / time))
-    return lasting[np.argsort(far, kind="stable")[:most]]
+    nonzero = np.flatnonzero(total >= at.model.step)
+    far = np.abs(np.log(total[nonzero] / time))
+    return nonzero[np.argsort(far, kind="stable")[:most]]
 
 
 def _append_final_rates(
-    thinned: ThinnedSamples, learned: Floats, time: float, judge: Judge | None
+    thinned: ThinnedSamples, refined: Floats, time: float, judge: Judge | None
 ) -> Floats:
     """Return designs that end a refined plan with a final rate, if the rule needs one."""
     if not _has_final_rate(thinned.exact):
-        return on_steps(thinned.exact, learned[None])
-    return until_converged(thinned.exact, learned, judge, thinned.at(time))
+        return on_steps(thinned.exact, refined[None])
+    return until_converged(thinned.exact, refined, judge, thinned.at(time))
 
 
 def _retime(thinned: ThinnedSamples, plans: Floats, times: Floats) -> Floats:
@@ -291,17 +298,17 @@ def _retime(thinned: ThinnedSamples, plans: Floats, times: Floats) -> Floats:
     alike = _HELD if _has_final_rate(at) else 1  # So many plans differ only in the final rate.
     size = VARIABLES_PER_MANEUVER * (at.scenario.maneuvers.count - _has_final_rate(at))
     learning = [_refinement_time(at, t_end) for t_end in np.unique(times)]
-    asked = [time for time in learning if time is not None]
-    if not asked:
+    targets = [time for time in learning if time is not None]
+    if not targets:
         return plans
-    rows = [_nearest_rows(at, plans[:, :size], time, alike * _TRIED) for time in asked]
-    which, until = np.concatenate(rows), np.repeat(asked, [len(each) for each in rows])
+    rows = [_nearest_rows(at, plans[:, :size], time, alike * _TRIED) for time in targets]
+    which, until = np.concatenate(rows), np.repeat(targets, [len(each) for each in rows])
     bodies = _adapt_to_times(at, plans[which, :size], until)
     tails = np.tile(plans[which, size:], (len(bodies) // len(which), 1))
     best = thinned.best_of_each(bodies, np.resize(until, len(bodies)), alike * _TAKEN)
     bodies, tails = bodies[best], tails[best]
-    found = np.hstack([bodies, tails]) if _has_final_rate(at) else on_steps(at, bodies)
-    return np.unique(found, axis=0)
+    result = np.hstack([bodies, tails]) if _has_final_rate(at) else on_steps(at, bodies)
+    return np.unique(result, axis=0)
 
 
 def _total_durations(designs: Floats) -> Floats:

@@ -84,34 +84,38 @@ def without_unneeded(problem: PlanProblem, designs: ArrayLike) -> Floats:
     """
     table = np.atleast_2d(np.array(designs, dtype=float))
     decode(table)
-    found, row_of = np.unique(table, axis=0, return_inverse=True)
-    n, count = len(found), problem.scenario.maneuvers.count
+    plans, row_of = np.unique(table, axis=0, return_inverse=True)
+    n, count = len(plans), problem.scenario.maneuvers.count
     if not n or count < 2:
         return table
     judge = judged_by(problem)
-    F, violation = judge(found)
+    F, violation = judge(plans)
     rows, longest = np.arange(n), problem.scenario.maneuvers.max_duration
     while len(rows):
-        left_out, which = _remove_each(found[rows], longest)
+        shorter_plans, which = _remove_each(plans[rows], longest)
         if not len(which):
             break
-        found_F, kept = judge(left_out)
+        new_F, new_violation = judge(shorter_plans)
         of = rows[which]
-        good = (found_F <= F[of]).all(axis=1) & (kept <= violation[of])
+        good = (new_F <= F[of]).all(axis=1) & (new_violation <= violation[of])
         # Of several acceptable removals, take the best one in the last objective.
-        order = np.lexsort((*found_F[good].T, of[good]))
+        order = np.lexsort((*new_F[good].T, of[good]))
         first, at = np.unique(of[good][order], return_index=True)
         chosen = np.flatnonzero(good)[order][at]
-        found[first], F[first], violation[first] = left_out[chosen], found_F[chosen], kept[chosen]
+        plans[first], F[first], violation[first] = (
+            shorter_plans[chosen],
+            new_F[chosen],
+            new_violation[chosen],
+        )
         rows = first
-    return found[row_of]
+    return plans[row_of]
 
 
 def _has_effect(durations: Floats) -> Bools:
     """Return which maneuvers have an effect, shape (n, m); the last one always has."""
-    flown: Bools = durations > 0.0
-    flown[:, -1] = True
-    return flown
+    result: Bools = durations > 0.0
+    result[:, -1] = True
+    return result
 
 
 def _remove_each(designs: Floats, longest: float) -> tuple[Floats, Ints]:
@@ -126,17 +130,17 @@ def _remove_each(designs: Floats, longest: float) -> tuple[Floats, Ints]:
     together = maneuvers[row[pairs], place[pairs], 3] + maneuvers[row[pairs], place[pairs + 1], 3]
     pairs = np.repeat(pairs[together <= longest], 2)  # Either rate of a pair may remain.
     left, right = place[pairs], place[pairs + 1]
-    keeps, gone = np.where(np.arange(len(pairs)) % 2, (right, left), (left, right))
+    rate_from, gone = np.where(np.arange(len(pairs)) % 2, (right, left), (left, right))
     rates, lasts = maneuvers[row[pairs], :, :3], maneuvers[row[pairs], gone, 3]
     each = np.arange(len(pairs))
-    turned = lasts * np.abs(rates[each, left] - rates[each, right]).max(axis=1)
-    near = turned <= _TURN
-    which, left, right, keeps = row[pairs][near], left[near], right[near], keeps[near]
-    each, found = np.arange(len(which)), maneuvers[which]
-    found[each, right, 3] += found[each, left, 3]
-    found[each, left, 3] = 0.0
-    places = np.arange(found.shape[1])
+    rotation = lasts * np.abs(rates[each, left] - rates[each, right]).max(axis=1)
+    near = rotation <= _TURN
+    which, left, right, rate_from = row[pairs][near], left[near], right[near], rate_from[near]
+    each, result = np.arange(len(which)), maneuvers[which]
+    result[each, right, 3] += result[each, left, 3]
+    result[each, left, 3] = 0.0
+    places = np.arange(result.shape[1])
     changed = (places >= left[:, None]) & (places <= right[:, None])
-    kept = found[each, keeps, :3][:, None]
-    found[:, :, :3] = np.where(changed[:, :, None], kept, found[:, :, :3])
-    return found.reshape(-1, designs.shape[1]), which
+    new_rate = result[each, rate_from, :3][:, None]
+    result[:, :, :3] = np.where(changed[:, :, None], new_rate, result[:, :, :3])
+    return result.reshape(-1, designs.shape[1]), which

@@ -49,13 +49,13 @@ def until_converged(
     """
     last = rate_grid(at.scenario.maneuvers.max_rate_deg_s)
     before = np.broadcast_to(design, (len(last), len(design)))
-    held = np.hstack([before, last, np.zeros((len(last), 1))])
+    extended = np.hstack([before, last, np.zeros((len(last), 1))])
     if few is not None:
-        held = held[_nearly_nondominated_rows(few.converging(held)[0])]
-    F, violation = (judge or at.converging)(held)
+        extended = extended[_nearly_nondominated_rows(few.converging(extended)[0])]
+    F, violation = (judge or at.converging)(extended)
     rows = _nondominated_rows(F, violation)
     late = np.abs(F[rows, 0] - durations_of(design).sum() - at.model.step * at.model.window_steps)
-    return held[rows[np.argsort(late, kind="stable")]]
+    return extended[rows[np.argsort(late, kind="stable")]]
 
 
 def receding_horizon(at: AtTime, count: int, time: float) -> Floats:
@@ -103,8 +103,8 @@ def beam(
     plans = np.empty((1, 0))
     for own_steps, until in zip(n_steps, np.cumsum(n_steps), strict=True):
         own = np.column_stack([rates, np.full(len(rates), own_steps * step)])
-        tried = np.hstack([np.repeat(plans, len(own), axis=0), np.tile(own, (len(plans), 1))])
-        plans = at.best(tried, min(int(until), at.model.n_steps), width)
+        candidates = np.hstack([np.repeat(plans, len(own), axis=0), np.tile(own, (len(plans), 1))])
+        plans = at.best(candidates, min(int(until), at.model.n_steps), width)
     return plans
 
 
@@ -143,13 +143,13 @@ def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> F
     )
     shares = (np.arange(n) + random_state.random(n)) / max(n, 1)
     times = first * (max(last, first) / first) ** shares
-    found = np.empty((n, VARIABLES_PER_MANEUVER * count))
+    designs = np.empty((n, VARIABLES_PER_MANEUVER * count))
     for row, time in enumerate(times):
         plan = receding_horizon(at, learning, float(time))
         if holds:
             plan = until_converged(at, plan)[0]
-        found[row] = plan
-    return found
+        designs[row] = plan
+    return designs
 
 
 def _without_magnetorquers(at: AtTime) -> AtTime:
@@ -174,8 +174,11 @@ def _nondominated_rows(F: Floats, violation: Floats) -> Ints:
 
 
 def _nearly_nondominated_rows(F: Floats) -> Ints:
-    """Return the rows that are nondominated up to a tolerance of the value; see `_soonest`."""
+    """Return the rows that are nondominated up to a tolerance of the value.
+
+    F is as in `_nondominated_rows`.
+    """
     order = np.lexsort((F[:, 1], F[:, 0]))
-    known = np.nan_to_num(F[order, 1], nan=np.inf)
-    rows: Ints = order[known <= (1.0 + _HARDLY) * np.minimum.accumulate(known)]
+    value = np.nan_to_num(F[order, 1], nan=np.inf)
+    rows: Ints = order[value <= (1.0 + _HARDLY) * np.minimum.accumulate(value)]
     return np.sort(rows)

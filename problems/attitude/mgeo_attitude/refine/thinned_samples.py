@@ -96,26 +96,26 @@ class ThinnedSamples:
         at = self.at(times[0])
         limited = bool(self.exact.limits or self.exact.requirements)
         most = min(most, _WITHIN) if limited else most
-        tried = [
+        initial = [
             at.best(each, self.steps(time), most, within_steps=True)
             for each, time in zip(begins, times, strict=True)
         ]
         if limited:
-            return self._within_limits(at, tried, times, iterations)
-        which = np.repeat(np.arange(len(times)), [len(each) for each in tried])
-        return descend_from_best(at, np.vstack(tried), times, which, iterations)
+            return self._within_limits(at, initial, times, iterations)
+        which = np.repeat(np.arange(len(times)), [len(each) for each in initial])
+        return descend_from_best(at, np.vstack(initial), times, which, iterations)
 
     def _within_limits(
-        self, at: AtTime, tried: list[Floats], times: Floats, iterations: int
+        self, at: AtTime, initial: list[Floats], times: Floats, iterations: int
     ) -> Floats:
         steps, share = [self.steps(time) for time in times], _SHARE
-        while several := [row for row, each in enumerate(tried) if len(each) > 1]:
-            sizes = [len(tried[row]) for row in several]
-            designs = np.vstack([tried[row] for row in several])
+        while several := [row for row, each in enumerate(initial) if len(each) > 1]:
+            sizes = [len(initial[row]) for row in several]
+            designs = np.vstack([initial[row] for row in several])
             until = np.repeat(times[several], sizes)
             ends = descend(at, designs, until, max(round(share * iterations), 1))
             for row, own in zip(several, np.split(ends, np.cumsum(sizes)[:-1]), strict=True):
-                tried[row] = at.best(own, steps[row], len(own) // 2, within_steps=True)
+                initial[row] = at.best(own, steps[row], len(own) // 2, within_steps=True)
             share = min(2.0 * share, 1.0)
-        found = descend(at, np.vstack(tried), times, iterations)
-        return descend(self.exact, found, times, _EXACT)
+        refined = descend(at, np.vstack(initial), times, iterations)
+        return descend(self.exact, refined, times, _EXACT)

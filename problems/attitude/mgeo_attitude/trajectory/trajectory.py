@@ -146,9 +146,9 @@ def _attitude_and_rate_at(
     plan: Schedule, last: int, step: float, attitude: Floats
 ) -> tuple[Floats, Floats]:
     """Return attitude (GCRS to body) and body rate [rad/s] at a step of a one-design schedule."""
-    lasting = plan.lasting(last)[0]
-    is_flown = lasting > 0
-    turns = -plan.rates[0, is_flown] * (lasting[is_flown] * step)[:, None]
+    n_steps = plan.lasting(last)[0]
+    is_flown = n_steps > 0
+    turns = -plan.rates[0, is_flown] * (n_steps[is_flown] * step)[:, None]
     matrices = Rotation.from_rotvec(turns).as_matrix()
     while len(matrices) > 1:  # Multiply neighbors pairwise, which vectorizes the product.
         alone = matrices[len(matrices) // 2 * 2 :]
@@ -180,17 +180,17 @@ class Search:
             return None
         leaving = self._count_steps(rate - final)
         while self._count_steps(rate - self.rate) + leaving <= n:
-            found = self._find_rate(n, leaving, target, final, rate)
-            if found is None:
+            new_rate = self._find_rate(n, leaving, target, final, rate)
+            if new_rate is None:
                 return None
-            rate = found
-            needed = self._count_steps(final - rate)
-            if needed <= leaving:
-                sound = self._count_steps(
+            rate = new_rate
+            n_needed = self._count_steps(final - rate)
+            if n_needed <= leaving:
+                is_feasible = self._count_steps(
                     rate - self.rate
                 ) + leaving <= n and self._is_within_limits(rate)
-                return self._build_design(n, leaving, rate, final) if sound else None
-            leaving = needed
+                return self._build_design(n, leaving, rate, final) if is_feasible else None
+            leaving = n_needed
         return None
 
     def _find_rate(
@@ -212,8 +212,8 @@ class Search:
             reached, _ = _attitude_and_rate_at(
                 schedule(design, step, limits, n), n, step, self.attitude
             )
-            left: Floats = Rotation.from_matrix(target @ reached.T).as_rotvec()
-            return left
+            error: Floats = Rotation.from_matrix(target @ reached.T).as_rotvec()
+            return error
 
         solution = root(off, guess * time, tol=1e-12, options={"maxfev": _EVALUATIONS})
         rate: Floats = solution.x / time
