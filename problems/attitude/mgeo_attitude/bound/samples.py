@@ -116,7 +116,6 @@ def samples(model: FilterModel) -> Samples:
 
 
 def _sum_information(items: Iterable[tuple[str, Told]]) -> dict[str, Told]:
-    """Sum the information of all sensors about each block; several sensors may share a block."""
     total: dict[str, Told] = {}
     for name, told in items:
         known = total.setdefault(name, told)
@@ -162,7 +161,6 @@ def _collect_sensor(model: FilterModel, index: int, excluded: Collection[str] = 
 def _collect_inertial(
     probed: _ProbedSensor, varying: list[str], best_precision: Floats
 ) -> tuple[tuple[str, ...], Floats]:
-    """Return the inertial blocks of a sensor and their joint information."""
     for names in (["attitude", *varying], ["attitude"]):
         together, same, _ = probed.told(names, best_precision)
         if same:
@@ -247,7 +245,7 @@ class _ProbedSensor:
         return blocks | {"attitude": blocks["attitude"] @ C}
 
     def told(self, names: list[str], weights: Floats) -> tuple[Floats, bool, bool]:
-        """Return the information about blocks, and whether it and its trace ignore attitude."""
+        """Return the information about blocks; whether no attitude changes it, or its trace."""
         information = _compute_information(self._unturned, names, weights)
         others = np.array([_compute_information(each, names, weights) for each in self._turned])
         return information, *_compare(others, information[self._some])
@@ -257,7 +255,7 @@ class _ProbedSensor:
         return np.where(self._seen.reshape(-1, *[1] * (values.ndim - 1)), values, 0.0)
 
     def mistaken(self, carrier: str, traces: dict[str, Floats]) -> dict[str, Turned]:
-        """Return the errors that look like a carrier, with the trace of their information."""
+        """Return the errors that look like a carrier, with the information about each."""
         unturned = {name: H[self._some] for name, H in self._unturned.items()}
         attitudes = [(np.eye(3), unturned), *zip(map(matrix, _PROBES), self._turned, strict=True)]
         v = self._vectors[:, 0]
@@ -270,14 +268,12 @@ class _ProbedSensor:
 
 
 def _compute_information(looks: dict[str, Floats], names: list[str], precision: Floats) -> Floats:
-    """Return the information Hᵀ R⁻¹ H about some blocks."""
     H = np.concatenate([looks[name] for name in names], axis=2) * precision[:, None]
     information: Floats = np.einsum("kia,kib->kab", H, H)
     return information
 
 
 def _compare(probed_information: Floats, information: Floats) -> tuple[bool, bool]:
-    """Return whether matrices agree at all probes, and whether their traces agree."""
     size = _ROUNDING * np.trace(information, axis1=1, axis2=2)
     difference = np.abs(probed_information - information).max(axis=(0, 2, 3), initial=0.0)
     traces = np.trace(probed_information - information, axis1=2, axis2=3)

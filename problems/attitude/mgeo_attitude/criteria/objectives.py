@@ -224,7 +224,6 @@ def _scale_decades(values: Floats, scenario: Scenario) -> Floats:
 
 
 def _scale_by(whole: Callable[[Scenario], float]) -> Callable[[Floats, Scenario], Floats]:
-    """Return a function that divides values by their largest possible value in a scenario."""
     return lambda values, scenario: values / whole(scenario)
 
 

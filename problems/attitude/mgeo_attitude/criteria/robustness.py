@@ -245,7 +245,6 @@ def _draw_noise(
 
 
 def _build_delayed_model(scenario: Scenario, delay: float) -> FilterModel:
-    """Return the model of a scenario that starts after a delay [s]."""
     course = SimpleNamespace(
         epoch=scenario.epoch,
         step=scenario.step,

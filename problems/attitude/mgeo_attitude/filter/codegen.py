@@ -106,7 +106,6 @@ class _Step:
         return self.to_body(code, self.numbers(code, part, 3 * index, 3))
 
     def gate(self, code: Code, index: int) -> Any:
-        """Return 1 if a sensor is available at the sample, else 0."""
         if not self.gated[index]:
             return 1.0
         return code.slot(self.at.constants - sum(self.gated[index:]))
@@ -134,7 +133,6 @@ def _propagate(step: _Step) -> None:
 
 
 def _watch_path(step: _Step) -> None:
-    """Update the largest violation of each path constraint."""
     code, at, limits = step.part("watch_path"), step.at, step.monitors.limits
     x, y, z, *angle = code.slots(at.turn, 6)
     turn = Turn(Vec3(x, y, z), *angle)
@@ -193,7 +191,7 @@ def _update(step: _Step, index: int) -> None:
 
 
 def _watch_states(step: _Step) -> None:
-    """Count the consecutive samples at which all required 1-sigmas are satisfied."""
+    """Count the consecutive samples with all required 1-sigmas satisfied."""
     code, states = step.part("watch"), step.monitors.states
     weights = step.constants(code, len(states))
     ratios = [code.slot(slot_of(i, i)) * each for i, each in zip(states, weights, strict=True)]

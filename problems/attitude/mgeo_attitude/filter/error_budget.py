@@ -104,7 +104,6 @@ def _iterate_densities(suite: Suite) -> Iterator[tuple[str, Floats]]:
 
 
 def _iterate_steps(model: FilterModel, design: ArrayLike, last: int) -> Iterator[_Step]:
-    """Yield the transitions and gains of the filter until step `last`."""
     motion = Motion.of(model, design, model.n_steps)
     H, R, seen = measurements(model, motion.attitude, motion.rates)
     counts = np.cumsum([0, *(len(sensor.noise()) for sensor in model.suite.sensors)])

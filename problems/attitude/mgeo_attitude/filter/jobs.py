@@ -123,7 +123,6 @@ def _count_common_steps(rates: Floats, ends: Ints) -> Ints:
 
 
 def _build_tree(unique: Ints, common: Ints, twin: Ints) -> Jobs:
-    """Build the jobs from sorted designs and the number of steps that neighbors share."""
     depth, parent, design = _build_nodes(unique, common)
 
     # Jobs are in the order of their first steps, so that a parent comes before its children.

@@ -95,7 +95,6 @@ def initial_values(model: FilterModel, variants: Sequence[FilterModel]) -> Float
 
 
 def _compute_initial_monitors(model: FilterModel, watched: bool) -> list[float]:
-    """Return the initial monitors; the count for required 1-sigmas only if `watched`."""
     values = []
     still, covariance = np.zeros((1, 3)), model.initial_covariance[None, :3, :3]
     for limit in model.path_limits:

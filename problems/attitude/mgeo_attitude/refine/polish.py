@@ -188,7 +188,6 @@ def _refine_tables(
 
 
 def _group_rows(thinned: ThinnedSamples, front: Front, rows: list[int]) -> list[list[int]]:
-    """Group rows into batches that use the same thinned samples."""
     groups: dict[int, list[int]] = {}
     for row in rows:
         n_merged = thinned.every(_refinement_time(thinned.exact, front.times[row]) or 0.0)
@@ -225,7 +224,7 @@ def _has_final_rate(at: AtTime) -> bool:
 
 
 def _refinement_time(at: AtTime, t_end: float) -> float | None:
-    """Return the time [s] at which a plan's value is refined, for its end; None if too early."""
+    """Return the time [s] at which the value of a plan with this end is refined, or None."""
     if not np.isfinite(t_end):
         return None
     steps = math.floor(t_end / at.model.step + _EARLY)
@@ -234,7 +233,6 @@ def _refinement_time(at: AtTime, t_end: float) -> float | None:
 
 
 def _beam_searches(at: AtTime, time: float) -> tuple[Beam, ...]:
-    """Return the beam searches that provide initial designs for a time [s]."""
     turns = at.scenario.maneuvers.max_rate_deg_s * time / 360.0
     return _EARLY_BEAMS if turns <= _TURNS else _LATE_BEAMS
 
@@ -246,7 +244,6 @@ def _initial_designs(
     time: float,
     beams: Iterable[Beam],
 ) -> Floats:
-    """Return the initial designs of a refinement for a time [s], shape (k, 4 m)."""
     at = thinned.exact
     count = design.size // VARIABLES_PER_MANEUVER - _has_final_rate(at)
     longest = at.scenario.maneuvers.max_duration

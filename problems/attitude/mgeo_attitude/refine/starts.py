@@ -153,7 +153,6 @@ def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> F
 
 
 def _without_magnetorquers(at: AtTime) -> AtTime:
-    """Return the evaluation without magnetorquers, with instantaneous rate changes."""
     if not at.scenario.turned_by_coils:
         return at
     scenario = dataclasses.replace(at.scenario, coils=None)
