@@ -1,4 +1,4 @@
-"""Attitude maneuvers that make sensor errors observable, as a pymoo problem."""
+"""Attitude maneuvers that make sensor errors observable, as a problem for pymoo."""
 
 from importlib import import_module
 from importlib.metadata import version

@@ -1,11 +1,11 @@
-"""Two kinds of compiled functions: parts of others, and those that Python calls, kept on disk.
+"""Decorators for compiled functions: inlined helpers, and functions that Python calls.
 
-numba keeps machine code under names that are unique in one process alone: a function's own name and
-a number that counts what the process has compiled. Where two functions have one name, such as two
-closures of one text, code that one process has written may call the other's that another process
-has written (numba/numba#10486), and nothing says so. A file that is kept for one signature may hold
-the code of another that a second process compiled at the same time. Hence no two compiled functions
-have the same name, and what is kept has one signature.
+numba caches machine code on disk under names that are unique in one process only. If two functions
+share a name, such as two closures of the same text, code cached by one process may call the other
+function cached by another process (numba/numba#10486) without an error. A cache file of one
+signature may also hold the code of another signature that a second process compiled at the same
+time. Therefore all compiled functions have different names, and a cached function has one
+signature.
 """
 
 from __future__ import annotations
@@ -25,26 +25,34 @@ helper = njit(error_model="numpy")
 
 
 def kept(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Compile a function for one signature, and keep it beside its file if it has one.
+    """Compile a function for one signature, and cache it next to its source file if it has one.
 
     Parameters
     ----------
     signature : str
-        In numba's words, such as "float64(float64[:,::1])". Other arguments raise TypeError.
+        Signature in numba's notation, such as "float64(float64[:,::1])". Arguments of other types
+        raise TypeError.
     """
 
     def decorate(function: Callable[P, T]) -> Callable[P, T]:
-        file = Path(function.__code__.co_filename).is_file()  # or a module that is in memory alone
-        made: Callable[P, T] = njit(signature, cache=file, error_model="numpy", nogil=True)(
-            function
-        )
-        return made
+        # A module that exists only in memory has no file to cache next to.
+        file = Path(function.__code__.co_filename).is_file()
+        compiled_function: Callable[P, T] = njit(
+            signature, cache=file, error_model="numpy", nogil=True
+        )(function)
+        return compiled_function
 
     return decorate
 
 
 def entry(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """One that is `kept`, and compiled when Python first calls it."""
+    """Compile a function as `kept` does, but at the first call from Python.
+
+    Parameters
+    ----------
+    signature : str
+        See `kept`.
+    """
 
     def decorate(function: Callable[P, T]) -> Callable[P, T]:
         @cache

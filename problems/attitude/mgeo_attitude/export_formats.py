@@ -1,8 +1,8 @@
-"""Formats of plans as files, one record each.
+"""File formats of plans, with one record each.
 
-To add one is to add a record here: `mgeo_attitude.plan.write_plan`, the help of ``mgeo attitude
-export``, the table of the documentation and the tests follow. The functions are named and not
-imported, so that help and completion do not wait for them.
+A new format needs only a new record here: `mgeo_attitude.plan.write_plan`, the help of ``mgeo
+attitude export``, the table of the documentation and the tests use the records. Functions are
+referred to by name, so that help and completion need no imports.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class ExportFormat:
-    """A format of plans as files.
+    """File format of plans.
 
     Attributes
     ----------
     name : str
     suffix : str
-        Ending of the file's name; of several that fit the longest counts.
+        Ending of the file name; the longest matching suffix counts.
     description : str
-        What the file contains.
+        Contents of the file.
     function : str
-        ``module:function`` within `mgeo_attitude.plan`, which makes the file's content of a plan;
-        its keyword-only arguments are options of the format.
+        ``module:function`` within `mgeo_attitude.plan`, which returns the file contents of a plan.
+        Its keyword-only arguments are options of the format.
     package : str
-        Package that the format needs beyond the requirements; empty for none.
+        Additional package that the format needs; empty for none.
     """
 
     name: str
@@ -39,7 +39,7 @@ class ExportFormat:
     package: str = ""
 
     def load(self) -> Callable[..., str | bytes]:
-        """Import the function."""
+        """Import the function that writes the format."""
         module, _, name = self.function.partition(":")
         function: Callable[..., str | bytes] = getattr(
             import_module(f"mgeo_attitude.plan.{module}"), name
@@ -47,20 +47,20 @@ class ExportFormat:
         return function
 
     def options(self) -> list[str]:
-        """Names of the options."""
+        """Return the names of the options."""
         return getfullargspec(self.load()).kwonlyargs
 
 
 FORMATS = (
-    ExportFormat("JSON", ".json", "the plan, which reads back exactly", "files:to_json"),
+    ExportFormat("JSON", ".json", "the complete plan, without loss of precision", "files:to_json"),
     ExportFormat(
         "uplink table",
         ".uplink.csv",
         "commands: start, duration and body rates to 1e-8 deg/s; a ramp belongs to the command "
-        "it is for",
+        "that it leads to",
         "uplink:to_uplink_csv",
     ),
-    ExportFormat("timeline", ".csv", "the timeline with attitudes", "files:to_csv"),
+    ExportFormat("timeline", ".csv", "timeline with attitudes", "files:to_csv"),
     ExportFormat(
         "CCSDS AEM", ".aem", "Attitude Ephemeris Message, version 1.0 or 2.0 (KVN)", "aem:aem_text"
     ),
@@ -73,15 +73,15 @@ FORMATS = (
 
 
 def format_of(path: Path | str) -> ExportFormat:
-    """Return the format of a file by the ending of its name.
+    """Return the format of a file name.
 
     Raises
     ------
     ValueError
-        For a name with none of the suffixes.
+        If the name has an unknown suffix.
     """
-    found = [each for each in FORMATS if Path(path).name.endswith(each.suffix)]
-    if not found:
+    matches = [each for each in FORMATS if Path(path).name.endswith(each.suffix)]
+    if not matches:
         suffixes = ", ".join(each.suffix for each in FORMATS)
         raise ValueError(f"{path}: expected a name that ends in {suffixes}")
-    return max(found, key=lambda each: len(each.suffix))
+    return max(matches, key=lambda each: len(each.suffix))

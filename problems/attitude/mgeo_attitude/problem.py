@@ -1,4 +1,4 @@
-"""The satellite problem for pymoo: which maneuvers calibrate best, soonest."""
+"""Attitude maneuver problem for pymoo."""
 
 from __future__ import annotations
 
@@ -35,49 +35,51 @@ from mgeo_attitude.scenario.scenario import Scenario
 if TYPE_CHECKING:
     from mgeo_attitude.view.maneuver_view import ManeuverView
 
-#: Flights that a robust run is judged by, and the share that must keep it, if not told.
+#: Default number of Monte Carlo runs of a robust problem, and default quantile of an objective.
 _FLIGHTS, _QUANTILE = 512, 0.95
-#: Designs that a run begins with, and its evaluations before a polish, if not told otherwise.
+#: Recommended number of initial designs, and of evaluations before a local refinement.
 _STARTS, _BEFORE_POLISH = 12, 6_000
-#: Maneuvers from which on these and a polish are recommended, by the rule of convergence or else;
-#: see docs/how-good.md.
+#: Least number of maneuvers for these recommendations: default, and by convergence rule; see
+#: docs/how-good.md.
 _POLISHED, _POLISHED_BY = 6, {"end": 3}
-_GROW = 0, 16, 64  # of them in the stages of a search before the last
-#: What a plan's file calls itself.
+#: Number of Monte Carlo runs at each fidelity level before the last one.
+_GROW = 0, 16, 64
+#: Value of "format" in a plan file.
 PLAN_FORMAT = "mgeo-attitude-plan"
 
 
 class AttitudeManeuverProblem(ProblemMixin, Problem):
-    """Minimize time to converge and final trace over constant-rate maneuvers, equation (5).
+    """Minimize convergence time and final trace over constant-rate maneuvers, equation (5).
 
-    Variables are ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in turn; objectives are
-    t_end [s] and the trace of the filter's covariance then (rad², rad²/s² and dimensionless
-    squares, weighted by the scenario's trace weights), unless others are asked for. Limits of the
-    scenario are inequality constraints: see `constraint_names`.
+    Variables are ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in turn. The default
+    objectives are t_end [s] and the weighted trace of the filter covariance at t_end (rad², rad²/s²
+    and dimensionless squares). Constraints of the scenario are inequality constraints; see
+    `constraint_names`.
 
     Parameters
     ----------
     scenario : Scenario, optional
         Default: `Scenario.paper()`.
     n_maneuvers : int, optional
-        Default: the scenario's ``maneuvers.count``.
+        Number of maneuvers. Default: ``maneuvers.count`` of the scenario.
     threads : int, optional
-        Threads of one evaluation; default: the processors this process may use. The result does
-        not depend on it.
-    flights : int, optional
-        Flights over which plans are judged, 0 for none, if not the scenario's ``flight.count``.
-    quantile : float, optional
-        Share of the flights that must keep the value of an objective, if not its
-        ``flight.quantile``.
+        Threads of one evaluation. Default: the number of processors available to this process.
+        Results do not depend on it.
     objectives : sequence of str, optional
-        What to minimize, if not the scenario's ``objectives``: keys of `criteria.objectives`, or
-        "trace:attitude,gyro.bias" for some blocks of the state.
+        Keys of `criteria.objectives`, or "trace:attitude,gyro.bias" for some blocks of the state.
+        Default: ``objectives`` of the scenario.
+    flights : int, optional
+        Number of Monte Carlo runs per plan, 0 for nominal runs only. Default: ``flight.count`` of
+        the scenario.
+    quantile : float, optional
+        Quantile of an objective over the Monte Carlo runs. Default: ``flight.quantile`` of the
+        scenario.
 
     Raises
     ------
     TypeError, ValueError
-        For a scenario of another type, a count below one, an objective that is not known, or a
-        start that breaks a limit; see `constraints.check_start`.
+        If the scenario has another type, a count is invalid, an objective is unknown, or the
+        initial state violates a constraint; see `constraints.check_start`.
 
     Examples
     --------
@@ -123,7 +125,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         check_followed(scenario.channels, scenario.suite)
         self.threads = threads
         self.objectives = scenario.objectives
-        self._count = scenario.flight.count if scenario.flight else 0  # of flights
+        self._count = scenario.flight.count if scenario.flight else 0
         self._cache = EvaluationCache()
         self.obj_names = tuple(entry.label for entry in self._objectives())
         self.constraint_names = tuple(entry.label for entry in constraints(scenario))
@@ -144,12 +146,12 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     @cached_property
     def environment(self) -> Environment:
-        """Orbit, Sun, field and shadow of the scenario; computed once, when first needed."""
+        """Orbit, Sun, geomagnetic field and shadow of the scenario; computed at first use."""
         return Environment.from_scenario(self.scenario)
 
     @cached_property
     def model(self) -> FilterModel:
-        """Tables of the filter; computed once, when first needed."""
+        """Filter model of the scenario; computed at first use."""
         return FilterModel.from_scenario(self.scenario, self.environment)
 
     def run(
@@ -158,42 +160,47 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         vary: Callable[[FilterModel], FilterModel] | None = None,
         **asked: Any,
     ) -> Evaluation:
-        """What the filter makes of designs flown exactly, see `evaluator.evaluate`.
+        """Evaluate nominal runs of designs; see `evaluator.evaluate`.
 
         Parameters
         ----------
+        X : array, shape (n, n_var)
+            Designs.
         vary : function, optional
-            What to fly in place of the model, made of it.
+            Returns the model to use instead of the problem's model.
+        **asked
+            Further arguments of `evaluate`.
         """
         model = self.model if vary is None else vary(self.model)
         return evaluate(model, X, self.threads, **asked)
 
     @cached_property
     def limit_curves(self) -> LimitCurves:
-        """What no plan that is flown exactly can beat; computed once, when first needed.
+        """Lower bounds over all nominal plans; computed at first use.
 
         Raises
         ------
         NoLimit
-            Where none can be proved.
+            If no lower bound can be proved for the scenario.
         """
         return limit(self.scenario, self.model)
 
     @cached_property
     def flights(self) -> FlightSamples | None:
-        """Flights over which plans are judged; None if they are flown exactly."""
+        """Monte Carlo runs of the scenario; None if plans are evaluated by nominal runs."""
         errors = self.scenario.flight
         return None if errors is None else FlightSamples(self.scenario, self.model, errors)
 
     def at_stage(self, stage: int) -> AttitudeManeuverProblem:
-        """The problem as a stage of a search judges it, from 0; see `mgeo.MGEOStaged`.
+        """Return the problem at a fidelity level of a search, from 0, the lowest.
 
-        That is over fewer of its flights; itself in a stage that has all of them.
+        A lower level evaluates fewer Monte Carlo runs. The level with all runs returns the problem
+        itself. See `mgeo.MGEOStaged`.
         """
         errors = self.scenario.flight
         if self.flights is None or errors is None or errors.in_stage(stage) == errors.count:
             return self
-        rough = copy.copy(self)  # with the same tables and flights
+        rough = copy.copy(self)  # The copy shares the tables and the Monte Carlo runs.
         rough._count, rough._cache = errors.in_stage(stage), EvaluationCache()
         return rough
 
@@ -201,57 +208,61 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         designs = np.asarray(X, dtype=float)
         if designs.ndim != 2 or designs.shape[1] != self.n_var:
             raise ValueError(f"X of shape {designs.shape}: expected (n, {self.n_var})")
-        decode(designs)  # tells of a bad design by its place among all of them
+        decode(designs)  # An invalid design raises an error with its row number.
         ends = [self.n_obj, self.n_obj + self.n_ieq_constr]
         out["F"], out["G"], _ = np.split(self.judged(designs), ends, axis=1)
 
     def judged(self, X: Floats) -> Floats:
-        """Objectives, constraints, and excesses over their limits, side by side, shape (n, k).
+        """Return objectives, constraints and violations of single bounds of designs, shape (n, k).
 
-        Of designs flown exactly or, if there are flights, over these. None of the batch before is
-        run again.
+        Values are those of nominal runs or, with Monte Carlo runs, their reductions. Designs of the
+        previous batch are not evaluated again.
         """
         return self._cache.complete(X, self._run)
 
     def _run(self, X: Floats) -> Floats:
         if self.flights is None or not self._count:
             return self.valued(self.model, self.run(X, covariance=self._needs_covariance))
-        flown = self.flown(self.flights.first(self._count), X)
-        return judged(flown, self.n_obj, self.flights.errors)
+        values = self.flown(self.flights.first(self._count), X)
+        return judged(values, self.n_obj, self.flights.errors)
 
     def flown(self, flights: Iterable[FlightSample], X: Floats) -> Floats:
-        """The same of designs in each of f flights, shape (f, n, k)."""
+        """Return the values of `valued` in each of f Monte Carlo runs, shape (f, n, k)."""
         return over_flights(flights, X, self.valued, self.threads, self._needs_covariance)
 
     def valued(self, model: FilterModel, result: Evaluation) -> Floats:
-        """The same of what has been flown; with covariances, if objectives or limits need them."""
+        """Return objectives, constraints and single violations for a filter result, shape (n, k).
+
+        The result must contain covariances if objectives or constraints need them.
+        """
         excesses = [constraint.excesses(result) for constraint in constraints(self.scenario)]
-        found = [entry.value(model, result) for entry in self._objectives()]
-        found += [of_limits.max(axis=0) for of_limits in excesses]
-        return np.column_stack([*found, *chain.from_iterable(excesses)])
+        columns = [entry.value(model, result) for entry in self._objectives()]
+        columns += [of_limits.max(axis=0) for of_limits in excesses]
+        return np.column_stack([*columns, *chain.from_iterable(excesses)])
 
     @property
     def _needs_covariance(self) -> bool:
-        known = any(each.needs_covariance for each in self._objectives())
-        return known or any(each.needs_covariance for each in constraints(self.scenario))
+        needed = any(each.needs_covariance for each in self._objectives())
+        return needed or any(each.needs_covariance for each in constraints(self.scenario))
 
     def _objectives(self) -> list[Objective]:
         return [objective(name, self.scenario.suite) for name in self.objectives]
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any]) -> AttitudeManeuverProblem:
-        """Build it from a scenario as nested dicts, see `Scenario.from_dict`; {} is the paper's."""
+        """Build the problem from a scenario as nested dicts; {} is the paper's scenario.
+
+        See `Scenario.from_dict`.
+        """
         return cls(Scenario.from_dict(options) if options else None)
 
     @classmethod
     def solution_of(cls, document: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any] | None:
-        """Options and design of a plan's file, as JSON values; None of any other document."""
         if document.get("format") != PLAN_FORMAT:
             return None
         return document.get("scenario", {}), document.get("design")
 
     def document_of(self, x: ArrayLike) -> dict[str, Any]:
-        """A plan's file of a design, shape (n_var,), as JSON values; see `plan.to_json`."""
         from mgeo_attitude.plan.files import document
         from mgeo_attitude.plan.plan import ManeuverPlan
 
@@ -259,21 +270,20 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-        """Options of a scenario file in `folder`, with the orbit's file that they name, if any."""
+        """Return the options of a scenario file in `folder`, including its orbit file."""
         orbit = options.get("orbit")
         if not isinstance(orbit, Mapping) or "file" not in orbit:
             return dict(options)
         return Scenario.from_dict(options, folder).to_dict()
 
     def options(self) -> dict[str, Any]:
-        """The scenario as nested dicts of JSON's types."""
         return self.scenario.to_dict()
 
     def indicator_space(self, F: ArrayLike) -> Floats:
-        """Objectives as indicators see them, such as t_end / duration and (log10 trace + 6) / 5.
+        """Return objectives scaled for performance indicators, such as t_end / duration.
 
-        For these two it is equation (11). With the paper's preset the reference point (1, 1) holds
-        every solution worth having.
+        For t_end and trace the scaling is equation (11), with (log10 trace + 6) / 5 for the trace.
+        With the preset "paper", the reference point (1, 1) bounds every useful solution.
 
         Parameters
         ----------
@@ -287,13 +297,12 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return indicators(self.objectives, values, self.scenario)
 
     def robust(self) -> AttitudeManeuverProblem:
-        """The same scenario, whose plans are judged over its flights, or else over 512.
+        """Return a problem that evaluates plans over Monte Carlo runs.
 
-        Of the 512, 19 of 20 must keep an objective, so that 9 of 10 of others do: of plans whose
-        share is near what is asked, a search finds those that are lucky with its own flights. That
-        a plan which 89 of 100 keep passes so is a matter of 4 sigma, with 256 flights of 3. A
-        search by stages, see `mgeo.MGEOStaged`, flies plans exactly at first, then in 16 and in
-        64 of the flights.
+        By default these are 512 runs with the quantile 0.95 of each objective. A search selects
+        plans that are favored by its own runs; the margin makes the value hold in 90 % of other
+        runs. Searches with fidelity levels start with nominal runs, then use 16 and 64 of the Monte
+        Carlo runs; see `mgeo.MGEOStaged`.
         """
         errors = self.scenario.flight or FlightErrors(count=_FLIGHTS, quantile=_QUANTILE)
         fewer = tuple(count for count in _GROW if count < errors.count)
@@ -302,36 +311,39 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return AttitudeManeuverProblem(scenario, threads=self.threads)
 
     def recommended(self) -> dict[str, Any]:
-        """How a run is best begun and ended; nothing of the paper's scenario, which is a study.
+        """Return recommended initial designs, refinement and evaluations for a search.
 
-        Nothing with few maneuvers, where a search alone comes as near the limit, nor where a polish
-        takes far longer than a search: over flights and with coils. With budgets of wheels, starts.
+        Nothing is recommended for the paper's scenario, which is a reference study; for few
+        maneuvers, where a search alone comes as close to the lower bound; and for Monte Carlo runs
+        and magnetorquers, where refinement takes far longer than a search. With momentum budgets of
+        wheels only initial designs are recommended.
         """
         scenario, wheels = self.scenario, self.scenario.wheels
         least = _POLISHED_BY.get(scenario.convergence.rule, _POLISHED)
-        few = scenario.maneuvers.count < least
-        if few or scenario.name == "paper" or scenario.flight or scenario.turned_by_coils:
+        is_small = scenario.maneuvers.count < least
+        if is_small or scenario.name == "paper" or scenario.flight or scenario.turned_by_coils:
             return {}
         if not can_be_polished(self.objectives) or (wheels and wheels.budgeted):
             return {"starts": _STARTS}
         return {"starts": _STARTS, "polish": True, "evaluations": _BEFORE_POLISH}
 
     def starts(self, n: int, random_state: np.random.Generator) -> Floats:
-        """Designs to begin a search with, shape (n, n_var); see `refine.starts`."""
+        """Return initial designs for a search, shape (n, n_var); see `refine.starts`."""
         return starts(self, n, random_state)
 
     def refine(self, X: ArrayLike) -> Iterator[Floats]:
-        """Better designs in their place, bit by bit, then others between; see `refine.polish`.
+        """Return an iterator over refined designs, to which later steps append designs.
+
+        See `refine.polish`.
 
         Raises
         ------
         ValueError
-            For other objectives than the time and one that tells how much is known.
+            If the objectives are not t_end and one smooth objective.
         """
         return polish_steps(self, X, more=True)
 
     def view(self, X: ArrayLike) -> ManeuverView:
-        """What people are shown of plans, shape (n, n_var), each evaluated once."""
         from mgeo_attitude.view.maneuver_view import ManeuverView
 
         return ManeuverView(self, X)

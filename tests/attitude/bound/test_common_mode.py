@@ -94,5 +94,5 @@ def test_coils_leave_the_rate_free():
     scenario = dataclasses.replace(scenario, duration=3000.0)
     assert limit(scenario).blocks["mag.bias"][-1] > 0.0
     gyro = dataclasses.replace(scenario.gyro, initial_scale_factor=0.01)
-    with pytest.raises(NoLimit, match=r"^gyro\.scale_factor: .* rate, which coils leave free"):
+    with pytest.raises(NoLimit, match=r"^gyro\.scale_factor: .* rate, which magnetorquers do not"):
         limit(dataclasses.replace(scenario, gyro=gyro))

@@ -130,7 +130,7 @@ def test_all_faces_together_tell_no_more_than_the_bound_says():
 @pytest.mark.parametrize(
     ("keys", "world", "message"),
     [
-        ({}, World(earth_albedo=0.3), "px: how much light from the Earth .* sees_albedo = false"),
+        ({}, World(earth_albedo=0.3), "px: no lower bound .* sees_albedo = false"),
         ({"initial_delay_s": 0.1}, World(), "px.delay depends on the attitude"),
     ],
 )

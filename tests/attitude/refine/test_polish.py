@@ -162,7 +162,7 @@ def test_flights_tell_whether_a_polished_plan_is_better():
 @pytest.mark.parametrize("names", [("t_end",), ("t_end", "angle"), ("t_end", "trace", "angle")])
 def test_other_objectives_are_refused(names):
     problem = short(2, "end", objectives=names)
-    with pytest.raises(ValueError, match=r"objectives = \['t_end'.*plans are polished where"):
+    with pytest.raises(ValueError, match=r"objectives = \['t_end'.*local refinement needs"):
         polish(problem, some(problem, 2))
 
 

@@ -1,1 +1,1 @@
-"""What no maneuver can beat: lower bounds of the covariance at all times, without a search."""
+"""Lower bounds of the covariance over all maneuver plans, as functions of time."""

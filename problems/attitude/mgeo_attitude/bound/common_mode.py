@@ -1,8 +1,9 @@
-"""Errors that read like the attitude's, or the field's, but turn with the body.
+"""Bounds for body-fixed errors that look like an attitude error or a field error.
 
-A misalignment that all sensors share reads like an error of the attitude, a bias of all
-magnetometers like an error of the field. What tells them apart is that the body turns, no faster
-than maneuvers may, while the attitude walks as the gyro's noise lets it, the field as its own.
+A misalignment common to all sensors looks like an attitude error; a bias common to all
+magnetometers looks like a field error. Only rotation of the body separates them, at rates that
+maneuvers allow, while the attitude error drifts with the gyro noise and the field error with its
+own process noise.
 """
 
 from __future__ import annotations
@@ -19,15 +20,16 @@ from mgeo_attitude.bound.curves import least
 
 @dataclass(frozen=True)
 class Look:
-    """What one sensor tells of a carrier, an error c along GCRS, and of its own that read alike.
+    """Information of one sensor about an inertial error, and its body-fixed errors that look alike.
 
     Attributes
     ----------
     carrier : str
+        Block of the inertial error c, which is fixed in GCRS.
     told : array, shape (n,)
         Trace of the information about c in each sample.
     turned : dict of Turned
-        Of each error e of the sensor in body axes that reads as c = G Cᵀ e does: what is told of e.
+        Body-fixed errors e of the sensor whose readings equal those of c = G Cᵀ e.
     """
 
     carrier: str
@@ -36,28 +38,36 @@ class Look:
 
 
 class Turned(NamedTuple):
-    """What is told of an error that turns with the body.
+    """Information about a body-fixed error that looks like a carrier.
 
     Attributes
     ----------
     told : array, shape (n,)
-        Trace of the information about it in each sample.
+        Trace of the information in each sample.
     v : array, shape (n, 3), or None
-        G = [v×] along GCRS, as a misalignment reads like an error of the vector v; or G = 1.
+        G = [v×] in GCRS, for a misalignment, which looks like an error of the vector v; else G = 1.
     """
 
     told: Floats
     v: Floats | None
 
     def like(self, other: Turned) -> bool:
-        """Whether G is the same."""
+        """Return whether both errors have the same G."""
         if self.v is None or other.v is None:
             return self.v is other.v
         return bool((self.v == other.v).all())
 
 
 class Carrier(NamedTuple):
-    """How an error along GCRS varies: of a step its decay and least noise; what is known of it."""
+    """Inertial error that a body-fixed error may resemble.
+
+    Attributes
+    ----------
+    decay, noise : float
+        Decay factor and least noise variance of a step.
+    known : array, shape (3, 3)
+        Initial information.
+    """
 
     decay: float
     noise: float
@@ -65,26 +75,29 @@ class Carrier(NamedTuple):
 
 
 def cost_of_following(carrier: Carrier, angle: float, v: Floats | None, n: int) -> Floats:
-    """What it costs a carrier to follow an error of the body until each sample: equation (29).
+    """Return the information against a carrier that follows a body-fixed error, equation (29).
 
     Parameters
     ----------
     carrier : Carrier
     angle : float
-        By which the body turns in a step at most [rad].
+        Largest rotation of the body in a step [rad].
     v : array, shape (n, 3), or None
         See `Turned`.
+    n : int
+        Number of samples.
 
     Returns
     -------
     array, shape (n,)
-        Trace of the information that its dynamics tell of the error; not less than there is.
+        Upper bound on the trace of the information about the error, from the carrier's dynamics up
+        to each sample.
     """
     costs, decay, along = np.zeros(n), carrier.decay, 1.0 + 2.0 * np.cos(min(angle, np.pi))
-    if v is None:  # |R - decay|² of the rotation R of a step, whose trace is `along` at least
+    if v is None:  # |R - decay|² for the rotation R of a step, whose trace is at least `along`.
         costs[0] = np.trace(carrier.known)
         costs[1:] = 3.0 * (1.0 + decay**2) - 2.0 * decay * along
-    else:  # |[v'×] R - decay [v×]|², in which tr [v'×]ᵀ[v×] R = (v' v) tr R - v' R v
+    else:  # |[v'×] R - decay [v×]|², where tr [v'×]ᵀ[v×] R = (v' v) tr R - v' R v.
         size, alike = np.linalg.norm(v, axis=1), np.sum(v[1:] * v[:-1], axis=1)
         costs[0] = 2.0 * size[0] ** 2 * np.linalg.eigvalsh(carrier.known)[-1]
         least_trace = np.minimum(along * alike, 3.0 * alike) - size[1:] * size[:-1]
@@ -96,46 +109,49 @@ def cost_of_following(carrier: Carrier, angle: float, v: Floats | None, n: int) 
 def common_modes(
     name: str, carrier: Carrier, looks: Sequence[Look], known: dict[str, Floats], angle: float
 ) -> Iterator[tuple[str, Floats]]:
-    """Least sums of variances of errors that read like a carrier, and of it: equation (28).
+    """Yield lower bounds on variance sums of body-fixed errors and their carrier, equation (28).
 
     Parameters
     ----------
     name : str
-        The carrier's.
+        Block of the carrier.
     carrier : Carrier
     looks : sequence of Look
-        At it, of all sensors that see it.
+        Information of all sensors that observe the carrier.
     known : dict of array, shape (3, 3)
-        Information about each 3-vector at the start; they are not correlated.
+        Initial information about each block; blocks are not correlated.
     angle : float
-        By which the body turns in a step at most [rad].
+        Largest rotation of the body in a step [rad].
 
     Yields
     ------
     tuple of str and array, shape (n,)
-        Of one error there may be several bounds.
+        Block and bound. A block may have several bounds.
     """
-    if carrier.noise <= 0.0:  # it is known but for its start
+    if carrier.noise <= 0.0:  # A carrier without process noise cannot follow the body.
         return
-    told = [np.cumsum(look.told) for look in looks]
+    totals = [np.cumsum(look.told) for look in looks]
     for look in looks:
         for block, own in look.turned.items():
             size = 1.0 if own.v is None else np.sum(own.v**2, axis=1).max()
             against = cost_of_following(carrier, angle, own.v, len(own.told))
-            for other, all_told in zip(looks, told, strict=True):
+            for other, all_told in zip(looks, totals, strict=True):
                 if other is not look:
                     follow = [known[b] for b, it in other.turned.items() if it.like(own)]
-                    against = against + _both(size * all_told, follow)
+                    against = against + _reduce_by_following(size * all_told, follow)
             along = np.cumsum(own.told)
             yield block, least(known[block], along * against / (along + against)).total
-            if own.v is None:  # the carrier is the error's, turned: it follows all the way
-                against = against + _both(along, [known[block]])
+            if own.v is None:  # The carrier is the rotated error and can follow it completely.
+                against = against + _reduce_by_following(along, [known[block]])
                 yield name, least(np.zeros((3, 3)), against).total
 
 
-def _both(told: Floats, follow: Sequence[Floats]) -> Floats:
-    """What a sensor tells against it, whose own error follows as far as its start lets it."""
+def _reduce_by_following(information: Floats, follow: Sequence[Floats]) -> Floats:
+    """Return the information of another sensor, reduced if its own error can look the same.
+
+    The prior of that error limits how far the error can follow.
+    """
     if not follow:
-        return told
+        return information
     start = float(np.trace(follow[0]))
-    return told * start / (told + start)
+    return information * start / (information + start)

@@ -1,4 +1,4 @@
-"""The limit as it is handed on: what covariances are not below, as curves over time."""
+"""Lower bounds of covariances as curves over time."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from mgeo_attitude.scenario.scenario import Scenario
 
 
 class Block(NamedTuple):
-    """Lower bounds at n times, each for every plan.
+    """Lower bounds for one 3-vector of the state at n times, valid for every plan.
 
     Attributes
     ----------
     total : array, shape (n,)
-        Of the sum of the three variances.
+        Bound of the sum of the three variances.
     worst : array, shape (n,)
-        Of the largest of them.
+        Bound of the largest variance.
     log_det : array, shape (n,)
-        Of the natural logarithm of the determinant, if all else were known.
+        Bound of the natural logarithm of the determinant if all other states are known.
     """
 
     total: Floats
@@ -32,48 +32,51 @@ class Block(NamedTuple):
     log_det: Floats
 
     def or_above(self, other: Block) -> Block:
-        """Where two are proved, the higher one."""
+        """Return the larger of two proved bounds."""
         return Block(*map(np.maximum, self, other))
 
     def or_above_sum(self, total: Floats) -> Block:
-        """Where a sum of the three is proved that is higher, while all else is not known."""
+        """Return the bounds raised to a bound of the sum of variances, shape (n,).
+
+        The determinant stays: the bound of the sum does not assume that other states are known.
+        """
         return self._replace(
             total=np.maximum(self.total, total), worst=np.maximum(self.worst, total / 3.0)
         )
 
 
 def in_any_axes(variances: Floats) -> Block:
-    """From least eigenvalues, shape (n, 3), whose axes are not known."""
+    """Build bounds from the eigenvalues, shape (n, 3), of a covariance with unknown axes."""
     total = variances.sum(axis=1)
     return Block(total, total / 3.0, np.log(variances).sum(axis=1))
 
 
 def in_these_axes(covariances: Floats) -> Block:
-    """From covariances that none is below, shape (n, 3, 3)."""
+    """Build bounds from a covariance, shape (n, 3, 3), that no plan can undercut."""
     diagonals = np.diagonal(covariances, axis1=1, axis2=2)
     log_det = np.linalg.slogdet(covariances)[1]
     return Block(diagonals.sum(axis=1), diagonals.max(axis=1), log_det)
 
 
 def least(known: Floats, gained: Floats) -> Block:
-    """Of P = (Y + K)⁻¹ with a K of which only the trace is bounded.
+    """Return the bounds of P = (Y + K)⁻¹ if only the trace of K is bounded.
 
-    The information fills up the eigenvalues of Y from the smallest: as far as it can they end
-    equal. For a function of eigenvalues that is convex and falls, a K that has the axes of Y is
-    the best, and of these the one that leaves them as equal as can be: equation (21).
+    By equation (21) the best K has the eigenvectors of Y and raises its smallest eigenvalues to a
+    common level (water filling), because the bounds are convex and decreasing functions of the
+    eigenvalues.
 
     Parameters
     ----------
     known : array, shape (3, 3)
         Y, positive definite.
     gained : array, shape (n,)
-        Greatest trace of K, which is positive semidefinite.
+        Largest trace of the positive semidefinite K.
     """
     return in_any_axes(filled(known, gained))
 
 
 def filled(known: Floats, gained: Floats) -> Floats:
-    """Eigenvalues of that P, shape (n, 3)."""
+    """Return the eigenvalues of the best P of `least`, shape (n, 3)."""
     eigenvalues = np.linalg.eigvalsh(known)
     counts = np.arange(1, len(eigenvalues) + 1)
     level = ((gained[:, None] + np.cumsum(eigenvalues)) / counts).min(axis=1)
@@ -82,52 +85,54 @@ def filled(known: Floats, gained: Floats) -> Floats:
 
 
 def unobserved(start: Floats, decay: float, walk: Floats, times: Floats) -> Floats:
-    """Covariance of an error e' = -λ e + noise of densities that nothing measures.
+    """Return the covariance of an unobserved error with e' = -λ e + noise.
 
     Parameters
     ----------
     start : array, shape (3, 3)
+        Initial covariance.
     decay : float
         λ [1/s].
     walk : array, shape (3,)
-        Densities per axis.
+        Noise density of each axis.
     times : array, shape (n,)
-        [s]
+        Times [s].
 
     Returns
     -------
     array, shape (n, 3, 3)
     """
     twice = 2.0 * decay * times
-    # (1 - exp(-2 λ t)) / 2 λ, which is t without decay
+    # This is (1 - exp(-2 λ t)) / 2 λ, whose limit for λ = 0 is t.
     grown = times if decay == 0.0 else -np.expm1(-twice) / (2.0 * decay)
     return np.exp(-twice)[:, None, None] * start + walk * grown[:, None, None] * np.eye(3)
 
 
 @dataclass(frozen=True)
 class LimitCurves:
-    """What no plan is below, at n times.
+    """Lower bounds over all plans at n times.
 
     Attributes
     ----------
     times : array, shape (n,)
-        [s]
+        Times [s].
     trace : array, shape (n,)
-        Of the weighted trace of the covariance.
+        Bound of the weighted trace of the covariance.
     ending : array, shape (n,)
-        Of the same where a plan ends: by the rule "trace" it has fallen but little for a window.
-        Infinite while none can have ended.
+        Bound of the weighted trace for a plan that ends at the time. The rule "trace" also requires
+        a small decrease over the window before. Infinite while no plan can have ended.
     blocks : dict of array, shape (n,)
-        Of the sum of the variances of each 3-vector of the state, filter's units squared.
+        Bound of the sum of the variances of each 3-vector of the state, squared filter units.
     worst : dict of array, shape (n,)
-        Of the largest of the three.
+        Bound of the largest variance of each 3-vector.
     criteria : dict of array, shape (n,)
-        Of the objectives "normalized_trace", "log_det" and "max_eigenvalue".
+        Bounds of the objectives "normalized_trace", "log_det" and "max_eigenvalue".
     earliest : dict of float
-        For each key of ``required_sigma`` the time [s] before which no plan meets it; infinite if
-        none does within the duration.
+        Earliest time [s] at which a plan can satisfy each key of ``required_sigma``; infinite if
+        that is impossible within the duration.
     given_away : tuple of str
-        What the bound does not ask for, beside that each 3-vector counts as if all else were known.
+        Relaxations of the bound. The bound of each 3-vector also assumes that all other states are
+        known.
 
     Examples
     --------
@@ -147,21 +152,21 @@ class LimitCurves:
     given_away: tuple[str, ...]
 
     def sigma(self, block: str) -> Floats:
-        """1-sigma of the worst axis of a 3-vector, filter's units, shape (n,).
+        """Return the bound of the worst-axis 1-sigma of a 3-vector, filter units, shape (n,).
 
         Raises
         ------
         KeyError
-            For one that is not in the state.
+            If the block is not in the state.
         """
         return np.sqrt(self.worst[block])
 
     def at(self, times: Floats) -> Floats:
-        """Of the trace, at times [s] that are those of samples, or NaN; shape (m,)."""
-        known = np.isfinite(times)
-        steps = np.rint(times[known] / self.times[1]).astype(np.int64)
+        """Return the bound of the trace at sample times [s], shape (m,); NaN for a NaN time."""
+        is_finite = np.isfinite(times)
+        steps = np.rint(times[is_finite] / self.times[1]).astype(np.int64)
         least = np.full(len(times), np.nan)
-        least[known] = self.trace[steps]
+        least[is_finite] = self.trace[steps]
         return least
 
 
@@ -171,7 +176,17 @@ def curves(
     found: Mapping[str, Block],
     given_away: tuple[str, ...],
 ) -> LimitCurves:
-    """Those of a scenario from what is `found` of each 3-vector of its state."""
+    """Assemble the lower bounds of a scenario from the bounds of each 3-vector of the state.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    model : FilterModel
+    found : mapping of str to Block
+        Bounds of each block of the suite.
+    given_away : tuple of str
+        Relaxations.
+    """
     suite, names = model.suite, model.suite.blocks
     blocks = {name: found[name].total for name in names}
     worst = {name: found[name].worst for name in names}
@@ -179,35 +194,35 @@ def curves(
     required = RequiredSigma(scenario.required_sigma).of(suite.units)
     times = model.times
     earliest = {
-        unit.key(name): _first(times, worst[name] <= sigma**2)
+        unit.key(name): _find_first_time(times, worst[name] <= sigma**2)
         for (name, unit), sigma in zip(suite.units.items(), required, strict=True)
         if sigma < np.inf
     }
     return LimitCurves(
         times=times,
         trace=trace,
-        ending=_ending(model, trace),
+        ending=_bound_ending(model, trace),
         blocks=blocks,
         worst=worst,
-        criteria=_criteria(model, found),
+        criteria=_bound_criteria(model, found),
         earliest=earliest,
         given_away=given_away,
     )
 
 
-def _ending(model: FilterModel, trace: Floats) -> Floats:
-    """The trace of a plan that ends: equation (27)."""
+def _bound_ending(model: FilterModel, trace: Floats) -> Floats:
+    """Return the bound of the trace of a plan that ends, equation (27)."""
     if model.rule != "trace":
         return trace
     window = model.window_steps
     before = np.concatenate([np.full(window, np.inf), trace[: len(trace) - window]])
     ending = np.maximum(trace, (1.0 - model.relative_decrease) * before)
-    ending[-1] = trace[-1]  # a plan may also end there without having converged
+    ending[-1] = trace[-1]  # At the end of the scenario a plan may end without convergence.
     return ending
 
 
-def _criteria(model: FilterModel, found: Mapping[str, Block]) -> dict[str, Floats]:
-    """Those of equation (13), over what is calibrated."""
+def _bound_criteria(model: FilterModel, bounds: Mapping[str, Block]) -> dict[str, Floats]:
+    """Return the bounds of the objectives of equation (13), over the calibrated states."""
     suite = model.suite
     states = suite.calibrated
     names = [suite.blocks[state // 3] for state in states[::3]]
@@ -215,9 +230,9 @@ def _criteria(model: FilterModel, found: Mapping[str, Block]) -> dict[str, Float
         return {}
     sigma = model.initial_sigma[states]
     widest = sigma.reshape(-1, 3).max(axis=1) ** 2
-    shares = [found[name].total / square for name, square in zip(names, widest, strict=True)]
+    shares = [bounds[name].total / square for name, square in zip(names, widest, strict=True)]
     start = np.linalg.slogdet(model.initial_correlation[np.ix_(states, states)])[1]
-    log_det = _sum([found[name].log_det for name in names]) - 2.0 * np.log(sigma).sum() - start
+    log_det = _sum([bounds[name].log_det for name in names]) - 2.0 * np.log(sigma).sum() - start
     return {
         "normalized_trace": _sum(shares) / len(states),
         "log_det": log_det / np.log(10.0) / len(states),
@@ -225,7 +240,7 @@ def _criteria(model: FilterModel, found: Mapping[str, Block]) -> dict[str, Float
     }
 
 
-def _first(times: Floats, met: np.ndarray) -> float:
+def _find_first_time(times: Floats, met: np.ndarray) -> float:
     return float(times[met.argmax()]) if met.any() else float("inf")
 
 

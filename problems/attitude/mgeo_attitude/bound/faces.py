@@ -1,4 +1,4 @@
-"""What photodiodes tell together of the attitude, at most: the Sun shines on few faces at once."""
+"""Bound on the attitude information of photodiodes: the Sun illuminates few faces at once."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors.photodiode import Photodiode
 
-#: Directions that are looked at.
+#: Approximate number of points on the sphere.
 _POINTS = 60000
 
 
 def together(diodes: Sequence[Photodiode]) -> float:
-    """A κ with which a sample of all tells no more than κ (I - s sᵀ), whatever the attitude.
+    """Return a κ such that at any attitude a joint sample has at most the information κ (I - s sᵀ).
 
-    A diode tells w (n × s) (n × s)ᵀ for w = 1 / r² while the angle of the Sun s from its normal n
-    is less than h: a matrix with no part along s. The largest eigenvalue of the sum is the square
-    of the norm of the matrix of all √w (n × s), which changes by no more than √(Σ w) δ over an
-    angle δ. No direction is farther from one of the points than δ; at a point those diodes count
-    that are lit within it.
+    A diode has the information w (n × s) (n × s)ᵀ, w = 1 / r², if the angle between the Sun s and
+    its normal n is less than h. The largest eigenvalue of the sum is the squared norm of the matrix
+    of all √w (n × s), which changes by at most √(Σ w) δ over an angle δ. The sum is evaluated at
+    points so dense that every direction is within δ of a point; a diode counts at a point if it is
+    illuminated anywhere within δ.
     """
-    return _greatest(
+    return _compute_bound(
         tuple((tuple(d.axes[2].tolist()), d.half_angle_deg, d.noise()[0]) for d in diodes)
     )
 
 
 @cache
-def _greatest(diodes: tuple[tuple[tuple[float, ...], float, float], ...]) -> float:
-    points, within = _points()
+def _compute_bound(diodes: tuple[tuple[tuple[float, ...], float, float], ...]) -> float:
+    points, within = _build_points()
     normals = np.array([normal for normal, _, _ in diodes])
     sides = np.array([1.0 / noise for _, _, noise in diodes])
     lit = points @ normals.T >= np.cos(np.radians([half for _, half, _ in diodes]) + within)
@@ -41,20 +41,21 @@ def _greatest(diodes: tuple[tuple[tuple[float, ...], float, float], ...]) -> flo
 
 
 @cache
-def _points() -> tuple[Floats, float]:
-    """Points of the unit sphere, and the angle from one of them within which all directions are.
+def _build_points() -> tuple[Floats, float]:
+    """Return points on the unit sphere, and an angle within which every direction has a point.
 
-    They are the middles of cells between parallels and meridians: a direction is half a cell's
-    width from the middle meridian, along its parallel, and from there half a height.
+    The points are the centers of cells between parallels and meridians. A direction is at most half
+    a cell width from the central meridian along its parallel, then half a cell height from the
+    center.
     """
     n = round(np.sqrt(_POINTS * np.pi / 4.0))
     step = np.pi / n
-    found = []
+    points = []
     for latitude in -0.5 * np.pi + step * (np.arange(n) + 0.5):
         widest = np.cos(max(abs(latitude) - 0.5 * step, 0.0))
         count = max(3, int(np.ceil(2.0 * n * widest)))
         longitude = 2.0 * np.pi / count * np.arange(count)
-        found.append(
+        points.append(
             np.column_stack(
                 [
                     np.cos(latitude) * np.cos(longitude),
@@ -63,4 +64,4 @@ def _points() -> tuple[Floats, float]:
                 ]
             )
         )
-    return np.concatenate(found), step
+    return np.concatenate(points), step

@@ -1,4 +1,4 @@
-"""How well errors of a gyro can be known at best: the filter of what no attitude changes."""
+"""Bounds for gyro errors, and the filter recursion of errors that no attitude changes."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from mgeo_attitude.bound.curves import filled
 
 
 class Drift(NamedTuple):
-    """How an error e of the gyro drives the attitude error, which sensors see.
+    """Dynamics of a gyro error e that drives the attitude error θ.
 
     Attributes
     ----------
     gain : float
-        Greatest spectral norm of M in θ' = -[ω×]θ + M e.
+        Largest spectral norm of M in θ' = -[ω×]θ + M e.
     decay : float
         λ in e' = -λ e [1/s].
     walk : float
-        Density of the noise that drives e.
+        Noise density of e.
     """
 
     gain: float
@@ -30,9 +30,9 @@ class Drift(NamedTuple):
 
 
 def corners(greatest: Floats) -> Floats:
-    """Corners of the box of rates up to `greatest` about each axis, shape (8, 3).
+    """Return the corners of the box of rates up to `greatest` about each axis, shape (8, 3).
 
-    A norm of what is linear in the rate is greatest at one of them.
+    The norm of a matrix that is linear in the rate is largest at a corner.
     """
     return np.array(list(product((-1.0, 1.0), repeat=3))) * greatest
 
@@ -40,18 +40,19 @@ def corners(greatest: Floats) -> Floats:
 def through_attitude(
     times: Floats, drift: Drift, known: Floats, told: Floats, start: float, walk: float
 ) -> Floats:
-    """Least variances of an error, seen through the attitude that it turns: equation (25).
+    """Return least variances of a gyro error observed through the attitude, equation (25).
 
     Parameters
     ----------
     times : array, shape (n,)
-        [s]
+        Times [s].
+    drift : Drift
     known : array, shape (3, 3)
-        Information about the error at the start.
+        Initial information about the error.
     told : array, shape (n,)
-        Trace of what each sample tells of the attitude.
+        Trace of the attitude information in each sample.
     start : float
-        Trace of the information about the attitude at the start; infinite if it counts as known.
+        Trace of the initial attitude information; infinite to assume a known attitude.
     walk : float
         Density of the angle random walk.
 
@@ -62,16 +63,22 @@ def through_attitude(
     none, once, twice = (np.cumsum(told * times**power) for power in range(3))
     mean = once / (none + start) if np.isfinite(start) else np.zeros(len(times))
     spread = np.maximum(twice - once * mean, 0.0)
-    along = 3.0 * times / walk  # what the attitude would tell if it were known all the way
+    along = 3.0 * times / walk  # This is the information with an always known attitude.
     both = spread + along
     gained = drift.gain**2 * spread * along / np.where(both > 0.0, both, 1.0)
     return np.exp(-2.0 * drift.decay * times)[:, None] * filled(known, gained)
 
 
 def along_attitude(times: Floats, drift: Drift, known: Floats, walk: float) -> Floats:
-    """The same if the attitude is known all the way, of an error with M = -I: equation (26).
+    """Return least variances of a gyro error with M = -I if the attitude is always known.
 
-    It is the solution of p' = -2 λ p + q - p² / r from each eigenvalue p of the covariance.
+    The variances solve p' = -2 λ p + q - p² / r from each eigenvalue p of the initial covariance,
+    equation (26).
+
+    Parameters
+    ----------
+    times, drift, known, walk
+        See `through_attitude`.
     """
     start = 1.0 / np.linalg.eigvalsh(known)
     rate = np.sqrt(drift.decay**2 + drift.walk / walk)
@@ -81,7 +88,9 @@ def along_attitude(times: Floats, drift: Drift, known: Floats, walk: float) -> F
 
 
 def recursion(start: Floats, decay: Floats, noise: Floats, information: Floats) -> Floats:
-    """P⁻ = F P F + Q, then P = ((P⁻)⁻¹ + J)⁻¹, with diagonal F and Q: equation (22).
+    """Return the covariance of a filter with diagonal F and Q after each sample, equation (22).
+
+    Each step computes P⁻ = F P F + Q and P = ((P⁻)⁻¹ + J)⁻¹.
 
     Parameters
     ----------
@@ -90,21 +99,20 @@ def recursion(start: Floats, decay: Floats, noise: Floats, information: Floats) 
     decay, noise : arrays, shape (k,)
         Diagonals of F and Q of a step.
     information : array, shape (n, k, k)
-        J of each sample; that of the first is not used.
+        J of each sample; that of the first sample is not used.
 
     Returns
     -------
     array, shape (n, k, k)
-        P after each sample.
     """
-    found = np.empty(information.shape)
-    found[0] = P = start
-    faded, added, unit = np.outer(decay, decay), np.diag(noise), np.eye(len(start))
+    covariances = np.empty(information.shape)
+    covariances[0] = P = start
+    decay_product, process_noise, unit = np.outer(decay, decay), np.diag(noise), np.eye(len(start))
     measured: Bools = np.asarray(information.any(axis=(1, 2)))
     for k in range(1, len(information)):
-        P = faded * P + added
+        P = decay_product * P + process_noise
         if measured[k]:
             P = np.linalg.solve(unit + P @ information[k], P)
             P = 0.5 * (P + P.T)
-        found[k] = P
-    return found
+        covariances[k] = P
+    return covariances

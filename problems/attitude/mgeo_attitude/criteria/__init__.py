@@ -1,1 +1,1 @@
-"""What designs are judged by: objectives and limits of a run, flown exactly or over flights."""
+"""Objectives and constraints of designs, for nominal runs and for Monte Carlo runs."""

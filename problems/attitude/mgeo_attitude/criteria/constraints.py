@@ -1,4 +1,4 @@
-"""What a plan must keep, as values that are at most zero where it does."""
+"""Constraints on a plan, as values that are at most zero if satisfied."""
 
 from __future__ import annotations
 
@@ -18,19 +18,30 @@ from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.settings.errors import InvalidValue, expect
 
-#: Label of the constraint that a plan is over before its window ends.
+#: Label of the constraint that a plan ends before its window ends.
 END = "end of the plan"
 
-#: A rate at its limit may be above it by what conversions round.
+#: Factor on limits that allows for rounding of unit conversions.
 _ROUNDING = 1.0 + 1e-12
 
 
 @dataclass(frozen=True)
 class Limit:
-    """A number that a plan must not exceed or, with `least`, not fall below.
+    """Bound on a quantity of a plan.
 
-    `measured` is that of each design, shape (n,), NaN for one without result; the `bound` above 0
-    is in its unit. It is shown in `unit`, to which `factor` leads.
+    Attributes
+    ----------
+    label : str
+    measured : function
+        Returns the quantity of each design, shape (n,); NaN without a result.
+    bound : float
+        Positive bound, in the unit of the quantity.
+    unit : str
+        Unit for display.
+    factor : float
+        Factor from the unit of the quantity to the unit for display.
+    least : bool
+        Whether the bound is a lower bound.
     """
 
     label: str
@@ -41,16 +52,24 @@ class Limit:
     least: bool = False
 
     def excess(self, result: Evaluation) -> Floats:
-        """By how much each design violates it, as a fraction of the bound, shape (n,)."""
+        """Return the relative violation of the bound by each design, shape (n,).
+
+        The violation is positive if the bound is violated.
+        """
         share = self.measured(result) / self.bound
         return 1.0 - share if self.least else share - 1.0
 
 
 @dataclass(frozen=True)
 class Constraint:
-    """Limits of the scenario, at least one, that are kept or violated as one.
+    """Constraint of the scenario that consists of one or more bounds.
 
-    Where it `needs_covariance`, the evaluation must contain the covariances at the end.
+    Attributes
+    ----------
+    label : str
+    limits : tuple of Limit
+    needs_covariance : bool
+        Whether the evaluation must contain the covariances at the end.
     """
 
     label: str
@@ -58,42 +77,44 @@ class Constraint:
     needs_covariance: bool = False
 
     def excesses(self, result: Evaluation) -> Floats:
-        """By how much each design violates each limit, shape (n_limits, n); NaN without result.
+        """Return the relative violation of each bound by n designs, shape (n_limits, n).
 
-        The greatest is the constraint's value.
+        The value of the constraint is the largest one. A design without a result has NaN.
         """
         return np.array([limit.excess(result) for limit in self.limits])
 
 
 def constraints(scenario: Scenario) -> list[Constraint]:
-    """Constraints that a scenario asks for, in a fixed order."""
+    """Return the constraints of a scenario, in a fixed order."""
     limits, wheels = [], scenario.wheels
     if wheels is not None and wheels.max_momentum is not None:
-        momentum = partial(_wheel_momentum, inertia=wheels.matrix(), allocation=wheels.shares())
+        momentum = partial(
+            _largest_wheel_momentum, inertia=wheels.matrix(), allocation=wheels.shares()
+        )
         load = (lambda result: result.wheel_load[:, 0]) if wheels.budgeted else momentum
         limits.append(Limit("wheel momentum", load, wheels.max_momentum, "N m s"))
     if wheels is not None and wheels.max_torque is not None and wheels.budgeted:
         torque = wheels.max_torque
         limits.append(Limit("wheel torque", lambda result: result.wheel_load[:, 1], torque, "N m"))
-    if scenario.windows:  # the slew back after the window is checked in `view.margins`
+    if scenario.windows:  # `view.margins` checks the slew back.
         limits.append(Limit(END, lambda result: result.t_end, scenario.deadline, "s"))
-    found = [Constraint(limit.label, (limit,)) for limit in limits]
-    found += [_path_limit(i, limit) for i, limit in enumerate(scenario.path_limits)]
+    result = [Constraint(limit.label, (limit,)) for limit in limits]
+    result += [_build_path_constraint(i, limit) for i, limit in enumerate(scenario.path_limits)]
     if scenario.required_sigma:
-        found.append(_required_sigma(scenario))
-    return found
+        result.append(_build_required_sigma(scenario))
+    return result
 
 
 def check_start(scenario: Scenario) -> None:
-    """Refuse a scenario whose start breaks a limit, whatever the plan.
+    """Raise InvalidValue if the initial state of a scenario violates a constraint.
 
-    The attitude and the rate are given then.
+    No plan can satisfy such a scenario, because the initial attitude and rate are given.
 
     Raises
     ------
     InvalidValue
-        For a rate above that of maneuvers or the momentum of wheels, or a path limit that is
-        violated, if only by its margin.
+        If the initial rate exceeds the maximum rate of maneuvers or the momentum of a wheel, or a
+        path constraint is violated, including its margin.
     """
     initial = scenario.initial
     moving = initial.rate_deg_s is not None or initial.pointing != "inertial"
@@ -157,15 +178,15 @@ def _check_path(scenario: Scenario, at: Place) -> None:
             )
 
 
-def _wheel_momentum(result: Evaluation, inertia: Floats, allocation: Floats) -> Floats:
-    """Greatest momentum of a wheel [N m s], shape (n,), if the satellite's is zero."""
-    # a ramp is straight, so the greatest momentum is at an end of one of its steps
+def _largest_wheel_momentum(result: Evaluation, inertia: Floats, allocation: Floats) -> Floats:
+    """Return the largest wheel momentum [N m s], shape (n,), for zero total momentum."""
+    # Rates change linearly in a ramp, so the momentum is largest at an end of one of its steps.
     momentum = np.abs(result.plan.end_rates @ inertia @ allocation.T).max(axis=2)
     greatest: Floats = np.where(result.plan.flown(), momentum, 0.0).max(axis=1)
     return greatest
 
 
-def _path_limit(index: int, limit: PathLimit) -> Constraint:
+def _build_path_constraint(index: int, limit: PathLimit) -> Constraint:
     sigmas, sign = limit.attitude_sigmas, "and" if limit.keep_in else "less"
     angle = Limit(
         f"{limit.label} {sign} {sigmas:g} sigma" if sigmas else limit.label,
@@ -178,8 +199,7 @@ def _path_limit(index: int, limit: PathLimit) -> Constraint:
     return Constraint(limit.label, (angle,))
 
 
-def _required_sigma(scenario: Scenario) -> Constraint:
-    """Of the worst axis of each 3-vector of the state."""
+def _build_required_sigma(scenario: Scenario) -> Constraint:
     suite = scenario.suite
     required = RequiredSigma(scenario.required_sigma).of(suite.units)
     limits = (

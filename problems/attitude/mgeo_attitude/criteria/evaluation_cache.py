@@ -1,4 +1,4 @@
-"""Designs that have just been run are not run again."""
+"""Cache of evaluated designs between batches."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from mgeo_attitude._typing import Floats
 
 
 class EvaluationCache:
-    """Values of the designs of the previous batch, by design.
+    """Cache of the values of evaluated designs.
 
-    A step that is clipped to a bound, or leaves a variable at it, repeats a design of the previous
-    batch: in Table 3 of the paper up to one in seven.
+    A move that is clipped to a bound, or leaves a variable at a bound, repeats a design of the
+    previous batch: up to one in seven in Table 3 of the paper.
 
     Parameters
     ----------
     forget : bool
-        Whether all earlier batches are forgotten.
+        Whether to keep only the last batch.
     """
 
     def __init__(self, forget: bool = True) -> None:
@@ -26,15 +26,23 @@ class EvaluationCache:
         self._forget = forget
 
     def complete(self, designs: Floats, run: Callable[[Floats], Floats]) -> Floats:
-        """Return the values of designs (n, n_var), shape (n, n_values).
+        """Return the values of designs, evaluating only designs that are not in the cache.
 
-        `run` evaluates the k designs that are not known, shape (k, n_values), whose values depend
-        on the design alone. An empty batch is passed to `run` as it is.
+        Parameters
+        ----------
+        designs : array, shape (n, n_var)
+        run : function
+            Evaluates designs, shape (k, n_var), to values, shape (k, n_values), each of which
+            depends on its design alone. Receives an empty batch unchanged.
+
+        Returns
+        -------
+        array, shape (n, n_values)
         """
-        known = dict(self._known)
+        values = dict(self._known)
         keys = [design.tobytes() for design in designs]
-        new = [i for i, key in enumerate(keys) if key not in known]
+        new = [i for i, key in enumerate(keys) if key not in values]
         if new:
-            known.update(zip([keys[i] for i in new], run(designs[new]), strict=True))
-        self._known = {key: known[key] for key in keys} if self._forget else known
-        return np.array([known[key] for key in keys]) if keys else run(designs)
+            values.update(zip([keys[i] for i in new], run(designs[new]), strict=True))
+        self._known = {key: values[key] for key in keys} if self._forget else values
+        return np.array([values[key] for key in keys]) if keys else run(designs)

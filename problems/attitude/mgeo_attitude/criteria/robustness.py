@@ -1,8 +1,8 @@
-"""Plans judged over flights: what they keep when they are not flown exactly.
+"""Evaluation of plans over Monte Carlo runs with execution errors and sensor errors.
 
-A flight starts from another attitude, turns at other rates for other times, begins later than
-planned, or has sensors of other noise. Each is a `FilterModel` with turned tables and a changed
-design, so that the filter's kernel is the same, and designs share what they begin with as ever.
+A run has another initial attitude, other rates and durations, a delayed start, or other sensor
+noise. Each run is a `FilterModel` with rotated tables and a modified design. The kernel is the
+same, and designs of a run share common initial parts as in nominal runs.
 """
 
 from __future__ import annotations
@@ -30,26 +30,26 @@ from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.sensors.suite import Suite
 
-#: Flights of a scenario that stay in memory, and those that are there together besides.
+#: Number of Monte Carlo runs that stay in memory, and of further runs evaluated at a time.
 KEPT, _AT_ONCE = 64, 16
 
 
 @dataclass(frozen=True)
 class FlightSample:
-    """One way in which plans are flown.
+    """Errors of one Monte Carlo run.
 
     Attributes
     ----------
     model : FilterModel
-        Tables from the true attitude at the start, at the true time.
+        Tables for the true initial attitude and the true start time.
     rates : array, shape (m, 3)
-        Added to the rate of each maneuver [deg/s].
+        Rate error of each maneuver [deg/s].
     durations : array, shape (m,)
-        Added to its duration [s].
+        Duration error of each maneuver [s].
     delay : float
-        Of the start [s].
+        Delay of the start [s].
     variants : tuple of FilterModel
-        The model with the noise of this flight, which its filter knows; none if it is as believed.
+        Model with the sensor noise of the run, which the filter uses too; empty for nominal noise.
     """
 
     model: FilterModel
@@ -59,16 +59,16 @@ class FlightSample:
     variants: tuple[FilterModel, ...] = ()
 
     def flown(self, designs: Floats) -> Floats:
-        """What becomes of designs, shape (n, 4 m); a duration below zero is none."""
+        """Return designs, shape (n, 4 m), with the errors of the run; no duration is negative."""
         maneuvers = designs.reshape(-1, len(self.rates), VARIABLES_PER_MANEUVER).copy()
         maneuvers[:, :, :3] += self.rates
         maneuvers[:, :, 3] = np.maximum(maneuvers[:, :, 3] + self.durations, 0.0)
         return maneuvers.reshape(designs.shape)
 
     def run(self, designs: Floats, covariance: bool) -> Evaluation:
-        """What the filter makes of designs in this flight, in one thread."""
-        flown = self.flown(designs)
-        return evaluate(self.model, flown, 1, covariance=covariance, variants=self.variants)
+        """Evaluate designs, shape (n, 4 m), with the errors of the run, in one thread."""
+        executed = self.flown(designs)
+        return evaluate(self.model, executed, 1, covariance=covariance, variants=self.variants)
 
 
 def draw_flights(
@@ -77,18 +77,27 @@ def draw_flights(
     errors: FlightErrors,
     numbers: Iterable[int] | None = None,
 ) -> list[FlightSample]:
-    """Draw the flights of a scenario whose exact one is `model`, or those of some numbers.
+    """Draw Monte Carlo runs of a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    model : FilterModel
+        Model of the nominal run.
+    errors : FlightErrors
+    numbers : iterable of int, optional
+        Numbers of the runs, which seed them. Default: all runs.
 
     Raises
     ------
     ValueError
-        If a delayed run leaves the years of the field model, or noise should be other than believed
-        of a sensor that does not say which of its parameters are.
+        If a delayed run exceeds the validity of the field model, or a noise error is requested for
+        a sensor without `noise_parameters`.
     """
     attitude, rate = errors.attitude_deg, errors.rate_error_deg_s
-    known = None
+    root = None
     if scenario.prior is not None:
-        known = np.linalg.cholesky(model.initial_covariance[:6, :6])
+        root = np.linalg.cholesky(model.initial_covariance[:6, :6])
     attitude = scenario.initial.attitude_deg if attitude is None else attitude
     rate = scenario.gyro.initial_bias_deg_s if rate is None else rate
     flights, count = [], scenario.maneuvers.count
@@ -96,33 +105,33 @@ def draw_flights(
         generator = np.random.default_rng([errors.seed, number])
         chance = generator.standard_normal(6)
         off, rates = np.radians(attitude) * chance[:3], rate * chance[3:]
-        if known is not None:
-            error = known @ chance
+        if root is not None:
+            error = root @ chance
             if errors.attitude_deg is None:
                 off = model.initial_attitude.T @ error[:3]
-            if errors.rate_error_deg_s is None:  # who believes in too large a bias turns too fast
+            if errors.rate_error_deg_s is None:  # An overestimated bias increases the body rate.
                 rates = -np.degrees(error[3:])
         turn = matrix(off)
         rates = rates + errors.maneuver_rate_error_deg_s * generator.standard_normal((count, 3))
         durations = errors.duration_error * generator.standard_normal(count)
         delay = errors.start_delay * generator.random()
-        noise = _noise(scenario.suite, errors.noise_spread, generator)
-        turned = (_delayed(scenario, delay) if delay else model).turned(turn)
-        variants = () if noise is None else (noise(turned),)
-        flights.append(FlightSample(turned, rates, durations, delay, variants))
+        noise = _draw_noise(scenario.suite, errors.noise_spread, generator)
+        run_model = (_build_delayed_model(scenario, delay) if delay else model).turned(turn)
+        variants = () if noise is None else (noise(run_model),)
+        flights.append(FlightSample(run_model, rates, durations, delay, variants))
     return flights
 
 
 class FlightSamples:
-    """The flights of a scenario whose exact one is `model`, in their order.
+    """Monte Carlo runs of a scenario, in order of their numbers.
 
-    Each has tables of its own, a megabyte: the first `KEPT` are drawn once and stay, as searches
-    ask for them in every generation; those after them are drawn whenever they are asked for.
+    The tables of a run take about a megabyte. The first `KEPT` runs are drawn once and stay in
+    memory, since a search uses them in every generation; later runs are drawn when needed.
 
     Attributes
     ----------
     errors : FlightErrors
-        Of which they are drawn.
+        Error model of the runs.
     """
 
     def __init__(self, scenario: Scenario, model: FilterModel, errors: FlightErrors) -> None:
@@ -140,7 +149,7 @@ class FlightSamples:
         return self.first(len(self))
 
     def first(self, count: int) -> Iterator[FlightSample]:
-        """So many of them."""
+        """Yield the first `count` runs."""
         yield from self._kept[:count]
         for number in range(KEPT, count):
             yield from self._draw([number])
@@ -153,56 +162,79 @@ def over_flights(
     threads: int | None,
     covariance: bool,
 ) -> Floats:
-    """Values, shape (n, k), of n designs in each of f flights, shape (f, n, k).
+    """Evaluate n designs in each of f Monte Carlo runs, shape (f, n, k).
 
-    Flights are run side by side, each in one thread: the result does not depend on how many. A
-    few are in memory at once.
+    Runs are evaluated in parallel, with one thread each and a few in memory at a time. The result
+    does not depend on the number of threads.
+
+    Parameters
+    ----------
+    flights : iterable of FlightSample
+    designs : array, shape (n, 4 m)
+    values : function
+        Returns the values, shape (n, k), for a model and an evaluation.
+    threads : int, optional
+        Default: the number of available processors.
+    covariance : bool
+        Whether to compute the covariances at the end.
     """
 
     def one(flight: FlightSample) -> Floats:
         return values(flight.model, flight.run(designs, covariance))
 
-    found: list[Floats] = []
+    results: list[Floats] = []
     remaining = iter(flights)
     with ThreadPoolExecutor(threads or available_threads()) as pool:
-        while few := list(islice(remaining, _AT_ONCE)):
-            found += pool.map(one, few)
-    return np.array(found)
+        while batch := list(islice(remaining, _AT_ONCE)):
+            results += pool.map(one, batch)
+    return np.array(results)
 
 
 def kept_by(values: Floats, share: float) -> Floats:
-    """The least value that a share of the flights, the first axis, does not exceed.
+    """Return the least value that is not exceeded in a share of the runs (first axis).
 
-    NaN, a covariance that lost positivity, is above every number.
+    NaN, from a covariance that lost positivity, counts as larger than any number.
     """
     ordered = np.sort(values, axis=0)
-    kept: Floats = ordered[_place(len(values), share) - 1]
-    return kept
+    value: Floats = ordered[_rank(len(values), share) - 1]
+    return value
 
 
-def _place(count: int, share: float) -> int:
-    """Of `count` ascending values the first, from 1, that a share does not exceed."""
+def _rank(count: int, share: float) -> int:
+    """Return the rank, from 1, of the quantile `share` in `count` ascending values."""
     return max(int(np.ceil(share * count - 1e-9)), 1)
 
 
 def judged(values: Floats, n_objectives: int, errors: FlightErrors) -> Floats:
-    """Objectives and then constraints over flights, shape (f, n, k), as one value each, (n, k)."""
+    """Reduce values of Monte Carlo runs, shape (f, n, k), to one value each, shape (n, k).
+
+    Objectives are reduced to their mean or quantile, constraints to their quantile.
+
+    Parameters
+    ----------
+    values : array, shape (f, n, k)
+        Objectives, then constraints.
+    n_objectives : int
+    errors : FlightErrors
+        Specifies mean or quantiles.
+    """
     objectives, limits = np.split(values, [n_objectives], axis=2)
-    found = objectives.mean(axis=0) if errors.mean else kept_by(objectives, errors.quantile)
-    return np.hstack([found, kept_by(limits, errors.kept)])
+    reduced = objectives.mean(axis=0) if errors.mean else kept_by(objectives, errors.quantile)
+    return np.hstack([reduced, kept_by(limits, errors.kept)])
 
 
-def _noise(
+def _draw_noise(
     suite: Suite, spread: float, generator: np.random.Generator
 ) -> Callable[[FilterModel], FilterModel] | None:
-    """Of a model the same with noise of gyro and sensors that is off by a factor each, if any."""
+    """Draw noise errors and return a function that applies them to a model; None without errors."""
     if not spread:
         return None
     parts: list[Any] = [suite.gyro, *suite.sensors]
     for part in parts:
         if not part.noise_parameters:
             raise ValueError(
-                f"flight.noise_spread: {type(part).__name__} does not name its noise_parameters"
+                f"flight.noise_spread: {type(part).__name__} has no noise_parameters; define them "
+                "or set noise_spread = 0"
             )
     gyro, *sensors = (
         with_noise(part, float(np.exp(spread * chance)))
@@ -212,7 +244,7 @@ def _noise(
     return lambda model: dataclasses.replace(model, suite=noisy)
 
 
-def _delayed(scenario: Scenario, delay: float) -> FilterModel:
+def _build_delayed_model(scenario: Scenario, delay: float) -> FilterModel:
     course = SimpleNamespace(
         epoch=scenario.epoch,
         step=scenario.step,

@@ -1,1 +1,1 @@
-"""The calibration filter: a declared error model, a reference filter and a generated kernel."""
+"""Covariance filter of the calibration: error model, reference filter and generated kernel."""

@@ -1,9 +1,9 @@
-"""Generates the filter step of a sensor suite.
+"""Code generation for one filter step of a sensor suite.
 
-A step is a few parts: turn the attitude and predict, update with each sensor, sum the trace. The
-text of a part means one candidate; `lanewise.py` compiles it for as many candidates as a vector
-register holds. All values of all candidates live in one flat workspace ``W`` at constant offsets,
-see `layout.py`. `driver.py` feeds the lanes.
+A step consists of a few parts: rotate the attitude and predict the covariance, update with each
+sensor, sum the trace. The generated text describes one candidate; `lanewise.py` compiles it for as
+many candidates as a vector register holds. All values of all candidates are in one flat workspace
+``W`` at constant offsets (`layout.py`). `driver.py` calls the compiled step.
 """
 
 from __future__ import annotations
@@ -38,16 +38,30 @@ def step_parts(
     gated: tuple[bool, ...],
     monitors: Monitors = NO_MONITORS,
 ) -> dict[str, str]:
-    """Text of a filter step of one candidate, part by part in order; and of `CHECK`.
+    """Return the source of each part of a filter step, in execution order, and of `CHECK`.
 
-    Every part consists of assignments to names and to values ``W[k]`` of the candidate, and of
-    loops of such. `CHECK`, which is no part of the step, finds the covariance's last pivot. The
-    compiler's time grows faster than a function: hence several parts.
+    The source describes one candidate: assignments to names and to workspace values ``W[k]``, and
+    loops over such assignments. `CHECK` is not part of the step; it computes the last Cholesky
+    pivot of the covariance. A step is split into parts because compile time grows faster than
+    linearly with the size of a function.
+
+    Parameters
+    ----------
+    suite : Suite
+    gated : tuple of bool
+        For each sensor, whether it is unavailable at some samples.
+    monitors : Monitors, optional
+        Path constraints and required 1-sigmas to monitor.
+
+    Returns
+    -------
+    dict of str to str
+        Source by the name of the part.
     """
     step = _Step(suite, gated, monitors)
     _propagate(step)
     if monitors.limits:
-        # before the measurements: the attitude was flown on what was known until now
+        # The attitude is controlled with the estimates from before the measurements.
         _watch_path(step)
     for index in range(len(suite.sensors)):
         _update(step, index)
@@ -60,7 +74,7 @@ def step_parts(
 
 
 class _Step:
-    """The parts of a step that is being written, and what they find in the workspace."""
+    """Parts of the step under construction, with access to their workspace values."""
 
     def __init__(self, suite: Suite, gated: tuple[bool, ...], monitors: Monitors) -> None:
         self.suite, self.gated, self.monitors = suite, gated, monitors
@@ -73,15 +87,14 @@ class _Step:
         return self.parts.setdefault(name, Code())
 
     def covariance(self, code: Code) -> Triangle:
-        """As it is amid a step."""
         return Triangle(code, self.at.scratch)
 
     def constants(self, code: Code, number: int) -> list[Symbol]:
-        """The next ones, in the order of `variants.constants_of`."""
+        """Return the next `number` constants, in the order of `variants.constants_of`."""
         return [code.slot(k) for k in islice(self._constants, number)]
 
     def numbers(self, code: Code, part: str, first: int, count: int) -> Sequence[Symbol]:
-        """Numbers that are given, from this column of a part on."""
+        """Return `count` values of a named part of the orbit table, from column `first` on."""
         return code.slots(self.at.given + self._columns[part] + first, count)
 
     def to_body(self, code: Code, vector: Iterable[Any]) -> Vec3:
@@ -89,11 +102,10 @@ class _Step:
         return Vec3(*(sum(C[3 * i + k] * v[k] for k in range(3)) for i in range(3)))
 
     def in_body_axes(self, code: Code, part: str, index: int = 0) -> Vec3:
-        """One of the vectors that are given, the first or another one of a part of them."""
+        """Return a vector of a named part of the orbit table, rotated to body axes."""
         return self.to_body(code, self.numbers(code, part, 3 * index, 3))
 
     def gate(self, code: Code, index: int) -> Any:
-        """Whether a sensor is available, 1 or 0."""
         if not self.gated[index]:
             return 1.0
         return code.slot(self.at.constants - sum(self.gated[index:]))
@@ -121,7 +133,6 @@ def _propagate(step: _Step) -> None:
 
 
 def _watch_path(step: _Step) -> None:
-    """The worst of each path limit so far."""
     code, at, limits = step.part("watch_path"), step.at, step.monitors.limits
     x, y, z, *angle = code.slots(at.turn, 6)
     turn = Turn(Vec3(x, y, z), *angle)
@@ -130,23 +141,23 @@ def _watch_path(step: _Step) -> None:
         for name in watched_directions(step.monitors)
     }
     for k, watch in enumerate(limits):
-        v, moved = passages[watch.direction]
+        v, change = passages[watch.direction]
         value, axis = code.slot(at.monitors + k), Vec3(*step.constants(code, 3))
         disc = 2 * watch.disc
         appears, *limb_given = step.numbers(code, f"off {watch.direction}", 6, 1 + disc)
-        there = nearest(axis, watch.inside, turn, v, moved, appears)
-        here, end = (there.back(axis), there.seen(v, moved)), (axis, v)
+        extreme = nearest(axis, watch.inside, turn, v, change, appears)
+        at_extreme, at_end = (extreme.back(axis), extreme.seen(v, change)), (axis, v)
         sigmas = step.constants(code, 1)[0] if watch.margin else None
         limb = None
         if watch.disc:
             radius, grown = limb_given
-            limb = radius - there.share * grown
-        worst = excess_code(here, end, sigmas, limb, Triangle(code), watch.inside, value)
+            limb = radius - extreme.share * grown
+        worst = excess_code(at_extreme, at_end, sigmas, limb, Triangle(code), watch.inside, value)
         code.store(at.monitors + k, worst)
 
 
 def _update(step: _Step, index: int) -> None:
-    """With what a sensor measures, where it is available and sees what it looks at."""
+    """Update with a sensor if it is available and its field-of-view conditions are satisfied."""
     suite, sensor, code = step.suite, step.suite.sensors[index], step.part(f"update_{index}")
     rate = Vec3(*code.slots(step.at.omega, 3))
     v = step.in_body_axes(code, "references", index)
@@ -156,7 +167,7 @@ def _update(step: _Step, index: int) -> None:
     gate = step.gate(code, index)
     for view in sensor.views():
         boresight, (bound,) = Vec3(*step.constants(code, 3)), step.constants(code, 1)
-        if view.disc:  # the cosine of the half-angle and the radius together
+        if view.disc:  # The bound is the cosine of the half-angle plus the radius.
             cosine, sine = step.numbers(code, f"view {view.direction}", 3, 2)
             bound = bound * cosine - step.constants(code, 1)[0] * sine
         looked_at = step.in_body_axes(code, f"view {view.direction}") if view.direction else v
@@ -180,7 +191,7 @@ def _update(step: _Step, index: int) -> None:
 
 
 def _watch_states(step: _Step) -> None:
-    """At how many samples in a row the required 1-sigmas have been met."""
+    """Count the consecutive samples with all required 1-sigmas satisfied."""
     code, states = step.part("watch"), step.monitors.states
     weights = step.constants(code, len(states))
     ratios = [code.slot(slot_of(i, i)) * each for i, each in zip(states, weights, strict=True)]
@@ -197,12 +208,23 @@ def _sum_trace(step: _Step) -> None:
 
 
 def instrument_constants(suite: Suite, step: float, limits: Sequence[PathLimit] = ()) -> np.ndarray:
-    """The first constants of a `step` [s]: what sensors and path limits give, at any state.
+    """Return the step constants that depend on sensors, processes and path constraints.
 
-    Decay and new variances of each Gauss-Markov process; those of the path limits
-    (`path_limits.cone_constants`); for each sensor in turn its noise variances, axis and cosine
-    of the half-angle of its views (and the sine, if it looks at a disc), and the square of its
-    greatest rate, if it has one.
+    The constants are, in order: decay and process-noise variances of each Gauss-Markov process; the
+    constants of the path constraints (`path_limits.cone_constants`); and for each sensor its noise
+    variances, the axis and the cosine of the half-angle of each view (followed by the sine if the
+    view refers to a disc), and the square of its maximum rate if it has one.
+
+    Parameters
+    ----------
+    suite : Suite
+    step : float
+        Filter step [s].
+    limits : sequence of PathLimit, optional
+
+    Returns
+    -------
+    array, shape (n_constants,)
     """
     processes: list[float] = []
     for process in suite.processes.values():
@@ -220,7 +242,15 @@ def instrument_constants(suite: Suite, step: float, limits: Sequence[PathLimit] 
 
 
 def module_source(suite: Suite, gated: tuple[bool, ...], monitors: Monitors, lanes: int) -> str:
-    """Source of a suite's module, with the compiled functions ``step(W)`` and ``check(W)``."""
+    """Return the source of a suite's module, with compiled functions ``step(W)`` and ``check(W)``.
+
+    Parameters
+    ----------
+    suite, gated, monitors
+        See `step_parts`.
+    lanes : int
+        Candidates per vector register.
+    """
     parts = step_parts(suite, gated, monitors)
     functions = "\n\n".join(
         f'{name} = lanewise("""\n{text}\n""", {lanes})' for name, text in parts.items()
@@ -244,5 +274,5 @@ def check(W):
 '''
 
 
-# a pointer, because an array would compile three times slower
+# The argument is a pointer because an array would take three times as long to compile.
 _SIGNATURE = "void(CPointer(float64))"

@@ -1,10 +1,10 @@
-"""One predict, one update and the last pivot of the covariance, as code with loops.
+"""Prediction, update and last Cholesky pivot of the covariance, as generated code with loops.
 
-Each writes lines of the generated kernel (`symbols.py`) that work in place on a `Triangle`, the
-lower triangle of P, and its scratch. F and H are never formed: a sensor's `measure` is applied to
-the columns of P, and F is a sparse table. Loops go over blocks of three states: straight-line code
-of a large suite is many times as long as the instruction cache. Where a loop's body stores what it
-has loaded before, the loads come first: the compiler cannot know that they are of other slots.
+Each function writes lines of the kernel (`symbols.py`) that work in place on a `Triangle`, the
+lower triangle of P, and on its scratch space. F and H are never formed: F is a sparse table, and H
+is a `measure` function that is applied to the columns of P. Loops run over blocks of three states,
+because straight-line code of a large suite exceeds the instruction cache many times. A loop body
+loads its values before it stores any, since the compiler cannot prove that the slots differ.
 """
 
 from __future__ import annotations
@@ -23,37 +23,42 @@ _BLOCK = range(3)
 #: Entries of a sparse matrix by (row, column).
 Sparse = Mapping[tuple[int, int], Any]
 Factor = dict[tuple[int, int], Any]
-#: Applies H to a column.
+#: Function that applies H to a column.
 Measure = Callable[[Sequence[Any]], Sequence[Any]]
 #: Three rows of G, loaded once.
 Rows = list[list[Symbol]]
 
 
 def predict(P: Triangle, n: int, F: Sparse, Q: Sparse) -> None:
-    """P ← F P Fᵀ + Q, equation (3).
+    """Write the prediction P ← F P Fᵀ + Q, equation (3).
 
-    Rows that F leaves out are rows of the identity, and without noise: those states are constant.
-    Rows past all those that others refer to come in threes, and are diagonal in F and Q.
+    A row that is missing in F is a row of the identity without process noise: the state is
+    constant. Rows after the last state that other states depend on must come in blocks of three,
+    diagonal in F and in Q.
 
     Parameters
     ----------
+    P : Triangle
+        Covariance, changed in place.
     n : int
         Number of states.
-    F, Q : sparse matrices
+    F, Q : mapping of (row, column) to scalar
         Transition, and the lower triangle of the process noise.
     """
     rows: dict[int, list[int]] = {}
     for i, k in F:
         rows.setdefault(i, []).append(k)
     corner = 1 + max(k for i in rows for k in rows[i] if rows[i] != [i])
-    _mix(P, corner, rows, F, Q)
-    _mix_below(P, corner, n, rows, F)
+    _predict_coupled(P, corner, rows, F, Q)
+    _predict_below(P, corner, n, rows, F)
     for block in (i for i in rows if i >= corner and (i - corner) % 3 == 0):
-        _scale(P, block, n, F, Q)
+        _predict_diagonal(P, block, n, F, Q)
 
 
-def _mix(P: Triangle, corner: int, rows: Mapping[int, list[int]], F: Sparse, Q: Sparse) -> None:
-    """Predict the states that others depend on, of each other; rows that are sums first."""
+def _predict_coupled(
+    P: Triangle, corner: int, rows: Mapping[int, list[int]], F: Sparse, Q: Sparse
+) -> None:
+    """Predict the leading `corner` states, which other states depend on; coupled rows first."""
     code, wide = P.code, [i for i in rows if rows[i] != [i]]
 
     def FP(i: int, j: int | Index) -> str:
@@ -75,10 +80,12 @@ def _mix(P: Triangle, corner: int, rows: Mapping[int, list[int]], F: Sparse, Q: 
                 P[i, j] = reduce(mul, factors, P[i, j]) + noise
 
 
-def _mix_below(P: Triangle, corner: int, n: int, rows: Mapping[int, list[int]], F: Sparse) -> None:
-    """Predict their columns in the rows of all others.
+def _predict_below(
+    P: Triangle, corner: int, n: int, rows: Mapping[int, list[int]], F: Sparse
+) -> None:
+    """Predict the columns of the leading `corner` states in all rows below.
 
-    Three rows at a time: an entry of F is then loaded once for three products.
+    Three rows are processed together, so that an entry of F is loaded once for three products.
     """
     with P.code.loop(corner, n, 3) as i:
         values: dict[tuple[int, int], Any] = {}
@@ -90,8 +97,8 @@ def _mix_below(P: Triangle, corner: int, n: int, rows: Mapping[int, list[int]], 
             P[i + a, j] = value
 
 
-def _scale(P: Triangle, block: int, n: int, F: Sparse, Q: Sparse) -> None:
-    """Predict rows and columns of states whose rows of F are a diagonal's."""
+def _predict_diagonal(P: Triangle, block: int, n: int, F: Sparse, Q: Sparse) -> None:
+    """Predict rows and columns of a block of three states whose rows of F are diagonal."""
     states = range(block, block + 3)
     with P.code.loop(0, block) as column:
         for i in states:
@@ -112,31 +119,35 @@ def update(
     gate: Any = 1.0,
     considered: Collection[int] = (),
 ) -> None:
-    """P ← P - K H P with K = P Hᵀ (R + H P Hᵀ)⁻¹, equation (4), up to three rows together.
+    """Write the measurement update P ← P - K H P, K = P Hᵀ (R + H P Hᵀ)⁻¹, equation (4).
 
-    With R + H P Hᵀ = L Lᵀ and G = P Hᵀ L⁻ᵀ this is P ← P - G Gᵀ, equation (8).
-    A `gate` of zero leaves P as it is (sensor not available), one updates it.
+    Up to three measurement rows are processed together. With R + H P Hᵀ = L Lᵀ and G = P Hᵀ L⁻ᵀ the
+    update is P ← P - G Gᵀ, equation (8).
 
-    States that are `considered` have no gain: G Gᵀ is taken from P but where both states are
-    such. With K = [K₁; 0], K₁ the optimal gain of the others, that is what the filter of any gain
-    has, (I - K H) P (I - K H)ᵀ + K R Kᵀ (S. F. Schmidt, Application of State-Space Methods to
-    Navigation Problems, Advances in Control Systems 3 (1966) 293-340).
+    States in `considered` have zero gain: G Gᵀ is subtracted except where both states are
+    considered. With K = [K₁; 0] and the optimal gain K₁ of the estimated states this equals
+    Joseph's form, (I - K H) P (I - K H)ᵀ + K R Kᵀ (S. F. Schmidt, Application of State-Space
+    Methods to Navigation Problems, Advances in Control Systems 3 (1966) 293-340).
 
     Parameters
     ----------
-    P, n
-        As of `predict`.
+    P : Triangle
+        Covariance, changed in place.
+    n : int
+        Number of states.
     measure : function
         Applies H to a state column.
     variances : sequence of scalars
         Diagonal of R.
+    gate : scalar
+        1 to update; 0 to leave P unchanged, for a sensor that is not available.
     considered : collection of int
         States that are not estimated, in whole blocks of three.
     """
     code, support, m = P.code, looked_at(n, measure), len(variances)
 
-    # P Hᵀ. Of a state that H looks at, row or column of the triangle is what is needed: one up to
-    # that state's block, the other past it.
+    # P Hᵀ. A symmetric entry is in a row of the triangle up to the block of a measured state and
+    # in a column past the block, so the loop is split there.
     first = 0
     for last in (*sorted({j - j % 3 + 3 for j in support}), n):
         if first < last:
@@ -154,18 +165,18 @@ def update(
     def G(i: int | Index) -> Rows:
         return [[code.line(each.name) for each in _row(P, i + a, m)] for a in _BLOCK]
 
-    held = sorted({i - i % 3 for i in considered})
-    for first, last in _gaps(held, n):
-        _take(P, G, first, last, 0)
-    for block in held:
-        left = G(block)
-        for first, last in _gaps([j for j in held if j < block], block):
+    considered_blocks = sorted({i - i % 3 for i in considered})
+    for first, last in _gaps(considered_blocks, n):
+        _subtract(P, G, first, last, 0)
+    for block in considered_blocks:
+        block_gain = G(block)
+        for first, last in _gaps([j for j in considered_blocks if j < block], block):
             with code.loop(first, last, 3) as j:
-                _take_block(P, (block, left), (j, G(j)))
+                _subtract_block(P, (block, block_gain), (j, G(j)))
 
 
 def looked_at(n: int, measure: Measure) -> list[int]:
-    """States that H looks at."""
+    """Return the states with a nonzero column in H."""
     units = enumerate(np.eye(n).tolist())
     return [j for j, unit in units if any(y != 0.0 for y in measure(unit))]
 
@@ -177,7 +188,15 @@ def innovation(
     variances: Sequence[Any],
     gate: Any,
 ) -> tuple[Factor, list[Any]]:
-    """`factor` of R + H P Hᵀ, the inverse times a gate; of P Hᵀ, only the rows that H looks at."""
+    """Return L of R + H P Hᵀ = L Lᵀ, and the inverse diagonal of L times `gate`; see `factor`.
+
+    Parameters
+    ----------
+    PHt : mapping of int to sequence
+        Rows of P Hᵀ for the states with a nonzero column in H.
+    n, measure, variances, gate
+        See `update`.
+    """
     columns = [
         list(measure([PHt[j][r] if j in PHt else 0.0 for j in range(n)]))
         for r in range(len(variances))
@@ -187,9 +206,14 @@ def innovation(
 
 
 def factor(columns: Sequence[Sequence[Any]], variances: Sequence[Any]) -> tuple[Factor, list[Any]]:
-    """L of R + H P Hᵀ = L Lᵀ below its diagonal, and the inverse of that.
+    """Return the Cholesky factor L of R + H P Hᵀ below the diagonal, and its inverse diagonal.
 
-    `columns` are those of H P Hᵀ, `variances` the diagonal of R.
+    Parameters
+    ----------
+    columns : sequence of sequences
+        Columns of H P Hᵀ.
+    variances : sequence of scalars
+        Diagonal of R.
     """
     L: Factor = {}
     inverse: list[Any] = []
@@ -202,7 +226,7 @@ def factor(columns: Sequence[Sequence[Any]], variances: Sequence[Any]) -> tuple[
 
 
 def gain(row: Sequence[Any], L: Factor, inverse: Sequence[Any]) -> list[Any]:
-    """A row of G = P Hᵀ L⁻ᵀ from that of P Hᵀ."""
+    """Return a row of G = P Hᵀ L⁻ᵀ from a row of P Hᵀ and the factors of `factor`."""
     g: list[Any] = []
     for r in range(len(inverse)):
         g.append((row[r] - sum(g[k] * L[r, k] for k in range(r))) * inverse[r])
@@ -210,10 +234,10 @@ def gain(row: Sequence[Any], L: Factor, inverse: Sequence[Any]) -> list[Any]:
 
 
 def last_pivot(P: Triangle, n: int) -> Any:
-    """Last pivot of P = L Lᵀ, which is no positive number unless P is positive definite.
+    """Return the last pivot of P = L Lᵀ, which is positive only if P is positive definite.
 
-    It is so by arithmetic alone: the root of a negative pivot is NaN, and spoils the ones after it.
-    Three columns at a time, on a copy of P.
+    No branch is needed: the root of a negative pivot is NaN, and NaN propagates to all later
+    pivots. The factorization runs on a copy of P, three columns at a time.
     """
     code, A = P.code, Triangle(P.code, first=P.scratch)
 
@@ -233,30 +257,30 @@ def last_pivot(P: Triangle, n: int) -> Any:
         def columns(i: int | Index, j: Index = j) -> Rows:
             return [[code.line(A.below(i + a, j + r).name) for r in _BLOCK] for a in _BLOCK]
 
-        _take(A, columns, j + 3, n, j + 3)
+        _subtract(A, columns, j + 3, n, j + 3)
     _, inverse = pivots(n - 3)
     return 1.0 / inverse[2]
 
 
-def _take(
+def _subtract(
     P: Triangle,
     G: Callable[[int | Index], Rows],
     first: int | Index,
     last: int,
     start: int | Index,
 ) -> None:
-    """Take G Gᵀ from the rows `first` to `last`, columns from `start` on."""
+    """Subtract G Gᵀ from the rows `first` to `last` of P, from column `start` on."""
     with P.code.loop(first, last, 3) as i:
-        left = G(i)
+        row_gain = G(i)
         with P.code.loop(start, i, 3) as j:
-            _take_block(P, (i, left), (j, G(j)))
-        _take_block(P, (i, left), (i, left))
+            _subtract_block(P, (i, row_gain), (j, G(j)))
+        _subtract_block(P, (i, row_gain), (i, row_gain))
 
 
-def _take_block(
+def _subtract_block(
     P: Triangle, left: tuple[int | Index, Rows], right: tuple[int | Index, Rows]
 ) -> None:
-    """Take G Gᵀ from a block of P, on or below the diagonal."""
+    """Subtract G Gᵀ from a 3 x 3 block of P, on or below the diagonal."""
     (i, G), (j, other) = left, right
     for a in _BLOCK:
         for b in range(a + 1) if i is j else _BLOCK:
@@ -265,14 +289,14 @@ def _take_block(
             P.code.assign(entry, value)
 
 
-def _gaps(taken: Sequence[int], end: int) -> Iterator[tuple[int, int]]:
-    """Ranges of states before `end` that are in none of the blocks."""
-    starts, ends = [0, *(block + 3 for block in taken)], [*taken, end]
+def _gaps(blocks: Sequence[int], end: int) -> Iterator[tuple[int, int]]:
+    """Yield the ranges of states before `end` that none of the blocks of three covers."""
+    starts, ends = [0, *(block + 3 for block in blocks)], [*blocks, end]
     return ((a, b) for a, b in zip(starts, ends, strict=True) if a < b)
 
 
 def _entry(P: Triangle, i: int | Index, r: int) -> str:
-    """Slot of an entry of P Hᵀ, later of G."""
+    """Return the slot of entry (i, r) of P Hᵀ, which later holds G."""
     return f"3 * ({i}) + {P.scratch + r}"
 
 

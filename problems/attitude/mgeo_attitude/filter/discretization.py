@@ -1,4 +1,4 @@
-"""Exact discretization at constant rate, compiled; once per maneuver, not per step."""
+"""Exact discretization at a constant rate, compiled; runs once per maneuver, not per step."""
 
 from __future__ import annotations
 
@@ -9,18 +9,21 @@ import numpy as np
 from mgeo_attitude._compiled import helper
 from mgeo_attitude._typing import Floats
 
-#: |(A dt)²|^½ up to which the series is summed directly; beyond, the step is halved first. It is
-#: A² that counts: how the bias moves the attitude, the largest part of A, is no part of its powers.
+#: Largest |(A dt)²|^½ for which the series is summed directly; a longer step is halved first. The
+#: test uses A² because the effect of bias on attitude dominates A but vanishes in its powers.
 _SERIES_NORM = 0.5
-#: Terms after one of this size, relative to the sum, are left out: they are smaller still.
+#: Relative size of a term at which the series ends; later terms are smaller.
 _NEGLIGIBLE = 1e-18
-#: More terms than the series can need.
+#: Upper bound on the number of terms of the series.
 _TERMS = 30
 
 
 @helper
 def multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
-    """out ← factor A B. At this size plain loops beat a BLAS call; most of A is zero."""
+    """Compute out ← factor A B.
+
+    Plain loops that skip zeros are faster here than BLAS: the matrices are small and mostly zero.
+    """
     n = A.shape[0]
     for i in range(n):
         for j in range(n):
@@ -34,7 +37,7 @@ def multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
 
 @helper
 def norm(A: Floats) -> float:
-    """Return the largest sum of magnitudes of a row. NumPy's temporary arrays would cost more."""
+    """Return the infinity norm of A (largest absolute row sum), without temporary arrays."""
     n, largest = A.shape[0], 0.0
     for i in range(n):
         total = 0.0
@@ -46,11 +49,13 @@ def norm(A: Floats) -> float:
 
 @helper
 def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
-    """F = exp(A dt) and Q = ∫ exp(A s) diag(density) exp(A s)ᵀ ds over one step, equation (7).
+    """Return transition F and process noise Q of one step, equation (7).
 
-    Taylor series of both (Q' = A Q + Q Aᵀ + diag(density)) on a step halved until the series
-    converges fast, then doubled: F ← F F, Q ← Q + F Q Fᵀ. The same integral as Van Loan's (IEEE
-    TAC 23, 1978, 395), without the 2n x 2n matrix exponential.
+    F = exp(A dt) and Q = ∫ exp(A s) diag(density) exp(A s)ᵀ ds.
+
+    The step is halved until the Taylor series of F and of Q' = A Q + Q Aᵀ + diag(density) converge
+    fast, then doubled: F ← F F, Q ← Q + F Q Fᵀ. The result equals Van Loan's (IEEE TAC 23, 1978,
+    395) without the 2n x 2n matrix exponential.
 
     Parameters
     ----------
@@ -101,9 +106,16 @@ def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
 
 @helper
 def turn(omega: Floats, dt: float) -> Floats:
-    """exp(-[ω×] dt): how a step at body rate `omega` [rad/s] turns the GCRS-to-body matrix.
+    """Return exp(-[ω×] dt), the change of the GCRS-to-body matrix in a step at body rate `omega`.
 
-    Rodrigues' formula, with the series of its coefficients near zero.
+    Rodrigues' formula; for small angles the coefficients are series.
+
+    Parameters
+    ----------
+    omega : array, shape (3,)
+        Body rate [rad/s].
+    dt : float
+        Step [s].
 
     Returns
     -------

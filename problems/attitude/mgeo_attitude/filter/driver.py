@@ -1,6 +1,6 @@
-"""Runs designs through the generated filter step, one candidate in each lane.
+"""Driver of the generated filter step, with one candidate in each vector lane.
 
-Compiled once for all suites: `kernel.py` puts the text of this module into the user's cache.
+The driver is compiled once for all suites: `kernel.py` writes this module to the user's cache.
 """
 
 import math
@@ -12,20 +12,24 @@ from mgeo_attitude.filter.discretization import discretize, turn
 from mgeo_attitude.filter.lanewise import call, fetch_add, load_acquire, store_release
 from mgeo_attitude.filter.polynomials import discretize_alike
 
-# Steps of a lane between two checks that its covariance is positive. Lost positivity stays lost
-# for long, and a check costs half a step.
+# Steps of a lane between two checks that its covariance is positive definite. Rare checks suffice
+# because lost positivity persists, and a check takes as long as half a step.
 CHECK_PERIOD = 256
 
-#: Later than any step.
+#: Step number that no run reaches.
 NEVER = 2**62
 
-#: Maneuvers whose discretization is kept: more than a batch of slopes of a dozen has.
+#: Size of the cache of discretized maneuvers, enough for a batch of about a dozen finite-difference
+#: gradients.
 KEPT = 256
 
 
 @helper
 def workspace(n_slots, lanes):
-    """Zeros that begin with a cache line: vectors across two lines load at half the speed."""
+    """Return zeros, shape (n_slots, lanes), aligned to a cache line.
+
+    A vector that spans two cache lines loads at half the speed.
+    """
     line = 8
     buffer = np.zeros(n_slots * lanes + line)
     skip = -(buffer.ctypes.data // buffer.itemsize) % line
@@ -34,9 +38,10 @@ def workspace(n_slots, lanes):
 
 @helper
 def ring(window, lanes):
-    """Room for the trace of all lanes over a window; a power of two, so that rows are found fast.
+    """Return a ring buffer for the traces of all lanes over the convergence window.
 
-    The whole history would not stay in the second-level cache.
+    The length is a power of two, so that indexing is a bit mask. A full history would not fit the
+    second-level cache.
     """
     size = 1
     while size <= window:
@@ -46,13 +51,13 @@ def ring(window, lanes):
 
 @kept("Tuple((float64[:,::1], float64[:,::1]))(float64[:,::1], float64[::1], float64)")
 def discretized(A, density, dt):
-    """`discretize`, kept on disk for Python."""
+    """Return F and Q of `discretize`, for calls from Python."""
     return discretize(A, density, dt)
 
 
 @helper
 def write_maneuver(values, omega, dynamics):
-    """Write a maneuver's turn per step, exact transition and process noise, in a lane's order."""
+    """Compute the rotation per step, transition and process noise of a maneuver, in slot order."""
     parts, density, pattern, dt, by_polynomials = dynamics
     if by_polynomials:
         room = np.zeros((2, 6, 6))
@@ -62,11 +67,11 @@ def write_maneuver(values, omega, dynamics):
     else:
         A = parts[0] + omega[0] * parts[1] + omega[1] * parts[2] + omega[2] * parts[3]
         F, Q = discretize(A, density, dt)
-    turned = turn(omega, dt)
+    rotation = turn(omega, dt)
     k = 0
     for i in range(3):
         for j in range(3):
-            values[k] = turned[i, j]
+            values[k] = rotation[i, j]
             k += 1
     for entry in range(len(pattern)):
         values[k] = F[pattern[entry, 0], pattern[entry, 1]]
@@ -79,33 +84,33 @@ def write_maneuver(values, omega, dynamics):
 
 @helper
 def place_of(key):
-    """Where the values of a maneuver are kept: a hash of its variant and rate, as bits."""
-    found = np.uint64(0)
+    """Return the cache row of a maneuver: a hash of the variant and of the bits of the rate."""
+    value = np.uint64(0)
     for number in key:
-        found = (found ^ np.uint64(number)) * np.uint64(0x9E3779B97F4A7C15)
-        found ^= found >> np.uint64(32)
-    return np.int64(found % np.uint64(KEPT))
+        value = (value ^ np.uint64(number)) * np.uint64(0x9E3779B97F4A7C15)
+        value ^= value >> np.uint64(32)
+    return np.int64(value % np.uint64(KEPT))
 
 
 @helper
-def load_maneuver(W, lane, rotation, omega, dynamics, variant, kept):
-    """Write them to a lane. Many designs of a batch have maneuvers in common: they are kept."""
-    keys, known = kept
+def load_maneuver(W, lane, rotation, omega, dynamics, variant, cache):
+    """Copy the rotation, F and Q of a maneuver to a lane, from a cache of recent maneuvers."""
+    keys, values_of_row = cache
     bits = omega.view(np.int64)
     key = (variant + 1, bits[0], bits[1], bits[2])
     place = place_of(key)
-    values, own = known[place], keys[place]
-    if own[0] != key[0] or own[1] != key[1] or own[2] != key[2] or own[3] != key[3]:
+    values, stored = values_of_row[place], keys[place]
+    if stored[0] != key[0] or stored[1] != key[1] or stored[2] != key[2] or stored[3] != key[3]:
         write_maneuver(values, omega, dynamics)
         for i in range(4):
-            own[i] = key[i]
+            stored[i] = key[i]
     for k in range(len(values)):
         W[rotation + k, lane] = values[k]
 
 
 @helper
 def load_turn(W, lane, slot, omega, dt):
-    """Write the unit axis of a maneuver's turn per step, its angle, sine and cosine to a lane."""
+    """Write the unit axis, angle, sine and cosine of a maneuver's rotation per step to a lane."""
     rate = math.sqrt(omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2)
     for i in range(3):
         W[slot + i, lane] = omega[i] / rate if rate > 0.0 else 0.0
@@ -115,7 +120,7 @@ def load_turn(W, lane, slot, omega, dt):
 
 @helper
 def save(W, lane, n_values, recent, now, n, state):
-    """Store a lane's covariance, attitude, monitors and the last n values of its trace."""
+    """Store the covariance, attitude, monitors and the last n trace values of a lane in `state`."""
     for j in range(n_values):
         state[j] = W[j, lane]
     for j in range(n):
@@ -124,7 +129,7 @@ def save(W, lane, n_values, recent, now, n, state):
 
 @helper
 def restore(W, lane, n_values, recent, now, n, state):
-    """Inverse of `save`."""
+    """Load a lane from a `state` that `save` stored."""
     for j in range(n_values):
         W[j, lane] = state[j]
     for j in range(n):
@@ -133,9 +138,10 @@ def restore(W, lane, n_values, recent, now, n, state):
 
 @helper
 def converged(recent, lane, now, window, decrease, allow_rise):
-    """Whether the trace fell by less than the least decrease, and did not rise, equation (6).
+    """Return whether a run has converged by equation (6).
 
-    A rise may be allowed. A trace of NaN has nothing left to wait for.
+    The trace must have fallen by less than the fraction `decrease` over the window, without a rise.
+    A rise is accepted if `allow_rise` is set. A NaN trace counts as converged, to end the run.
     """
     before = recent[(now - window) & (len(recent) - 1), lane]
     fall = before - recent[now, lane]
@@ -144,7 +150,7 @@ def converged(recent, lane, now, window, decrease, allow_rise):
 
 @helper
 def settled_for(recent, lane, now, k, factor):
-    """For how many of the last k steps the trace was within a factor of what it is now."""
+    """Count the latest steps, at most k, with a trace of at most `factor` times the current one."""
     limit, n = factor * recent[now, lane], 0
     while n < k and recent[(now - n - 1) & (len(recent) - 1), lane] <= limit:
         n += 1
@@ -176,50 +182,50 @@ def run(
     at_end,
     record,
 ):
-    """Run jobs from the queue until it is empty; any number of threads may share it.
+    """Run jobs from the shared queue until the queue is empty, in any number of threads.
 
-    A lane that has finished a job takes the next one from the queue, with a clock of its own. No
-    value ever crosses lanes, and a job goes on from its parent's state exactly as that left it, so
-    a result does not depend on what else is run.
+    A lane that has finished a job takes the next job from the queue and restarts its clock. Lanes
+    do not exchange values, and a job continues from the exact final state of its parent, so a
+    result depends only on the model and the design.
 
     Parameters
     ----------
     code : tuple of three int
-        Addresses of the suite's functions, one filter step and the last pivot of the covariance of
-        all lanes, in place; number of lanes.
+        Addresses of the compiled ``step`` and ``check`` functions of the suite; number of lanes.
     layout : tuple of int
         See `layout.Layout`.
     shared : arrays of int, shapes (1,) and (n_jobs,)
-        Shared by the threads: the number of jobs already taken; and zero until a job has left its
-        final state, then 1, or 2 if its covariance had already lost positivity.
+        State shared by all threads: number of jobs taken; and the status of each job, 0 until its
+        final state is stored, then 1, or 2 if the covariance had lost positivity.
     jobs : five arrays of int, shape (n_jobs,)
         See `jobs.Jobs`.
     states : array, shape (n_states + n_variants, rotation + window + 1)
-        States that jobs leave; the last ones are those at time zero, the first variant's the last.
+        Final states of jobs; then the initial states of the variants, the first variant last.
     plan : arrays, shapes (n, n_stretches, 3), (n, n_stretches), (n,) and (n,)
-        Body rates [rad/s], the steps they begin at, that at which the last maneuver is over, and
-        the variant of the model that flies it.
-    dynamics : arrays, shapes (n_variants, 4, n_dynamic, n_dynamic), (n_variants, n_dynamic) and
-        (n_entries, 2); float
-        A at rest, and what a unit rate about each axis adds to it; process-noise density; entries
-        of the transition matrix that a step reads; step [s]; and whether `polynomials` have its
-        transitions, where each step has a rate of its own.
+        Body rates [rad/s], start steps of the rates, end step of the last maneuver, and model
+        variant of each design.
+    dynamics : tuple of three arrays, float and bool
+        A at zero rate and the derivative of A by each rate component, shape (n_variants, 4,
+        n_dynamic, n_dynamic); process-noise density, (n_variants, n_dynamic); (row, column) entries
+        of the transition that a step reads, (n_entries, 2); step [s]; whether to discretize by
+        `polynomials`.
     table : array, shape (n_samples, n_given)
-        What the orbit gives at each sample.
+        Orbit table, see `FilterModel.table`.
     constants : array, shape (n_variants, n_constants)
         See `variants.constants_of`.
     convergence : int, float, bool, float
-        Window [steps], least relative decrease of the trace over it, whether it may have risen;
-        factor of a settled trace, 0 if nobody asks. With one, the window is the whole run.
+        Window [steps], least relative decrease of the trace over the window, whether a rise counts
+        as converged, and the factor of a settled trace, or 0 to skip it. With a factor, the window
+        must be longer than the run.
     steps : three arrays of int, shape (n,)
-        Step at which a design stops in any case; and, written, that at which it ended, and that
-        from which on its trace was settled.
+        Last allowed step of each design; and, written, the end step and the step from which on the
+        trace was settled.
     trace : array, shape (n,), written
-        At the end; NaN if the covariance lost positivity.
+        Weighted trace at the end; NaN if the covariance lost positivity.
     at_end : arrays, shapes (n, n_monitors) and (n or 0, n_states (n_states + 1) / 2), written
-        Monitors then and, if asked for, the lower triangle of the covariance, row by row.
+        Monitors at the end and, unless empty, the lower triangle of the covariance, row by row.
     record : array, shape (n or 0, n_steps + 1, n_states), written
-        Variance of each state at each step, if asked for.
+        Variance of each state at each step, unless empty.
     """
     step, check, lanes = code
     taken, done = shared
@@ -236,11 +242,11 @@ def run(
     W, recent = workspace(first_constant + n_constants, lanes), ring(window, lanes)
     n_dynamic = densities.shape[1]
     n_values = 9 + len(pattern) + n_dynamic * (n_dynamic + 1) // 2
-    kept = np.zeros((KEPT, 4), dtype=np.int64), np.empty((KEPT, n_values))
+    cache = np.zeros((KEPT, 4), dtype=np.int64), np.empty((KEPT, n_values))
     for k in range(n_constants):
         W[first_constant + k] = constants[0, k]
     address, mask = W.ctypes.data, len(recent) - 1
-    now = 0  # the row of `recent` for the present step of every lane
+    now = 0  # The row of `recent` for the current step is common to all lanes.
     job = np.empty(lanes, dtype=np.int64)
     clock = np.zeros(lanes, dtype=np.int64)
     maneuver = np.zeros(lanes, dtype=np.int64)
@@ -252,7 +258,7 @@ def run(
         job[lane] = fetch_add(taken, 1)
         active += job[lane] < n_jobs
     while active > 0:
-        # what is due before the next step, and how many steps there are until more is
+        # Start jobs and maneuvers that are due, and count the steps until the next event.
         n_steps = NEVER
         for lane in range(lanes):
             this, k = job[lane], clock[lane]
@@ -277,9 +283,9 @@ def run(
             while m < n_maneuvers and starts[i, m] <= k:
                 m += 1
             if m > maneuver[lane]:
-                # of several maneuvers that have started only the last one is flown
+                # If several maneuvers start at this step, only the last one takes effect.
                 own = parts[variants[i]], densities[variants[i]], pattern, dt, by_polynomials
-                load_maneuver(W, lane, rotation, rates[i, m - 1], own, variants[i], kept)
+                load_maneuver(W, lane, rotation, rates[i, m - 1], own, variants[i], cache)
                 if turned < rate:
                     load_turn(W, lane, turned, rates[i, m - 1], dt)
                 omega = rates[i, m - 1]
@@ -295,7 +301,7 @@ def run(
             if ends[this] >= 0:
                 due = min(due, ends[this])
             n_steps = min(n_steps, due - k)
-        if n_steps == NEVER:  # every job here waits for its parent in another thread
+        if n_steps == NEVER:  # Every job of this thread waits for its parent in another thread.
             continue
 
         ended = False

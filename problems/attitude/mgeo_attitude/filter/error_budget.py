@@ -1,13 +1,12 @@
-"""The error budget of a plan: what of each variance at its end comes from which source.
+"""Error budget of a plan: contribution of each error source to the variances at the end.
 
-A filter's error is linear in what causes it: initial errors, noise that drives the gyro's errors
-and those that vary, noise of the sensors. None of them depends on another, so the covariance at the
-end is the sum of what each would cause alone, *with the gains of the filter that allows for all of
-them* (Gelb, Applied Optimal Estimation, 1974, section 7.4, "error budget"). Variances add up to
-that of the filter; 1-sigmas do not. To take a source away would let the filter change its gains:
-it gains at least its part.
+A filter error is linear in its independent sources: initial errors, process noise of gyro and
+sensor errors, measurement noise. The covariance at the end is therefore the sum of the covariances
+that the sources cause separately *with the gains of the complete filter* (Gelb, Applied Optimal
+Estimation, 1974, section 7.4, "error budget"). Variances add up; 1-sigmas do not. Without a source
+the filter would use other gains, so that removing the source gains at least its contribution.
 
-All states at once: the transposed error transition is carried back from the end.
+All states are computed together: the transposed error transition is propagated back from the end.
 """
 
 from __future__ import annotations
@@ -27,14 +26,15 @@ from mgeo_attitude.sensors.suite import Suite, block_units
 
 
 class ErrorBudget(NamedTuple):
-    """Parts of n variances by their s sources.
+    """Contributions of s error sources to the variances of n states.
 
     Attributes
     ----------
     sources : tuple of str
         ``initial gyro bias``, ``noise of gyro``, ``drift of gyro bias``, ``noise of sun``...
     variances : array, shape (s, n_states)
-        Filter's units squared. Their sum is the diagonal of the covariance.
+        Contributions in squared filter units. The sum over the sources is the diagonal of the
+        covariance.
     """
 
     sources: tuple[str, ...]
@@ -42,7 +42,7 @@ class ErrorBudget(NamedTuple):
 
 
 class _Update(NamedTuple):
-    """One sensor's sample: gain (n, m), rest I - K H (n, n), variances of its noise (m,)."""
+    """Measurement update of one sensor: gain (n, m), I - K H (n, n), noise variances (m,)."""
 
     sensor: int
     gain: Floats
@@ -51,7 +51,7 @@ class _Update(NamedTuple):
 
 
 class _Step(NamedTuple):
-    """F (n, n) and for each driven block its Q, (n, n) each; then what is measured."""
+    """Filter step: F (n, n), Q of each block with process noise (d, n, n), and the updates."""
 
     transition: Floats
     driven: Floats
@@ -59,17 +59,25 @@ class _Step(NamedTuple):
 
 
 def error_budget(model: FilterModel, design: ArrayLike, t_end: float) -> ErrorBudget:
-    """Of a design, shape (4 m,), flown exactly until `t_end` [s].
+    """Return the error budget of a nominal run of a design until `t_end`.
 
-    It takes 0.1 ms a filter step.
+    The computation takes about 0.1 ms per filter step.
+
+    Parameters
+    ----------
+    model : FilterModel
+    design : array_like, shape (4 m,)
+        Rates [deg/s] and duration [s] of each maneuver in turn.
+    t_end : float
+        End of the run [s].
     """
     suite, start = model.suite, model.initial_covariance
-    driven = [block for block, density in _densities(suite) if density.any()]
+    driven = [block for block, density in _iterate_densities(suite) if density.any()]
     labels = {b: unit.label for b, unit in zip(suite.blocks, block_units(suite), strict=True)}
     n = suite.n_states
     adjoint, of_noise = np.eye(n), np.zeros((len(suite.sensors), n))
     of_drift = np.zeros((len(driven), n))
-    for step in reversed(list(_steps(model, design, round(t_end / model.step)))):
+    for step in reversed(list(_iterate_steps(model, design, round(t_end / model.step)))):
         for update in reversed(step.updates):
             of_noise[update.sensor] += (adjoint @ update.gain) ** 2 @ update.noise
             adjoint = adjoint @ update.rest
@@ -78,7 +86,7 @@ def error_budget(model: FilterModel, design: ArrayLike, t_end: float) -> ErrorBu
     initial = [f"initial {labels[b]}" for b in suite.blocks]
     if (model.initial_correlation == np.eye(n)).all():
         own = (adjoint**2 * model.initial_sigma**2).reshape(n, -1, 3).sum(axis=2).T
-    else:  # a calibration before left them correlated: what each causes alone is no variance
+    else:  # Correlated initial errors have no separate contributions.
         initial = ["initial errors, correlated"]
         own = np.einsum("ij,jk,ik->i", adjoint, start, adjoint)[None]
     drifts = ["noise of gyro" if b == "attitude" else f"drift of {labels[b]}" for b in driven]
@@ -86,8 +94,8 @@ def error_budget(model: FilterModel, design: ArrayLike, t_end: float) -> ErrorBu
     return ErrorBudget((*initial, *drifts, *noises), np.vstack([own, of_drift, of_noise]))
 
 
-def _densities(suite: Suite) -> Iterator[tuple[str, Floats]]:
-    """For each dynamic block the process-noise density of its own states alone, (n_dynamic,)."""
+def _iterate_densities(suite: Suite) -> Iterator[tuple[str, Floats]]:
+    """Yield each dynamic block and the process-noise density of that block alone, (n_dynamic,)."""
     density = suite.diffusion()
     for i in range(0, len(density), 3):
         own = np.zeros_like(density)
@@ -95,8 +103,7 @@ def _densities(suite: Suite) -> Iterator[tuple[str, Floats]]:
         yield suite.blocks[i // 3], own
 
 
-def _steps(model: FilterModel, design: ArrayLike, last: int) -> Iterator[_Step]:
-    """Transitions and gains of the filter until step `last`."""
+def _iterate_steps(model: FilterModel, design: ArrayLike, last: int) -> Iterator[_Step]:
     motion = Motion.of(model, design, model.n_steps)
     H, R, seen = measurements(model, motion.attitude, motion.rates)
     counts = np.cumsum([0, *(len(sensor.noise()) for sensor in model.suite.sensors)])
@@ -106,7 +113,7 @@ def _steps(model: FilterModel, design: ArrayLike, last: int) -> Iterator[_Step]:
     now, F, Q, unit = np.full(3, np.nan), np.empty(0), np.empty(0), np.empty(0)
     for k, rate in enumerate(motion.rates[:last], 1):
         if (rate != now).any():
-            now, (unit, Q) = rate, _discretized(model, rate)
+            now, (unit, Q) = rate, _discretize(model, rate)
             F = unit
         if follows.size:
             F = F.copy()
@@ -130,14 +137,14 @@ def _update(P: Floats, H: Floats, R: Floats, sensor: int, considered: Ints) -> _
     return _Update(sensor, gain, rest, R)
 
 
-def _discretized(model: FilterModel, rate: Floats) -> tuple[Floats, Floats]:
-    """F, shape (n, n), and Q of each block that is driven, shape (d, n, n), of a step."""
-    from mgeo_attitude.filter.kernel import load_driver  # imports numba
+def _discretize(model: FilterModel, rate: Floats) -> tuple[Floats, Floats]:
+    """Return F, shape (n, n), and Q of each block with process noise, shape (d, n, n)."""
+    from mgeo_attitude.filter.kernel import load_driver  # This import loads numba.
 
     suite, n = model.suite, model.suite.n_states
     A, m, F = suite.dynamics_matrix(rate), suite.n_dynamic, np.eye(n)
     driven = []
-    for _, density in _densities(suite):
+    for _, density in _iterate_densities(suite):
         if density.any():
             F[:m, :m], own = load_driver().discretized(A, density, model.step)
             driven.append(np.zeros((n, n)))

@@ -1,4 +1,4 @@
-"""Both objectives of equation (5) for a batch of designs, compiled and threaded."""
+"""Objectives of equation (5) for a batch of designs, compiled and multithreaded."""
 
 from __future__ import annotations
 
@@ -24,38 +24,39 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Results of n designs.
+    """Filter results of n designs.
+
+    `t_end` and `trace` are NaN for a design whose covariance lost positive definiteness.
 
     Attributes
     ----------
     t_end : array, shape (n,)
-        Time of convergence [s], or the scenario's duration.
+        Convergence time [s]; the scenario's duration if the run did not converge.
     trace : array, shape (n,)
-        Weighted trace of the covariance then.
+        Weighted trace of the covariance at `t_end`.
     variances : array, shape (n, n_steps + 1, n_states) or (0, n_steps + 1, n_states)
-        History of the variances, NaN after `t_end`, if asked for.
+        Variances at every step, NaN after `t_end`. Empty unless requested.
     covariance : array, shape (n, n_states, n_states) or (0, n_states, n_states)
-        Covariance at `t_end`, if asked for.
+        Covariance at `t_end`. Empty unless requested.
     path_angle : array, shape (n, n_path_limits)
-        Least angle [rad] between the direction and the axis of each path limit, less the margin for
-        the unknown attitude; to keep in, the greatest, with the margin. See `path_limits.excess`.
+        Extreme angle [rad] between the direction and the axis of each path constraint, with the
+        margin for the attitude uncertainty. Keep-out: smallest angle less the margin; keep-in:
+        largest angle plus the margin. See `path_limits.excess`.
     t_required : array, shape (n,)
-        Time from which on all required 1-sigmas are met until `t_end` [s]; infinite if they are not
-        met then, or there are none.
+        Time [s] from which on all required 1-sigmas are satisfied until `t_end`. Infinite if one is
+        violated at `t_end` or if there are none.
     wheel_load : array, shape (n, 2)
-        Greatest momentum [N m s] and torque [N m] of a wheel until `t_end`, with a budget; see
-        `momentum.MomentumBudget`. NaN without one.
+        Largest momentum [N m s] and torque [N m] of any wheel until `t_end`; see
+        `momentum.MomentumBudget`. NaN without a budget.
     plan : Schedule
-        What is flown.
-
-    A covariance that lost positivity gives NaN in `t_end` and `trace`.
+        Body rates of the designs.
 
     Examples
     --------
     >>> from mgeo_attitude import FilterModel, Scenario, evaluate
     >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
-    >>> found = evaluate(FilterModel.from_scenario(Scenario.paper()), [design], covariance=True)
-    >>> found.t_end, found.covariance.shape
+    >>> result = evaluate(FilterModel.from_scenario(Scenario.paper()), [design], covariance=True)
+    >>> result.t_end, result.covariance.shape
     (array([2337.]), (1, 18, 18))
     """
 
@@ -79,35 +80,44 @@ def evaluate(
     which: Ints | None = None,
     until: ArrayLike | None = None,
 ) -> Evaluation:
-    """Run the covariance filter over every design, shape (n, 4 m).
+    """Run the covariance filter over every design.
 
-    The result of a design depends on nothing but the model and the design: not on its neighbors in
-    the batch, their order, or the number of threads.
+    The result of a design depends only on the model and the design, not on the rest of the batch,
+    the order of the designs, or the number of threads.
 
-    Designs may be flown by `variants` of the model, all with its one kernel: satellites that differ
-    in numbers of gyro and sensors, such as noise and field of view, in initial and required
-    1-sigmas, and in weights. A sensor of infinite noise is as good as absent, exactly.
+    Each design can be evaluated with its own variant of the model. Variants share one kernel: they
+    may differ in sensor and gyro parameters such as noise and field of view, in initial and
+    required 1-sigmas, and in weights. A sensor with infinite noise is exactly equivalent to an
+    absent sensor.
 
     Parameters
     ----------
+    model : FilterModel
+    designs : array_like, shape (n, 4 m)
+        Rates [deg/s] and duration [s] of each maneuver in turn.
     threads : int, optional
-        Default: the processors this process may use.
+        Default: the number of processors available to this process.
     history : bool
         Whether to return the variances at every step.
     covariance : bool
         Whether to return the covariances at the end.
     variants : sequence of FilterModel, optional
-        Default: the model itself.
+        Default: the model alone.
     which : array of int, shape (n,), optional
-        The variant that flies each design; default: the first.
+        Index of the variant of each design. Default: the first variant.
     until : array_like of int, shape (n,) or (), optional
-        Steps at which runs end, from 1 to n_steps, in place of the rule of convergence: a maneuver
-        that lasts longer is cut short, the last rate is held.
+        Steps at which to end the runs, from 1 to n_steps, instead of the convergence rule. A longer
+        maneuver is cut short; after the last maneuver its rate is held.
 
     Raises
     ------
     ValueError
-        If the kernel of the model does not fit a variant; see `check_variants`.
+        If a variant needs another kernel than the model; see `check_variants`.
+
+    Warns
+    -----
+    RuntimeWarning
+        If the covariance of a design loses positive definiteness.
 
     Examples
     --------
@@ -117,7 +127,7 @@ def evaluate(
     >>> evaluate(model, [design, design], threads=2).t_end
     array([2337., 2337.])
     """
-    from mgeo_attitude.filter.jobs import Batch, run  # imports numba, which takes long
+    from mgeo_attitude.filter.jobs import Batch, run  # Importing numba takes long.
 
     variants = variants or [model]
     check_variants(model, variants)
@@ -130,59 +140,60 @@ def evaluate(
         until = np.clip(plan.over, 1, model.n_steps)
     if until is not None:
         last[:] = until
-        # all that lasts until then, so that designs of one plan and other ends are told apart
-        lasting = batch._replace(plan=dataclasses.replace(plan, over=last))
-        ran = run(model.unending, lasting, last, history, covariance)
+        # The end becomes part of the plan, so that equal plans with different ends are distinct.
+        batch_with_ends = batch._replace(plan=dataclasses.replace(plan, over=last))
+        ran = run(model.unending, batch_with_ends, last, history, covariance)
     elif model.rule != "trace":
-        whole = run(model.endless, batch, last, factor=model.factor)
-        settled = whole.settled if model.rule == "settling" else _required_from(whole)
+        full_run = run(model.endless, batch, last, factor=model.factor)
+        settled = full_run.settled if model.rule == "settling" else _find_required_step(full_run)
         stops = np.clip(settled, plan.over, model.n_steps)
         ran = run(model.endless, batch, stops, history, covariance)
     else:
         ran = run(model, batch, last, history, covariance)
     t_end, trace = model.step * ran.end_step.astype(float), ran.trace
-    lost = np.isnan(trace)
-    if lost.any():
-        first = np.atleast_2d(np.asarray(designs, dtype=float))[np.argmax(lost)]
+    is_lost = np.isnan(trace)
+    if is_lost.any():
+        first = np.atleast_2d(np.asarray(designs, dtype=float))[np.argmax(is_lost)]
         warnings.warn(
-            f"covariance lost positivity in {lost.sum()} of {n} designs, first {first.tolist()}; "
-            "their objectives are NaN",
+            f"the covariance lost positivity in {is_lost.sum()} of {n} designs, first "
+            f"{first.tolist()}. Their objectives are NaN",
             RuntimeWarning,
             stacklevel=2,
         )
-        t_end = np.where(lost, np.nan, t_end)
+        t_end = np.where(is_lost, np.nan, t_end)
     t_required = np.full(n, np.inf)
     if model.monitors.states:
         met = ran.watched[:, -1] > 0.0
-        t_required[met] = model.step * _required_from(ran)[met]
-    full = _symmetric(ran.final, model.suite.n_states)
-    angles, loads = _path_angles(model, ran.watched), _wheel_loads(model, batch, ran.end_step)
+        t_required[met] = model.step * _find_required_step(ran)[met]
+    full = _expand_triangles(ran.final, model.suite.n_states)
+    angles, loads = (
+        _compute_path_angles(model, ran.watched),
+        _compute_wheel_loads(model, batch, ran.end_step),
+    )
     return Evaluation(t_end, trace, ran.record, full, angles, t_required, loads, plan)
 
 
-def _path_angles(model: FilterModel, watched: Floats) -> Floats:
-    """`Evaluation.path_angle` of what the kernel has kept of path limits."""
+def _compute_path_angles(model: FilterModel, watched: Floats) -> Floats:
     limits = model.monitors.limits
     path = watched[:, : len(limits)]
     return np.where([watch.inside for watch in limits], path, -path)
 
 
-def _wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Floats:
-    """`Evaluation.wheel_load` of runs that end at these steps."""
+def _compute_wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Floats:
     if model.budget is None:
         return np.full((len(end_step), 2), np.nan)
-    from mgeo_attitude.filter.wheel_load import wheel_loads  # imports numba
+    from mgeo_attitude.filter.wheel_load import wheel_loads  # Importing numba takes long.
 
     return wheel_loads(model.budget, batch.plan, end_step, step=model.step, threads=batch.threads)
 
 
-def _required_from(ran: Ran) -> Ints:
-    """Step from which on the requirements are met; after the last one if they are not."""
+def _find_required_step(ran: Ran) -> Ints:
+    """Return the first step of the final span with satisfied requirements, or one past the end."""
     return ran.end_step + 1 - np.rint(ran.watched[:, -1]).astype(np.int64)
 
 
-def _symmetric(triangles: Floats, n: int) -> Floats:
-    """Full matrices from lower triangles, shape (m, n (n + 1) / 2)."""
+def _expand_triangles(triangles: Floats, n: int) -> Floats:
+    """Expand lower triangles, shape (m, n (n + 1) / 2), to symmetric matrices, shape (m, n, n)."""
     row, column = triangle(n)
     full = np.empty((len(triangles), n, n))
     full[:, row, column] = triangles
@@ -191,9 +202,9 @@ def _symmetric(triangles: Floats, n: int) -> Floats:
 
 
 def available_threads() -> int:
-    """Processors this process may use, and no more than ``NUMBA_NUM_THREADS`` says.
+    """Return the number of processors available to this process, at most ``NUMBA_NUM_THREADS``.
 
-    joblib sets that variable in the processes it starts, so that they share the processors.
+    joblib sets the environment variable in its worker processes, so that they share the processors.
     """
     if hasattr(os, "sched_getaffinity"):
         processors = len(os.sched_getaffinity(0))

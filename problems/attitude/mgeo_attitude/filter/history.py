@@ -1,4 +1,4 @@
-"""One design sample by sample: what the compiled filter knows, and what its sensors see."""
+"""Sample-by-sample filter results of one design: 1-sigmas, attitudes and measurements."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from mgeo_attitude.maneuvers.motion import Motion
 
 @dataclass(frozen=True)
 class FilterHistory:
-    """A filter run from its start to convergence, n samples.
+    """Results of a filter run from the start to convergence, at n samples.
 
     Attributes
     ----------
     times : array, shape (n,)
-        [s]
+        Time since the start [s].
     trace : array, shape (n,)
         Weighted trace of the covariance.
     sigma : array, shape (n, n_states)
         1-sigma of every state.
     attitude : array, shape (n, 3, 3)
-        GCRS to body.
+        GCRS-to-body matrices.
     covariance : array, shape (n_states, n_states)
         Covariance at the end.
     blocks : tuple of str
-        Names of the state's 3-vectors.
+        Names of the 3-vectors of the state.
     converged : bool
-        False where the run ended at the scenario's duration.
+        False if the run ended at the scenario's duration.
 
     Examples
     --------
@@ -53,24 +53,25 @@ class FilterHistory:
 
     @property
     def t_end(self) -> float:
-        """First objective of equation (5) [s]."""
+        """End of the run [s], the first objective of equation (5)."""
         return float(self.times[-1])
 
 
 def filter_history(model: FilterModel, design: ArrayLike) -> FilterHistory:
-    """The filter of equations (2) to (4) over one design, shape (4 m,).
+    """Run the compiled filter of equations (2) to (4) over one design and return all samples.
 
-    `reference_run` gives the same by filterpy, in a hundred times as long.
+    `reference_run` computes the same history with filterpy and takes about a hundred times as long.
 
     Parameters
     ----------
+    model : FilterModel
     design : array_like, shape (4 m,)
         Rates [deg/s] and duration [s] of each maneuver in turn.
 
     Raises
     ------
     ValueError
-        If the covariance loses positivity, so that nothing follows from it.
+        If the covariance loses positive definiteness.
 
     Examples
     --------
@@ -80,39 +81,49 @@ def filter_history(model: FilterModel, design: ArrayLike) -> FilterHistory:
     >>> bool(history.trace[-1] < history.trace[0])
     True
     """
-    found = evaluate(model, np.atleast_2d(np.asarray(design, dtype=float)), 1, True, True)
-    t_end = found.t_end[0]
+    result = evaluate(model, np.atleast_2d(np.asarray(design, dtype=float)), 1, True, True)
+    t_end = result.t_end[0]
     if np.isnan(t_end):
-        raise ValueError(f"design {np.ravel(design).tolist()}: its covariance loses positivity")
+        raise ValueError(f"the covariance of design {np.ravel(design).tolist()} loses positivity")
     n = round(t_end / model.step) + 1
-    variances = found.variances[0, :n]
+    variances = result.variances[0, :n]
     return FilterHistory(
         times=model.times[:n],
         trace=variances @ model.weights,
         sigma=np.sqrt(variances),
         attitude=Motion.of(model, design, n - 1).attitude,
-        covariance=found.covariance[0],
+        covariance=result.covariance[0],
         blocks=model.suite.blocks,
         converged=bool(t_end < model.longest),
     )
 
 
 def can_measure(model: FilterModel, index: int, attitude: Floats, rates: Floats) -> Bools:
-    """Of the first k + 1 samples those at which a sensor can measure, shape (k + 1,).
+    """Return whether a sensor can measure at each of the first k + 1 samples.
+
+    A measurement requires an available sensor, satisfied field-of-view conditions, and a body rate
+    of at most the sensor's maximum.
 
     Parameters
     ----------
+    model : FilterModel
+    index : int
+        Index of the sensor in the suite.
     attitude : array, shape (k + 1, 3, 3)
-        GCRS to body.
+        GCRS-to-body matrices.
     rates : array, shape (k, 3)
         Body rate in each step [rad/s].
+
+    Returns
+    -------
+    array of bool, shape (k + 1,)
     """
-    flown = slice(len(attitude))
-    sensor, mask = model.suite.sensors[index], model.available[flown, index].copy()
+    samples = slice(len(attitude))
+    sensor, mask = model.suite.sensors[index], model.available[samples, index].copy()
     for view in sensor.views():
-        looked_at, radius = model.references[flown, index], np.zeros(len(attitude))
+        looked_at, radius = model.references[samples, index], np.zeros(len(attitude))
         if view.direction:
-            looked_at, radius = model.direction(view.direction, flown)
+            looked_at, radius = model.direction(view.direction, samples)
         cosine = np.einsum("kij,kj->ki", attitude, looked_at) @ view.axis
         mask &= (cosine >= np.cos(view.half_angle + radius)) == view.inside
     mask[1:] &= np.einsum("ki,ki->k", rates, rates) <= sensor.max_rate() ** 2
@@ -122,21 +133,26 @@ def can_measure(model: FilterModel, index: int, attitude: Floats, rates: Floats)
 def measurements(
     model: FilterModel, attitude: Floats, rates: Floats
 ) -> tuple[Floats, Floats, Bools]:
-    """H and the diagonal of R of all m rows of sensors, and which are seen, at every sample.
+    """Return the measurement matrices, noise variances and availability of all m measurement rows.
 
     Parameters
     ----------
+    model : FilterModel
     attitude, rates : arrays
         See `can_measure`.
 
     Returns
     -------
-    H, R, seen : arrays, shapes (n_steps + 1, m, n_states), (m,) and (n_steps + 1, m)
+    H : array, shape (n_steps + 1, m, n_states)
+    R : array, shape (m,)
+        Noise variances.
+    seen : array of bool, shape (n_steps + 1, m)
+        Whether each row is measured at each sample.
     """
     H: list[Floats] = []
     R: list[float] = []
     seen: list[Bools] = []
-    before = np.vstack([rates[:1], rates])  # of the step that leads to a sample
+    before = np.vstack([rates[:1], rates])  # A sample has the rate of the step before it.
     for index, sensor in enumerate(model.suite.sensors):
         v, *gradient = (
             np.einsum("kij,kj->ki", attitude, model.references[:, row])

@@ -1,10 +1,10 @@
-"""Runs a batch of designs, split into jobs: what designs begin with in common is run once.
+"""Job scheduling for a batch of designs: a common initial part of several designs runs only once.
 
-The designs of a batch are read as sequences of body rates, one a step. Sorted, designs with a
-common beginning are neighbors, and the steps that neighbors have in common define a tree: a job is
-an edge of it, from the step at which it leaves another job to the step at which others leave it,
-or to convergence. The batch of a generation of MGEO, whose candidates differ from a walker in one
-variable, has much in common; random designs have nothing and give one job each.
+A design is a sequence of body rates, one per step. After sorting, designs with a common initial
+part are neighbors, and the lengths of the common parts define a tree. A job is an edge of this
+tree: it starts where it branches off its parent job and ends where other jobs branch off, or at
+the end of the run. In one generation of MGEO each candidate differs from its walker in one
+variable, so that much is shared. Random designs share nothing and give one job each.
 """
 
 from __future__ import annotations
@@ -24,28 +24,28 @@ from mgeo_attitude.filter.variants import constants_of, dynamics_of, initial_val
 from mgeo_attitude.maneuvers.schedule import Schedule
 from mgeo_attitude.sensors.gyro import is_uneven
 
-#: Deeper than every point of parting.
+#: Depth of a leaf, larger than the depth of any branching point.
 _LEAF = np.iinfo(np.int64).max
-#: Beginnings shorter than this many steps are not worth a copy of the state.
-_WORTHWHILE = 16
+#: Least number of common steps for which storing the state pays off.
+_LEAST_COMMON = 16
 
 
 class Jobs(NamedTuple):
-    """n jobs; each comes after the one it leaves.
+    """Table of n jobs, each after its parent.
 
     Attributes
     ----------
     design : array, shape (n,)
-        A design to which all steps of the job belong.
+        A design that contains all steps of the job.
     begin, end : arrays, shape (n,)
-        Steps it runs from and to; `end` is -1 for a job that runs to the design's end.
+        First and last step; `end` is -1 if the job runs to the end of the design.
     parent : array, shape (n,)
-        Job whose final state it starts from; -1 for the initial state, -1 - k for that of variant k
-        of the model.
+        Job whose final state is the initial state of this job; -1 - k for the initial state of
+        variant k of the model.
     snapshot : array, shape (n,)
-        Number of the stored state it leaves behind; -1 for none.
+        Slot in which the final state is stored; -1 if no other job needs it.
     twin : array, shape (n_designs,)
-        For each design the equal one that is run.
+        For each design, the equal design that is run in its place.
     """
 
     design: Ints
@@ -57,31 +57,40 @@ class Jobs(NamedTuple):
 
 
 def separate(variants: Ints) -> Jobs:
-    """Every design, flown by these variants of the model, shape (n,), a job of its own."""
+    """Return jobs that each run one whole design.
+
+    Parameters
+    ----------
+    variants : array, shape (n,)
+        Model variant of each design.
+    """
     n = len(variants)
     each, none = np.arange(n), np.full(n, -1)
     return Jobs(each, np.zeros(n, dtype=np.int64), none, -1 - variants, none, each)
 
 
 def shared(rates: Floats, starts: Ints, over: Ints, n_steps: int, variants: Ints) -> Jobs:
-    """Jobs in which common beginnings of a variant are run once, and equal designs too.
+    """Return jobs that run equal designs, and common initial parts of designs, only once.
+
+    Only designs with the same model variant share steps.
 
     Parameters
     ----------
     rates : array, shape (n, m, 3)
+        Body rates [rad/s].
     starts, over : arrays, shapes (n, m) and (n,)
         See `maneuvers.schedule.Schedule`.
     n_steps : int
         Length of the longest run.
     variants : array, shape (n,)
-        Variant of the model that flies each design.
+        Model variant of each design.
     """
     if len(rates) == 0:
         return separate(variants)
     ends = np.column_stack([starts[:, 1:], over])
     plans = np.concatenate([rates, ends[:, :, None]], axis=2).reshape(len(rates), -1)
     keys = np.column_stack([variants, plans])
-    # the bytes of a row's numbers, the most significant first, which numpy compares at once
+    # Big-endian bytes let numpy compare whole rows in one operation.
     rows = (keys + 0.0).astype(">f8", order="C").view(f"V{8 * keys.shape[1]}")
     order = np.argsort(rows[:, 0], kind="stable")
     ordered = keys[order]
@@ -90,37 +99,36 @@ def shared(rates: Floats, starts: Ints, over: Ints, n_steps: int, variants: Ints
     unique = order[differs]
     twin = np.empty(len(order), dtype=np.int64)
     twin[order] = unique[np.cumsum(differs) - 1]
-    common = _common_steps(rates[unique], ends[unique])
-    # Nobody may end, nor be tested for convergence, before the designs part.
+    common = _count_common_steps(rates[unique], ends[unique])
+    # No design may end, or be tested for convergence, before it branches off.
     limit = np.minimum(over[unique], n_steps) - 1
     common = np.minimum(common, np.minimum(limit[1:], limit[:-1]))
-    common[common < _WORTHWHILE] = 0
+    common[common < _LEAST_COMMON] = 0
     common[variants[unique[1:]] != variants[unique[:-1]]] = 0
-    jobs = _tree(unique, common, twin)
+    jobs = _build_tree(unique, common, twin)
     initial = -1 - variants[jobs.design]
     return jobs._replace(parent=np.where(jobs.parent < 0, initial, jobs.parent))
 
 
-def _common_steps(rates: Floats, ends: Ints) -> Ints:
-    """Steps that each of n sorted designs has in common with the next, shape (n - 1,)."""
+def _count_common_steps(rates: Floats, ends: Ints) -> Ints:
+    """Count the steps that each of n sorted designs shares with the next, shape (n - 1,)."""
     same_rate = (rates[1:] == rates[:-1]).all(axis=2)
     same = same_rate & (ends[1:] == ends[:-1])
     count = np.minimum.accumulate(same, axis=1).sum(axis=1)
-    first = np.minimum(count, ends.shape[1] - 1)  # the maneuver in which they part
+    first = np.minimum(count, ends.shape[1] - 1)  # This maneuver is the first to differ.
     row = np.arange(len(first))
     begin = np.where(first > 0, ends[row, first - 1], 0)
     both = np.minimum(ends[1:][row, first], ends[:-1][row, first])
     return np.where(same_rate[row, first], np.maximum(both, begin), begin)
 
 
-def _tree(unique: Ints, common: Ints, twin: Ints) -> Jobs:
-    """Jobs from sorted designs and the steps that neighbors have in common."""
-    depth, parent, design = _nodes(unique, common)
+def _build_tree(unique: Ints, common: Ints, twin: Ints) -> Jobs:
+    depth, parent, design = _build_nodes(unique, common)
 
-    # In the order of their first steps, which puts a job after the one it leaves.
+    # Jobs are in the order of their first steps, so that a parent comes before its children.
     begin = depth[parent[1:]]
     order = np.argsort(begin, kind="stable")
-    place = np.append(np.argsort(order), -1)  # the root, at -1, is no job
+    place = np.append(np.argsort(order), -1)  # The root, at index -1, is not a job.
     end = depth[1:][order]
     inner = end < _LEAF
     return Jobs(
@@ -134,11 +142,11 @@ def _tree(unique: Ints, common: Ints, twin: Ints) -> Jobs:
 
 
 @entry("UniTuple(int64[::1], 3)(int64[::1], int64[::1])")
-def _nodes(unique: Ints, common: Ints) -> tuple[Ints, Ints, Ints]:
-    """Depths, parents and designs of the nodes of the tree.
+def _build_nodes(unique: Ints, common: Ints) -> tuple[Ints, Ints, Ints]:
+    """Return depth, parent and design of each tree node.
 
-    They are the root (0), the designs and the points where designs part. Those on the way from the
-    root to the current design are on a stack.
+    The nodes are the root (node 0), the designs, and the branching points. A stack holds the path
+    from the root to the current design.
     """
     most = 2 * len(unique) + 1
     depth, parent = np.zeros(most, dtype=np.int64), np.full(most, -1)
@@ -162,7 +170,7 @@ def _nodes(unique: Ints, common: Ints) -> tuple[Ints, Ints, Ints]:
 
 
 class Batch(NamedTuple):
-    """Designs, what flies each of them and in how many threads; see `evaluate`."""
+    """Designs with the model variant of each design and the number of threads; see `evaluate`."""
 
     variants: Sequence[FilterModel]
     flown_by: Ints
@@ -171,7 +179,7 @@ class Batch(NamedTuple):
 
 
 class Ran(NamedTuple):
-    """What the driver leaves of n designs; see `driver.run`."""
+    """Results of n designs as the driver writes them; see `driver.run`."""
 
     end_step: Ints
     settled: Ints
@@ -189,12 +197,26 @@ def run(
     covariance: bool = False,
     factor: float = 0.0,
 ) -> Ran:
-    """Run the designs until they converge or stop, in whatever threads there are."""
+    """Run every design of a batch until it converges or reaches its last step.
+
+    Parameters
+    ----------
+    model : FilterModel
+    batch : Batch
+    stops : array of int, shape (n,)
+        Last allowed step of each design.
+    history : bool
+        Whether to record the variances at every step.
+    covariance : bool
+        Whether to return the covariances at the end.
+    factor : float
+        Factor of a settled trace; 0 to skip the settling step.
+    """
     variants, flown_by, plan, threads = batch
     suite, n, monitors = model.suite, len(stops), model.monitors
     kernel, driver = load_kernel(suite, model.gated, monitors), load_driver()
     at = layout(suite, model.gated, monitors)
-    # A history is recorded step by step, so every design is then run by itself from the start.
+    # Recording a history requires that every design runs separately from the start.
     jobs = (
         separate(flown_by)
         if history
@@ -205,10 +227,10 @@ def run(
     record[:, 0] = np.array([each.initial_sigma**2 for each in variants])[flown_by[: len(record)]]
     end_step, settled, trace = np.zeros(n, np.int64), np.zeros(n, np.int64), np.empty(n)
     watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
-    # Room for states that jobs leave, as `driver.save` does; the last ones are those at time zero.
-    left = np.count_nonzero(jobs.snapshot >= 0)
-    states = np.zeros((left + len(variants), at.rotation + model.window_steps + 1))
-    states[left:, : at.rotation + 1] = initial_values(model, variants)[::-1]
+    # States stored by `driver.save` come first, the initial states of the variants last.
+    n_stored = np.count_nonzero(jobs.snapshot >= 0)
+    states = np.zeros((n_stored + len(variants), at.rotation + model.window_steps + 1))
+    states[n_stored:, : at.rotation + 1] = initial_values(model, variants)[::-1]
     matrices, densities = dynamics_of(variants)
     arguments: tuple[Any, ...] = (
         (kernel.step.address, kernel.check.address, lanes()),
@@ -227,7 +249,7 @@ def run(
             densities,
             np.array(transition_pattern(suite)),
             model.step,
-            (model.by_polynomials or plan.free is not None) and _alike(densities),
+            (model.by_polynomials or plan.free is not None) and _is_isotropic(densities),
         ),
         model.table,
         constants_of(model, variants),
@@ -237,9 +259,9 @@ def run(
         (watched, final),
         record,
     )
-    others = min(threads, n_jobs) - 1
-    with ThreadPoolExecutor(max(others, 1)) as pool:  # it makes no thread before it needs one
-        futures = [pool.submit(driver.run, *arguments) for _ in range(others)]
+    n_helpers = min(threads, n_jobs) - 1
+    with ThreadPoolExecutor(max(n_helpers, 1)) as pool:  # Threads start only when they are needed.
+        futures = [pool.submit(driver.run, *arguments) for _ in range(n_helpers)]
         driver.run(*arguments)
     for future in futures:
         future.result()
@@ -248,6 +270,6 @@ def run(
     return Ran(end_step[twin], settled[twin], trace[twin], watched[twin], final, record)
 
 
-def _alike(densities: Floats) -> bool:
-    """Whether gyros of a bias alone are as noisy about each axis: see `polynomials`."""
+def _is_isotropic(densities: Floats) -> bool:
+    """Return whether the gyro has only bias states and equal noise about all axes."""
     return densities.shape[1] == 6 and not is_uneven(densities)

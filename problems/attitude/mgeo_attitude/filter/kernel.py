@@ -1,9 +1,9 @@
-"""Finds, or generates and compiles, the filter step of a sensor suite, and the driver of all.
+"""Loading, generation and compilation of the kernel of a sensor suite and of the common driver.
 
-A module lives in the user's cache folder under a hash of its text and of everything
-that goes into its compilation; numba keeps the machine code beside it. So a suite is compiled once
-per machine. Two processes that start at once both compile and write the same bytes; threads of one
-process take turns.
+A module is stored in the user's cache folder under a hash of its source and of everything that
+affects its compilation; numba stores the machine code next to it. A suite is therefore compiled
+once per machine. Two processes that start at the same time both compile and write the same bytes;
+threads of one process take turns.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ from mgeo_attitude.sensors.suite import Suite
 
 _log = logging.getLogger(__name__)
 
-# A module is in sys.modules before it has been executed.
+# The lock is needed because a module is in sys.modules before its execution has finished.
 _loading = threading.Lock()
 
 
 @cache
 def lanes() -> int:
-    """Candidates that one kernel call advances together: what fills a vector register."""
+    """Return the number of candidates per kernel call: the float64 values in a vector register."""
     features = llvmlite.binding.get_host_cpu_features()
     return 8 if features.get("avx512f") else 4
 
@@ -54,21 +54,22 @@ def lanes() -> int:
 def load_kernel(
     suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS
 ) -> ModuleType:
-    """Module of a suite, whose C functions ``step`` and ``check`` the driver calls.
+    """Return the module of a suite, with the C functions ``step`` and ``check`` for the driver.
 
     Parameters
     ----------
+    suite : Suite
     gated : tuple of bool
-        Which sensors are not available at every sample.
+        For each sensor, whether it is unavailable at some samples.
     monitors : Monitors
-        What is watched along a run.
+        Path constraints and required 1-sigmas to monitor.
     """
     return load_module("kernel", module_source(suite, gated, monitors, lanes()), [lanewise])
 
 
 @cache
 def load_driver() -> ModuleType:
-    """Compiled module of the text of `driver.py`; see its function ``run``."""
+    """Return the compiled module of `driver.py`, with the function ``run``."""
     source = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
     return load_module("driver", source, [discretization, polynomials, lanewise])
 
@@ -106,14 +107,14 @@ def load_module(
 
 
 def _load(kind: str, name: str, source: str, part: str) -> None:
-    """Execute a module from the cache folder, or from memory where the folder is not writable."""
+    """Execute a module from the cache folder, or in memory if the folder is not writable."""
     folder = Path(os.environ.get("MGEO_CACHE_DIR") or platformdirs.user_cache_dir("mgeo"))
     path = folder / f"{kind}s" / f"{name}.py"
     cached = any(path.parent.glob(f"__pycache__/{name}.*.nbi"))
     if not cached:
         what = f"the {kind} of the filter{part and f' ({part})'}"
         _log.warning(f"compiling {what}, once per machine (some seconds)")
-    begun = time.perf_counter()
+    start = time.perf_counter()
     try:
         if not path.exists():
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -121,18 +122,18 @@ def _load(kind: str, name: str, source: str, part: str) -> None:
         _execute(name, str(path), source)
     except OSError as error:
         warnings.warn(
-            f"kernel cache {folder} cannot be used ({error}); compiling in memory, again in every "
-            "process. Set MGEO_CACHE_DIR to a folder of your own.",
+            f"the kernel cache {folder} cannot be used ({error}); compiling in memory, in every "
+            "process anew. Set MGEO_CACHE_DIR to a writable folder.",
             stacklevel=3,
         )
         _execute(name, name, source.replace("cache=True", "cache=False"))
     else:
         if not cached:
-            _log.warning(f"compiled in {time.perf_counter() - begun:.1f} s, kept in {folder}")
+            _log.warning(f"compiled in {time.perf_counter() - start:.1f} s, stored in {folder}")
 
 
 def _execute(name: str, filename: str, source: str) -> None:
-    """Put a module into sys.modules, where numba looks for it already while it is executed."""
+    """Execute a module, registered in sys.modules first because numba looks the module up there."""
     module = sys.modules[name] = ModuleType(name)
     try:
         exec(compile(source, filename, "exec"), module.__dict__)
@@ -142,9 +143,19 @@ def _execute(name: str, filename: str, source: str) -> None:
 
 
 def transition(suite: Suite, rate: Sequence[float], duration: float) -> tuple[Floats, Floats]:
-    """F and Q of the dynamic states over a step at constant rate, equation (7).
+    """Return F and Q of the dynamic states over a step at constant rate, equation (7).
 
-    Both are of shape (n_dynamic, n_dynamic), for a body rate [rad/s] and the step's duration [s].
+    Parameters
+    ----------
+    suite : Suite
+    rate : sequence of float, shape (3,)
+        Body rate [rad/s].
+    duration : float
+        Length of the step [s].
+
+    Returns
+    -------
+    F, Q : arrays, shape (n_dynamic, n_dynamic)
     """
     A, density = suite.dynamics_matrix(np.array(rate)), suite.diffusion()
     F, Q = load_driver().discretized(A, density, duration)

@@ -1,11 +1,11 @@
-"""Compiles arithmetic into vector instructions, one candidate in each lane.
+"""Compiler from scalar arithmetic to vector instructions, with one candidate in each lane.
 
-The text is lines like ``t1 = W[3] * W[5]`` and ``W[3] = t1``, and loops over slots. It means one
-candidate; here every name becomes a vector of as many candidates as there are lanes.
-LLVM's own vectorizer gets to the same instructions from a loop over the lanes, but needs ten times
-as long.
+The source has lines such as ``t1 = W[3] * W[5]`` and ``W[3] = t1``, and loops over slots. It is
+written for one candidate; here every name becomes a vector of one value per lane. LLVM's own
+vectorizer would derive the same instructions from a loop over the lanes, but takes ten times as
+long.
 
-Also what else numba lacks and LLVM has: calls by address, atomic access to int64 arrays.
+The module also provides what numba lacks: calls by address, and atomic access to int64 arrays.
 """
 
 from __future__ import annotations
@@ -19,26 +19,27 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-# No nnan and ninf: a covariance that breaks down must show as NaN. No reassoc: sums are in the
-# order that fuses into multiply-adds best as they are written.
+# Without nnan and ninf, a covariance that breaks down shows as NaN. Without reassoc, sums keep the
+# written order, which fuses best into multiply-adds.
 _FLAGS = ("nsz", "arcp", "contract")
 _INTEGER = ir.IntType(64)
 _OPERATORS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 
 
 def lanewise(text: str, lanes: int) -> Any:
-    """A function ``f(W)`` for compiled code that runs `text` for all lanes at once.
+    """Return a function ``f(W)``, for use in compiled code, that runs `text` for all lanes at once.
 
-    W is a pointer to float64: ``W[k]`` in the text is a lane's ``W[k * lanes + lane]``.
+    W is a pointer to float64: ``W[k]`` in the text is ``W[k * lanes + lane]`` of each lane.
 
     Parameters
     ----------
     text : str
         Assignments to names or ``W[k]`` of expressions of names, ``W[k]``, numbers, ``+ - * /``,
         ``sqrt(x)`` and ``a if x >= y else b``; and loops ``for i in range(start, stop, step)`` of
-        assignments to new names or ``W[k]``. There k, start and stop are integer expressions of
+        assignments to new names or ``W[k]``. The integers k, start and stop are expressions of
         ``+``, ``*``, ``// 2`` and ``a if i >= j else b`` without negative values.
     lanes : int
+        Number of candidates.
 
     Raises
     ------
@@ -58,18 +59,18 @@ def lanewise(text: str, lanes: int) -> Any:
 
 
 def _function(module: ir.Module, lines: Sequence[ast.stmt], lanes: int) -> ir.Function:
-    """Of its own within the module: a compiler's time grows faster than a function."""
+    """Compile lines to a separate function, as compile time grows faster than function size."""
     kind = ir.FunctionType(ir.VoidType(), [ir.DoubleType().as_pointer()])
     function = ir.Function(module, kind, module.get_unique_name("lanewise"))
     function.linkage = "internal"
     attributes = function.attributes
     attributes.add("noinline")
-    # What does not fit the registers goes to the stack: there too a vector across two cache lines
-    # takes twice as long.
-    attributes.add("nounwind")  # llvmlite does not write the next one alone
+    # Values that do not fit the registers go to the stack, where a vector across two cache lines
+    # also takes twice as long.
+    attributes.add("nounwind")  # llvmlite writes `alignstack` only with another attribute.
     attributes.alignstack = 8 * lanes
     if any(isinstance(line, ast.For) for line in lines):
-        attributes.add("optsize")  # loops are there to be short: none is unrolled
+        attributes.add("optsize")  # This prevents unrolling, which would exceed the cache.
     builder = ir.IRBuilder(function.append_basic_block())
     writer = _Writer(builder, lanes, function.args[0])
     for line in lines:
@@ -79,7 +80,7 @@ def _function(module: ir.Module, lines: Sequence[ast.stmt], lanes: int) -> ir.Fu
 
 
 class _Writer:
-    """Writes one instruction for every operation, in the order of the text."""
+    """Translator that writes one instruction for every operation, in the order of the text."""
 
     def __init__(self, builder: ir.IRBuilder, lanes: int, W: ir.Value) -> None:
         self.builder, self.lanes, self.W = builder, lanes, W
@@ -109,7 +110,7 @@ class _Writer:
     def loop(
         self, name: str, start: ir.Value, stop: ir.Value, step: int, body: Sequence[ast.stmt]
     ) -> None:
-        """Write a loop; names of its body are unknown outside, and none carries a value over."""
+        """Write a loop; names of its body are local to one pass and undefined after the loop."""
         builder, values, outside = self.builder, dict(self.values), self.outside
         before, inside = builder.block, builder.append_basic_block(name)
         after = builder.append_basic_block(f"after_{name}")
@@ -152,7 +153,7 @@ class _Writer:
         raise ValueError(f"{ast.unparse(node)}: expected arithmetic of names, W[k] and numbers")
 
     def slot(self, k: ast.expr) -> ir.Value:
-        """Pointer to the vector of value k. What is constant in k comes last, as an offset."""
+        """Return a pointer to the vector of value k, with the constant part of k as an offset."""
         constant, first = 0, self.W
         while isinstance(k, ast.BinOp) and isinstance(k.op, ast.Add):
             match k.right:
@@ -193,7 +194,7 @@ _ALIGNMENT = 8
 
 @intrinsic
 def call(typing_context: Any, function: Any, pointer: Any) -> Any:
-    """Call a C function ``void f(double *)`` by its address, with an address; both are int64."""
+    """Call the C function ``void f(double *)`` at address `function` with the address `pointer`."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         values = ir.DoubleType().as_pointer()
@@ -206,7 +207,7 @@ def call(typing_context: Any, function: Any, pointer: Any) -> Any:
 
 @intrinsic
 def fetch_add(typing_context: Any, counter: Any, amount: Any) -> Any:
-    """``old = counter[0]; counter[0] += amount; return old`` in one indivisible step."""
+    """Add `amount` to ``counter[0]`` atomically and return the previous value."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         first = _pointer(context, builder, signature, args[0], context.get_constant(types.int64, 0))
@@ -217,7 +218,7 @@ def fetch_add(typing_context: Any, counter: Any, amount: Any) -> Any:
 
 @intrinsic
 def store_release(typing_context: Any, flags: Any, index: Any, value: Any) -> Any:
-    """``flags[index] = value``, after everything this thread wrote before."""
+    """Set ``flags[index] = value`` atomically, after all earlier writes of this thread."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         place = _pointer(context, builder, signature, args[0], args[1])
@@ -229,7 +230,7 @@ def store_release(typing_context: Any, flags: Any, index: Any, value: Any) -> An
 
 @intrinsic
 def load_acquire(typing_context: Any, flags: Any, index: Any) -> Any:
-    """``flags[index]``; what its writer wrote before storing it is then seen as well."""
+    """Return ``flags[index]``, read atomically; the storing thread's earlier writes are visible."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         place = _pointer(context, builder, signature, args[0], args[1])

@@ -1,4 +1,4 @@
-"""What a generated kernel is made for, and what it keeps of each candidate where: its slots."""
+"""Parameters of a generated kernel, and the slots of a candidate's values in its workspace."""
 
 from __future__ import annotations
 
@@ -19,17 +19,18 @@ from mgeo_attitude.sensors.world import World
 
 
 class Watch(NamedTuple):
-    """A path limit as the kernel watches it: the greatest `path_limits.excess` so far [rad].
+    """Path constraint as a kernel monitors it; the monitored value is `path_limits.excess` [rad].
 
     Attributes
     ----------
     direction : str
+        Name of the direction.
     inside : bool
-        Whether the direction must stay in the cone.
+        Whether the direction must stay inside the cone.
     disc : bool
-        Whether its angle counts from a limb.
+        Whether the angle is measured from the limb of a disc.
     margin : bool
-        Whether there is one for the unknown attitude.
+        Whether a margin for the attitude uncertainty applies.
     """
 
     direction: str
@@ -45,15 +46,15 @@ class Watch(NamedTuple):
 
 @dataclass(frozen=True)
 class Monitors:
-    """What is watched of every design along its run, beside the filter itself.
+    """Quantities monitored along every run in addition to the filter.
 
     Attributes
     ----------
     limits : tuple of Watch
-        Path limits.
+        Path constraints.
     states : tuple of int
-        States with a required 1-sigma. If there are any, one value follows: at how many samples up
-        to now, without a break, all requirements have been met.
+        States with a required 1-sigma. If there are any, one more value counts the consecutive
+        samples, up to the current one, at which all requirements are satisfied.
     """
 
     limits: tuple[Watch, ...] = ()
@@ -68,15 +69,33 @@ NO_MONITORS = Monitors()
 
 
 class Layout(NamedTuple):
-    """First slot of each kind of value, in this order.
+    """First workspace slot of each kind of value, in increasing order.
 
-    The covariance is before all others, from slot 0 on. It, the `attitude` and the `monitors` are a
-    candidate's state; `rotation`, `F` and `Q` are those of one step of its maneuver. `trace` and
-    `pivot` are what `step` and `check` find. Loops keep in `scratch` what they hand on. `given` are
-    what the orbit gives at the step; the `constants` are the same for all candidates. A maneuver's
-    `rate`, squared [rad²/s²], is there only if a sensor has a greatest one; its `turn` only if
-    there are path limits: the unit axis of what a step turns by, the angle, its sine and cosine.
-    The `omega` itself [rad/s] is there only if a sensor has a delay.
+    Slot 0 starts the covariance. Covariance, `attitude` and `monitors` are the state of a
+    candidate.
+
+    Attributes
+    ----------
+    attitude : int
+        GCRS-to-body matrix, 9 values.
+    monitors : int
+        See `Monitors`.
+    rotation, F, Q : int
+        Rotation matrix, transition and process noise of one step of the current maneuver.
+    turn : int
+        Unit axis, angle, sine and cosine of the rotation in one step; only with path constraints.
+    rate : int
+        Squared body rate [rad²/s²]; only if a sensor has a maximum rate.
+    omega : int
+        Body rate [rad/s]; only if a sensor has a measurement latency.
+    trace, pivot : int
+        Results of ``step`` and ``check``.
+    scratch : int
+        Intermediate values of loops.
+    given : int
+        Row of the orbit table, see `given_columns`.
+    constants : int
+        Constants of the model variant, see `variants.constants_of`.
     """
 
     attitude: int
@@ -96,30 +115,40 @@ class Layout(NamedTuple):
 
 @cache
 def layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS) -> Layout:
-    """Workspace of a suite; `gated` tells which sensors are not available at every sample.
+    """Return the workspace layout of a suite.
 
-    Given is a row of `FilterModel.table`, see `given_columns`.
+    Parameters
+    ----------
+    suite : Suite
+    gated : tuple of bool
+        For each sensor, whether it is unavailable at some samples.
+    monitors : Monitors
     """
     n, m = suite.n_states, suite.n_kinematic
     given = given_columns(suite, gated, monitors)["end"]
     n_transition = len(transition_pattern(suite))
-    rated = any(sensor.max_rate() < np.inf for sensor in suite.sensors)
-    kept, maneuver = [slots_of(n), 9, monitors.total], [9, n_transition, slots_of(m)]
-    late = any(sensor.delay() for sensor in suite.sensors)
-    optional = [6 if monitors.limits else 0, int(rated), 3 if late else 0]
-    return Layout(*accumulate([*kept, *maneuver, *optional, 1, 1, slots_of(n), given]))
+    has_rate = any(sensor.max_rate() < np.inf for sensor in suite.sensors)
+    state, maneuver = [slots_of(n), 9, monitors.total], [9, n_transition, slots_of(m)]
+    has_latency = any(sensor.delay() for sensor in suite.sensors)
+    optional = [6 if monitors.limits else 0, int(has_rate), 3 if has_latency else 0]
+    return Layout(*accumulate([*state, *maneuver, *optional, 1, 1, slots_of(n), given]))
 
 
 def given_columns(
     suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS
 ) -> dict[str, int]:
-    """First column in `FilterModel.table` of each part of it, and the ``end``.
+    """Return the first column of each part of `FilterModel.table`, and the width as ``end``.
 
-    The ``references`` of sensors, and their gradients. ``off NAME`` of each direction that path
-    limits look at: at the end of the step to the sample, by how much it has moved, and whether it
-    appears in the step; of a disc radius and its change, too. ``view NAME`` of each that sensors
-    look at, at the sample, and of a disc cosine and sine of the radius. Whether each gated sensor
-    is ``available``; before that what ``influences`` are times.
+    The parts are, in order:
+
+    - ``references``: vectors measured by the sensors, and their gradients.
+    - ``off NAME``, for each direction of a path constraint: the direction at the sample, its change
+      in the step before, and 1 if it appears in that step; for a disc also the radius and its
+      change.
+    - ``view NAME``, for each direction of a field of view: the direction at the sample; for a disc
+      also the cosine and sine of the radius.
+    - ``influences``: factors of the bias sensitivities.
+    - ``available``: availability of each gated sensor.
     """
     widths = {"references": 3 * suite.n_vectors}
     for name in watched_directions(monitors):
@@ -131,32 +160,32 @@ def given_columns(
 
 
 def directions_of(suite: Suite, monitors: Monitors = NO_MONITORS) -> tuple[str, ...]:
-    """Directions that path limits, and then sensors, look at; each once."""
+    """Return the directions of path constraints and of fields of view, without duplicates."""
     return tuple(dict.fromkeys([*watched_directions(monitors), *viewed_directions(suite)]))
 
 
 def watched_directions(monitors: Monitors) -> tuple[str, ...]:
-    """Those that path limits look at."""
+    """Return the directions of path constraints, without duplicates."""
     return tuple(dict.fromkeys(watch.direction for watch in monitors.limits))
 
 
 def viewed_directions(suite: Suite) -> tuple[str, ...]:
-    """Those that sensors look at."""
+    """Return the directions of the sensors' fields of view, without duplicates."""
     names = (view.direction for sensor in suite.sensors for view in sensor.views())
     return tuple(dict.fromkeys(name for name in names if name))
 
 
 def is_disc(name: str) -> bool:
-    """Whether a direction is that of a disc."""
+    """Return whether a direction points to a disc with an apparent radius."""
     return DIRECTIONS[name].radius is not None
 
 
 @cache
 def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
-    """Entries of exp(A dt), for any rate, in the rows of the kinematic states that change.
+    """Return the (row, column) entries of exp(A dt) that can be nonzero, without constant rows.
 
-    They are the transitive closure of A's pattern. A state without dynamics and without process
-    noise is constant: its row stays the identity's and is left out.
+    The entries are the transitive closure of the pattern of A at any rate. A state without dynamics
+    and process noise has a row of the identity, which is left out.
     """
     k = suite.n_kinematic
     generic = np.zeros((k, k), dtype=bool)
@@ -170,19 +199,20 @@ def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
 
 
 class Traits(NamedTuple):
-    """What a compiled kernel depends on: equal in all models that one kernel serves.
+    """Properties that determine a compiled kernel: models with equal traits share a kernel.
 
     Attributes
     ----------
     states : tuple of str
         Blocks of the suite.
     considered_states : tuple of int
+        States that are not estimated.
     directions_in_view : tuple of (str, bool)
-        Directions of path limits and of sensors' views, and whether they have to be inside.
+        Directions of path constraints and fields of view, and whether they must be inside.
     number_of_constants : int
-        Number of constants of a filter step that instruments and path limits have.
+        Number of step constants of instruments and path constraints.
     measurements : tuple of bytes
-        H of each sensor, see `slopes`.
+        Measurement matrix of each sensor, see `slopes`.
     """
 
     states: tuple[str, ...]
@@ -194,11 +224,15 @@ class Traits(NamedTuple):
 
 @lru_cache(maxsize=1000)
 def slopes(sensor: Sensor, world: World) -> bytes:
-    """H of a sensor, somewhere: its numbers are part of the kernel."""
+    """Return the bytes of a sensor's measurement matrix at a fixed test attitude.
+
+    The kernel contains the numbers of the measurement model, so equal bytes are required to share
+    it.
+    """
     suite, somewhere = Suite(Gyro(), (sensor,), world), np.array([0.36, -0.48, 0.8])
     gradient = [np.roll(somewhere, k + 1) for k in range(suite.n_gradient(sensor))]
     follows = [1.0] * len(sensor.influences)
     H = suite.measurement_matrix(
         sensor, somewhere, gradient=gradient, rate=somewhere, influences=follows
     )
-    return bytes((H + 0.0).tobytes())  # no negative zero
+    return bytes((H + 0.0).tobytes())  # Adding zero removes the sign of negative zeros.

@@ -1,4 +1,4 @@
-"""What a filter run needs of a scenario, as arrays: the same for every design."""
+"""Arrays that a filter run needs of a scenario, independent of the design."""
 
 from __future__ import annotations
 
@@ -39,60 +39,64 @@ from mgeo_attitude.sensors.suite import Suite
 
 @dataclass(frozen=True)
 class FilterModel:
-    """A sensor suite along an orbit, with initial uncertainty and convergence rule.
+    """Sensor suite along an orbit, with initial uncertainty and convergence rule.
 
     Attributes
     ----------
     suite : Suite
+        Gyro and sensors.
     step : float
         Filter step [s].
     references : array, shape (n_steps + 1, n_vectors, 3)
-        Vector that each sensor looks at, GCRS, zero for one that looks at none; then the columns
-        of their gradients, see `Suite.gradient_rows`.
+        Reference vector of each sensor in GCRS, zero for a sensor without one; then the columns of
+        their gradients, see `Suite.gradient_rows`.
     available : array of bool, shape (n_steps + 1, n_sensors)
         Whether each sensor can measure at each sample, apart from its field of view.
     initial_sigma : array, shape (n_states,)
+        Initial 1-sigmas.
     initial_correlation : array, shape (n_states, n_states)
-        Of the errors at the start; the identity unless a calibration has been before.
+        Correlation of the initial errors; the identity without an earlier calibration.
     initial_states : array, shape (n_states,)
-        What is believed of gyro and sensors then, rotations as vectors of `rotation.rotate`; zero
-        unless a calibration has been before. It does not enter the covariance.
+        Initial estimates of the calibration parameters, rotations as vectors of `rotation.rotate`;
+        zero without an earlier calibration. The covariance does not depend on them.
     weights : array, shape (n_states,)
         Weight of each state's variance in the trace.
     window_steps : int
         Convergence window [steps].
     relative_decrease : float
-        The run has converged when the trace fell by less than this fraction over the window, and
-        did not rise.
+        The trace has converged when it fell by less than this fraction over the window and did not
+        rise.
     allow_rise : bool
-        Whether it has converged, too, when the trace rose.
+        Whether the trace has also converged when it rose.
     rule : {"trace", "required", "settling", "end"}
-        Whether that is the rule at all, or the end of a run tells from when on it was converged, or
-        a run ends with the last maneuver.
+        End of a run: when the trace has converged; when all required 1-sigmas are satisfied for the
+        rest of the scenario; when the trace stays within `factor` of its final value; or with the
+        last maneuver.
     factor : float
-        Within which of its last value a trace has settled.
+        Factor of the rule "settling".
     initial_attitude : array, shape (3, 3)
-        GCRS to body at the start.
+        GCRS-to-body matrix at the start.
     initial_rate : array, shape (3,)
-        Body rate before the first maneuver [rad/s]; the ramps of `slew_limits` begin at it.
+        Body rate before the first maneuver [rad/s], from which the first ramp starts.
     slew_limits : SlewLimits or CoilDrive, optional
-        How fast rates can change, or what coils make of them; without it they change at once.
+        Limits on rate changes, or a model of magnetorquer control. Rates change instantly without
+        it.
     path_limits : tuple of PathLimit
+        Path constraints.
     directions : array, shape (n_steps + 1, n_directions, 3)
-        Unit vectors that path limits and views of sensors look at, in the order of
-        `layout.directions_of`, GCRS; zero where there is nothing to be seen: of the Sun, in
-        eclipse.
+        Unit vectors of path constraints and fields of view in GCRS, in the order of
+        `layout.directions_of`; zero if not visible, such as the Sun in eclipse.
     radii : array, shape (n_steps + 1, n_directions)
-        Their apparent radii [rad]; zero for what is no disc.
+        Apparent radii of the directions [rad]; zero if not a disc.
     budget : MomentumBudget, optional
-        Of wheels whose load does not follow from the rates alone.
+        Present if the wheel loads do not follow from the rates alone.
     required_sigma : array, shape (n_states,)
         1-sigma that a plan must reach; infinite for a state without requirement.
     channels : mapping of str to array, shape (n_steps + 1,)
-        Values of what biases follow.
+        Values of the housekeeping channels that biases depend on.
     by_polynomials : bool
-        Whether transitions are those of `polynomials` where they can be, which differ from others
-        by rounding and take a ninth of the time.
+        Whether to discretize with `polynomials` where applicable, which is nine times as fast and
+        differs by rounding.
 
     Examples
     --------
@@ -133,15 +137,22 @@ class FilterModel:
         environment: Environment | None = None,
         epoch: datetime | None = None,
     ) -> FilterModel:
-        """Build the tables; `environment` saves computing it again.
+        """Build the model of a scenario.
 
-        Its times count from `epoch`, if not from the scenario's.
+        Parameters
+        ----------
+        scenario : Scenario
+        environment : Environment, optional
+            Environment of the scenario, if already computed.
+        epoch : datetime, optional
+            Time from which the times of `environment` count. Default: the scenario's epoch.
 
         Raises
         ------
         ValueError
-            If `environment` is of another orbit, epoch, duration or step, what is pointed at
-            at the start leaves the clock angle open, or an influence is of no channel.
+            If `environment` has another orbit, epoch, duration or step than the scenario, the
+            initial pointing does not determine the clock angle, or a bias sensitivity names an
+            unknown channel.
         """
         if environment is None:
             environment = Environment.from_scenario(scenario)
@@ -188,9 +199,10 @@ class FilterModel:
         )
 
     def turned(self, turn: Floats) -> FilterModel:
-        """The same from another attitude: at the start body axes are off by `turn`.
+        """Return the model for an initial attitude rotated by `turn`, shape (3, 3).
 
-        They are those of ``turn @ initial_attitude.T``, column by column, in axes of GCRS.
+        `initial_attitude` stays unchanged; all GCRS vectors are rotated by the inverse instead. In
+        GCRS the new initial body axes are the columns of ``turn @ initial_attitude.T``.
         """
         limits = self.slew_limits
         return dataclasses.replace(
@@ -207,50 +219,50 @@ class FilterModel:
 
     @property
     def longest(self) -> float:
-        """The t_end of a run that does not converge [s]."""
+        """End of a run that does not converge [s]."""
         return self.n_steps * self.step
 
     @property
     def ends_by_design(self) -> bool:
-        """Whether a run ends with the last maneuver, and no filter is waited for."""
+        """Whether a run ends with the last maneuver, whatever the covariance."""
         return self.rule == "end"
 
     @property
     def too_late(self) -> float:
-        """The t_end from which on a run has not converged [s]; infinite where none has to."""
+        """End time that counts as not converged [s]; infinite if runs end by design."""
         return np.inf if self.ends_by_design else self.longest
 
     @cached_property
     def endless(self) -> FilterModel:
-        """The same filter, run for the whole duration: its window is longer than that."""
+        """Copy that runs for the full duration, with a convergence window longer than the run."""
         return dataclasses.replace(self, window_steps=self.n_steps + 1, rule="trace")
 
     @cached_property
     def unending(self) -> FilterModel:
-        """The same filter, which no trace stops."""
-        # within one step no trace falls by less than nothing
+        """Copy whose convergence rule never ends a run."""
+        # The rule asks for a decrease below zero without a rise, which is impossible.
         return dataclasses.replace(
             self, window_steps=1, relative_decrease=0.0, allow_rise=False, rule="trace"
         )
 
     @property
     def initial_covariance(self) -> Floats:
-        """Of the errors at the start, shape (n_states, n_states)."""
+        """Covariance of the initial errors, shape (n_states, n_states)."""
         sigma = self.initial_sigma
         return sigma[:, None] * self.initial_correlation * sigma
 
     def at_samples(self, samples: slice, **changes: Any) -> FilterModel:
-        """The same with the tables of some samples, and with other changes."""
+        """Return a copy with the tables at a slice of samples and other changed attributes."""
 
-        def some(table: NDArray[Any]) -> NDArray[Any]:
+        def select(table: NDArray[Any]) -> NDArray[Any]:
             return np.ascontiguousarray(table[samples])
 
         tables: dict[str, Any] = {
-            "references": some(self.references),
-            "available": some(self.available),
-            "directions": some(self.directions),
-            "radii": some(self.radii),
-            "channels": {name: some(values) for name, values in self.channels.items()},
+            "references": select(self.references),
+            "available": select(self.available),
+            "directions": select(self.directions),
+            "radii": select(self.radii),
+            "channels": {name: select(values) for name, values in self.channels.items()},
         }
         return dataclasses.replace(self, **(tables | changes))
 
@@ -261,31 +273,31 @@ class FilterModel:
 
     @cached_property
     def influences(self) -> Floats:
-        """What the suite's influences are times; see `Suite.influence_values`."""
+        """Factors of the bias sensitivities at every sample; see `Suite.influence_values`."""
         return self.suite.influence_values(self.channels, len(self.references))
 
     @cached_property
     def monitors(self) -> Monitors:
-        """What is watched along a run."""
+        """Path constraints and required 1-sigmas that the kernel monitors."""
         states = np.flatnonzero(self.required_sigma < np.inf)
         watches = tuple(map(Watch.of, self.path_limits))
         return Monitors(watches, tuple(int(state) for state in states))
 
     def direction(self, name: str, samples: slice = slice(None)) -> tuple[Floats, Floats]:
-        """One of `directions`, shape (n, 3), and its radius, shape (n,)."""
+        """Return the unit vectors, shape (n, 3), and radii [rad], shape (n,), of a direction."""
         index = directions_of(self.suite, self.monitors).index(name)
         return self.directions[samples, index], self.radii[samples, index]
 
     def passage(self, name: str, samples: slice = slice(None)) -> Passage:
-        """The same in the steps that lead to these samples, of which the first has none."""
+        """Return the motion of a named direction in the steps that lead to these samples.
+
+        The first sample has no step before it.
+        """
         return Passage.of(*self.direction(name, samples))
 
     @cached_property
     def table(self) -> Floats:
-        """What a filter step needs of the orbit, side by side at every sample.
-
-        See `layout.given_columns`.
-        """
+        """Orbit table of the kernel, one row per sample; see `layout.given_columns`."""
         parts = [self.references.reshape(len(self.references), -1)]
         for name in watched_directions(self.monitors):
             passage = self.passage(name)
@@ -306,7 +318,7 @@ class FilterModel:
 
     @cached_property
     def traits(self) -> Traits:
-        """What its kernel is made for."""
+        """Properties that determine the kernel."""
         limits = [(watch.direction, watch.inside) for watch in self.monitors.limits]
         views = [view for sensor in self.suite.sensors for view in sensor.views()]
         return Traits(
@@ -319,29 +331,29 @@ class FilterModel:
 
     @cached_property
     def instrument_constants(self) -> Floats:
-        """Those of a filter step; see `codegen.instrument_constants`."""
+        """Step constants of the instruments; see `codegen.instrument_constants`."""
         return instrument_constants(self.suite, self.step, self.path_limits)
 
     def schedule(self, designs: ArrayLike, n_steps: int | None = None) -> Schedule:
-        """What is flown of designs, shape (n, 4 m), until the end or step `n_steps`."""
+        """Return the body rates of designs, shape (n, 4 m), until `n_steps` or the last step."""
         last = self.n_steps if n_steps is None else n_steps
         return schedule(designs, self.step, self.slew_limits, last)
 
     @cached_property
     def gated(self) -> tuple[bool, ...]:
-        """Which sensors are not available at every sample."""
+        """For each sensor, whether it is unavailable at some samples."""
         return tuple(bool(column.any()) for column in ~self.available.T)
 
 
 def sampled(sensor: Sensor, step: float, n: int) -> Bools:
-    """At which of n samples, one every `step` [s], a sensor has one."""
+    """Return at which of n filter samples, `step` [s] apart, a sensor takes a measurement."""
     every = 1 if sensor.sample_interval is None else round(sensor.sample_interval / step)
     samples: Bools = np.arange(n) % every == 0
     return samples
 
 
 def inertial_vectors(suite: Suite, environment: Environment) -> tuple[Floats, Bools]:
-    """`FilterModel.references` and `FilterModel.available` of all samples, at whatever interval."""
+    """Return `FilterModel.references` and `FilterModel.available`, ignoring sample intervals."""
     n, environment = len(environment.times), suite.world.around(environment)
     references = np.zeros((n, suite.n_vectors, 3))
     for index, sensor in enumerate(suite.sensors):
@@ -353,10 +365,15 @@ def inertial_vectors(suite: Suite, environment: Environment) -> tuple[Floats, Bo
 
 
 def availability(suite: Suite, environment: Environment) -> Bools:
-    """Where each of s sensors has something to measure, whatever the attitude, shape (n, s)."""
-    there = np.ones((len(environment.times), len(suite.sensors)), dtype=bool)
-    for column, sensor in zip(there.T, suite.sensors, strict=True):
+    """Return whether each of s sensors can measure at each of n times, at a suitable attitude.
+
+    Returns
+    -------
+    array of bool, shape (n, s)
+    """
+    mask_of_all = np.ones((len(environment.times), len(suite.sensors)), dtype=bool)
+    for column, sensor in zip(mask_of_all.T, suite.sensors, strict=True):
         mask = sensor.available(environment)
         if mask is not None:
             column[:] = mask
-    return there
+    return mask_of_all

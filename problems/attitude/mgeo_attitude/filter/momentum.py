@@ -1,4 +1,4 @@
-"""The wheels' momentum budget: what their load along a plan follows from, but for the plan."""
+"""Momentum budget of the reaction wheels: the quantities of their load that no plan changes."""
 
 from __future__ import annotations
 
@@ -15,36 +15,34 @@ from mgeo_attitude.scenario.scenario import Scenario
 
 @dataclass(frozen=True)
 class MomentumBudget:
-    """What the wheels' load along a plan follows from.
+    """Inputs of the wheel-load computation that do not depend on the plan.
 
     Attributes
     ----------
     inertia : array, shape (3, 3)
-        [kg m²]
+        Inertia of the satellite [kg m²].
     allocation : array, shape (k, 3)
         See `Wheels.shares`.
     circulating : array, shape (k,)
-        What of the initial momentum the allocation leaves in the wheels, without a resultant
-        [N m s].
+        Initial wheel momenta in the null space of the allocation, with zero sum [N m s].
     attitude : array, shape (3, 3)
-        At the start, GCRS to body.
+        GCRS-to-body matrix at the start.
     rate : array, shape (3,)
-        Of the body at the start [rad/s].
+        Body rate at the start [rad/s].
     momentum : array, shape (3,)
-        The satellite's at the start, GCRS [N m s].
+        Angular momentum of the satellite at the start, GCRS [N m s].
     position, field : arrays, shape (n_steps + 1, 3)
-        Satellite [m] and geomagnetic field [T], GCRS.
+        Position of the satellite [m] and geomagnetic field [T], GCRS.
     dipole : array, shape (3,)
-        Body axes [A m²].
+        Residual dipole, body axes [A m²].
     gradient : float
-        1 if the gravity gradient counts, or else 0.
+        1 to include the gravity-gradient torque, else 0.
     margin : float
-        Factor on what disturbances do.
+        Factor on the disturbance torques.
     coils : array, shape (3,)
-        Greatest mean dipole of a step with which they unload the wheels [A m²]; zero if they do
-        not.
+        Maximum mean magnetorquer dipole of a step for unloading [A m²]; zero without unloading.
     response : float
-        Time in which that falls by e where no coil is at its most [s].
+        Time constant of unloading without saturation [s].
     """
 
     inertia: Floats
@@ -65,12 +63,14 @@ class MomentumBudget:
     def of(
         cls, scenario: Scenario, environment: Environment, attitude: Floats, rate: Floats
     ) -> MomentumBudget | None:
-        """That of a scenario; None where the total momentum is always zero.
+        """Return the budget of a scenario, or None if its wheel loads follow from the rates alone.
 
         Parameters
         ----------
-        attitude, rate
-            At the start, see the class.
+        scenario : Scenario
+        environment : Environment
+        attitude, rate : arrays
+            Initial attitude and body rate, see the class.
         """
         wheels, coils = scenario.wheels, scenario.coils
         if wheels is None or not wheels.budgeted:
@@ -81,11 +81,13 @@ class MomentumBudget:
         axes = wheels.spin_axes()
         allocation, inertia = wheels.shares(), wheels.matrix()
         wheel_momentum, momentum = np.zeros(len(axes)), np.zeros(3)
-        if wheels.initial_momentum:  # or else what makes the sum zero
+        if wheels.initial_momentum:  # By default the total momentum is zero.
             wheel_momentum = np.array(wheels.initial_momentum)
             momentum = axes.T @ wheel_momentum + inertia @ rate
         circulating = np.zeros(len(allocation))
-        if wheels.allocation == "pseudo-inverse":  # the other rule is free to spread it
+        if (
+            wheels.allocation == "pseudo-inverse"
+        ):  # The other rule redistributes null-space momentum.
             circulating = wheel_momentum - pseudo_inverse(axes) @ (axes.T @ wheel_momentum)
         return cls(
             inertia=inertia,
@@ -104,5 +106,5 @@ class MomentumBudget:
         )
 
     def turned(self, turn: Floats) -> MomentumBudget:
-        """See `FilterModel.turned`."""
+        """Return the budget for an initial attitude rotated by `turn`; see `FilterModel.turned`."""
         return dataclasses.replace(self, position=self.position @ turn, field=self.field @ turn)

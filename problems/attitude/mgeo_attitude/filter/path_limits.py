@@ -1,20 +1,20 @@
-"""Angles between directions and body axes that must stay off or on them, less a margin.
+"""Violation of path constraints: extreme angles between directions and body axes, with a margin.
 
-Within a step of constant rate a direction is nearest to a body axis, or farthest from it, where the
-slope of their cosine is zero. In body axes of the end of the step the body axis a was, an angle θ
-before it, at
+A path constraint keeps a body axis away from a direction (keep-out) or close to it (keep-in).
+Within a step at constant rate the angle is extreme where the slope of its cosine is zero. In body
+axes at the end of the step, the body axis a at an angle θ before the end was
 
     a(θ) = n (n · a) + cos θ (a - n (n · a)) - sin θ (n × a)
 
-with the unit axis n of the turn, and the direction moved straight from where it was to where it is.
-The slope of the cosine a · s, per step, is for a fixed direction a multiple of sin(θ - θ₀), so that
-it is known from both ends where it is zero; what the direction moves meanwhile changes it by so
-little that the same holds. See docs/theory.md, path limits.
+with the unit rotation axis n. The direction s moves in a straight line. For a fixed direction the
+slope of the cosine a · s is a multiple of sin(θ - θ₀), so that its zero follows from its values at
+both ends. The motion of the direction changes the slope so little that the same formula applies.
+See docs/theory.md, path limits.
 
-The attitude in a step was flown on what the filter knew until then: the margin is taken from the
-covariance as predicted for its end, before the measurements there. Equation (14) of docs/theory.md.
-The arc tangent and the eigenvalues are made of nothing but ``+ - * /`` and roots, which the kernel
-runs in vector registers; scalars are its symbols, or arrays of one number a step.
+The attitude in a step is controlled with the estimates from before the step. The margin therefore
+uses the covariance predicted for the end of the step, before the measurements there; equation (14)
+of docs/theory.md. The arc tangent and the eigenvalues use only ``+ - * /`` and roots, which the
+kernel runs in vector registers. Scalars are kernel symbols, or arrays of one number per step.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ from mgeo_attitude.filter.layout import Watch
 from mgeo_attitude.geometry.vector import Vec3, choose, cross, dot, maximum
 from mgeo_attitude.scenario.limits import PathLimit
 
-#: Sine of the angle below which both are parallel: no single turn changes the angle then.
+#: Sine of the angle below which axis and direction count as parallel, without a common normal.
 _PARALLEL = 1e-6
 
-#: Terms of the arc tangent's series; the next one is below 1e-17 of the angle.
+#: Number of terms of the arc-tangent series; the next term is below 1e-17 of the angle.
 _TERMS = 12
-#: Below this the square of a slope is zero.
+#: Squared slope that counts as zero.
 _TINY = 1e-280
 
 
 class Turn(NamedTuple):
-    """What the body turns by in a step: unit axis and angle, with its sine and cosine."""
+    """Rotation of the body in a step: unit axis, angle [rad], sine and cosine of the angle."""
 
     axis: Vec3
     angle: Any
@@ -51,14 +51,24 @@ class Turn(NamedTuple):
 
     @classmethod
     def of(cls, turn: Floats) -> Turn:
-        """Return the turns of n steps, rotation vectors of shape (n, 3) [rad]."""
+        """Return the rotations of n steps from rotation vectors, shape (n, 3) [rad]."""
         angle = np.linalg.norm(turn, axis=1)
         axis = Vec3(*(turn.T / np.where(angle > 0.0, angle, 1.0)))
         return cls(axis, angle, np.sin(angle), np.cos(angle))
 
 
 class Nearest(NamedTuple):
-    """How much there is to turn from the nearest place on, and which share of the step is left."""
+    """Point of a step at which the angle between an axis and a direction is extreme.
+
+    Attributes
+    ----------
+    turn : Turn
+        Rotation of the body in the step.
+    cosine, sine : scalars
+        Of the rotation angle that remains from the point to the end of the step.
+    share : scalar
+        Share of the step that remains.
+    """
 
     turn: Turn
     cosine: Any
@@ -66,33 +76,45 @@ class Nearest(NamedTuple):
     share: Any
 
     def back(self, v: Vec3) -> Vec3:
-        """A body axis as it then is, in body axes of the end."""
+        """Rotate a body-fixed vector from the attitude at the point to the end of the step."""
         n = self.turn.axis
         along = (1.0 - self.cosine) * dot(n, v)
-        turned: Vec3 = along * n + self.cosine * v - self.sine * cross(n, v)
-        return turned
+        rotated: Vec3 = along * n + self.cosine * v - self.sine * cross(n, v)
+        return rotated
 
     def seen(self, v: Vec3, moved: Vec3) -> Vec3:
-        """The direction, in body axes of the end: from the chord to the arc."""
+        """Return the direction at the point, in body axes at the end of the step.
+
+        Parameters
+        ----------
+        v, moved : Vec3
+            Direction at the end of the step, and its change in the step. The interpolated chord is
+            corrected to the arc.
+        """
         bulge = 0.5 * self.share * (1.0 - self.share) * dot(moved, moved)
         direction: Vec3 = (1.0 + bulge) * (v - self.share * moved)
         return direction
 
 
 def nearest(axis: Vec3, inside: bool, turn: Turn, v: Vec3, moved: Vec3, appears: Any) -> Nearest:
-    """Where a direction is nearest to an axis or, to keep `inside`, farthest from it.
+    """Return the point of a step with the smallest angle to an axis, or the largest if `inside`.
 
-    Where that is not within the step, its end is taken: the beginning is the end of another one,
-    unless the direction appears in this one. Then the worse of both ends is taken.
+    If there is no extreme within the step, the point is the end of the step; the start is the end
+    of the step before. In a step in which the direction appears, the point is the worse of both
+    ends.
 
     Parameters
     ----------
+    axis : Vec3
+        Body axis.
+    inside : bool
+        Whether the direction must stay inside the cone about the axis.
     turn : Turn
-        By less than half a turn.
+        Rotation of the body, by less than 180 degrees.
     v, moved : Vec3
-        The direction at the end of the step, and by how much it moved in it, body axes of the end.
+        Direction at the end of the step, and its change in the step, body axes at the end.
     appears : symbol or array
-        1 for a direction that appears in the step, and then has not moved; else 0.
+        1 for a direction that appears in the step, with zero change; else 0.
     """
     along, normal = dot(turn.axis, axis), cross(turn.axis, axis)
 
@@ -101,55 +123,66 @@ def nearest(axis: Vec3, inside: bool, turn: Turn, v: Vec3, moved: Vec3, appears:
         return fixed, dot(axis, u) - fixed, dot(normal, u)
 
     _, q, r = parts(v)
-    nearer = q * (turn.cosine - 1.0) - r * turn.sine  # at the beginning than at the end
+    # A positive value means that the angle at the start is smaller than at the end.
+    nearer = q * (turn.cosine - 1.0) - r * turn.sine
     p_moved, q_moved, r_moved = parts(moved)
     last = turn.angle * r + p_moved + q_moved
     turned = (q - q_moved) * turn.sine + (r - r_moved) * turn.cosine
     first = turn.angle * turned + p_moved + q_moved * turn.cosine - r_moved * turn.sine
     if inside:
         first, last, nearer = -first, -last, -nearer
-    begins = appears * nearer
+    start_is_extreme = appears * nearer
     x, y = first - last * turn.cosine, -last * turn.sine
     square = x * x + y * y
     scale = 1.0 / np.sqrt(choose(square, _TINY, square, 1.0))
     fall = first - last
-    # what is zero at both ends, as of a body at rest, has no extreme within
+    # A slope of zero at both ends, as for a body at rest, has no extreme within the step.
     within = first
     for other in (-last, square - _TINY):
         within = choose(other, within, within, other)
     share = -last * (1.0 / choose(within, 0.0, fall, 1.0))
     return Nearest(
         turn,
-        choose(within, 0.0, x * scale, choose(begins, _TINY, turn.cosine, 1.0)),
-        choose(within, 0.0, y * scale, choose(begins, _TINY, turn.sine, 0.0)),
-        choose(within, 0.0, share, choose(begins, _TINY, 1.0, 0.0)),
+        choose(within, 0.0, x * scale, choose(start_is_extreme, _TINY, turn.cosine, 1.0)),
+        choose(within, 0.0, y * scale, choose(start_is_extreme, _TINY, turn.sine, 0.0)),
+        choose(within, 0.0, share, choose(start_is_extreme, _TINY, 1.0, 0.0)),
     )
 
 
 def excess(cone: Cone, sigmas: float, turn: Floats, passage: Passage, covariance: Floats) -> Floats:
-    """Margin less the least angle of a direction and an axis in each of n steps [rad], shape (n,).
+    """Return the margin minus the smallest angle of a direction and an axis, per step [rad].
 
-    To keep inside, margin and the greatest angle. What is unknown of the attitude is the same
-    throughout the step, in inertial axes. What of the angle depends on it changes as the direction
-    passes: the margin is the greater of those at the nearest place and at the end.
+    For a keep-in constraint, return the margin plus the largest angle. The attitude error is
+    constant in inertial axes throughout a step. The margin is the larger of the margins at the
+    extreme angle and at the end of the step.
 
     Parameters
     ----------
+    cone : Cone
+        Axis and kind of the constraint.
     sigmas : float
         Margin, in 1-sigmas of the angle.
-    turn, passage
-        What the body turns by, shape (n, 3) [rad], and the direction, in body axes of the end of
-        each step. Where there is nothing to be seen the excess is -inf.
+    turn : array, shape (n, 3)
+        Rotation vectors of the body [rad].
+    passage : Passage
+        Motion of the direction, in body axes at the end of each step.
     covariance : array, shape (n, 3, 3)
-        Of the attitude error, body axes of the end [rad²].
+        Covariance of the attitude error [rad²], body axes at the end.
+
+    Returns
+    -------
+    array, shape (n,)
+        -inf in a step in which the direction is not visible.
     """
     before, after, radius_before, radius_after, appears = passage
     axis, v, moved = Vec3(*cone.axis), Vec3(*after.T), Vec3(*(after - before).T)
-    there = nearest(axis, cone.inside, Turn.of(turn), v, moved, appears.astype(float))
-    radius = radius_after - there.share * (radius_after - radius_before)
-    here, P = (there.back(axis), there.seen(v, moved)), np.moveaxis(covariance, 0, -1)
-    found: Floats = excess_code(here, (axis, v), sigmas or None, radius, P, cone.inside, -np.inf)
-    return found
+    extreme = nearest(axis, cone.inside, Turn.of(turn), v, moved, appears.astype(float))
+    radius = radius_after - extreme.share * (radius_after - radius_before)
+    at_extreme, P = (extreme.back(axis), extreme.seen(v, moved)), np.moveaxis(covariance, 0, -1)
+    margin_excess: Floats = excess_code(
+        at_extreme, (axis, v), sigmas or None, radius, P, cone.inside, -np.inf
+    )
+    return margin_excess
 
 
 def excess_along(
@@ -161,14 +194,22 @@ def excess_along(
     turn: Floats,
     covariance: Floats,
 ) -> Floats:
-    """The `excess` in steps to places of an orbit, shape (n,).
+    """Return `excess` in the steps that lead to n places of an orbit.
 
     Parameters
     ----------
+    cone, sigmas
+        See `excess`.
+    at : Place
+        Places of the orbit.
+    epoch : datetime
+        Time from which the times of the places count.
     attitude : array, shape (n, 3, 3)
-        GCRS to body at the places.
+        GCRS-to-body matrices at the places.
     turn : array, shape (n, 3)
-        What the body turned by since the place before [rad], body axes; zero for the first.
+        Rotation vectors since the place before [rad], body axes; zero for the first place.
+    covariance : array, shape (n, 3, 3)
+        Covariance of the attitude error [rad²], body axes.
     """
     direction = DIRECTIONS[cone.direction]
     vectors = direction.vectors(at, epoch)
@@ -178,7 +219,7 @@ def excess_along(
 
 
 def cone_constants(limits: Sequence[PathLimit]) -> Floats:
-    """What the kernel needs of path limits: of each its axis, and the margin if there is one."""
+    """Return the axis of each path constraint, followed by its margin [sigmas] if it has one."""
     values: list[float] = []
     for limit in limits:
         values.extend(limit.cone().axis)
@@ -196,42 +237,49 @@ def excess_code(
     inside: bool,
     until_now: Any,
 ) -> Any:
-    """The `excess` over symbols or arrays, no less than what it was until now.
+    """Return `excess` over symbols or arrays, or `until_now` if that is larger.
 
-    What changes the angle is a turn about the normal of both, and about no other direction to first
-    order. Where axis and direction are parallel, the least known turn across the axis counts.
+    To first order only a rotation about the common normal of axis and direction changes the angle.
+    If axis and direction are parallel, the margin uses the most uncertain rotation across the
+    direction.
 
     Parameters
     ----------
     there, end : pairs of Vec3
-        Axis and direction, body axes of the end, where they are nearest and at the end; unit
-        vectors, or zero of a direction that is not seen: the result is then `until_now`.
+        Axis and direction at the extreme angle and at the end of the step, body axes at the end.
+        Unit vectors; a direction that is not visible is zero, and the result is then `until_now`.
     sigmas : symbol or float, optional
         Margin, in 1-sigmas of the angle.
     radius : symbol or array, optional
-        Apparent radius of the disc from whose limb the angle counts.
+        Apparent radius [rad] of a disc from whose limb the angle is measured.
     P : Triangle or array, shape (3, 3, n)
-        Covariance, whose first three states are the attitude error.
+        Covariance whose first three states are the attitude error.
+    inside : bool
+        Whether the direction must stay inside the cone.
+    until_now : symbol or float
+        Largest value so far.
     """
     normal, cosine = cross(*there), dot(*there)
     square = dot(normal, normal)
     margin: Any = 0.0
     if sigmas is not None:
-        here, last = _variance(normal, P), _variance(cross(*end), P)
-        variance = maximum(choose(square, _PARALLEL**2, here, _largest(there[1], P)), last)
+        extreme_variance, last = _variance(normal, P), _variance(cross(*end), P)
+        variance = maximum(
+            choose(square, _PARALLEL**2, extreme_variance, _largest(there[1], P)), last
+        )
         margin = sigmas * np.sqrt(variance)
     angle = arc(np.sqrt(square), cosine)
     if radius is not None:
         angle = angle - radius
-    found = margin + angle if inside else margin - angle
+    violation = margin + angle if inside else margin - angle
     length = cosine * cosine + square
-    return choose(length, 0.5, maximum(found, until_now), until_now)
+    return choose(length, 0.5, maximum(violation, until_now), until_now)
 
 
 def arc(sine: Any, cosine: Any) -> Any:
-    """The angle in [0, π] of a sine >= 0 and a cosine, the arc tangent of their quotient."""
+    """Return the angle in [0, π] with a nonnegative sine and a cosine, without an arc tangent."""
     tangent = sine * (1.0 / (1.0 + maximum(cosine, -cosine)))
-    # that of half the angle from the nearer pole; then of a quarter and an eighth, at most 0.2
+    # The tangent of half the angle becomes that of a quarter and an eighth, which is at most 0.2.
     for _ in range(2):
         tangent = tangent * (1.0 / (1.0 + np.sqrt(1.0 + tangent * tangent)))
     square, series = tangent * tangent, 0.0
@@ -242,24 +290,26 @@ def arc(sine: Any, cosine: Any) -> Any:
 
 
 def _variance(normal: Vec3, P: Any) -> Any:
-    """Of a turn about a vector of any length; nearly zero where that has hardly one."""
+    """Return the variance of a rotation about a normal, which need not be a unit vector."""
     square = dot(normal, normal)
     form = dot(normal, Vec3(*(dot(row, normal) for row in _rows(P))))
     return form * (1.0 / choose(square, _PARALLEL**2, square, _PARALLEL**2))
 
 
 def _largest(direction: Vec3, P: Any) -> Any:
-    """Variance of the least known turn across a direction, from both invariants of P there."""
+    """Return the largest variance of a rotation about any axis across a direction.
+
+    The 2 x 2 covariance across the direction enters by its two invariants.
+    """
     x, y, z = _rows(P)
     cofactors = Vec3(
         *(dot(direction, column) for column in (cross(y, z), cross(z, x), cross(x, y)))
     )
     along = dot(direction, Vec3(*(dot(row, direction) for row in (x, y, z))))
     half = 0.5 * (x.x + y.y + z.z - along)
-    apart = half * half - dot(direction, cofactors)
-    return half + np.sqrt(choose(apart, 0.0, apart, 0.0))
+    discriminant = half * half - dot(direction, cofactors)
+    return half + np.sqrt(choose(discriminant, 0.0, discriminant, 0.0))
 
 
 def _rows(P: Any) -> list[Vec3]:
-    """Of the attitude error."""
     return [Vec3(*(P[i, j] for j in range(3))) for i in range(3)]

@@ -1,41 +1,42 @@
-"""Exact discretization of attitude and bias as polynomials in the rate, compiled.
+"""Exact discretization of attitude and bias as polynomials of the rate matrix, compiled.
 
-With W = -[ω×] all that equation (2) makes of attitude and bias are polynomials in W, and because of
-W³ = -|ω|² W of three coefficients: (p, q, r) stands for p I + q W + r W². So the series are sums of
-such triples: a ninth of the time of `discretization.discretize`, for steps each at a rate of its
-own. The noise is alike about all axes, or else it is no polynomial.
+With W = -[ω×], all matrices of equation (2) for attitude and bias are polynomials of W. Because
+W³ = -|ω|² W, a polynomial has three coefficients: (p, q, r) stands for p I + q W + r W². The
+series of F and Q are sums of such triples, which takes a ninth of the time of
+`discretization.discretize`; this matters if each step has a rate of its own. The process noise must
+be equal about all axes, since Q is otherwise not a polynomial of W.
 """
 
 import math
 
 from mgeo_attitude._compiled import helper
 
-#: |ω| dt up to which the series converges fast; beyond, the step is halved first.
+#: Largest |ω| dt for which the series is summed directly; a longer step is halved first.
 SERIES = 0.5
-#: Terms smaller than this, relative to the first, are left out.
+#: Relative size of a term, to the first, at which the series ends.
 NEGLIGIBLE = 1e-18
 
 
 @helper
 def discretize_alike(decay, densities, rate, duration, F, Q, J, W):
-    """F and Q of a step, equation (7), of attitude and bias.
+    """Write F and Q of a step for attitude and bias, equation (7).
 
     Parameters
     ----------
     decay : float
-        Of the bias [1/s].
+        Decay rate of the bias [1/s].
     densities : tuple of two floats
-        Of the noise that drives attitude and bias, about each axis.
+        Noise densities of attitude and bias, equal about all axes.
     rate : array, shape (3,)
-        [rad/s]
+        Body rate [rad/s].
     duration : float
-        [s]
-    F, Q : arrays, shapes (m, m) and (l, l), m and l >= 6
-        Their first six rows and columns are written where they are not zero.
+        Length of the step [s].
+    F, Q : arrays, shapes (m, m) and (l, l), m and l >= 6, written
+        Nonzero entries of the first six rows and columns.
     J : array, shape (3, 3), written
-        What a constant that adds to the rate turns the attitude by.
+        Attitude change per unit of a constant rate error.
     W : array, shape (3, 3)
-        Room for -[ω×].
+        Scratch space.
     """
     x, y, z = rate[0], rate[1], rate[2]
     W[0, 0], W[0, 1], W[0, 2] = 0.0, z, -y
@@ -59,10 +60,25 @@ def discretize_alike(decay, densities, rate, duration, F, Q, J, W):
 
 @helper
 def coefficients(square, decay, densities, duration):
-    """Of F and Q of a step, for |ω|².
+    """Return the coefficients of F and Q of a step.
 
-    Attitude by attitude, by bias and by what else changes its rate; bias by bias; covariances of
-    attitude, of attitude and bias, and of bias.
+    Parameters
+    ----------
+    square : float
+        |ω|² [rad²/s²].
+    decay, densities, duration
+        See `discretize_alike`.
+
+    Returns
+    -------
+    turn, by_bias, by_constant : triples
+        Attitude by attitude, by bias, and by a constant rate error.
+    bias : float
+        Bias by bias.
+    Q_aa, Q_ab : triples
+        Covariance of the attitude, and of attitude and bias.
+    Q_b : float
+        Variance of the bias.
     """
     h, halvings = duration, 0
     size = max(math.sqrt(square), decay)
@@ -83,7 +99,7 @@ def coefficients(square, decay, densities, duration):
         p = times_W(turn_m, square)
         turn_m = (f * p[0], f * p[1], f * p[2])
         bias_m, rest = -f * decay * bias_m, 0.0
-        # A Q + Q Aᵀ; the transposed of (p, q, r) is (p, -q, r)
+        # The next term of Q is A Q + Q Aᵀ; the transpose of (p, q, r) is (p, -q, r).
         p, q = times_W(Q_aa_m, square), times_W(Q_ab_m, square)
         Q_aa_m = (2.0 * g * (p[0] - Q_ab_m[0]), 0.0, 2.0 * g * (p[2] - Q_ab_m[2]))
         Q_ab_m = (
@@ -99,11 +115,11 @@ def coefficients(square, decay, densities, duration):
         )
         Q_aa, Q_ab = sum3(Q_aa, Q_aa_m), sum3(Q_ab, Q_ab_m)
         bias, Q_b = bias + bias_m, Q_b + Q_b_m
-        if m > 2:  # how the bias's noise reaches the attitude begins with the second term
+        if m > 2:  # The effect of bias noise on the attitude starts with the second term.
             bound *= 2.0 * size * h / m
         m += 1
     for _ in range(halvings):
-        # Q + F Q Fᵀ and F F
+        # Doubling the step gives Q + F Q Fᵀ and F F.
         a = sum3(product(turn, Q_aa, square), product(by_bias, transposed(Q_ab), square))
         b = sum3(product(turn, Q_ab, square), scaled(by_bias, Q_b))
         a = sum3(product(a, transposed(turn), square), product(b, transposed(by_bias), square))
@@ -117,19 +133,19 @@ def coefficients(square, decay, densities, duration):
 
 @helper
 def matrix(a, unit, w, w2):
-    """An entry of the matrix that a triple stands for."""
+    """Evaluate an entry of p I + q W + r W² for a triple (p, q, r)."""
     return a[0] * unit + a[1] * w + a[2] * w2
 
 
 @helper
 def times_W(a, square):
-    """W a."""
+    """Multiply a matrix polynomial, given as a coefficient triple, by W."""
     return 0.0, a[0] - square * a[2], a[1]
 
 
 @helper
 def product(a, b, square):
-    """a b."""
+    """Multiply two matrix polynomials, given as coefficient triples."""
     once, twice = times_W(b, square), times_W(times_W(b, square), square)
     return (
         a[0] * b[0] + a[1] * once[0] + a[2] * twice[0],

@@ -1,9 +1,9 @@
-"""The reference filter: filterpy's Kalman filter on dense matrices, one design, full history.
+"""Reference filter: filterpy's Kalman filter with dense matrices, for one design with all samples.
 
-Slow and plain on purpose. Where states are considered, which filterpy does not know, the update is
-written out. It shares with the compiled kernel only the declaration of the suite and
-the tables of the run: F and Q come from Van Loan's matrix exponential, the attitude from scipy's
-rotations, and all sensors update together.
+The code is slow and simple on purpose, to verify the compiled kernel. Both share only the suite and
+the orbit tables: here F and Q come from Van Loan's matrix exponential, attitudes from scipy's
+rotations, and all sensors update together. filterpy does not support considered states; the update
+is then written out.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from mgeo_attitude.maneuvers.motion import attitudes
 
 @dataclass(frozen=True)
 class ReferenceHistory(FilterHistory):
-    """A `FilterHistory` by filterpy.
+    """`FilterHistory` computed with filterpy.
 
     Attributes
     ----------
     predicted_attitude : array, shape (n, 3, 3)
-        Covariance of the attitude error [rad²], before the measurements of the sample.
+        Covariance of the attitude error [rad²] before the measurements of each sample.
     """
 
     predicted_attitude: Floats
@@ -38,15 +38,16 @@ class ReferenceHistory(FilterHistory):
 
 @dataclass(frozen=True)
 class Agreement:
-    """The compiled filter beside the reference, over some designs.
+    """Difference between the compiled filter and the reference filter.
 
     Attributes
     ----------
     designs : int
+        Number of designs.
     samples : int
-        At which all variances were compared.
+        Number of samples at which the variances were compared.
     same_end : bool
-        Whether every t_end is the same.
+        Whether t_end is equal for every design.
     difference : float
         Largest relative difference of a variance.
     """
@@ -57,7 +58,7 @@ class Agreement:
     difference: float
 
     def within(self, tolerance: float) -> bool:
-        """Whether the ends are the same, and no variance differs by a larger share."""
+        """Return whether all t_end agree and the variances agree to a relative tolerance."""
         return self.same_end and self.difference <= tolerance
 
     def __str__(self) -> str:
@@ -69,12 +70,13 @@ class Agreement:
 
 
 def agreement(model: FilterModel, designs: ArrayLike) -> Agreement:
-    """Run designs, shape (n, 4 m), by `evaluate` and by `reference_run`.
+    """Compare `evaluate` with `reference_run` over some designs.
 
     Parameters
     ----------
     model : FilterModel
     designs : array_like, shape (n, 4 m)
+        Rates [deg/s] and duration [s] of each maneuver in turn.
 
     Examples
     --------
@@ -85,9 +87,9 @@ def agreement(model: FilterModel, designs: ArrayLike) -> Agreement:
     True
     """
     X = np.atleast_2d(np.asarray(designs, dtype=float))
-    found = evaluate(model, X, history=True)
+    result = evaluate(model, X, history=True)
     same_end, difference, samples = True, 0.0, 0
-    for x, t_end, variances in zip(X, found.t_end, found.variances, strict=True):
+    for x, t_end, variances in zip(X, result.t_end, result.variances, strict=True):
         run = reference_run(model, x)
         n = min(len(run.times), round(t_end / model.step) + 1)
         expected = run.sigma[:n] ** 2
@@ -98,10 +100,11 @@ def agreement(model: FilterModel, designs: ArrayLike) -> Agreement:
 
 
 def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
-    """Run the filter of equations (2) to (4) over one design, shape (4 m,).
+    """Run the filter of equations (2) to (4) over one design with filterpy.
 
     Parameters
     ----------
+    model : FilterModel
     design : array_like, shape (4 m,)
         Rates [deg/s] and duration [s] of each maneuver in turn.
 
@@ -125,15 +128,16 @@ def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
     follows = model.influences[:, model.suite.influence_columns(model.suite.gyro)]
     n, considered = model.suite.n_states, model.suite.considered
     kf = KalmanFilter(dim_x=n, dim_z=len(R))
-    kf.x = np.zeros(n)  # one-dimensional: filterpy broadcasts its (n, 1) default when given H
+    # A one-dimensional state is required: filterpy broadcasts its (n, 1) default when given H.
+    kf.x = np.zeros(n)
     kf.P = model.initial_covariance
     trace, sigma = [float(model.weights @ np.diag(kf.P))], [model.initial_sigma]
     predicted = [kf.P[:3, :3]]
     covariances = [kf.P.copy()]
     converged, rule = False, model.rule
     for k in range(1, model.n_steps + 1):
-        flown = np.flatnonzero(starts == k - 1)
-        if flown.size or follows.size:
+        new_rate = np.flatnonzero(starts == k - 1)
+        if new_rate.size or follows.size:
             kf.F, kf.Q = van_loan(model, rates[stretch[k - 1]], follows[k].tolist())
         kf.predict()
         predicted.append(kf.P[:3, :3].copy())
@@ -157,7 +161,7 @@ def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
                 break
     end, covariance = len(trace) - 1, kf.P
     if rule != "trace":
-        end = min(max(_converged_from(model, trace, sigma), over), end)
+        end = min(max(_find_convergence_step(model, trace, sigma), over), end)
         converged, covariance = end < model.n_steps, covariances[end]
         trace, sigma, predicted = trace[: end + 1], sigma[: end + 1], predicted[: end + 1]
     return ReferenceHistory(
@@ -172,10 +176,10 @@ def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
     )
 
 
-def _converged_from(model: FilterModel, trace: list[float], sigma: list[Floats]) -> int:
-    """Step from which on the rule's condition holds for the rest of a whole run."""
+def _find_convergence_step(model: FilterModel, trace: list[float], sigma: list[Floats]) -> int:
+    """Return the step from which on the rule of the model is satisfied for the rest of the run."""
     if model.ends_by_design:
-        return 1  # whatever is known then
+        return 1
     if model.rule == "settling":
         broken = np.flatnonzero(np.array(trace) > model.factor * trace[-1])
     else:
@@ -184,10 +188,11 @@ def _converged_from(model: FilterModel, trace: list[float], sigma: list[Floats])
 
 
 def schmidt(P: Floats, H: Floats, R: Floats, considered: Ints) -> Floats:
-    """Covariance after an update whose gain is zero for the states that are considered.
+    """Return the covariance after an update with zero gain for the considered states.
 
-    Joseph's form, which holds for any gain. Sensors take turns: one that leaves such a state as it
-    is does not make the next one's reading more certain, so that together they would do better.
+    The update uses Joseph's form, which holds for any gain. Each sensor updates separately: a
+    sensor that leaves a considered state unchanged does not make the next reading more certain, so
+    that a joint update would give a smaller covariance.
     """
     K = np.linalg.solve(H @ P @ H.T + R, H @ P).T
     K[considered] = 0.0
@@ -196,7 +201,17 @@ def schmidt(P: Floats, H: Floats, R: Floats, considered: Ints) -> Floats:
 
 
 def has_converged(before: float, now: float, relative_decrease: float, allow_rise: bool) -> bool:
-    """Equation (6) for the trace at both ends of the window."""
+    """Return whether the trace has converged by equation (6).
+
+    Parameters
+    ----------
+    before, now : float
+        Trace at the start and the end of the window.
+    relative_decrease : float
+        Least fraction by which the trace falls while the run has not converged.
+    allow_rise : bool
+        Whether a trace that rose has converged.
+    """
     fall = before - now
     return fall < relative_decrease * before and (allow_rise or fall >= 0.0)
 
@@ -204,12 +219,22 @@ def has_converged(before: float, now: float, relative_decrease: float, allow_ris
 def van_loan(
     model: FilterModel, omega: Floats, influences: Sequence[float] = ()
 ) -> tuple[Floats, Floats]:
-    """Exact F and Q of one step at constant body rate `omega` [rad/s], both (n_states, n_states).
-
-    Its channels' values are constant, too; see `Suite.dynamics_matrix`.
+    """Return the exact F and Q of one step at constant body rate.
 
     C. F. Van Loan, Computing integrals involving the matrix exponential, IEEE Transactions on
     Automatic Control 23 (1978) 395-404.
+
+    Parameters
+    ----------
+    model : FilterModel
+    omega : array, shape (3,)
+        Body rate [rad/s].
+    influences : sequence of float
+        Factors of the gyro's bias sensitivities, constant in the step; see `Suite.dynamics_matrix`.
+
+    Returns
+    -------
+    F, Q : arrays, shape (n_states, n_states)
     """
     suite, m = model.suite, model.suite.n_dynamic
     A = suite.dynamics_matrix(omega, influences)

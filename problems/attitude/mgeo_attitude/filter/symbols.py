@@ -1,4 +1,4 @@
-"""Symbols that write code: every operation on them becomes a line of Python."""
+"""Symbols for code generation: every operation on a symbol writes a line of Python."""
 
 from __future__ import annotations
 
@@ -16,35 +16,36 @@ from mgeo_attitude._typing import Ints
 
 @dataclass(frozen=True, eq=False)
 class Symbol:
-    """A name in `code` for a number; products with zero, and what changes nothing, write no line.
+    """Name of a number in generated code; its operators write lines to `code`.
 
-    ``np.sqrt`` takes one, as it takes every object with a method of that name.
+    Products with zero and operations that change nothing write no line. ``np.sqrt`` accepts a
+    symbol, as it accepts any object with a ``sqrt`` method.
     """
 
     name: str
     code: Code
 
     def __add__(self, other: Symbol | float) -> Symbol:
-        return self if _is(other, 0.0) else self.code.line(f"{self.name} + {_text(other)}")
+        return self if _equals(other, 0.0) else self.code.line(f"{self.name} + {_text(other)}")
 
     def __radd__(self, other: float) -> Symbol:
-        return self if _is(other, 0.0) else self.code.line(f"{_text(other)} + {self.name}")
+        return self if _equals(other, 0.0) else self.code.line(f"{_text(other)} + {self.name}")
 
     def __sub__(self, other: Symbol | float) -> Symbol:
-        return self if _is(other, 0.0) else self.code.line(f"{self.name} - {_text(other)}")
+        return self if _equals(other, 0.0) else self.code.line(f"{self.name} - {_text(other)}")
 
     def __rsub__(self, other: float) -> Symbol:
-        return -self if _is(other, 0.0) else self.code.line(f"{_text(other)} - {self.name}")
+        return -self if _equals(other, 0.0) else self.code.line(f"{_text(other)} - {self.name}")
 
     def __neg__(self) -> Symbol:
         return self.code.line(f"-{self.name}")
 
     def __mul__(self, other: Symbol | float) -> Any:
         if not isinstance(other, (Symbol, float, int)):
-            return NotImplemented  # a vector multiplies its components
-        if _is(other, 0.0):
+            return NotImplemented  # A vector multiplies its components itself.
+        if _equals(other, 0.0):
             return 0.0
-        return self if _is(other, 1.0) else self.code.line(f"{self.name} * {_text(other)}")
+        return self if _equals(other, 1.0) else self.code.line(f"{self.name} * {_text(other)}")
 
     def __rmul__(self, other: float) -> Any:
         return self * other
@@ -56,14 +57,14 @@ class Symbol:
         return self.code.line(f"sqrt({self.name})")
 
     def choose(self, bound: float | Symbol, yes: float | Symbol, no: float | Symbol) -> Symbol:
-        """One thing where this reaches the bound, another where it does not."""
+        """Return a symbol for `yes` if this symbol is at least `bound`, else for `no`."""
         text = f"{_text(yes)} if {self.name} >= {_text(bound)} else {_text(no)}"
         return self.code.line(text)
 
 
 @dataclass(frozen=True)
 class Index:
-    """An integer of which only bounds are known while code is written: a loop's variable."""
+    """Loop variable of generated code, of which only the bounds are known."""
 
     text: str
     low: int
@@ -78,32 +79,32 @@ class Index:
 
 @dataclass
 class Code:
-    """Lines of assignments to names and to the slots ``W[k]`` of a workspace, and loops of such."""
+    """Generated lines: assignments to names and workspace slots ``W[k]``, and loops over them."""
 
     lines: list[str] = field(default_factory=list)
     depth: int = 0
 
     @property
     def text(self) -> str:
-        """The lines that what is stored depends on."""
+        """Source without the assignments that no stored value depends on."""
         used: set[str] = set()
-        kept = []
+        lines = []
         for line in reversed(self.lines):
             target, _, expression = line.strip().partition(" = ")
             if target in used or target.startswith(("W", "for ")):
                 used.update(re.findall(r"t\d+", expression))
-                kept.append(line)
-        return "\n".join(reversed(kept))
+                lines.append(line)
+        return "\n".join(reversed(lines))
 
     def line(self, expression: str) -> Symbol:
-        """A new name for the value of an expression."""
+        """Assign an expression to a new name and return its symbol."""
         name = f"t{len(self.lines)}"
         self._write(f"{name} = {expression}")
         return Symbol(name, self)
 
     @contextmanager
     def loop(self, start: int | Index, stop: int | Index, step: int = 1) -> Iterator[Index]:
-        """What is written meanwhile is done for all indices of a range; at least one line."""
+        """Write the lines of the ``with`` block, at least one, into a loop over a range."""
         name = f"i{len(self.lines)}"
         self._write(f"for {name} in range({start}, {stop}, {step}):")
         self.depth += 1
@@ -128,9 +129,9 @@ class Code:
 
 @dataclass(frozen=True)
 class Triangle:
-    """The lower triangle of a symmetric matrix, row by row, in the slots from `first` on.
+    """Lower triangle of a symmetric matrix, row by row, in workspace slots from `first` on.
 
-    As many slots from `scratch` on are free, if loops need them (`loops.py`).
+    An equal number of slots from `scratch` on is free for loops (`covariance.py`).
     """
 
     code: Code
@@ -144,7 +145,7 @@ class Triangle:
         self.code.store(self._place(*index), value)
 
     def below(self, i: int | Index, j: int | Index) -> Symbol:
-        """Entry (i, j) where i >= j is known."""
+        """Return entry (i, j) of the lower triangle; requires i >= j."""
         return self.code.slot(self._below(i, j))
 
     def _place(self, i: int | Index, j: int | Index) -> int | str:
@@ -163,17 +164,17 @@ class Triangle:
 
 @cache
 def triangle(n: int) -> tuple[Ints, Ints]:
-    """Rows and columns of a `Triangle` of n rows, in the order of its slots."""
+    """Return the rows and columns of the entries of a `Triangle` with n rows, in slot order."""
     return np.tril_indices(n)
 
 
 def slots_of(n: int) -> int:
-    """Number of slots of a `Triangle` of n rows."""
+    """Return the number of slots of a `Triangle` with n rows."""
     return n * (n + 1) // 2
 
 
 def slot_of(i: int, j: int) -> int:
-    """Slot of entry (i, j) of a `Triangle`."""
+    """Return the slot of entry (i, j) of a `Triangle`."""
     row, column = max(i, j), min(i, j)
     return slots_of(row) + column
 
@@ -186,7 +187,7 @@ def _high(index: int | Index) -> int:
     return index.high if isinstance(index, Index) else index
 
 
-def _is(value: Symbol | float, number: float) -> bool:
+def _equals(value: Symbol | float, number: float) -> bool:
     return not isinstance(value, Symbol) and value == number
 
 

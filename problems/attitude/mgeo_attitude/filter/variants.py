@@ -1,9 +1,7 @@
-"""Variants of a filter model as one kernel takes them: their numbers, side by side.
+"""Numerical inputs of the kernel for several variants of a filter model.
 
-A batch may have as many variants as designs, so what is done here for each is little: most is
-taken from what a model keeps of itself.
-
-A `thinned` model is one for slopes that need not be exact.
+A batch may have as many variants as designs, so functions here do little work per variant and rely
+on cached properties of the model. `thinned` returns a model for approximate derivatives.
 """
 
 from __future__ import annotations
@@ -27,23 +25,23 @@ from mgeo_attitude.sensors.suite import Suite
 
 
 def check_variants(model: FilterModel, variants: Sequence[FilterModel]) -> None:
-    """ValueError if the compiled kernel of the model does not fit a variant, and which trait."""
+    """Raise ValueError if a variant needs another kernel than the model, and name the property."""
     for number, variant in enumerate(variants):
         if variant.traits == model.traits:
             continue
-        for name, found, expected in zip(Traits._fields, variant.traits, model.traits, strict=True):
-            if found != expected:
+        for name, value, expected in zip(Traits._fields, variant.traits, model.traits, strict=True):
+            if value != expected:
                 raise ValueError(
-                    f"variants[{number}] differs from the model in {name.replace('_', ' ')}: "
-                    "expected another value of noise, field of view, 1-sigma or weight only"
+                    f"variants[{number}] differs from the model in {name.replace('_', ' ')}. "
+                    "A variant may differ only in noise, field of view, 1-sigmas and weights"
                 )
 
 
 def constants_of(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
-    """Constants of a filter step of each variant, shape (n_variants, n_constants).
+    """Return the step constants of each variant, shape (n_variants, n_constants).
 
-    Those of `codegen.instrument_constants`; those of the required 1-sigmas that are monitored; then
-    the weights of the trace.
+    The constants are those of `codegen.instrument_constants`, the inverse squares of the monitored
+    required 1-sigmas, and the weights of the trace.
     """
     states = list(model.monitors.states)
     required = [[sigma**-2 for sigma in each.required_sigma[states]] for each in variants]
@@ -52,19 +50,25 @@ def constants_of(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
 
 
 def dynamics_of(variants: Sequence[FilterModel]) -> tuple[Floats, Floats]:
-    """`gyro_dynamics` of each variant, side by side."""
-    gyros = {id(each.suite.gyro): each.suite.gyro for each in variants}  # many have few
-    known = {key: gyro_dynamics(gyro) for key, gyro in gyros.items()}
-    matrices, densities = zip(*(known[id(each.suite.gyro)] for each in variants), strict=True)
+    """Return `gyro_dynamics` of each variant, stacked along the first axis."""
+    gyros = {id(each.suite.gyro): each.suite.gyro for each in variants}  # Few gyros are distinct.
+    dynamics = {key: gyro_dynamics(gyro) for key, gyro in gyros.items()}
+    matrices, densities = zip(*(dynamics[id(each.suite.gyro)] for each in variants), strict=True)
     return np.array(matrices), np.array(densities)
 
 
 @lru_cache(maxsize=1000)
 def gyro_dynamics(gyro: Gyro) -> tuple[Floats, Floats]:
-    """A of attitude and gyro at rest and what a unit rate about each axis adds; noise density.
+    """Return the dynamics matrices and the process-noise density of attitude and gyro.
 
-    Shapes (4, n_kinematic, n_kinematic) and (n_kinematic,). The processes of sensors do not depend
-    on the rate.
+    Gauss-Markov processes of sensors do not depend on the rate and are not included.
+
+    Returns
+    -------
+    matrices : array, shape (4, n_kinematic, n_kinematic)
+        A at zero rate, and the derivative of A by each component of the rate.
+    density : array, shape (n_kinematic,)
+        Diagonal of the process-noise density.
     """
     alone = Suite(gyro, ())
     rest, *unit = map(alone.dynamics_matrix, np.vstack([np.zeros(3), np.eye(3)]))
@@ -72,7 +76,7 @@ def gyro_dynamics(gyro: Gyro) -> tuple[Floats, Floats]:
 
 
 def initial_values(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
-    """Covariance, attitude, monitors and trace of each variant at time zero, in a row each."""
+    """Return covariance, attitude, monitors and trace at the start, with one row per variant."""
     sigma = np.array([each.initial_sigma for each in variants])
     correlation = np.array([each.initial_correlation for each in variants])
     covariance = sigma[:, :, None] * correlation * sigma[:, None, :]
@@ -84,14 +88,13 @@ def initial_values(model: FilterModel, variants: Sequence[FilterModel]) -> Float
         [
             covariance[:, row, column],
             [each.initial_attitude.ravel() for each in variants],
-            [_monitors_at_start(each, watched) for each in variants],
+            [_compute_initial_monitors(each, watched) for each in variants],
             np.cumsum(weights * variances, axis=1)[:, -1:],
         ]
     )
 
 
-def _monitors_at_start(model: FilterModel, watched: bool) -> list[float]:
-    """What `layout.Monitors` says, at time zero; with the states', if they are `watched`."""
+def _compute_initial_monitors(model: FilterModel, watched: bool) -> list[float]:
     values = []
     still, covariance = np.zeros((1, 3)), model.initial_covariance[None, :3, :3]
     for limit in model.path_limits:
@@ -105,17 +108,18 @@ def _monitors_at_start(model: FilterModel, watched: bool) -> list[float]:
 
 
 def thinned(model: FilterModel, every: int) -> FilterModel:
-    """A model whose step is that of so many, with as much less noise: 1-sigma over their root.
+    """Return a model with a step `every` times as long and equivalent measurement noise.
 
-    Of samples of which some are not available a sensor has those that are, in the mean over all
-    steps in which there are any. What is left over at the end is left out. Coils and a budget of
-    wheels have tables of their own, and a sensor that names no `noise_parameters` cannot be changed
-    from outside: of such a model it is the model itself.
+    The 1-sigmas of a sensor are divided by the root of its mean number of available samples in a
+    long step. Steps that remain at the end are dropped. The model itself is returned if it has
+    magnetorquer control or a momentum budget, which have tables of their own, or a sensor without
+    `noise_parameters`.
 
     Parameters
     ----------
+    model : FilterModel
     every : int
-        From 1.
+        Number of steps to merge, at least 1.
     """
     coarse = not (isinstance(model.slew_limits, CoilDrive) or model.budget is not None)
     named = all(sensor.noise_parameters for sensor in model.suite.sensors)
@@ -124,12 +128,12 @@ def thinned(model: FilterModel, every: int) -> FilterModel:
         return model
     pick = slice(0, n * every + 1, every)
     samples = model.available[1 : n * every + 1].reshape(n, every, -1)
-    some = samples.any(axis=1)
-    counts = samples.sum(axis=(0, 1)) / np.maximum(some.sum(axis=0), 1)
+    has_sample = samples.any(axis=1)
+    counts = samples.sum(axis=(0, 1)) / np.maximum(has_sample.sum(axis=0), 1)
     suite = Suite(
         model.suite.gyro,
         tuple(
-            # noise of the mean of so many samples, whenever it has them
+            # One reading stands for the mean of the available samples of a long step.
             dataclasses.replace(
                 with_noise(sensor, 1.0 / math.sqrt(max(float(count), 1.0))), sample_interval=None
             )
@@ -141,8 +145,8 @@ def thinned(model: FilterModel, every: int) -> FilterModel:
         pick,
         suite=suite,
         step=every * model.step,
-        # the sample at the start is not used, and the kernel that gates sensors stays the same
-        available=np.vstack([~np.array(model.gated, dtype=bool), some]),
+        # The first sample is unused; its values preserve which sensors the kernel gates.
+        available=np.vstack([~np.array(model.gated, dtype=bool), has_sample]),
         window_steps=max(round(model.window_steps / every), 1),
         by_polynomials=True,
     )

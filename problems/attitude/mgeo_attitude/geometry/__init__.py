@@ -1,1 +1,1 @@
-"""Rotations, quaternions and vectors."""
+"""Rotations, quaternions and 3-vectors."""

@@ -1,4 +1,4 @@
-"""Quaternions and body rates of attitudes as the CCSDS writes them: 504.0-B-2, annex F."""
+"""Quaternions and body rates in the convention of CCSDS 504.0-B-2, annex F."""
 
 from __future__ import annotations
 
@@ -9,59 +9,90 @@ from mgeo_attitude._typing import Floats
 
 
 def quaternions(matrices: Floats) -> Floats:
-    """Quaternions "from GCRF to body", vector first, shape (n, 4), of GCRS-to-body matrices.
+    """Convert GCRS-to-body matrices to quaternions "from GCRF to body", vector part first.
 
-    (e sin(φ/2), cos(φ/2)) for the rotation by φ about e that takes the axes of GCRF to those of the
-    body; it is the transpose of a matrix that turns a vector's *coordinates* from the first frame
-    to the second. Of the two quaternions the one whose scalar is not negative.
+    The quaternion (e sin(φ/2), cos(φ/2)) belongs to the rotation by φ about e that takes the GCRF
+    axes to the body axes. Its matrix is the transpose of the matrix that transforms coordinates.
+    The scalar part is not negative.
+
+    Parameters
+    ----------
+    matrices : array, shape (n, 3, 3)
+
+    Returns
+    -------
+    array, shape (n, 4)
     """
-    found: Floats = Rotation.from_matrix(np.swapaxes(matrices, -1, -2)).as_quat()
-    return found * _signs(found)[:, None]
+    q: Floats = Rotation.from_matrix(np.swapaxes(matrices, -1, -2)).as_quat()
+    return q * _signs(q)[:, None]
 
 
 def sampled_quaternions(times: Floats, matrices: Floats, at: Floats) -> Floats:
-    """Quaternions at times `at`, shape (k, 4), without jumps of sign between neighbors.
+    """Interpolate an attitude history to quaternions at given times, without sign jumps.
 
-    Between the samples of `times` and GCRS-to-body `matrices`, less than 180 degrees from each to
-    the next, the body turns at constant rate. The first scalar is not negative.
+    The body rate is constant between samples. The first scalar part is not negative.
+
+    Parameters
+    ----------
+    times : array, shape (n,)
+        Sample times [s].
+    matrices : array, shape (n, 3, 3)
+        GCRS-to-body matrices, less than 180 degrees apart.
+    at : array, shape (k,)
+        Output times [s].
+
+    Returns
+    -------
+    array, shape (k, 4)
+        Quaternions, vector part first; see `quaternions`.
     """
     rotations = Rotation.from_matrix(np.swapaxes(matrices, -1, -2))
-    found: Floats = Slerp(times, rotations)(at).as_quat()
-    jumps = np.where(np.einsum("ki,ki->k", found[:-1], found[1:]) < 0.0, -1.0, 1.0)
-    return found * np.cumprod(np.append(_signs(found[:1]), jumps))[:, None]
+    q: Floats = Slerp(times, rotations)(at).as_quat()
+    jumps = np.where(np.einsum("ki,ki->k", q[:-1], q[1:]) < 0.0, -1.0, 1.0)
+    return q * np.cumprod(np.append(_signs(q[:1]), jumps))[:, None]
 
 
 def body_rates(times: Floats, matrices: Floats, at: Floats) -> Floats:
-    """Body rates [rad/s] at times `at`, shape (k, 3), of a stretch of constant rate or a ramp.
+    """Return body rates [rad/s] at given times of a constant-rate maneuver or ramp, shape (k, 3).
 
-    Each step between the samples of `times` and GCRS-to-body `matrices` has the rate of its middle;
-    between the middles, and to the ends, rates go linearly, as a ramp's do.
+    The rate between two samples applies at the middle of the interval. Other times are interpolated
+    or extrapolated linearly, which is exact for a ramp.
+
+    Parameters
+    ----------
+    times, matrices, at
+        See `sampled_quaternions`.
     """
-    from scipy.interpolate import make_interp_spline  # which takes long to import
+    from scipy.interpolate import make_interp_spline  # This import takes long.
 
     turns = Rotation.from_matrix(matrices[:-1] @ np.swapaxes(matrices[1:], -1, -2))
     rates: Floats = turns.as_rotvec() / np.diff(times)[:, None]
     if len(rates) == 1:
         return np.repeat(rates, len(at), axis=0)
     middles = 0.5 * (times[:-1] + times[1:])
-    found: Floats = make_interp_spline(middles, rates, k=1)(at)
-    return found
+    interpolated: Floats = make_interp_spline(middles, rates, k=1)(at)
+    return interpolated
 
 
 def quaternion_derivatives(q: Floats, rates: Floats) -> Floats:
-    """dq/dt [1/s] of `quaternions`, shape (k, 4), vector first, at body rates [rad/s], (k, 3).
+    """Return the time derivatives ½ q ⊗ (ω, 0) of quaternions [1/s], shape (k, 4).
 
-    It is ½ q ⊗ (ω, 0).
+    Parameters
+    ----------
+    q : array, shape (k, 4)
+        Quaternions, vector part first; see `quaternions`.
+    rates : array, shape (k, 3)
+        Body rates [rad/s].
     """
     vector, scalar = q[:, :3], q[:, 3:]
-    turned = scalar * rates + np.cross(vector, rates)
-    return 0.5 * np.hstack([turned, -np.einsum("ki,ki->k", vector, rates)[:, None]])
+    vector_part = scalar * rates + np.cross(vector, rates)
+    return 0.5 * np.hstack([vector_part, -np.einsum("ki,ki->k", vector, rates)[:, None]])
 
 
 def _signs(q: Floats) -> Floats:
-    """What makes scalars positive, or where they are zero the first other component that is not.
+    """Return the sign, ±1, of the scalar part, or of the first other nonzero component.
 
-    Rounding decides nothing: a half turn has the same quaternion on every machine.
+    A threshold makes the choice for half turns independent of rounding.
     """
     order = q[:, [3, 0, 1, 2]]
     first = np.argmax(np.abs(order) > 1e-9, axis=1)

@@ -1,16 +1,16 @@
-"""Finite rotations by 3-vectors.
+"""Finite rotations as 3-vectors.
 
-A vector g stands for the rotation by 2 arctan(|g| / 2) about g,
+A vector g represents the rotation by 2 arctan(|g| / 2) about g,
 
     R(g) = I + ([g×] + ½ [g×]²) / (1 + |g|² / 4).
 
-It is twice the Gibbs vector: a rotation vector but for terms of third order, without a root or a
-sine, and what multiplicative attitude filters use (F. L. Markley, Attitude Error Representations
-for Kalman Filtering, Journal of Guidance, Control, and Dynamics 26 (2003) 311-317).
+g is twice the Gibbs vector, as in multiplicative attitude filters (F. L. Markley, Attitude Error
+Representations for Kalman Filtering, Journal of Guidance, Control, and Dynamics 26 (2003) 311-317).
+It equals the rotation vector up to third order, and R(g) needs no root or sine.
 
-Sensors are written with `rotate`, `cross`, `shear`, `dot` and `direction`, for arrays of vectors,
-shape (..., 3), and for `estimation.taylor.Taylor`. Many rotations at once are matrices of arrays,
-shape (3, 3, ...).
+The functions `rotate`, `cross`, `shear`, `dot` and `direction`, from which sensor models are built,
+accept arrays of vectors, shape (..., 3), and `estimation.taylor.Taylor`. Functions for many
+rotations use matrices of arrays, shape (3, 3, ...).
 """
 
 from __future__ import annotations
@@ -23,36 +23,36 @@ from mgeo_attitude._typing import Floats
 
 
 def cross(a: Any, b: Any) -> Any:
-    """Cross product a × b."""
+    """Return the cross product a × b."""
     following, last = [1, 2, 0], [2, 0, 1]
     return a[..., following] * b[..., last] - a[..., last] * b[..., following]
 
 
 def shear(a: Any, b: Any) -> Any:
-    """The cross product with a plus; see `vector.shear`."""
+    """Return (a_y b_z + a_z b_y, a_z b_x + a_x b_z, a_x b_y + a_y b_x), shape (..., 3)."""
     following, last = [1, 2, 0], [2, 0, 1]
     return a[..., following] * b[..., last] + a[..., last] * b[..., following]
 
 
 def dot(a: Any, b: Any) -> Any:
-    """Scalar product a · b, shape (..., 1)."""
+    """Return the scalar product a · b, shape (..., 1)."""
     product = a * b
     return product[..., :1] + product[..., 1:2] + product[..., 2:]
 
 
 def length(v: Any) -> Any:
-    """Euclidean length of v, shape (..., 1)."""
+    """Return the Euclidean length of v, shape (..., 1)."""
     square = dot(v, v)
     return np.sqrt(square) if isinstance(square, np.ndarray) else square.sqrt()
 
 
 def direction(v: Any) -> Any:
-    """The unit vector along v."""
+    """Return the unit vector along v."""
     return v / length(v)
 
 
 def rotate(g: Any, v: Any) -> Any:
-    """R(g) v; g may also be a function that rotates."""
+    """Rotate v by g, as R(g) v; g may also be a function that rotates a vector."""
     if callable(g):
         return g(v)
     once = cross(g, v)
@@ -60,26 +60,26 @@ def rotate(g: Any, v: Any) -> Any:
 
 
 def unrotate(g: Floats, v: Floats) -> Floats:
-    """R(g)ᵀ v."""
-    turned: Floats = rotate(-g, v)
-    return turned
+    """Rotate v by the inverse of g, as R(g)ᵀ v."""
+    rotated: Floats = rotate(-g, v)
+    return rotated
 
 
 def across(axis: Floats) -> Floats:
-    """Two unit vectors, shape (2, 3): with the one before them, a right-handed frame."""
+    """Return two unit vectors, shape (2, 3), that complete `axis` to a right-handed frame."""
     first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     first /= np.linalg.norm(first)
     return np.array([first, np.cross(axis, first)])
 
 
 def frame(axis: Floats) -> Floats:
-    """A right-handed frame whose z is a unit vector, row by row, shape (3, 3)."""
+    """Return a right-handed frame with `axis` as the z-axis, one axis per row, shape (3, 3)."""
     y, minus_x = across(axis)
     return np.array([-minus_x, y, axis])
 
 
 def tangents(v: Floats) -> tuple[Floats, Floats]:
-    """Two unit vectors across unit vectors, shape (..., 3): t and u, with t × u = v.
+    """Return unit vectors t and u with t × u = v for unit vectors v, shape (..., 3).
 
     T. Duff and others, Building an orthonormal basis, revisited, Journal of Computer Graphics
     Techniques 6 (2017) 1-8.
@@ -93,13 +93,13 @@ def tangents(v: Floats) -> tuple[Floats, Floats]:
 
 
 def multiply(A: Floats, B: Floats) -> Floats:
-    """A B for matrices of arrays, shapes (i, k, ...) and (k, j, ...)."""
+    """Multiply matrices of arrays, shapes (i, k, ...) and (k, j, ...)."""
     product: Floats = np.einsum("ik...,kj...->ij...", A, B)
     return product
 
 
 def skew(v: Floats) -> Floats:
-    """[v×] of v, shape (3, ...)."""
+    """Return the cross-product matrix [v×], shape (3, 3, ...), of v, shape (3, ...)."""
     product = np.zeros((3, *v.shape))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         product[j, i] = v[k]
@@ -108,23 +108,23 @@ def skew(v: Floats) -> Floats:
 
 
 def matrix(g: Floats) -> Floats:
-    """R(g) of g, shape (3, ...)."""
+    """Convert g, shape (3, ...), to the rotation matrix R(g), shape (3, 3, ...)."""
     quarter = 0.25 * (g * g).sum(axis=0)
-    turned = skew(g) + 0.5 * g[:, None] * g
+    rotation = skew(g) + 0.5 * g[:, None] * g
     for i in range(3):
-        turned[i, i] += 1.0 - quarter
-    turned /= 1.0 + quarter
-    return turned
+        rotation[i, i] += 1.0 - quarter
+    rotation /= 1.0 + quarter
+    return rotation
 
 
 def rotation_vector(R: Floats) -> Floats:
-    """The g of R(g) = R."""
+    """Convert a rotation matrix to the vector g with R(g) = R."""
     g: Floats = np.stack([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     g *= 2.0 / (1.0 + R[0, 0] + R[1, 1] + R[2, 2])
     return g
 
 
 def exponential(phi: Floats) -> Floats:
-    """exp([φ×]), the rotation by |φ| about φ, shape (3, ...)."""
+    """Return the rotation matrix exp([φ×]) of a rotation vector φ [rad], shape (3, ...)."""
     half = 0.5 * np.sqrt((phi * phi).sum(axis=0))
     return matrix(phi * np.sinc(half / np.pi) / np.cos(half))

@@ -1,4 +1,4 @@
-"""Three-vectors over any scalar: numbers for analysis, symbols for code generation."""
+"""3-vectors with components of any scalar type: numbers, arrays, or symbols for code generation."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Vec3:
-    """A 3-vector whose components only need ``+``, ``-`` and ``*``.
+    """3-vector whose components need only ``+``, ``-`` and ``*``.
 
-    Error models are written with it, so that one text serves numbers and the symbols from which
-    the filter kernel is generated.
+    Error models are written with this class, so that the same code evaluates numbers and generates
+    the filter kernel from symbols.
     """
 
     x: Any
     y: Any
     z: Any
 
-    __array_ufunc__ = None  # an array times a vector is the vector's to compute
+    __array_ufunc__ = None  # NumPy then leaves array * Vec3 to `__rmul__`.
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.x, self.y, self.z))
@@ -41,39 +41,42 @@ class Vec3:
 
 
 def cross(a: Vec3, b: Vec3) -> Vec3:
-    """Cross product a × b."""
+    """Return the cross product a × b."""
     return Vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 
 
 def dot(a: Vec3, b: Vec3) -> Any:
-    """Scalar product a · b."""
+    """Return the scalar product a · b."""
     return a.x * b.x + a.y * b.y + a.z * b.z
 
 
 def unit(direction: tuple[float, float, float]) -> tuple[float, float, float]:
-    """The unit vector along a direction, which is not zero."""
+    """Return the unit vector along a nonzero direction."""
     length = math.hypot(*direction)
     x, y, z = (component / length for component in direction)
     return (x, y, z)
 
 
 def scale(a: Vec3, b: Vec3) -> Vec3:
-    """Component-wise product diag(a) b."""
+    """Return the component-wise product diag(a) b."""
     return Vec3(a.x * b.x, a.y * b.y, a.z * b.z)
 
 
 def shear(a: Vec3, b: Vec3) -> Vec3:
-    """The cross product with a plus, N(a) b: a symmetric matrix with zeros on the diagonal."""
+    """Return N(a) b = (a_y b_z + a_z b_y, a_z b_x + a_x b_z, a_x b_y + a_y b_x).
+
+    N(a) is the symmetric counterpart of the cross-product matrix [a×].
+    """
     return Vec3(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x)
 
 
 def choose(value: Any, bound: Any, yes: Any, no: Any) -> Any:
-    """Return one thing where a value reaches a bound, another where it does not."""
+    """Return `yes` where a value is at least `bound`, else `no`."""
     if isinstance(value, float | np.ndarray):
         return np.where(value >= bound, yes, no)
     return value.choose(bound, yes, no)
 
 
 def maximum(a: Any, b: Any) -> Any:
-    """Return the greater of a symbol, or an array, and another number."""
+    """Return the larger of a symbol or array and another number."""
     return choose(a, b, a, b)

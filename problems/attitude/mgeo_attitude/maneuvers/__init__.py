@@ -1,4 +1,4 @@
-"""What a plan's turns are: designs as rates over time, ramps between them, and phases for people.
+"""Maneuvers of a plan: designs as rates over time, ramps between rates, and phases for display.
 
-Nothing here knows of a filter; `filter` runs along a `Schedule`.
+This package does not depend on the filter; `filter` runs along a `Schedule`.
 """

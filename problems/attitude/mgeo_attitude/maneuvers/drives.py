@@ -1,21 +1,21 @@
-"""What turns a satellite: ramps between body rates, or coils.
+"""Actuation of the rates of a plan: ramps between body rates, or magnetorquers.
 
-Of coils, what is flown is not what is asked for: they drive the body to the rates of a plan, then
-it moves freely. At each filter step whose maneuver's rate has not been
-reached yet, the dipole is that of the cross-product law
+Magnetorquers only approximate the rates of a plan: they drive the body to the rate of a maneuver,
+then the body rotates freely. At each filter step before the rate is reached, the dipole follows
+the cross-product law
 
     m = b × τ / |b|²,   τ = ω × J ω - J (ω - ω_plan) / T,
 
-of which no component is greater than its coil gives: else all are smaller alike. Its torque m × b
-is the part of τ across the field b. (Stickler and Alfriend, Elementary Magnetic Attitude Control
-System, Journal of Spacecraft and Rockets 13 (1976) 282-287; the first term takes out what turns
-an axis that is not principal.) The dipole is held for a step, and the body moves by Euler's
-equations J dω/dt = m × b - ω × J ω. Once the rate is within the detumble rate of the plan's, the
-coils are off until the next maneuver.
+scaled down as a whole if a component exceeds the maximum of its coil. The torque m × b is the part
+of τ across the field b. (Stickler and Alfriend, Elementary Magnetic Attitude Control System,
+Journal of Spacecraft and Rockets 13 (1976) 282-287; the first term cancels the gyroscopic torque of
+non-principal axes.) The dipole is constant in a step, and the body follows Euler's equations J
+dω/dt = m × b - ω × J ω. Once the rate is within the detumble rate of the plan's rate, the coils are
+off until the next maneuver.
 
-Neglected: gravity gradient, drag and radiation pressure; that a coil is off for a part of each step
-(its dipole is the mean); errors of gyro and magnetometer in the law; and how the field changes
-within a step but for its mean.
+Neglected: gravity gradient, drag and radiation pressure; the duty cycle of a coil within a step
+(the dipole is the mean); errors of gyro and magnetometer in the law; the variation of the field
+within a step, of which the mean is used.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ from mgeo_attitude._typing import Bools, Floats, Ints
 
 @dataclass(frozen=True)
 class SlewLimits:
-    """How fast body rates can change.
+    """Limits on changes of the body rate.
 
     Attributes
     ----------
     max_acceleration : float
-        Greatest angular acceleration about each body axis [rad/s²]; may be infinite.
+        Maximum angular acceleration about each body axis [rad/s²]; may be infinite.
     max_torque : float
-        Greatest torque of a wheel, of what ramps use [N m]; may be infinite.
+        Maximum torque of a wheel for ramps [N m]; may be infinite.
     inertia : array, shape (3, 3)
-        [kg m²]
+        Inertia of the satellite [kg m²].
     allocation : array, shape (k, 3)
-        How wheels share a torque; see `Wheels.shares`.
+        Distribution of a torque to the wheels; see `Wheels.shares`.
     initial_rate : array, shape (3,)
-        Body rate that the first ramp leaves [rad/s].
+        Body rate before the first ramp [rad/s].
     """
 
     max_acceleration: float
@@ -53,9 +53,14 @@ class SlewLimits:
     initial_rate: Floats = field(default_factory=lambda: np.zeros(3))
 
     def ramp_time(self, change: Floats) -> Floats:
-        """Least time [s] for changes of the rate, shape (..., 3) [rad/s], equation (12).
+        """Return the shortest ramp durations [s] for changes of the rate, equation (12).
 
-        The rate changes along a straight line, by the torque J dω/dt.
+        The rate changes along a straight line, with the torque J dω/dt.
+
+        Parameters
+        ----------
+        change : array, shape (..., 3)
+            Changes of the body rate [rad/s].
         """
         acceleration = np.abs(change).max(axis=-1) / self.max_acceleration
         torque = np.abs(change @ self.inertia @ self.allocation.T).max(axis=-1) / self.max_torque
@@ -65,26 +70,26 @@ class SlewLimits:
 
 @dataclass(frozen=True)
 class CoilDrive:
-    """What the motion of a satellite with coils alone follows from, but for the plan.
+    """Parameters of attitude motion with magnetorquers only, independent of the plan.
 
     Attributes
     ----------
     inertia : array, shape (3, 3)
-        [kg m²]
+        Inertia of the satellite [kg m²].
     max_dipole : array, shape (3,)
-        Greatest mean dipole of a step about each body axis [A m²].
+        Maximum mean dipole of a step about each body axis [A m²].
     residual_dipole : array, shape (3,)
-        Always there, body axes [A m²].
+        Constant residual dipole, body axes [A m²].
     near : float
-        How near to the plan's rate the coils are off [rad/s].
+        Distance to the rate of the plan at which the coils switch off [rad/s].
     response : float
-        T [s].
+        Time constant T of the control law [s].
     field : array, shape (n_steps + 1, 3)
         Geomagnetic field [T], GCRS.
     initial_attitude : array, shape (3, 3)
-        GCRS to body.
+        GCRS-to-body matrix at the start.
     initial_rate : array, shape (3,)
-        Of the body [rad/s].
+        Body rate at the start [rad/s].
     """
 
     inertia: Floats
@@ -97,29 +102,34 @@ class CoilDrive:
     initial_rate: Floats
 
     def turned(self, turn: Floats) -> CoilDrive:
-        """See `FilterModel.turned`."""
+        """Return the drive for an initial attitude rotated by `turn`; see `FilterModel.turned`."""
         return dataclasses.replace(self, field=self.field @ turn)
 
     def rates(
         self, rates: Floats, starts: Ints, step: float, n_steps: int
     ) -> tuple[Floats, Floats, Bools]:
-        """What is flown of maneuvers in `n_steps` steps, or as many as the field is known for.
+        """Return the actual body rates for the maneuvers of n designs.
 
         Parameters
         ----------
         rates : array, shape (n, m, 3)
-            That are asked for [rad/s].
+            Commanded rates of the maneuvers [rad/s].
         starts : array, shape (n, m)
-            First step of each; one that starts with the next is not flown.
+            First step of each maneuver. A maneuver with the same start as the next one is skipped.
+        step : float
+            Filter step [s].
+        n_steps : int
+            Number of steps, limited to those with a known field.
 
         Returns
         -------
         mean, end : arrays, shape (n, k, 3)
-            Body rate that turns the body as each step does, and that at its end [rad/s].
+            Constant rate equivalent to the rotation in each step, and rate at the end of the step
+            [rad/s].
         free : array of bool, shape (n, k)
             Whether the coils are off.
         """
-        from mgeo_attitude.maneuvers.rigid_body import driven  # compiles
+        from mgeo_attitude.maneuvers.rigid_body import driven  # This import loads numba.
 
         shape = len(rates), min(n_steps, len(self.field) - 1)
         mean, end = np.zeros((*shape, 3)), np.zeros((*shape, 3))

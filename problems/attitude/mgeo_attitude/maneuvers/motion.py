@@ -1,4 +1,4 @@
-"""A design as flown: rates and attitudes step by step, and phases for people."""
+"""Motion along a design: rates and attitudes at every step, and phases for display."""
 
 from __future__ import annotations
 
@@ -19,21 +19,24 @@ from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, Flown, Turn
 def attitudes(
     rates: Floats, starts: Ints, n_steps: int, step: float, initial: Floats | None = None
 ) -> Floats:
-    """Attitude at every sample of one design: GCRS to body, shape (n_steps + 1, 3, 3).
+    """Return the GCRS-to-body matrix of one design at every sample, shape (n_steps + 1, 3, 3).
 
     Parameters
     ----------
     rates : array, shape (m, 3)
         Body rates of the maneuvers [rad/s].
     starts : array, shape (m,)
-        Their first steps.
+        First steps of the maneuvers.
+    n_steps : int
+    step : float
+        Filter step [s].
     initial : array, shape (3, 3), optional
-        Attitude at the start; default: body axes along those of GCRS.
+        Initial attitude. Default: body axes aligned with GCRS.
     """
     C = np.empty((n_steps + 1, 3, 3))
     C[0] = np.eye(3) if initial is None else initial
     ends = np.minimum(np.append(starts[1:], n_steps), n_steps)
-    # ramps, and coils, have a stretch in each step, which are turns to be made at once
+    # Ramps and magnetorquers have an interval in each step, whose rotations are vectorized.
     alone = Rotation.from_rotvec(-step * rates).as_matrix() if len(rates) else np.empty((0, 3, 3))
     for omega, turn, first, last in zip(rates, alone, starts.tolist(), ends.tolist(), strict=True):
         if last == first + 1:
@@ -46,31 +49,31 @@ def attitudes(
 
 
 class Body(Protocol):
-    """What is turned; a `FilterModel` tells it."""
+    """Satellite whose attitude moves; implemented by `FilterModel`."""
 
     @property
     def step(self) -> float:
-        """Step of the filter [s]."""
+        """Filter step [s]."""
 
     @property
     def slew_limits(self) -> Turning:
-        """What turns it from one rate to the next, if not at once."""
+        """Limits on rate changes, or magnetorquer control; None for instantaneous changes."""
 
     @property
     def initial_attitude(self) -> Floats:
-        """GCRS to body at the start, shape (3, 3)."""
+        """GCRS-to-body matrix at the start, shape (3, 3)."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """A plan on n steps, from the attitude at the start that is believed.
+    """Nominal motion of a plan over n steps, from the estimated initial attitude.
 
     Attributes
     ----------
     rates : array, shape (n, 3)
         Body rate in each step [rad/s].
     attitude : array, shape (n + 1, 3, 3)
-        GCRS to body.
+        GCRS-to-body matrices.
     """
 
     rates: Floats
@@ -78,42 +81,42 @@ class Motion:
 
     @classmethod
     def of(cls, body: Body, design: ArrayLike, n_steps: int) -> Motion:
-        """Of a design, shape (4 m,), and what flies it."""
+        """Compute the motion of a body along a design, shape (4 m,)."""
         plan = flown(design, n_steps * body.step, body.step, body.slew_limits)
         starts = np.rint(plan.times[:-1] / body.step).astype(np.int64)
         stretch = np.searchsorted(starts, np.arange(n_steps), side="right") - 1
         initial = body.initial_attitude
-        flown_attitudes = attitudes(plan.rates, starts, n_steps, body.step, initial)
-        return cls(plan.rates[stretch], flown_attitudes)
+        matrices = attitudes(plan.rates, starts, n_steps, body.step, initial)
+        return cls(plan.rates[stretch], matrices)
 
 
-#: Label of the time for which the last rate is held.
+#: Label of the phase in which the last rate is held.
 HELD = "rate held"
-#: With what the label of a ramp begins.
+#: Prefix of the label of a ramp.
 RAMP = "ramp to "
-#: What follows the label of a phase that is flown only for those flights that converge late.
+#: Suffix of the label of a phase that only serves runs that converge late.
 LATE = ", for late flights"
 
 
 @dataclass(frozen=True)
 class Phase:
-    """A stretch of constant body rate, or a ramp from one rate to the next.
+    """Interval of constant body rate, or a ramp between two rates.
 
-    With coils a ramp is the time for which they are on, and what follows it is free motion.
+    With magnetorquers, a ramp is the time in which the coils are on; free motion follows.
 
     Attributes
     ----------
     label : str
-        ``maneuver 2``, numbered as in the design, ``ramp to maneuver 2`` or ``rate held``; of what
-        is `divided` from a phase with `LATE` after it.
+        ``maneuver 2``, numbered as in the design, ``ramp to maneuver 2`` or ``rate held``. After
+        the time of `divided`, the label ends with `LATE`.
     start, end : float
-        [s] after the epoch.
+        Start and end [s] after the epoch.
     rates_deg_s : tuple of three floats
-        About body x, y and z; of a ramp, or of free motion, the mean.
+        Body rate about x, y and z [deg/s]; the mean of a ramp or of free motion.
     commanded_deg_s : tuple of three floats
-        Those of its maneuver, which a ramp leads to.
+        Rate of the maneuver [deg/s], to which a ramp leads.
     swept_deg : float
-        Angle turned through [deg].
+        Accumulated rotation angle [deg].
     """
 
     label: str
@@ -125,7 +128,7 @@ class Phase:
 
     @property
     def duration(self) -> float:
-        """[s]"""
+        """Duration [s]."""
         return self.end - self.start
 
 
@@ -136,64 +139,76 @@ def phases(
     limits: Turning = None,
     names: Mapping[int, str] = MappingProxyType({}),
 ) -> tuple[Phase, ...]:
-    """Phases of one design, shape (4 m,), up to `t_end`, as `schedule.flown` has them.
+    """Return the phases of one design until `t_end`.
 
-    Maneuvers shorter than a step may be left out. No rate is held where the run ends with the last
-    maneuver. By their numbers, from 0, `names` says what maneuvers are called otherwise.
+    A maneuver shorter than a step may be missing. There is no phase of a held rate if the run ends
+    with the last maneuver.
+
+    Parameters
+    ----------
+    design : array_like, shape (4 m,)
+    t_end : float
+        End of the run [s].
+    step : float
+        Filter step [s].
+    limits : SlewLimits or CoilDrive, optional
+        See `schedule`.
+    names : mapping of int to str
+        Names of maneuvers, by number from 0, in place of ``maneuver N``.
     """
     flight = flown(design, t_end, step, limits)
-    # not the flight's rates, which went through radians
+    # The rates come from the design, because a conversion to radians and back would round them.
     commanded = np.asarray(design, dtype=float).reshape(-1, VARIABLES_PER_MANEUVER)[:, :3]
     starts, ends = flight.times[:-1], flight.times[1:]
-    found: list[Phase] = []
+    result: list[Phase] = []
 
     def add(label: str, start: float, end: float, mean: Floats, swept: float) -> None:
         (x, y, z), (a, b, c) = mean.tolist(), rate.tolist()
-        found.append(Phase(label, float(start), float(end), (x, y, z), (a, b, c), float(swept)))
+        result.append(Phase(label, float(start), float(end), (x, y, z), (a, b, c), float(swept)))
 
     for number in dict.fromkeys(flight.numbers.tolist()):
         name = names.get(number, f"maneuver {number + 1}")
         own, rate = flight.numbers == number, commanded[number]
-        ramp, held = own & ~flight.steady, own & flight.steady
+        ramp, steady = own & ~flight.steady, own & flight.steady
         if ramp.any():
             begin, until = starts[ramp][0], ends[ramp][-1]
-            add(f"{RAMP}{name}", begin, until, *_turned(flight, begin, until))
-        if held.any():
-            start, end = starts[held][0], ends[held][-1]
+            add(f"{RAMP}{name}", begin, until, *_mean_rate_and_angle(flight, begin, until))
+        if steady.any():
+            start, end = starts[steady][0], ends[steady][-1]
             stop = flight.over if end == t_end else end
-            # the last of the design may be over before its first step
+            # The last maneuver may end before its first step.
             for label, begin, until in ((name, start, stop), (HELD, stop, end)):
                 if begin < until and isinstance(limits, CoilDrive):
-                    add(label, begin, until, *_turned(flight, begin, until))
+                    add(label, begin, until, *_mean_rate_and_angle(flight, begin, until))
                 elif begin < until:
                     swept = float(np.linalg.norm(rate)) * (until - begin)
                     add(label, begin, until, rate, swept)
-    return tuple(found)
+    return tuple(result)
 
 
-def _turned(flight: Flown, begin: float, until: float) -> tuple[Floats, float]:
-    """Mean rate [deg/s], and angle turned through [deg], of what is flown between two times."""
+def _mean_rate_and_angle(flight: Flown, begin: float, until: float) -> tuple[Floats, float]:
+    """Return the mean rate [deg/s] and the accumulated rotation angle [deg] between two times."""
     edges = np.clip(flight.times, begin, until)
-    lasting, rates = np.diff(edges), np.degrees(flight.rates)
-    return lasting @ rates / (until - begin), float(lasting @ np.linalg.norm(rates, axis=1))
+    durations, rates = np.diff(edges), np.degrees(flight.rates)
+    return durations @ rates / (until - begin), float(durations @ np.linalg.norm(rates, axis=1))
 
 
 def divided(flown: tuple[Phase, ...], time: float) -> tuple[Phase, ...]:
-    """With an edge at a time [s] of a phase of constant rate, after which phases are `LATE`."""
-    found: list[Phase] = []
+    """Split the phase of constant rate at a time [s], and mark all later phases with `LATE`."""
+    result: list[Phase] = []
     for phase in flown:
         if phase.end <= time:
-            found.append(phase)
+            result.append(phase)
             continue
         since = phase.start
         if phase.start < time and not phase.label.startswith(RAMP):
-            before = replace(phase, end=time, swept_deg=_swept(phase, time - phase.start))
-            found.append(before)
+            before = replace(phase, end=time, swept_deg=_share_of_angle(phase, time - phase.start))
+            result.append(before)
             since = time
-        late, swept = f"{phase.label}{LATE}", _swept(phase, phase.end - since)
-        found.append(replace(phase, label=late, start=since, swept_deg=swept))
-    return tuple(found)
+        late, swept = f"{phase.label}{LATE}", _share_of_angle(phase, phase.end - since)
+        result.append(replace(phase, label=late, start=since, swept_deg=swept))
+    return tuple(result)
 
 
-def _swept(phase: Phase, duration: float) -> float:
+def _share_of_angle(phase: Phase, duration: float) -> float:
     return phase.swept_deg * (duration / phase.duration)

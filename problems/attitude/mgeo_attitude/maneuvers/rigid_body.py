@@ -1,11 +1,11 @@
-"""Rigid-body motion under a dipole that is held for a step, compiled; see `maneuvers.drives`.
+"""Rigid-body motion under a dipole that is constant in a step, compiled; see `maneuvers.drives`.
 
-With q from body axes to those at the start of a step and b the field in body axes,
+With q from body axes to the body axes at the start of a step and b the field in body axes,
 
     dq/dt = q (0, ω) / 2,   db/dt = b × ω,   J dω/dt = m × b - ω × J ω
 
-are quadratic, so the Taylor coefficients of the three follow from each other by Cauchy products:
-the step is exact to rounding, whatever its length, without an error to be chosen.
+are quadratic, so that the Taylor coefficients of all three follow from each other by Cauchy
+products. The step is exact to rounding, whatever its length, without an error tolerance.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ import numpy as np
 
 from mgeo_attitude._compiled import entry, helper
 
-#: Terms of the series, and the angle [rad] up to which they are more than enough.
+#: Number of terms of the series, and the angle [rad] up to which they suffice.
 _TERMS, _ANGLE = 20, 0.25
-#: Terms after one of this size relative to the largest are left out.
+#: Size of a term, relative to the largest one, at which the series ends.
 _NEGLIGIBLE = 1e-17
 
 
@@ -29,15 +29,15 @@ _NEGLIGIBLE = 1e-17
     "float64[:,:,::1], float64[:,:,::1], boolean[:,::1])"
 )
 def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-untyped-def]
-    """`CoilDrive.rates`, written to the last three."""
+    """Compute `CoilDrive.rates` into the arrays `mean`, `end` and `free`."""
     inertia, inverse, initial_attitude, initial_rate = body
     largest, residual, near, response = law
     rates, starts = plan
     n_maneuvers = starts.shape[1]
-    C, old, turned = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    C, old, rotation = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     rate, b, dipole, torque = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     middle, q = np.empty(3), np.empty(4)
-    room = np.empty((4, _TERMS + 1, 4))
+    scratch = np.empty((4, _TERMS + 1, 4))
     for i in range(len(rates)):
         assign_matrix(initial_attitude, C)
         assign(initial_rate, rate)
@@ -66,25 +66,25 @@ def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-un
                 limited(b, torque, largest, dipole)
             for a in range(3):
                 dipole[a] += residual[a]
-            _move(rate, b, dipole, inertia, inverse, step, q, room)
+            _propagate(rate, b, dipole, inertia, inverse, step, q, scratch)
             assign(rate, end[i, k])
             _rotation_vector(q, middle)
             for a in range(3):
                 mean[i, k, a] = middle[a] / step
-            _to_body(q, turned)
+            _to_body(q, rotation)
             assign_matrix(C, old)
             for r in range(3):
                 for c in range(3):
                     C[r, c] = (
-                        turned[r, 0] * old[0, c]
-                        + turned[r, 1] * old[1, c]
-                        + turned[r, 2] * old[2, c]
+                        rotation[r, 0] * old[0, c]
+                        + rotation[r, 1] * old[1, c]
+                        + rotation[r, 2] * old[2, c]
                     )
 
 
 @helper
 def limited(b, torque, largest, dipole):  # type: ignore[no-untyped-def]
-    """dipole ← b × τ / |b|², smaller where a coil cannot."""
+    """Compute the dipole b × τ / |b|² of the cross-product law, scaled down to the coil limits."""
     cross(b, torque, dipole)
     square = b[0] * b[0] + b[1] * b[1] + b[2] * b[2]
     most = 1.0
@@ -96,9 +96,9 @@ def limited(b, torque, largest, dipole):  # type: ignore[no-untyped-def]
 
 
 @helper
-def _move(rate, b, dipole, inertia, inverse, step, q, room):  # type: ignore[no-untyped-def]
-    """Move `rate` and the field `b` in body axes by a step, and write its turn to `q`."""
-    w, f, s, momentum = room[0], room[1], room[2], room[3]
+def _propagate(rate, b, dipole, inertia, inverse, step, q, scratch):  # type: ignore[no-untyped-def]
+    """Propagate `rate` and the field `b` in body axes by a step, and write the rotation to `q`."""
+    w, f, s, momentum = scratch[0], scratch[1], scratch[2], scratch[3]
     speed, push = 0.0, 0.0
     for a in range(3):
         speed += rate[a] * rate[a]
@@ -108,7 +108,7 @@ def _move(rate, b, dipole, inertia, inverse, step, q, room):  # type: ignore[no-
     parts = max(1, math.ceil(fastest * step / _ANGLE))
     h = step / parts
     q[0], q[1], q[2], q[3] = 1.0, 0.0, 0.0, 0.0
-    made, spin = np.empty(3), np.empty(3)
+    net_torque, spin = np.empty(3), np.empty(3)
     for _ in range(parts):
         for a in range(3):
             w[0, a], f[0, a] = rate[a], b[a]
@@ -117,16 +117,16 @@ def _move(rate, b, dipole, inertia, inverse, step, q, room):  # type: ignore[no-
         size = 1.0
         for n in range(_TERMS):
             product(inertia, w[n], momentum[n])
-            cross(dipole, f[n], made)
+            cross(dipole, f[n], net_torque)
             for a in range(3):
                 f[n + 1, a] = 0.0
             for a in range(4):
                 s[n + 1, a] = 0.0
             for j in range(n + 1):
                 x, y = w[j], momentum[n - j]
-                made[0] -= x[1] * y[2] - x[2] * y[1]
-                made[1] -= x[2] * y[0] - x[0] * y[2]
-                made[2] -= x[0] * y[1] - x[1] * y[0]
+                net_torque[0] -= x[1] * y[2] - x[2] * y[1]
+                net_torque[1] -= x[2] * y[0] - x[0] * y[2]
+                net_torque[2] -= x[0] * y[1] - x[1] * y[0]
                 v, y = f[n - j], f[n + 1]
                 y[0] += v[1] * x[2] - v[2] * x[1]
                 y[1] += v[2] * x[0] - v[0] * x[2]
@@ -136,7 +136,7 @@ def _move(rate, b, dipole, inertia, inverse, step, q, room):  # type: ignore[no-
                 y[1] += p[0] * x[0] + p[2] * x[2] - p[3] * x[1]
                 y[2] += p[0] * x[1] + p[3] * x[0] - p[1] * x[2]
                 y[3] += p[0] * x[2] + p[1] * x[1] - p[2] * x[0]
-            product(inverse, made, spin)
+            product(inverse, net_torque, spin)
             size *= h
             most, turn = 0.0, 0.0
             for a in range(3):
@@ -158,7 +158,7 @@ def _move(rate, b, dipole, inertia, inverse, step, q, room):  # type: ignore[no-
 
 @helper
 def _rotation_vector(q, out):  # type: ignore[no-untyped-def]
-    """Axis times angle of a turn by less than half a turn, scalar first."""
+    """Convert a quaternion, scalar first, to a rotation vector of less than 180 degrees."""
     sine = math.sqrt(q[1] ** 2 + q[2] ** 2 + q[3] ** 2)
     factor = 2.0 * math.atan2(sine, q[0]) / sine if sine > 0.0 else 2.0
     for a in range(3):
@@ -167,7 +167,7 @@ def _rotation_vector(q, out):  # type: ignore[no-untyped-def]
 
 @helper
 def _to_body(q, out):  # type: ignore[no-untyped-def]
-    """From the axes at the start of a step to those at its end."""
+    """Return in `out` the matrix from the body axes at the start of a step to those at the end."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     out[0, 0], out[1, 1] = 1.0 - 2.0 * (y * y + z * z), 1.0 - 2.0 * (x * x + z * z)
     out[2, 2] = 1.0 - 2.0 * (x * x + y * y)
@@ -195,7 +195,7 @@ def cross(a, b, out):  # type: ignore[no-untyped-def]
 
 @helper
 def assign(x, out):  # type: ignore[no-untyped-def]
-    """out ← x; numba takes seconds for `out[:] = x`, whose shapes might differ."""
+    """Copy x to `out`; numba takes seconds to compile `out[:] = x` for shapes that might differ."""
     for i in range(len(out)):
         out[i] = x[i]
 

@@ -1,4 +1,4 @@
-"""A design vector as maneuvers, and maneuvers as steps of the filter."""
+"""Conversion of a design vector to maneuvers, and of maneuvers to filter steps."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.maneuvers.drives import CoilDrive, SlewLimits
 
-#: What turns the satellite from one rate to the next; without it rates change at once.
+#: Limits on rate changes, or magnetorquer control; None for instantaneous changes.
 Turning = SlewLimits | CoilDrive | None
 
-#: A step that no run reaches: the start of what is never flown.
+#: Step number that no run reaches, as the start of an interval that is skipped.
 NEVER = 2**40
 
-#: Variables of one maneuver: three rates and a duration.
+#: Number of variables of a maneuver: three rates and a duration.
 VARIABLES_PER_MANEUVER = 4
 
 
@@ -39,7 +39,7 @@ def decode(designs: ArrayLike) -> tuple[Floats, Floats]:
     Raises
     ------
     ValueError
-        If the number of columns is no multiple of four, a value is not finite or a duration is
+        If the number of columns is not a multiple of four, a value is not finite or a duration is
         negative.
     """
     table = np.atleast_2d(np.asarray(designs, dtype=float))
@@ -61,28 +61,28 @@ def decode(designs: ArrayLike) -> tuple[Floats, Floats]:
 
 
 def durations_of(designs: Floats) -> Floats:
-    """Durations [s], shape (..., m), of designs, shape (..., 4 m): a view of them."""
+    """Return a view of the durations [s], shape (..., m), of designs, shape (..., 4 m)."""
     return designs[..., VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER]
 
 
 def holding(rate: Floats) -> Floats:
-    """The design of a plan of nothing, shape (4,): the rate at the start [rad/s] is held.
+    """Return a design, shape (4,), that only holds the initial rate [rad/s].
 
-    A satellite that coils turn moves freely, as they are off.
+    A satellite with magnetorquers rotates freely under this design, since the coils stay off.
     """
     return np.append(np.degrees(rate), 0.0)
 
 
 def maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
-    """First step of each maneuver, and the step at which the last one is over.
+    """Return the first step of each maneuver, and the step at which the last maneuver ends.
 
-    A maneuver begins at the first step at or after its start; one that ends before that step is
-    not flown, except the last one, whose rate is held to the end of the run.
+    A maneuver begins at the first step at or after its start. A maneuver that ends before that step
+    is skipped, except the last one, whose rate is held to the end of the run.
 
     Parameters
     ----------
     durations : array, shape (n, m)
-        [s]
+        Durations [s].
     step : float
         Filter step [s].
 
@@ -99,25 +99,26 @@ def maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
 
 @dataclass(frozen=True)
 class Schedule:
-    """n designs as stretches of constant rate on the filter's steps.
+    """Designs as intervals of constant rate on filter steps.
 
     Attributes
     ----------
     rates : array, shape (n, k, 3)
-        Body rates [rad/s]; of a step of a ramp, or of coils, that which turns the body as it does.
+        Body rates [rad/s]. In a step of a ramp or with magnetorquers, the equivalent constant rate.
     end_rates : array, shape (n, k, 3)
-        Those at the end of each stretch, the same but in ramps and with coils.
+        Body rates at the end of each interval; differ from `rates` in ramps and with magnetorquers.
     starts : array, shape (n, k)
-        First step of each stretch, ascending; one that starts with the next is not flown.
+        First step of each interval, ascending. An interval with the same start as the next one is
+        skipped.
     over : array, shape (n,)
-        Step at which the last maneuver is over; the last rate is held.
+        Step at which the last maneuver ends; its rate is held afterwards.
     maneuver : array, shape (n, k)
-        Which maneuver of the design each stretch belongs to, from 0.
+        Number of the maneuver, from 0, that contains each interval.
     free : array of bool, shape (n, k), optional
-        Of coils, whether they are off.
+        With magnetorquers, whether the coils are off.
     asked : arrays, shapes (n, m, 3) and (n, m), optional
-        Of coils, rates and first steps of the maneuvers: designs that are asked for the same until
-        some step fly the same until then.
+        With magnetorquers, commanded rates and first steps of the maneuvers. Designs with equal
+        commands up to a step have equal motion up to that step.
     """
 
     rates: Floats
@@ -129,36 +130,46 @@ class Schedule:
     asked: tuple[Floats, Ints] | None = None
 
     def steady(self) -> Bools:
-        """Which stretches are no step on the way to a maneuver's rate, shape (n, k)."""
+        """Return whether each interval has the constant rate of its maneuver, shape (n, k).
+
+        Steps of a ramp do not. With magnetorquers, return whether the coils are off.
+        """
         if self.free is not None:
             return self.free
         unchanged: Bools = (self.rates == self.end_rates).all(axis=2)
         return unchanged
 
     def lasting(self, end_steps: ArrayLike = NEVER) -> Ints:
-        """Steps for which each stretch is flown, shape (n, k), in runs that end at `end_steps`."""
+        """Return the number of steps of each interval, shape (n, k), in runs until `end_steps`."""
         limit = np.reshape(np.asarray(end_steps, dtype=np.int64), (-1, 1))
         ends = np.append(self.starts[:, 1:], np.full((len(self.starts), 1), NEVER), axis=1)
-        lasting: Ints = np.minimum(ends, limit) - np.minimum(self.starts, limit)
-        return lasting
+        result: Ints = np.minimum(ends, limit) - np.minimum(self.starts, limit)
+        return result
 
     def flown(self) -> Bools:
-        """Which stretches last a step or more, shape (n, k)."""
+        """Return whether each interval lasts at least one step, shape (n, k)."""
         return self.lasting() > 0
 
 
 def schedule(
     designs: ArrayLike, step: float, limits: Turning = None, n_steps: int = NEVER
 ) -> Schedule:
-    """What is flown of designs, shape (n, 4 m), until step `n_steps`.
+    """Convert designs to intervals of constant rate until step `n_steps`.
 
-    Without `limits` rates change at once, as in the paper. With them the rate moves along a
-    straight line to that of the next maneuver, at first from the initial one, as fast as it can;
-    every step of such a ramp is a stretch at the exact mean of the rate during it. A ramp counts to
-    the maneuver it leads into and is cut short where that ends first, except the last one, whose
-    rate is held. What would begin at `n_steps` or later starts at `NEVER`, or is left out.
+    Without `limits` rates change instantly, as in the paper. With `SlewLimits` the rate moves along
+    a straight line to the rate of the next maneuver, first from the initial rate, in the shortest
+    time. Each step of a ramp is an interval at the exact mean rate of the step. A ramp belongs to
+    the maneuver that it leads to, and is cut short if that maneuver ends first; the last maneuver
+    is extended instead. With magnetorquers every step is an interval.
 
-    With coils every step is a stretch, and the last rate is that of free motion.
+    Parameters
+    ----------
+    designs : array_like, shape (n, 4 m)
+    step : float
+        Filter step [s].
+    limits : SlewLimits or CoilDrive, optional
+    n_steps : int
+        Intervals that would start here or later start at `NEVER` or are missing.
 
     Raises
     ------
@@ -174,35 +185,35 @@ def schedule(
     if isinstance(limits, CoilDrive):
         mean, end, free = limits.rates(rates, starts, step, n_steps)
         steps = np.tile(np.arange(mean.shape[1]), (len(free), 1))
-        begun = (starts[:, None, :] <= steps[:, :, None]).sum(axis=2)
-        return Schedule(mean, end, steps, over, begun - 1, free, (rates, starts))
+        started = (starts[:, None, :] <= steps[:, :, None]).sum(axis=2)
+        return Schedule(mean, end, steps, over, started - 1, free, (rates, starts))
     ends = np.column_stack([starts[:, 1:], np.full(n, NEVER)])
     time, length = np.empty((n, m)), np.empty((n, m), dtype=np.int64)
-    before = np.empty((n, m, 3))  # the rate that each maneuver begins with
+    before = np.empty((n, m, 3))  # These are the rates at the start of each maneuver.
     before[:, 0] = limits.initial_rate
     change = rates.copy()
     for j in range(m):
         if j > 0:
-            made = _share_made(step * length[:, j - 1].astype(float), time[:, j - 1])
-            before[:, j] = before[:, j - 1] + made[:, None] * change[:, j - 1]
+            share = _completed_share(step * length[:, j - 1].astype(float), time[:, j - 1])
+            before[:, j] = before[:, j - 1] + share[:, None] * change[:, j - 1]
         change[:, j] -= before[:, j]
         time[:, j] = limits.ramp_time(change[:, j])
         steps = np.ceil(np.minimum(time[:, j] / step, NEVER))
         length[:, j] = np.minimum(steps, ends[:, j] - starts[:, j])
     over = np.maximum(over, starts[:, -1] + length[:, -1])
 
-    # All designs' stretches one after the other: the steps of each ramp, then the rate held.
+    # List the intervals of all designs in sequence: the steps of each ramp, then the held rate.
     count = np.clip(n_steps - starts, 0, length) + 1
     which = np.repeat(np.arange(n * m), count.ravel())
-    place = _places(count.ravel())
+    place = _index_in_group(count.ravel())
     start = starts.ravel()[which] + place
     mean, end = (
         before.reshape(-1, 3)[which] + share[:, None] * change.reshape(-1, 3)[which]
-        for share in _shares(step * place.astype(float), step, time.ravel()[which])
+        for share in _ramp_shares(step * place.astype(float), step, time.ravel()[which])
     )
-    # And then in rows, a design in each.
-    row, column = which // m, _places(count.sum(axis=1))
-    plan = _unflown(n, column.max(initial=0) + 1, over)
+    # Arrange the intervals with one design per row.
+    row, column = which // m, _index_in_group(count.sum(axis=1))
+    plan = _empty_schedule(n, column.max(initial=0) + 1, over)
     plan.rates[row, column], plan.end_rates[row, column] = mean, end
     plan.starts[row, column] = np.where(start < n_steps, start, NEVER)
     plan.maneuver[row, column] = which % m
@@ -211,21 +222,21 @@ def schedule(
 
 @dataclass(frozen=True)
 class Flown:
-    """One design as the filter flies it, until `times[-1]`: k stretches of constant rate.
+    """One design as k intervals of constant rate until the end of a run.
 
     Attributes
     ----------
     numbers : array, shape (k,)
-        Which maneuver of the design each stretch is, from 0.
+        Number of the maneuver, from 0, of each interval.
     times : array, shape (k + 1,)
-        Their starts, then the end of the run [s].
+        Starts of the intervals, then the end of the run [s].
     rates : array, shape (k, 3)
         Body rates [rad/s].
     steady : array of bool, shape (k,)
-        Whether that is the maneuver's own rate, and the stretch no step of a ramp; with coils,
-        whether they are off.
+        Whether the interval has the rate of its maneuver, not of a ramp; with magnetorquers,
+        whether the coils are off.
     over : float
-        End of the last maneuver, or of the run if that comes first [s]; the last rate is held.
+        End of the last maneuver [s], or of the run if earlier; the last rate is held afterwards.
     """
 
     numbers: Ints
@@ -236,7 +247,16 @@ class Flown:
 
 
 def flown(design: ArrayLike, t_end: float, step: float, limits: Turning = None) -> Flown:
-    """What is flown of one design, shape (4 m,), in a run of `t_end` seconds; see `schedule`."""
+    """Convert one design to intervals of constant rate in a run of `t_end` seconds.
+
+    Parameters
+    ----------
+    design : array_like, shape (4 m,)
+    t_end : float
+        End of the run [s].
+    step, limits
+        See `schedule`.
+    """
     designs = np.atleast_1d(np.asarray(design, dtype=float))[None]
     plan = schedule(designs, step, limits, math.ceil(t_end / step) + 1)
     stretches = plan.flown()[0] & (plan.starts[0] * step < t_end)
@@ -249,30 +269,29 @@ def flown(design: ArrayLike, t_end: float, step: float, limits: Turning = None) 
     )
 
 
-def _unflown(n: int, count: int, over: Ints) -> Schedule:
-    """So many stretches of n designs, none of which is flown."""
+def _empty_schedule(n: int, count: int, over: Ints) -> Schedule:
     rates, end_rates = np.zeros((2, n, count, 3))
     starts, maneuver = np.full((n, count), NEVER), np.zeros((n, count), dtype=np.int64)
     return Schedule(rates, end_rates, starts, over, maneuver)
 
 
-def _places(counts: Ints) -> Ints:
-    """Places from 0 in groups of so many, one group after the other."""
+def _index_in_group(counts: Ints) -> Ints:
+    """Return the index of each element in its group, for consecutive groups of given sizes."""
     return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
-def _shares(begin: Floats, step: float, time: Floats) -> tuple[Floats, Floats]:
-    """Share of a change that is made in steps of a ramp: their mean, and at their ends.
+def _ramp_shares(begin: Floats, step: float, time: Floats) -> tuple[Floats, Floats]:
+    """Return the completed share of a rate change, as the mean over a step and at its end.
 
-    Steps begin `begin` seconds after the start of a ramp that takes `time` seconds, and may end
-    within one.
+    A step begins `begin` seconds after the start of a ramp that takes `time` seconds. The ramp may
+    end within the step.
     """
-    part = np.clip((time - begin) / step, 0.0, 1.0)  # of the step that belongs to the ramp
-    mean = part * _share_made(begin + 0.5 * part * step, time) + (1.0 - part)
-    return mean, _share_made(begin + step, time)
+    part = np.clip((time - begin) / step, 0.0, 1.0)  # The ramp covers this part of the step.
+    mean = part * _completed_share(begin + 0.5 * part * step, time) + (1.0 - part)
+    return mean, _completed_share(begin + step, time)
 
 
-def _share_made(after: Floats, time: Floats) -> Floats:
-    """Share of a change that is made `after` seconds of a ramp that takes `time`."""
+def _completed_share(after: Floats, time: Floats) -> Floats:
+    """Return the completed share of a rate change at a time `after` the start of its ramp [s]."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(time > 0.0, np.clip(after / time, 0.0, 1.0), 1.0)

@@ -1,1 +1,1 @@
-"""Plans made better without a global search: good starts, local polish, no unneeded maneuvers."""
+"""Improvement of plans without a global search: initial designs and local refinement."""

@@ -1,4 +1,4 @@
-"""What plans are worth: at a time, whatever the rule of convergence, and by a problem."""
+"""Evaluation of plans at a given time, independent of the convergence rule, and by a problem."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_of
 from mgeo_attitude.scenario.scenario import Scenario
 
-#: By how much of a step ends are early, so that rounding does not put them past a step.
+#: Fraction of a step by which ends are early, so that rounding does not add a step.
 _EARLY = 1e-6
-#: Objectives and constraint violations, the latter 0 where all is kept, shapes (n, k) and (n,).
+#: Function from designs to objectives, shape (n, k), and constraint violations, shape (n,).
 Judge = Callable[[Floats], tuple[Floats, Floats]]
 
 
 class PlanProblem(Protocol):
-    """A problem whose designs are maneuvers of one scenario."""
+    """Problem whose designs are maneuvers of one scenario."""
 
     scenario: Scenario
     threads: int | None
@@ -37,12 +37,17 @@ class PlanProblem(Protocol):
 
 @dataclass(frozen=True)
 class AtTime:
-    """Values of designs of a scenario at any step of the filter.
+    """Evaluation of designs of a scenario at any filter step.
 
     Attributes
     ----------
+    scenario : Scenario
+    model : FilterModel
+        Model of the scenario, possibly with thinned samples.
     name : str
-        Of the objective; its logarithm is the value.
+        Key of the objective. The value is its logarithm ("log_det" is one already).
+    threads : int, optional
+        Threads of one evaluation.
     """
 
     scenario: Scenario
@@ -52,12 +57,12 @@ class AtTime:
 
     @cached_property
     def limits(self) -> list[Constraint]:
-        """Of what is flown on the way."""
+        """Constraints on the motion, which do not depend on the covariance at the end."""
         return [each for each in constraints(self.scenario) if not each.needs_covariance]
 
     @cached_property
     def requirements(self) -> list[Constraint]:
-        """Of what is known at the end."""
+        """Constraints on the covariance at the end."""
         return [each for each in constraints(self.scenario) if each.needs_covariance]
 
     def values(
@@ -67,44 +72,64 @@ class AtTime:
         required: bool = False,
         within_steps: bool = False,
     ) -> tuple[Floats, Floats]:
-        """Value, shape (n,), and excess over each limit, shape (n, k), after so many steps.
+        """Evaluate designs at given filter steps.
 
-        A design without a value has an infinite one. Limits are those on the way and, where they
-        are `required`, those of the end. Maneuvers end `within_steps` where rates change at once.
+        Parameters
+        ----------
+        designs : array, shape (n, 4 m)
+        steps : array of int, shape (n,), or int
+            Step at which each design is evaluated.
+        required : bool
+            Whether to include the constraints on the covariance at the end.
+        within_steps : bool
+            Whether maneuvers may end within a step, if rates change instantly; the values are then
+            smooth functions of the durations.
+
+        Returns
+        -------
+        value : array, shape (n,)
+            Values of the objective; infinite if undefined.
+        excess : array, shape (n, k)
+            Violation of each constraint, positive if violated.
         """
         if within_steps and self.model.slew_limits is None:
             designs = with_partial_steps(designs, self.model.step)
-        found = objective(self.name, self.model.suite)
-        asked = self.limits + (self.requirements if required else [])
-        covariance = found.needs_covariance or any(each.needs_covariance for each in asked)
+        measure = objective(self.name, self.model.suite)
+        active = self.limits + (self.requirements if required else [])
+        covariance = measure.needs_covariance or any(each.needs_covariance for each in active)
         result = evaluate(
             self.model, designs, self.threads, covariance=covariance, until=np.asarray(steps)
         )
-        value = found.value(self.model, result)
+        value = measure.value(self.model, result)
         with np.errstate(invalid="ignore"):
             value = value if self.name == "log_det" else np.log(value)
-        excesses = [each.excesses(result) for each in asked]
+        excesses = [each.excesses(result) for each in active]
         excess = np.concatenate(excesses).T if excesses else np.empty((len(designs), 0))
         value, excess = (np.where(np.isfinite(each), each, np.inf) for each in (value, excess))
         return value, excess
 
     def best(self, designs: Floats, steps: int, most: int, within_steps: bool = False) -> Floats:
-        """So many of the designs, the best first: least values after those that keep limits most.
+        """Return the `most` best designs, best first.
 
-        Limits are those on the way.
+        The order is by the largest violation of a motion constraint, then by value.
         """
         return designs[self.order(designs, steps, within_steps)[:most]]
 
     def order(self, designs: Floats, steps: Ints | int, within_steps: bool = False) -> Ints:
-        """Rows of designs, the best first, as `best`."""
+        """Return the indices of designs in the order of `best`."""
         value, excess = self.values(designs, steps, within_steps=within_steps)
         worst = np.maximum(excess, 0.0).max(axis=1, initial=0.0)
         return np.lexsort((value, worst))
 
     def converging(self, designs: Floats) -> tuple[Floats, Floats]:
-        """Times [s] and traces of designs by the scenario's rule, shape (n, 2), and violations.
+        """Evaluate designs with the convergence rule of the scenario.
 
-        The latter of limits on the way alone.
+        Returns
+        -------
+        F : array, shape (n, 2)
+            Convergence times [s] and traces.
+        violation : array, shape (n,)
+            Largest violation of a motion constraint; 0 if all are satisfied.
         """
         result = evaluate(self.model, designs, self.threads)
         excesses = [each.excesses(result) for each in self.limits]
@@ -113,12 +138,12 @@ class AtTime:
 
 
 def at_time(problem: PlanProblem, name: str = "trace") -> AtTime:
-    """What maneuvers of a problem are worth at any time, flown exactly."""
+    """Return an evaluator of a problem's designs at any time, in nominal runs."""
     return AtTime(problem.scenario, problem.model, name, problem.threads)
 
 
 def judged_by(problem: PlanProblem) -> Judge:
-    """Designs judged as the problem does."""
+    """Return an evaluator of designs by the objectives and constraints of a problem."""
 
     def judge(designs: Floats) -> tuple[Floats, Floats]:
         F, G = problem.evaluate(designs, return_values_of=["F", "G"])
@@ -128,81 +153,96 @@ def judged_by(problem: PlanProblem) -> Judge:
 
 
 def ending_at(designs: Floats, times: Floats | float, longest: float) -> Floats:
-    """Designs, shape (n, 4 m), whose maneuvers are over at times, the last ones cut or held.
+    """Return designs that end at given times, with the last maneuvers cut short or extended.
 
-    No maneuver is made longer than the `longest`: a plan that has no more time left ends earlier.
+    No maneuver becomes longer than `longest`, so that a plan may also end earlier.
+
+    Parameters
+    ----------
+    designs : array, shape (n, 4 m)
+    times : array, shape (n,), or float
+        End of each design [s].
+    longest : float
+        Longest duration of a maneuver [s].
     """
-    found = designs.copy()
-    durations = durations_of(found)
+    result = designs.copy()
+    durations = durations_of(result)
     until = np.broadcast_to(times, len(designs))[:, None]
     ends = np.minimum(np.cumsum(durations, axis=1), until)
     ends[:, -1:] = until
     durations[:] = np.minimum(np.diff(ends, axis=1, prepend=0.0), longest)
-    return found
+    return result
 
 
 def stretched(designs: Floats, factors: Floats | float, longest: float) -> Floats:
-    """Designs with all durations by factors, none of them longer than the `longest`."""
-    found = designs.copy()
-    durations = durations_of(found)
+    """Return designs with all durations multiplied by `factors`, up to `longest` [s]."""
+    result = designs.copy()
+    durations = durations_of(result)
     by = np.broadcast_to(factors, len(designs))[:, None]
     durations[:] = np.minimum(by * durations, longest)
-    return found
+    return result
 
 
 def slowed(designs: Floats, factors: Floats | float, longest: float, greatest: float) -> Floats:
-    """Designs through the same attitudes in times by factors, where limits allow it.
+    """Return designs with durations multiplied and rates divided by `factors`.
 
-    No maneuver is made longer than the `longest`, and no rate is above the `greatest` [deg/s].
+    Without saturation the designs pass through the same attitudes.
+
+    Parameters
+    ----------
+    designs : array, shape (n, 4 m)
+    factors : array, shape (n,), or float
+    longest : float
+        Longest duration of a maneuver [s].
+    greatest : float
+        Maximum rate about each axis [deg/s].
     """
-    found = stretched(designs, factors, longest)
-    maneuvers = found.reshape(len(found), -1, VARIABLES_PER_MANEUVER)
+    result = stretched(designs, factors, longest)
+    maneuvers = result.reshape(len(result), -1, VARIABLES_PER_MANEUVER)
     by = np.broadcast_to(factors, len(designs))[:, None, None]
     maneuvers[:, :, :3] = np.clip(maneuvers[:, :, :3] / by, -greatest, greatest)
-    return found
+    return result
 
 
 def on_steps(at: AtTime, designs: Floats) -> Floats:
-    """Designs, shape (n, 4 m), whose maneuvers end on the steps nearest to their ends.
+    """Return designs, shape (n, 4 m), with maneuver ends rounded to the nearest filter step.
 
-    They are flown until the next ones, half a step late in the mean. Rates that change slowly begin
-    on steps: nothing is changed there.
+    A maneuver that ends within a step continues to the next step, which is half a step too late on
+    average. Designs with ramps are returned unchanged, since ramps start on steps.
     """
     if at.model.slew_limits is not None:
         return designs
-    found, step = designs.copy(), at.model.step
-    durations = durations_of(found)
+    result, step = designs.copy(), at.model.step
+    durations = durations_of(result)
     ends = np.maximum(np.rint(np.cumsum(durations, axis=1) / step) - _EARLY, 0.0)
     longest = at.scenario.maneuvers.max_duration
     durations[:] = np.minimum(step * np.diff(ends, axis=1, prepend=0.0), longest)
-    return found
+    return result
 
 
 def with_partial_steps(designs: Floats, step: float) -> Floats:
-    """Designs, shape (n, 4 m), as ones that end on steps, shape (n, 4 (2 m - 1)).
+    """Approximate maneuvers that end within a step, as designs of shape (n, 4 (2 m - 1)).
 
-    Of a plan whose maneuvers end within steps values change smoothly with it.
-
-    In the step [s] in which one maneuver or more end the rate is the mean of theirs, as long as
-    each of them is flown in it.
+    Each step [s] in which maneuvers end has the time-weighted mean of their rates, and all other
+    ends are on steps. Values of the result are smooth functions of the durations.
     """
     maneuvers = designs.reshape(len(designs), -1, VARIABLES_PER_MANEUVER)
     rates, ends = maneuvers[:, :, :3], np.cumsum(maneuvers[:, :, 3], axis=1) / step
     if ends.shape[1] == 1:
         return designs
     starts = np.hstack([np.zeros((len(ends), 1)), ends[:, :-1]])
-    shared = np.floor(ends[:, :-1])  # the step in which each ends, shape (n, m - 1)
-    flown = np.minimum(shared[:, :, None] + 1.0, ends[:, None]) - np.maximum(
+    shared = np.floor(ends[:, :-1])  # These are the steps in which maneuvers end, (n, m - 1).
+    weights = np.minimum(shared[:, :, None] + 1.0, ends[:, None]) - np.maximum(
         shared[:, :, None], starts[:, None]
     )
-    flown = np.maximum(flown, 0.0)
-    flown[:, :, -1] += 1.0 - flown.sum(axis=2)  # the last rate is held
+    weights = np.maximum(weights, 0.0)
+    weights[:, :, -1] += 1.0 - weights.sum(axis=2)  # The last rate is held in the rest of a step.
     n, m = ends.shape
-    found = np.empty((n, 2 * m - 1, VARIABLES_PER_MANEUVER))
-    found[:, ::2, :3], found[:, 1::2, :3] = rates, flown @ rates
+    result = np.empty((n, 2 * m - 1, VARIABLES_PER_MANEUVER))
+    result[:, ::2, :3], result[:, 1::2, :3] = rates, weights @ rates
     until = np.empty((n, 2 * m - 1))
     until[:, :-1:2], until[:, 1::2] = shared, shared + 1.0
     until[:, -1] = np.ceil(ends[:, -1] - _EARLY)
     until = np.maximum.accumulate(until, axis=1)
-    found[:, :, 3] = step * np.diff(np.maximum(until - _EARLY, 0.0), axis=1, prepend=0.0)
-    return found.reshape(n, -1)
+    result[:, :, 3] = step * np.diff(np.maximum(until - _EARLY, 0.0), axis=1, prepend=0.0)
+    return result.reshape(n, -1)

@@ -1,4 +1,4 @@
-"""Sequential quadratic programming on what a plan is worth at a time."""
+"""Gradient-based descent on the value of plans at a given time."""
 
 from __future__ import annotations
 
@@ -14,31 +14,34 @@ from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.refine.at_time import AtTime
 from mgeo_attitude.refine.minimizers import minimize_bounded, minimize_constrained
 
-#: Change of a rate, of the greatest, by which slopes are taken; of a duration, of a step.
+#: Finite-difference steps: of a rate, relative to the maximum; of a duration, in filter steps.
 _SMALL, _PART = 1e-5, 1e-2
-#: By how much of their bounds limits are kept, so that rounding does not break them.
+#: Relative margin to constraints, so that rounding does not violate them.
 _MARGIN = 1e-6
-#: A change of the logarithm of the value that is not worth another iteration.
+#: Decrease of the logarithm of the value at which a descent ends.
 _ENOUGH = 3e-5
-#: After how many points which share of several descents is left.
+#: Share of the descents of a group that continue, by the number of points evaluated.
 _LEFT = {3: 1 / 3, 8: 1 / 2, 20: 1 / 2}
-#: A share of the time that is none.
+#: Share of the time that counts as zero.
 _NOTHING = 1e-12
-#: What stands for an infinite value.
+#: Finite replacement of an infinite value.
 _WORST = 1e3
 
 
 @dataclass
 class Descent:
-    """Plans' values and slopes at times [s], as functions of variables between -1 and 1.
+    """Values and gradients of plans at given times, as functions of scaled variables.
 
-    Variables are the rates over the greatest, and the shares that durations have of the time; they
-    need not sum up to one.
+    The variables are the rates relative to the maximum rate, from -1 to 1, and the durations as
+    shares of the time, from 0 to 1. The shares need not sum to one.
 
     Attributes
     ----------
+    at : AtTime
     times : float or array, shape (n,)
-        Of each plan.
+        Time of each plan [s].
+    count : int
+        Number of maneuvers.
     """
 
     at: AtTime
@@ -47,102 +50,122 @@ class Descent:
 
     @property
     def steps(self) -> Ints:
-        """Of the model, which may be a coarse one, shape () or (n,)."""
+        """Filter steps of the times in the model, shape () or (n,)."""
         steps = np.rint(np.asarray(self.times) / self.at.model.step).astype(np.int64)
         return np.clip(steps, 1, self.at.model.n_steps)
 
     @property
     def bounds(self) -> Floats:
-        """Least and greatest, shape (4 m, 2)."""
+        """Lower and upper bounds of the variables, shape (4 m, 2)."""
         return np.array([(-1.0, 1.0)] * (3 * self.count) + [(0.0, 1.0)] * self.count)
 
     def of(self, rows: Ints | list[int]) -> Descent:
-        """Some of the plans."""
+        """Return the problem of some of the plans."""
         return Descent(self.at, np.asarray(self.times)[rows], self.count)
 
     def variables(self, designs: Floats) -> Floats:
-        """Of a design, shape (4 m,), or of one for each time, shape (n, 4 m)."""
+        """Convert designs, shape (4 m,) or (n, 4 m), to variables."""
         maneuvers = designs.reshape(*designs.shape[:-1], -1, VARIABLES_PER_MANEUVER)
         rates = maneuvers[..., :3] / self.at.scenario.maneuvers.max_rate_deg_s
         shares = maneuvers[..., 3] / np.asarray(self.times)[..., None]
-        found = np.concatenate([rates.reshape(*shares.shape[:-1], -1), shares], axis=-1)
-        within: Floats = np.clip(found, *self.bounds.T)
+        scaled = np.concatenate([rates.reshape(*shares.shape[:-1], -1), shares], axis=-1)
+        within: Floats = np.clip(scaled, *self.bounds.T)
         return within
 
     def designs(self, variables: Floats) -> Floats:
-        """Of rows of variables, shape (n, 4 m) or (4 m,), which fill the times where they can."""
+        """Convert variables, shape (n, 4 m) or (4 m,), to designs that fill the times.
+
+        A design is shorter than its time if all maneuvers have the maximum duration.
+        """
         z = np.clip(np.atleast_2d(variables), *self.bounds.T)
         limits, n = self.at.scenario.maneuvers, len(z)
         rates = limits.max_rate_deg_s * z[:, : 3 * self.count].reshape(n, -1, 3)
         shares = z[:, 3 * self.count :] + _NOTHING
         times = np.broadcast_to(self.times, n)[:, None]
         durations = times * shares / shares.sum(axis=1, keepdims=True)
-        # what would be longer than a maneuver may be goes to those with room, by their room
+        # Time beyond the longest maneuver goes to the other maneuvers, by their remaining room.
         room = np.maximum(limits.max_duration - durations, 0.0)
         over = np.maximum(durations - limits.max_duration, 0.0).sum(axis=1, keepdims=True)
-        given = np.minimum(over / np.maximum(room.sum(axis=1, keepdims=True), _NOTHING), 1.0)
-        durations = np.minimum(durations, limits.max_duration) + given * room
+        fraction = np.minimum(over / np.maximum(room.sum(axis=1, keepdims=True), _NOTHING), 1.0)
+        durations = np.minimum(durations, limits.max_duration) + fraction * room
         return np.concatenate([rates, durations[:, :, None]], axis=2).reshape(n, -1)
 
     def taken(self, variables: Floats) -> tuple[Floats, Floats]:
-        """Values and margins, shape (n, 1 + k), and their slopes, shape (n, 1 + k, 4 m).
+        """Evaluate values, constraint margins and gradients in one kernel batch.
 
-        Of rows of variables, by one batch of the kernel, which costs less than each.
+        Parameters
+        ----------
+        variables : array, shape (n, 4 m)
+
+        Returns
+        -------
+        values : array, shape (n, 1 + k)
+            Value, then the margin of each constraint.
+        slopes : array, shape (n, 1 + k, 4 m)
+            Gradients by finite differences.
         """
         model, (n, size) = self.at.model, variables.shape
-        smooth = model.slew_limits is None  # or else ramps begin on steps
+        smooth = model.slew_limits is None  # Ramps start on steps, so that values have jumps.
         times = np.broadcast_to(self.times, n)
         steps = np.full((n, size), _SMALL)
         steps[:, 3 * self.count :] = (_PART if smooth else 1.0) * model.step / times[:, None]
         steps = np.where(variables + steps > self.bounds[:, 1], -steps, steps)
-        tried = np.repeat(variables[:, None], 1 + size, axis=1)
-        tried[:, 1:] += steps[:, :, None] * np.eye(size)
-        each = Descent(self.at, np.repeat(times, 1 + size), self.count)
-        designs = each.designs(tried.reshape(-1, size))
-        value, excess = self.at.values(designs, each.steps, required=True, within_steps=True)
-        found = np.column_stack([np.minimum(value, _WORST), -_MARGIN - np.minimum(excess, _WORST)])
-        found = found.reshape(n, 1 + size, -1)
-        differences = found[:, 1:] - found[:, :1]
-        return found[:, 0], np.moveaxis(differences / steps[:, :, None], 1, 2)
+        points = np.repeat(variables[:, None], 1 + size, axis=1)
+        points[:, 1:] += steps[:, :, None] * np.eye(size)
+        descent = Descent(self.at, np.repeat(times, 1 + size), self.count)
+        designs = descent.designs(points.reshape(-1, size))
+        value, excess = self.at.values(designs, descent.steps, required=True, within_steps=True)
+        values = np.column_stack([np.minimum(value, _WORST), -_MARGIN - np.minimum(excess, _WORST)])
+        values = values.reshape(n, 1 + size, -1)
+        differences = values[:, 1:] - values[:, :1]
+        return values[:, 0], np.moveaxis(differences / steps[:, :, None], 1, 2)
 
 
 def descend(at: AtTime, designs: Floats, times: float | Floats, iterations: int) -> Floats:
-    """Designs that are worth more at their times [s], within all limits, as far as can be found.
+    """Improve each design at its own time by a gradient-based descent within all constraints.
 
-    Each by itself, side by side. Slopes are differences. Steps are those of `minimize_constrained`
-    where there are limits, or else of `minimize_bounded`.
+    All descents run in parallel. They use `minimize_constrained` with constraints, else
+    `minimize_bounded`. A design whose descent fails is returned unchanged.
 
     Parameters
     ----------
+    at : AtTime
     designs : array, shape (n, 4 m)
-        Whose maneuvers are over by then.
+        Designs that end by their time.
     times : float or array, shape (n,)
+        Time of each design [s].
+    iterations : int
+        Largest number of iterations.
     """
     count = designs.shape[1] // VARIABLES_PER_MANEUVER
     problem = Descent(at, np.broadcast_to(times, len(designs)), count)
-    begins = problem.variables(designs)
+    starts = problem.variables(designs)
     with warnings.catch_warnings():
-        # SLSQP's line search may leave the bounds by rounding, and says so
+        # The line search of SLSQP warns if it leaves the bounds by rounding.
         warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
-        ends = _side_by_side(problem, begins, iterations)
-    sound: Bools = np.asarray(np.isfinite(ends).all(axis=1))[:, None]
-    return np.where(sound, problem.designs(np.where(sound, ends, begins)), designs)
+        ends = _run_in_parallel(problem, starts, iterations)
+    is_finite: Bools = np.asarray(np.isfinite(ends).all(axis=1))[:, None]
+    return np.where(is_finite, problem.designs(np.where(is_finite, ends, starts)), designs)
 
 
 def descend_from_best(
     at: AtTime, designs: Floats, times: Floats, which: Ints, iterations: int
 ) -> Floats:
-    """The best that `descend` finds from several designs for each of some times, without limits.
+    """Return the best result of several descents for each time, without constraints.
 
-    All side by side. After a few points the better third of each time's goes on, then the better
-    half of these, and again.
+    All descents run in parallel. After a few points only the best third of the descents for a time
+    continues, then twice the better half.
 
     Parameters
     ----------
+    at : AtTime
     designs : array, shape (n, 4 m)
     times : array, shape (k,)
+        Times [s].
     which : array of int, shape (n,)
-        The time of each design, ascending, all of them.
+        Index of the time of each design, ascending; every time has a design.
+    iterations : int
+        Largest number of iterations.
 
     Returns
     -------
@@ -150,39 +173,42 @@ def descend_from_best(
     """
     problem = Descent(at, times[which], designs.shape[1] // VARIABLES_PER_MANEUVER)
     groups = [np.flatnonzero(which == k).tolist() for k in range(len(times))]
-    ends = _side_by_side(problem, problem.variables(designs), iterations, groups)
+    ends = _run_in_parallel(problem, problem.variables(designs), iterations, groups)
     return problem.designs(ends)[[group[0] for group in groups]]
 
 
-def _side_by_side(
-    problem: Descent, begins: Floats, iterations: int, groups: Sequence[list[int]] = ()
+def _run_in_parallel(
+    problem: Descent, starts: Floats, iterations: int, groups: Sequence[list[int]] = ()
 ) -> Floats:
-    """Where each ends; of groups the best that are left, the very best first."""
-    ends, least = begins.copy(), np.full(len(begins), np.inf)
+    """Run all descents in parallel and return their final variables, shape (n, 4 m).
+
+    Each list in `groups` is reduced to the descents that continue, best first.
+    """
+    ends, least = starts.copy(), np.full(len(starts), np.inf)
     limited = bool(problem.at.limits or problem.at.requirements)
     method: Any = minimize_constrained if limited else minimize_bounded
-    ways = [method(z, problem.bounds, iterations, _ENOUGH) for z in begins]
-    asked = {row: next(way) for row, way in enumerate(ways)}
+    generators = [method(z, problem.bounds, iterations, _ENOUGH) for z in starts]
+    requests = {row: next(way) for row, way in enumerate(generators)}
     points = 0
-    while asked:
-        rows = list(asked)
-        values, slopes = problem.of(rows).taken(np.array(list(asked.values())))
+    while requests:
+        rows = list(requests)
+        values, slopes = problem.of(rows).taken(np.array(list(requests.values())))
         for row, value, slope in zip(rows, values, slopes, strict=True):
             least[row] = min(least[row], value[0])
             try:
                 answer = (value, slope) if limited else (float(value[0]), slope[0])
-                asked[row] = ways[row].send(answer)
+                requests[row] = generators[row].send(answer)
             except StopIteration as end:
                 ends[row] = end.value
-                del asked[row]
+                del requests[row]
         points += 1
         if points in _LEFT:
             for group in groups:
                 group.sort(key=lambda row: least[row])
-                left = max(int(_LEFT[points] * len(group)), 1)
-                for row in group[left:]:
-                    asked.pop(row, None)
-                del group[left:]
+                n_left = max(int(_LEFT[points] * len(group)), 1)
+                for row in group[n_left:]:
+                    requests.pop(row, None)
+                del group[n_left:]
     for group in groups:
         group.sort(key=lambda row: least[row])
     return ends

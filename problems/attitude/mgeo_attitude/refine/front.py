@@ -1,4 +1,4 @@
-"""Rows that better plans take: those of a front, and times between them at which it has none."""
+"""Rows of a front that refined plans replace, and additional rows at times between the plans."""
 
 from __future__ import annotations
 
@@ -8,28 +8,28 @@ from mgeo.evaluation.dominance import front_rows
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.refine.at_time import Judge
 
-#: Share of the time of a row below which none takes its place, but for the last.
+#: Least time of a plan that replaces a row, relative to the time of the row.
 _NEARLY = 0.98
-#: How much closer than others rows are at most, where much is learned from one to the next.
+#: Largest factor on the density of added rows where the value falls steeply.
 _CLOSER = 3.0
 
 
 class Front:
-    """Plans, the times until which they may last, and what is known then.
+    """Plans with their end times and final values.
 
     Parameters
     ----------
     judge : function
-        Gives time and value of designs, shape (n, 2), and violations.
+        Returns time and value of designs, shape (n, 2), and violations, shape (n,).
     X : array, shape (n, n_var)
-        Plans that are there.
+        Initial plans.
     ratio : float
-        Between times of rows: where the plans leave more there is room for others.
+        Ratio of neighboring times above which rows are added between them.
 
     Attributes
     ----------
     times : array, shape (n + r,)
-        Of the rows [s], those of the plans first.
+        Times of the initial plans [s], then of the added rows.
     """
 
     def __init__(self, judge: Judge, X: Floats, ratio: float = np.inf) -> None:
@@ -37,7 +37,7 @@ class Front:
         F, violation = judge(X)
         self._given = len(X)
         self._added: list[int] = []
-        room, best = _room(F, violation, ratio)
+        room, best = _add_rows(F, violation, ratio)
         self.X = np.vstack([X, X[best]])
         self._F = np.vstack([F, np.column_stack([room, F[best, 1]])])
         self._violation = np.append(violation, violation[best])
@@ -45,31 +45,32 @@ class Front:
 
     @property
     def rows(self) -> Ints:
-        """That hold plans: those that there were, and others in the order in which they came."""
+        """Rows that hold plans: initial rows, then added rows in the order of their first plans."""
         return np.array([*range(self._given), *self._added], dtype=np.int64)
 
     @property
     def plans(self) -> Floats:
-        """Of these rows, shape (n + a, n_var)."""
+        """Plans of `rows`, shape (n + a, n_var)."""
         return self.X[self.rows]
 
     def take(self, designs: Floats) -> None:
-        """Let designs take the place of rows that end no sooner and know less, within limits.
+        """Replace rows by feasible designs that end no later and have a lower value.
 
-        None that ends much before the time that a row had at first, at which more can be known.
+        A design that ends much earlier than the initial time of a row does not replace the row,
+        since a better value is possible at that time.
         """
         self._take(designs, np.arange(len(self.X)), _NEARLY)
 
     def settle(self) -> None:
-        """Let plans take the place of all that end later and know less."""
+        """Replace each plan by a plan that ends no later and has a lower value, if there is one."""
         self._take(self.plans, self.rows, 0.0)
 
     def _take(self, designs: Floats, rows: Ints, share: float) -> None:
         if not len(designs):
             return
         F, violation = self._judge(designs)
-        sound = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0))
-        order = sound[front_rows(F[sound])]
+        feasible = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0))
+        order = feasible[front_rows(F[feasible])]
         place = np.searchsorted(F[order, 0], self._F[rows, 0], side="right") - 1
         rows, place = rows[place >= 0], place[place >= 0]
         best = order[place]
@@ -77,17 +78,18 @@ class Front:
         better |= self._violation[rows] > 0.0
         rows, best = rows[better], best[better]
         self.X[rows], self._F[rows], self._violation[rows] = designs[best], F[best], 0.0
-        known = set(self._added)
-        self._added += [row for row in rows.tolist() if row >= self._given and row not in known]
+        present = set(self._added)
+        self._added += [row for row in rows.tolist() if row >= self._given and row not in present]
 
 
-def _room(F: Floats, violation: Floats, ratio: float) -> tuple[Floats, Ints]:
-    """Times between those of sound plans, at such a ratio, and the best plan until each.
+def _add_rows(F: Floats, violation: Floats, ratio: float) -> tuple[Floats, Ints]:
+    """Return additional times between feasible plans, and the best plan until each time.
 
-    Closer where values fall by more than this ratio.
+    Neighboring times have the ratio `ratio`, or a smaller one where the values fall by more than
+    it.
     """
-    sound = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0) & (F[:, 0] > 0.0))
-    order = sound[front_rows(F[sound])]
+    feasible = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0) & (F[:, 0] > 0.0))
+    order = feasible[front_rows(F[feasible])]
     if len(order) < 2 or not np.isfinite(ratio):
         return np.empty(0), np.empty(0, dtype=np.int64)
     logs, values = np.log(F[order, 0]), F[order, 1]

@@ -1,7 +1,7 @@
-"""Local minimizers that ask for points: a quasi-Newton method within bounds, and SLSQP.
+"""Local minimizers with external evaluation: projected BFGS within bounds, and SLSQP.
 
-Each is a generator that yields a point and is sent the values and slopes there, so that many of
-them share one batch of the kernel.
+Each minimizer is a generator that yields a point and receives values and gradients at the point, so
+that many minimizers share one kernel batch.
 """
 
 from __future__ import annotations
@@ -15,136 +15,137 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 
-#: Share of the fall that the slope promises which a step must bring.
+#: Armijo constant: least decrease of a step, relative to the linear prediction.
 _ARMIJO = 1e-4
-#: By how much a step that does not is shortened, at least and at most, and how often.
+#: Range of the factor that shortens a rejected step, and largest number of attempts.
 _SHORTER, _TRIES = (0.1, 0.5), 8
-#: Greatest change of a variable by the first step, of the range between its bounds.
+#: Largest change of a variable in the first step, relative to the range of its bounds.
 _FIRST = 0.05
-#: Of the range between bounds, what is as good as on one.
+#: Distance to a bound that counts as on the bound, relative to the range.
 _ON = 1e-9
 
 
 def minimize_bounded(
     start: Floats, bounds: Floats, iterations: int, enough: float
 ) -> Generator[Floats, tuple[float, Floats], Floats]:
-    """Where a function is less than at the start, within bounds, shape (k,).
+    """Minimize a function within bounds from a start point, shape (k,).
 
-    It asks for the points that it yields, and is sent value and slopes, shape (k,), of each: so
-    several can go on side by side.
+    The generator yields points, receives value and gradient, shape (k,), of each, and returns the
+    last accepted point.
 
-    BFGS with the slopes of variables on a bound that they would leave taken as zero (D. P.
-    Bertsekas, Projected Newton methods for optimization problems with simple constraints, SIAM J.
-    Control Optim. 20 (1982) 221-246), each step projected onto the bounds. At this size it takes a
-    third of the time of scipy's L-BFGS-B, whose library waits in threads.
+    BFGS with projected steps; the gradient of a variable at a bound counts as zero if a step would
+    leave the bound (D. P. Bertsekas, Projected Newton methods for optimization problems with simple
+    constraints, SIAM J. Control Optim. 20 (1982) 221-246). At this size it takes a third of the
+    time of scipy's L-BFGS-B.
 
     Parameters
     ----------
+    start : array, shape (k,)
     bounds : array, shape (k, 2)
-        Least and greatest.
+        Lower and upper bounds.
     iterations : int
-        The most.
+        Largest number of iterations.
     enough : float
-        A fall of the value that is not worth another iteration.
+        Decrease of the value at which the minimizer stops.
     """
     low, high = bounds.T
     z = np.clip(start, low, high)
     value, slope = yield z
     inverse = np.empty((0, 0))
     for _ in range(iterations):
-        held = (z - low <= _ON * (high - low)) & (slope > 0.0)
-        held |= (high - z <= _ON * (high - low)) & (slope < 0.0)
-        free = np.where(held, 0.0, slope)
+        is_fixed = (z - low <= _ON * (high - low)) & (slope > 0.0)
+        is_fixed |= (high - z <= _ON * (high - low)) & (slope < 0.0)
+        free = np.where(is_fixed, 0.0, slope)
         if not free.any():
             break
         step = -(inverse @ free) if inverse.size else np.empty(0)
         if not step.size or step @ free >= 0.0:
             inverse = np.empty((0, 0))
             step = -free * (_FIRST / np.abs(free / (high - low)).max())
-        step[held] = 0.0
+        step[is_fixed] = 0.0
         share = 1.0
         for _ in range(_TRIES):
-            tried = np.clip(z + share * step, low, high)
-            promised = float(slope @ (tried - z))
-            found, other = yield tried
-            if found <= value + _ARMIJO * promised:
+            trial = np.clip(z + share * step, low, high)
+            predicted = float(slope @ (trial - z))
+            trial_value, trial_slope = yield trial
+            if trial_value <= value + _ARMIJO * predicted:
                 break
-            # where a parabola through both values has its least
-            least = -0.5 * promised / (found - value - promised)
+            # The next trial is at the minimum of a parabola through both values.
+            least = -0.5 * predicted / (trial_value - value - predicted)
             share *= float(np.clip(least, *_SHORTER))
         else:
             if not inverse.size:
                 break
             inverse = np.empty((0, 0))
             continue
-        moved, turned = tried - z, other - slope
-        turned = np.where(held, 0.0, turned)
-        inverse = _updated(inverse, moved, turned)
-        fall = value - found
-        z, value, slope = tried, found, other
+        change, slope_change = trial - z, trial_slope - slope
+        slope_change = np.where(is_fixed, 0.0, slope_change)
+        inverse = _update_inverse(inverse, change, slope_change)
+        fall = value - trial_value
+        z, value, slope = trial, trial_value, trial_slope
         if fall < enough:
             break
     return z
 
 
-def _updated(inverse: Floats, moved: Floats, turned: Floats) -> Floats:
-    """The inverse Hessian after a step, by BFGS; as before where the curvature is no positive."""
-    curvature = float(moved @ turned)
-    if curvature <= 1e-8 * float(np.sqrt((moved @ moved) * (turned @ turned))):
+def _update_inverse(inverse: Floats, change: Floats, slope_change: Floats) -> Floats:
+    """Return the BFGS update of the inverse Hessian; unchanged if the curvature is not positive."""
+    curvature = float(change @ slope_change)
+    if curvature <= 1e-8 * float(np.sqrt((change @ change) * (slope_change @ slope_change))):
         return inverse
     if not inverse.size:
-        inverse = np.eye(len(moved)) * (curvature / float(turned @ turned))
-    by = inverse @ turned
-    factor = (1.0 + float(turned @ by) / curvature) / curvature
-    mixed = np.outer(by, moved)
-    return inverse + factor * np.outer(moved, moved) - (mixed + mixed.T) / curvature
+        inverse = np.eye(len(change)) * (curvature / float(slope_change @ slope_change))
+    by = inverse @ slope_change
+    factor = (1.0 + float(slope_change @ by) / curvature) / curvature
+    mixed = np.outer(by, change)
+    return inverse + factor * np.outer(change, change) - (mixed + mixed.T) / curvature
 
 
-class _Left(Exception):
-    """Nobody answers any more."""
+class _Closed(Exception):
+    """Raised in the solver thread when the generator is closed."""
 
 
 def minimize_constrained(
     start: Floats, bounds: Floats, iterations: int, enough: float
 ) -> Generator[Floats, tuple[Floats, Floats], Floats]:
-    """Where a function is less than at the start and no margin is negative, within bounds.
+    """Minimize a function within bounds and with nonnegative margins from a start point.
 
-    It asks for the points that it yields, and is sent value and margins, shape (1 + m,), and their
-    slopes, shape (1 + m, k), of each. The method is SLSQP (D. Kraft, A software package for
-    sequential quadratic programming, DFVLR-FB 88-28, 1988). As scipy's calls for what it wants, it
-    has a thread of its own, which waits for the answers.
+    The generator yields points and receives values and margins, shape (1 + m,), and their
+    gradients, shape (1 + m, k). The method is SLSQP (D. Kraft, A software package for sequential
+    quadratic programming, DFVLR-FB 88-28, 1988). scipy's implementation calls functions, so that it
+    runs in a separate thread, which waits for the received values.
 
     Parameters
     ----------
     start, bounds, iterations, enough
-        As of `minimize_bounded`.
+        See `minimize_bounded`.
     """
-    asked: SimpleQueue[Any] = SimpleQueue()
+    requests: SimpleQueue[Any] = SimpleQueue()
     answers: SimpleQueue[tuple[Floats, Floats] | None] = SimpleQueue()
     last: dict[bytes, tuple[Floats, Floats]] = {}
 
-    def known(z: Floats) -> tuple[Floats, Floats]:
+    def evaluate(z: Floats) -> tuple[Floats, Floats]:
         nonlocal last
         if z.tobytes() not in last:
-            asked.put(z.copy())
+            requests.put(z.copy())
             answer = answers.get()
             if answer is None:
-                raise _Left
+                raise _Closed
             last = {z.tobytes(): answer}
         return last[z.tobytes()]
 
     margins = {
         "type": "ineq",
-        "fun": lambda z: known(z)[0][1:],
-        "jac": lambda z: known(z)[1][1:],
+        "fun": lambda z: evaluate(z)[0][1:],
+        "jac": lambda z: evaluate(z)[1][1:],
     }
 
     def solve() -> None:
         try:
-            from scipy.optimize import minimize  # which takes long to import
+            from scipy.optimize import minimize  # This import takes long.
 
-            found = minimize(
-                lambda z: (float(known(z)[0][0]), known(z)[1][0]),
+            result = minimize(
+                lambda z: (float(evaluate(z)[0][0]), evaluate(z)[1][0]),
                 start,
                 jac=True,
                 bounds=bounds,
@@ -152,19 +153,19 @@ def minimize_constrained(
                 method="SLSQP",
                 options={"maxiter": iterations, "ftol": enough},
             )
-            asked.put((found.x,))
+            requests.put((result.x,))
         except BaseException as error:
-            asked.put(error)
+            requests.put(error)
 
     thread = Thread(target=solve, daemon=True)
     thread.start()
     try:
-        while isinstance(found := asked.get(), np.ndarray):
-            answers.put((yield found))
+        while isinstance(result := requests.get(), np.ndarray):
+            answers.put((yield result))
     finally:
         answers.put(None)
         thread.join()
-    if isinstance(found, BaseException):
-        raise found
-    end: Floats = found[0]
+    if isinstance(result, BaseException):
+        raise result
+    end: Floats = result[0]
     return end

@@ -1,4 +1,4 @@
-"""A front of plans made better one by one, by the slopes of what is known at their ends."""
+"""Local refinement of the plans of a front, by gradients of the final value."""
 
 from __future__ import annotations
 
@@ -27,60 +27,61 @@ from mgeo_attitude.refine.splitting import without_unneeded
 from mgeo_attitude.refine.starts import beam, until_converged
 from mgeo_attitude.refine.thinned_samples import ThinnedSamples
 
-#: Plans of a front that are polished, and iterations for each.
+#: Number of plans of a front to refine, and of iterations for each.
 MOST, ITERATIONS = 16, 48
-#: Of these so many are polished side by side, which takes less than one by one: a step.
+#: Number of plans that are refined in one batch.
 _TOGETHER = 4
-#: Levels of rates of a beam, its width, and how much shorter stages become.
+#: Beam search: rate levels per axis, width, and ratio of the lengths of consecutive stages.
 Beam = tuple[int, int, float]
-#: Those of plans of at most so many turns at the greatest rate, which want wide ones of that rate,
-#: and of longer ones, which want stages that become shorter.
+#: Beam searches for plans of at most `_TURNS` rotations at the maximum rate, which need a wide beam
+#: of maximum rates, and for longer plans, which need stages of decreasing length.
 _TURNS = 4.0
 _EARLY_BEAMS: tuple[Beam, ...] = ((2, 100, 1.0), (3, 10, 0.9))
 _LATE_BEAMS: tuple[Beam, ...] = ((3, 15, 0.9), (3, 15, 0.8))
-#: How many of a beam's plans are begins.
+#: Number of plans of a beam search that become initial designs.
 _OF_BEAM = 8
-#: Of the plans that are polished first, and of those between them: from how many each is begun, its
-#: share of the iterations, and whether from beams.
+#: For the first round of plans and for the plans between them: number of initial designs, share of
+#: the iterations, and whether beam searches provide initial designs.
 _ROUNDS = (16, 0.6, True), (3, 0.4, False)
-#: Of plans with rates held after them, those judged over flights, and those tried at other times.
+#: Number of final rates per plan that Monte Carlo runs evaluate, and that are tried at other times.
 _FLOWN, _HELD = 4, 6
-#: How many of the polished plans are tried at another time, and how many of what comes of them.
+#: Number of refined plans that are tried at another time, and of results that are evaluated.
 _TRIED, _TAKEN = 3, 2
-#: By how much of a step a time is late that is on a step but for rounding.
+#: Tolerance for a time on a step, in steps.
 _EARLY = 1e-6
-#: Share of the longest run before which plans are not polished.
+#: Earliest end of a plan to refine, as a share of the longest run.
 _EARLIEST = 0.02
-#: Ratio of the times of plans between which others are added.
+#: Ratio of the times of neighboring plans above which plans are added between them.
 _RATIO = 1.01
-#: Polished plans from which others begin.
+#: Number of refined plans that serve as initial designs of another plan.
 _NEAREST = 3
 
 
 def polish(
     problem: PlanProblem, designs: ArrayLike, most: int = MOST, iterations: int = ITERATIONS
 ) -> Floats:
-    """Plans that end no later than those given and know more then, row by row.
+    """Return plans that end no later than the given ones and have no higher value, row by row.
 
-    Of a front, `most` plans at even ratios of their times are polished, in the order of these, a
-    few side by side. Each begins from the best of itself, those before and beams (`starts.beam`);
-    then those between them, without beams and with fewer iterations. By the rule "trace" of
-    convergence what is polished is what a plan knows a window before its end; then it holds a rate
-    by which the rule finds it converged. What is found is tried at the times of all others, too,
-    and at last maneuvers that are of no use are left out. A row for which nothing better was found,
-    or that would break a limit, stays as it is.
+    Up to `most` plans of the front, at approximately equal ratios of their times, are refined. The
+    initial designs of a refinement are the plan, other refined plans and beam searches
+    (`starts.beam`). The plans between them follow, with fewer iterations and without beam searches.
+    All results are also tried at the times of the other plans, and maneuvers without effect are
+    removed. A row without a better feasible plan stays unchanged.
 
-    Where plans are judged over flights, slopes are those of plans flown exactly; the flights tell
-    whether what is found is better.
+    With the convergence rule "trace", the value one window before the end is refined, and a final
+    rate is chosen with which the filter converges. If the problem uses Monte Carlo runs, gradients
+    are those of nominal runs, and results are accepted by the Monte Carlo values.
 
     Parameters
     ----------
     problem : AttitudeManeuverProblem
-        Whose objectives are the time and one that tells how much is known.
+        Its objectives are the time and one smooth objective of the covariance.
     designs : array_like, shape (n, n_var)
-        Within the problem's bounds.
-    most, iterations : int
-        How many plans are polished, and the most iterations for each.
+        Plans within the bounds of the problem.
+    most : int
+        Largest number of plans to refine in each round.
+    iterations : int
+        Largest number of iterations for each plan.
 
     Returns
     -------
@@ -89,7 +90,7 @@ def polish(
     Raises
     ------
     ValueError
-        For a problem with other objectives.
+        If the problem has other objectives.
 
     Examples
     --------
@@ -102,10 +103,10 @@ def polish(
     >>> bool((problem.evaluate(better)[0] <= problem.evaluate(designs)[0]).all())
     True
     """
-    found = np.atleast_2d(np.array(designs, dtype=float))
-    for better in polish_steps(problem, found, most, iterations):
-        found = better
-    return found
+    result = np.atleast_2d(np.array(designs, dtype=float))
+    for better in polish_steps(problem, result, most, iterations):
+        result = better
+    return result
 
 
 def polish_steps(
@@ -115,20 +116,32 @@ def polish_steps(
     iterations: int = ITERATIONS,
     more: bool = False,
 ) -> Iterator[Floats]:
-    """What `polish` has after each plan, each table as good as the one before or better.
+    """Return an iterator over the plans after each batch of refinements.
 
-    With `more`, plans for times between those of the rows follow these, as they are found.
+    No table of plans is worse than the one before.
+
+    Parameters
+    ----------
+    problem, designs, most, iterations
+        See `polish`.
+    more : bool
+        Whether to append plans for times between those of the rows.
+
+    Raises
+    ------
+    ValueError
+        If the problem has other objectives than `polish` needs.
     """
     name = smooth_objective(problem.objectives)
-    found = np.atleast_2d(np.array(designs, dtype=float))
-    return _tables(problem, name, found, (most, iterations), more)
+    table = np.atleast_2d(np.array(designs, dtype=float))
+    return _refine_tables(problem, name, table, (most, iterations), more)
 
 
-def _tables(
-    problem: PlanProblem, name: str, found: Floats, size: tuple[int, int], more: bool
+def _refine_tables(
+    problem: PlanProblem, name: str, table: Floats, size: tuple[int, int], more: bool
 ) -> Iterator[Floats]:
     (most, iterations), judge = size, judged_by(problem)
-    if not found.size:
+    if not table.size:
         return
     at = at_time(problem, name)
     time = problem.objectives.index("t_end")
@@ -138,46 +151,47 @@ def _tables(
         F, violation = judge(designs)
         return F[:, order], violation
 
-    flown = problem.scenario.flight is not None
-    front = Front(in_order, found, _RATIO if more else np.inf)
-    learned: list[Floats] = []
+    is_robust = problem.scenario.flight is not None
+    front = Front(in_order, table, _RATIO if more else np.inf)
+    refined: list[Floats] = []
     thinned = ThinnedSamples(at)
     new: list[Floats] = []
-    done: set[int] = set()
-    for between, (tried, share, beams) in enumerate(_ROUNDS):
-        rows = [row for row in _spread(at, front, most, bool(between)) if row not in done]
-        done.update(rows)
-        for own in _alike(thinned, front, rows):
-            ends = np.array([_learning(at, front.times[row]) for row in own])
-            begins = [
-                _begins(thinned, plan, learned, until, _beams(at, until) if beams else ())
+    finished: set[int] = set()
+    for between, (n_initial, share, uses_beams) in enumerate(_ROUNDS):
+        rows = [row for row in _select_rows(at, front, most, bool(between)) if row not in finished]
+        finished.update(rows)
+        for own in _group_rows(thinned, front, rows):
+            ends = np.array([_refinement_time(at, front.times[row]) for row in own])
+            initial = [
+                _initial_designs(
+                    thinned, plan, refined, until, _beam_searches(at, until) if uses_beams else ()
+                )
                 for plan, until in zip(front.X[own], ends, strict=True)
             ]
-            better = thinned.descended(begins, ends, max(round(share * iterations), 1), tried)
-            learned += list(better)
-            of_plans = None if flown else in_order
-            held = [
-                _ended(thinned, each, until, of_plans)
+            better = thinned.descended(initial, ends, max(round(share * iterations), 1), n_initial)
+            refined += list(better)
+            of_plans = None if is_robust else in_order
+            with_rates = [
+                _append_final_rates(thinned, each, until, of_plans)
                 for each, until in zip(better, ends, strict=True)
             ]
-            front.take(np.vstack([each[:_FLOWN] if flown else each for each in held]))
-            new.extend(np.vstack([each[:_HELD] for each in held]))
+            front.take(np.vstack([each[:_FLOWN] if is_robust else each for each in with_rates]))
+            new.extend(np.vstack([each[:_HELD] for each in with_rates]))
             yield front.plans
-    if new and not flown:
-        front.take(_at_other_times(thinned, np.array(new), front.times))
+    if new and not is_robust:
+        front.take(_retime(thinned, np.array(new), front.times))
         yield front.plans
     front.settle()
     yield front.plans
-    if learned and not flown:
+    if refined and not is_robust:
         yield without_unneeded(problem, front.plans)
 
 
-def _alike(thinned: ThinnedSamples, front: Front, rows: list[int]) -> list[list[int]]:
-    """Rows that are polished side by side: of as few samples."""
+def _group_rows(thinned: ThinnedSamples, front: Front, rows: list[int]) -> list[list[int]]:
     groups: dict[int, list[int]] = {}
     for row in rows:
-        few = thinned.every(_learning(thinned.exact, front.times[row]) or 0.0)
-        groups.setdefault(few, []).append(row)
+        n_merged = thinned.every(_refinement_time(thinned.exact, front.times[row]) or 0.0)
+        groups.setdefault(n_merged, []).append(row)
     return [
         own[first : first + _TOGETHER]
         for own in groups.values()
@@ -185,69 +199,67 @@ def _alike(thinned: ThinnedSamples, front: Front, rows: list[int]) -> list[list[
     ]
 
 
-def _spread(at: AtTime, front: Front, most: int, between: bool) -> list[int]:
-    """Rows that learn until times at about even ratios, the earliest first.
+def _select_rows(at: AtTime, front: Front, most: int, between: bool) -> list[int]:
+    """Return up to `most` rows at approximately equal ratios of their times, earliest first.
 
-    At most so many; and as many, less one, `between` them.
+    With `between`, return up to `most` - 1 rows between them.
     """
     rows = front.rows
     times = front.times[rows]
-    learning = np.array([_learning(at, time) or 0.0 for time in times])
-    known = np.flatnonzero((learning > 0.0) & (times >= _EARLIEST * at.model.longest))
-    if not len(known):
+    learning = np.array([_refinement_time(at, time) or 0.0 for time in times])
+    candidates = np.flatnonzero((learning > 0.0) & (times >= _EARLIEST * at.model.longest))
+    if not len(candidates):
         return []
-    known = known[np.argsort(times[known], kind="stable")]
-    order, logs = rows[known], np.log(learning[known])
-    asked = np.linspace(logs[0], logs[-1], 2 * most - 1)[int(between) :: 2]
-    nearest = np.unique(np.abs(logs[:, None] - asked).argmin(axis=0))
-    found: list[int] = order[nearest].tolist()
-    return found
+    candidates = candidates[np.argsort(times[candidates], kind="stable")]
+    order, logs = rows[candidates], np.log(learning[candidates])
+    targets = np.linspace(logs[0], logs[-1], 2 * most - 1)[int(between) :: 2]
+    nearest = np.unique(np.abs(logs[:, None] - targets).argmin(axis=0))
+    selection: list[int] = order[nearest].tolist()
+    return selection
 
 
-def _holds(at: AtTime) -> bool:
-    """Whether the last maneuver is there to converge, and not to learn."""
+def _has_final_rate(at: AtTime) -> bool:
+    """Return whether the last maneuver only serves convergence, not observability."""
     return at.model.rule == "trace" and at.scenario.maneuvers.count > 1
 
 
-def _learning(at: AtTime, t_end: float) -> float | None:
-    """Until when a plan that ends at a time [s] learns; None if there is nothing of it."""
+def _refinement_time(at: AtTime, t_end: float) -> float | None:
+    """Return the time [s] at which the value of a plan with this end is refined, or None."""
     if not np.isfinite(t_end):
         return None
     steps = math.floor(t_end / at.model.step + _EARLY)
-    steps -= at.model.window_steps if _holds(at) else 0
+    steps -= at.model.window_steps if _has_final_rate(at) else 0
     return steps * at.model.step if steps >= 2 else None
 
 
-def _beams(at: AtTime, time: float) -> tuple[Beam, ...]:
-    """That plans for a time [s] begin from."""
+def _beam_searches(at: AtTime, time: float) -> tuple[Beam, ...]:
     turns = at.scenario.maneuvers.max_rate_deg_s * time / 360.0
     return _EARLY_BEAMS if turns <= _TURNS else _LATE_BEAMS
 
 
-def _begins(
+def _initial_designs(
     thinned: ThinnedSamples,
     design: Floats,
-    learned: list[Floats],
+    refined: list[Floats],
     time: float,
     beams: Iterable[Beam],
 ) -> Floats:
-    """Plans to begin the polish for a time [s] from, shape (k, 4 m)."""
     at = thinned.exact
-    count = design.size // VARIABLES_PER_MANEUVER - _holds(at)
+    count = design.size // VARIABLES_PER_MANEUVER - _has_final_rate(at)
     longest = at.scenario.maneuvers.max_duration
-    found = [ending_at(design[None, : VARIABLES_PER_MANEUVER * count], time, longest)]
+    parts = [ending_at(design[None, : VARIABLES_PER_MANEUVER * count], time, longest)]
     for levels, width, shorter in beams:
         plans = beam(thinned.at(time), count, time, levels, width, shorter)
-        found.append(plans[:: -(-len(plans) // _OF_BEAM)])
-    if learned:
-        plans = np.array(learned)
-        found.append(_ending_then(at, plans[_nearest(at, plans, time, _NEAREST)], time))
-    return np.vstack(found)
+        parts.append(plans[:: -(-len(plans) // _OF_BEAM)])
+    if refined:
+        plans = np.array(refined)
+        parts.append(_adapt_to_times(at, plans[_nearest_rows(at, plans, time, _NEAREST)], time))
+    return np.vstack(parts)
 
 
-def _ending_then(at: AtTime, plans: Floats, times: Floats | float) -> Floats:
-    """Plans, shape (k, 4 m), as they end at times: cut or held, made longer, and slower."""
-    limits, factors = at.scenario.maneuvers, times / _total(plans)
+def _adapt_to_times(at: AtTime, plans: Floats, times: Floats | float) -> Floats:
+    """Return plans, shape (k, 4 m), that end at other times: cut or extended, stretched, slowed."""
+    limits, factors = at.scenario.maneuvers, times / _total_durations(plans)
     return np.vstack(
         [
             ending_at(plans, times, limits.max_duration),
@@ -257,44 +269,45 @@ def _ending_then(at: AtTime, plans: Floats, times: Floats | float) -> Floats:
     )
 
 
-def _nearest(at: AtTime, plans: Floats, time: float, most: int) -> Ints:
-    """Rows of plans that last, of the few that last about as long as a time."""
-    total = _total(plans)
-    lasting = np.flatnonzero(total >= at.model.step)
-    far = np.abs(np.log(total[lasting] / time))
-    return lasting[np.argsort(far, kind="stable")[:most]]
+def _nearest_rows(at: AtTime, plans: Floats, time: float, most: int) -> Ints:
+    """Return the rows of the `most` plans whose total duration is closest to a time [s]."""
+    total = _total_durations(plans)
+    nonzero = np.flatnonzero(total >= at.model.step)
+    far = np.abs(np.log(total[nonzero] / time))
+    return nonzero[np.argsort(far, kind="stable")[:most]]
 
 
-def _ended(thinned: ThinnedSamples, learned: Floats, time: float, judge: Judge | None) -> Floats:
-    """What is learned until a time [s], with rates held until the filter has converged."""
-    if not _holds(thinned.exact):
-        return on_steps(thinned.exact, learned[None])
-    return until_converged(thinned.exact, learned, judge, thinned.at(time))
+def _append_final_rates(
+    thinned: ThinnedSamples, refined: Floats, time: float, judge: Judge | None
+) -> Floats:
+    """Return designs that end a refined plan with a final rate, if the rule needs one."""
+    if not _has_final_rate(thinned.exact):
+        return on_steps(thinned.exact, refined[None])
+    return until_converged(thinned.exact, refined, judge, thinned.at(time))
 
 
-def _at_other_times(thinned: ThinnedSamples, plans: Floats, times: Floats) -> Floats:
-    """Polished plans as they are made longer, slower or shorter, to end at other times.
+def _retime(thinned: ThinnedSamples, plans: Floats, times: Floats) -> Floats:
+    """Adapt refined plans to other end times.
 
-    Of those for a time the few that few samples say to teach most until then.
+    Thinned samples select the few best plans for each time.
     """
     at = thinned.exact
-    alike = _HELD if _holds(at) else 1  # but for the rate that is held
-    size = VARIABLES_PER_MANEUVER * (at.scenario.maneuvers.count - _holds(at))
-    learning = [_learning(at, t_end) for t_end in np.unique(times)]
-    asked = [time for time in learning if time is not None]
-    if not asked:
+    alike = _HELD if _has_final_rate(at) else 1  # So many plans differ only in the final rate.
+    size = VARIABLES_PER_MANEUVER * (at.scenario.maneuvers.count - _has_final_rate(at))
+    learning = [_refinement_time(at, t_end) for t_end in np.unique(times)]
+    targets = [time for time in learning if time is not None]
+    if not targets:
         return plans
-    rows = [_nearest(at, plans[:, :size], time, alike * _TRIED) for time in asked]
-    which, until = np.concatenate(rows), np.repeat(asked, [len(each) for each in rows])
-    bodies = _ending_then(at, plans[which, :size], until)
+    rows = [_nearest_rows(at, plans[:, :size], time, alike * _TRIED) for time in targets]
+    which, until = np.concatenate(rows), np.repeat(targets, [len(each) for each in rows])
+    bodies = _adapt_to_times(at, plans[which, :size], until)
     tails = np.tile(plans[which, size:], (len(bodies) // len(which), 1))
     best = thinned.best_of_each(bodies, np.resize(until, len(bodies)), alike * _TAKEN)
     bodies, tails = bodies[best], tails[best]
-    found = np.hstack([bodies, tails]) if _holds(at) else on_steps(at, bodies)
-    return np.unique(found, axis=0)
+    result = np.hstack([bodies, tails]) if _has_final_rate(at) else on_steps(at, bodies)
+    return np.unique(result, axis=0)
 
 
-def _total(designs: Floats) -> Floats:
-    """Of all maneuvers [s], shape (n,)."""
+def _total_durations(designs: Floats) -> Floats:
     total: Floats = durations_of(designs).sum(axis=1)
     return total

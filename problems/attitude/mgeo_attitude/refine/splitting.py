@@ -1,4 +1,4 @@
-"""Plans of a few maneuvers as plans of more, and plans without maneuvers that are of no use."""
+"""Division of plans into more maneuvers, and removal of maneuvers without effect."""
 
 from __future__ import annotations
 
@@ -9,17 +9,19 @@ from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
 from mgeo_attitude.refine.at_time import PlanProblem, judged_by
 
-#: A maneuver whose rate turns by more than this from a neighbor's is of use [deg].
+#: Largest difference in rotation to a neighbor's rate at which a maneuver may be removed [deg].
 _TURN = 20.0
 
 
 def split(designs: ArrayLike, count: int) -> Floats:
-    """The same plans in `count` maneuvers: the longest is halved as often as it takes.
+    """Divide plans into `count` maneuvers without changing them, by halving the longest maneuver.
 
     Parameters
     ----------
     designs : array_like, shape (n, 4 m)
-        Of at most `count` maneuvers.
+        Plans with at most `count` maneuvers.
+    count : int
+        Number of maneuvers of the result.
 
     Returns
     -------
@@ -28,7 +30,7 @@ def split(designs: ArrayLike, count: int) -> Floats:
     Raises
     ------
     ValueError
-        For designs of more maneuvers, or those that `decode` refuses.
+        If the designs have more than `count` maneuvers or are invalid; see `decode`.
 
     Examples
     --------
@@ -40,7 +42,7 @@ def split(designs: ArrayLike, count: int) -> Floats:
     _, durations = decode(designs)
     if durations.shape[1] > count:
         raise ValueError(
-            f"designs of {durations.shape[1]} maneuvers: expected at most count = {count}"
+            f"designs of {durations.shape[1]} maneuvers: expected at most count = {count} maneuvers"
         )
     table = np.atleast_2d(np.asarray(designs, dtype=float))
     maneuvers = table.reshape(len(table), -1, VARIABLES_PER_MANEUVER)
@@ -55,16 +57,16 @@ def split(designs: ArrayLike, count: int) -> Floats:
 
 
 def without_unneeded(problem: PlanProblem, designs: ArrayLike) -> Floats:
-    """Plans with fewer commands and values that are as good, in place of those with more.
+    """Remove maneuvers from plans where no objective and no violation becomes worse.
 
-    A maneuver is left out where a neighbor takes its time and no objective is worse for it, if that
-    turns by at most 20 deg more or less. Its place in the design stays, with no duration and a
-    neighbor's rate.
+    A neighboring maneuver extends over the time of the removed one, if that changes the rotation by
+    at most 20 deg. The removed maneuver stays in the design with zero duration and the rate of a
+    neighbor.
 
     Parameters
     ----------
     problem : AttitudeManeuverProblem
-        By whose objectives and limits.
+        Provides objectives and constraints.
     designs : array_like, shape (n, n_var)
 
     Returns
@@ -82,58 +84,63 @@ def without_unneeded(problem: PlanProblem, designs: ArrayLike) -> Floats:
     """
     table = np.atleast_2d(np.array(designs, dtype=float))
     decode(table)
-    found, row_of = np.unique(table, axis=0, return_inverse=True)
-    n, count = len(found), problem.scenario.maneuvers.count
+    plans, row_of = np.unique(table, axis=0, return_inverse=True)
+    n, count = len(plans), problem.scenario.maneuvers.count
     if not n or count < 2:
         return table
     judge = judged_by(problem)
-    F, violation = judge(found)
+    F, violation = judge(plans)
     rows, longest = np.arange(n), problem.scenario.maneuvers.max_duration
     while len(rows):
-        left_out, which = _each_left_out(found[rows], longest)
+        shorter_plans, which = _remove_each(plans[rows], longest)
         if not len(which):
             break
-        found_F, kept = judge(left_out)
+        new_F, new_violation = judge(shorter_plans)
         of = rows[which]
-        good = (found_F <= F[of]).all(axis=1) & (kept <= violation[of])
-        # of several the one that is best in the last objective
-        order = np.lexsort((*found_F[good].T, of[good]))
+        good = (new_F <= F[of]).all(axis=1) & (new_violation <= violation[of])
+        # Of several acceptable removals, take the best one in the last objective.
+        order = np.lexsort((*new_F[good].T, of[good]))
         first, at = np.unique(of[good][order], return_index=True)
         chosen = np.flatnonzero(good)[order][at]
-        found[first], F[first], violation[first] = left_out[chosen], found_F[chosen], kept[chosen]
+        plans[first], F[first], violation[first] = (
+            shorter_plans[chosen],
+            new_F[chosen],
+            new_violation[chosen],
+        )
         rows = first
-    return found[row_of]
+    return plans[row_of]
 
 
-def _flown(durations: Floats) -> Bools:
-    """Maneuvers that last, and the last one, whose rate is held in any case; shape (n, m)."""
-    flown: Bools = durations > 0.0
-    flown[:, -1] = True
-    return flown
+def _has_effect(durations: Floats) -> Bools:
+    """Return which maneuvers have an effect, shape (n, m); the last one always has."""
+    result: Bools = durations > 0.0
+    result[:, -1] = True
+    return result
 
 
-def _each_left_out(designs: Floats, longest: float) -> tuple[Floats, Ints]:
-    """Designs without one of their flown maneuvers, whose time a neighbor takes; and of which.
+def _remove_each(designs: Floats, longest: float) -> tuple[Floats, Ints]:
+    """Return copies of designs that each lack one maneuver, and the row of the original of each.
 
-    None in which a maneuver would be longer than the `longest`, or that turn otherwise by much.
+    A copy is missing if a maneuver would exceed `longest` [s] or the rotation would change too
+    much.
     """
     maneuvers = designs.reshape(len(designs), -1, VARIABLES_PER_MANEUVER)
-    row, place = np.nonzero(_flown(maneuvers[:, :, 3]))
+    row, place = np.nonzero(_has_effect(maneuvers[:, :, 3]))
     pairs = np.flatnonzero(row[1:] == row[:-1])
     together = maneuvers[row[pairs], place[pairs], 3] + maneuvers[row[pairs], place[pairs + 1], 3]
-    pairs = np.repeat(pairs[together <= longest], 2)  # either of the two keeps its rate
+    pairs = np.repeat(pairs[together <= longest], 2)  # Either rate of a pair may remain.
     left, right = place[pairs], place[pairs + 1]
-    keeps, gone = np.where(np.arange(len(pairs)) % 2, (right, left), (left, right))
+    rate_from, gone = np.where(np.arange(len(pairs)) % 2, (right, left), (left, right))
     rates, lasts = maneuvers[row[pairs], :, :3], maneuvers[row[pairs], gone, 3]
     each = np.arange(len(pairs))
-    turned = lasts * np.abs(rates[each, left] - rates[each, right]).max(axis=1)
-    near = turned <= _TURN
-    which, left, right, keeps = row[pairs][near], left[near], right[near], keeps[near]
-    each, found = np.arange(len(which)), maneuvers[which]
-    found[each, right, 3] += found[each, left, 3]
-    found[each, left, 3] = 0.0
-    places = np.arange(found.shape[1])
+    rotation = lasts * np.abs(rates[each, left] - rates[each, right]).max(axis=1)
+    near = rotation <= _TURN
+    which, left, right, rate_from = row[pairs][near], left[near], right[near], rate_from[near]
+    each, result = np.arange(len(which)), maneuvers[which]
+    result[each, right, 3] += result[each, left, 3]
+    result[each, left, 3] = 0.0
+    places = np.arange(result.shape[1])
     changed = (places >= left[:, None]) & (places <= right[:, None])
-    kept = found[each, keeps, :3][:, None]
-    found[:, :, :3] = np.where(changed[:, :, None], kept, found[:, :, :3])
-    return found.reshape(-1, designs.shape[1]), which
+    new_rate = result[each, rate_from, :3][:, None]
+    result[:, :, :3] = np.where(changed[:, :, None], new_rate, result[:, :, :3])
+    return result.reshape(-1, designs.shape[1]), which

@@ -1,4 +1,4 @@
-"""Plans that are good from the first: stage by stage whichever rate teaches most until its end."""
+"""Initial designs by a receding horizon: each stage takes the rate of least value at its end."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, durations_o
 from mgeo_attitude.refine.at_time import AtTime, Judge, PlanProblem, at_time
 from mgeo_attitude.scenario.actuators import slew_limits
 
-#: Rates about each axis, from the greatest backward to the greatest forward.
+#: Number of rates about each axis, from the negative to the positive maximum.
 _LEVELS = 7
-#: Share by which few samples are wrong of a trace.
+#: Relative error of a trace from thinned samples.
 _HARDLY = 0.02
-#: Stages shorter than this many steps are not worth a maneuver.
+#: Shortest useful stage [steps].
 _SHORTEST = 5
 
 
 def rate_grid(greatest: float, n_levels: int = _LEVELS) -> Floats:
-    """Rates [deg/s] on a grid about the three axes, shape (n_levels³, 3)."""
+    """Return rates [deg/s] on a grid about the three axes, shape (n_levels³, 3)."""
     levels = np.linspace(-greatest, greatest, n_levels)
     return np.stack(np.meshgrid(levels, levels, levels), axis=-1).reshape(-1, 3)
 
@@ -28,29 +28,41 @@ def rate_grid(greatest: float, n_levels: int = _LEVELS) -> Floats:
 def until_converged(
     at: AtTime, design: Floats, judge: Judge | None = None, few: AtTime | None = None
 ) -> Floats:
-    """A design, shape (4 m,), with rates held after it, shape (k, 4 (m + 1)), from k = 1.
+    """Append a final rate with which a design converges, and return one design per suitable rate.
 
-    Of the rates of `rate_grid` those by which it converges and knows more than by any by which it
-    does so sooner, as it is judged, or else by the trace; first those by which it takes about the
-    window of the rule, as what they teach then is as little as the rule allows. Those that a `few`
-    samples say to teach far less are not judged.
+    The candidate rates are those of `rate_grid`. The result contains the candidates that no other
+    candidate dominates in time and value, at least one. The first one converges about one window
+    after the design, when the trace falls as little as the rule allows.
+
+    Parameters
+    ----------
+    at : AtTime
+    design : array, shape (4 m,)
+    judge : function, optional
+        Returns time and value of designs, and violations. Default: time and trace of `at`.
+    few : AtTime, optional
+        Evaluation on thinned samples that discards most candidates first.
+
+    Returns
+    -------
+    array, shape (k, 4 (m + 1))
     """
     last = rate_grid(at.scenario.maneuvers.max_rate_deg_s)
     before = np.broadcast_to(design, (len(last), len(design)))
-    held = np.hstack([before, last, np.zeros((len(last), 1))])
+    extended = np.hstack([before, last, np.zeros((len(last), 1))])
     if few is not None:
-        held = held[_nearly_soonest(few.converging(held)[0])]
-    F, violation = (judge or at.converging)(held)
-    rows = _soonest(F, violation)
+        extended = extended[_nearly_nondominated_rows(few.converging(extended)[0])]
+    F, violation = (judge or at.converging)(extended)
+    rows = _nondominated_rows(F, violation)
     late = np.abs(F[rows, 0] - durations_of(design).sum() - at.model.step * at.model.window_steps)
-    return held[rows[np.argsort(late, kind="stable")]]
+    return extended[rows[np.argsort(late, kind="stable")]]
 
 
 def receding_horizon(at: AtTime, count: int, time: float) -> Floats:
-    """A plan of `count` maneuvers of equally many steps until about a time [s], shape (4 count,).
+    """Return a plan of `count` stages of equal length until a time [s], shape (4 count,).
 
-    Each rate is the one, of a grid of seven about each axis, that leaves the least value at the
-    end of its own stage without breaking a limit on the way.
+    Each stage takes the rate with the least value at its end, on a grid of seven rates about each
+    axis, among the rates with the least violation of constraints.
     """
     plan: Floats = beam(at, count, time)[0]
     return plan
@@ -64,11 +76,24 @@ def beam(
     width: int = 1,
     shorter: float = 1.0,
 ) -> Floats:
-    """As many such plans as the `width`, the best first, shape (width, 4 count).
+    """Return the best plans of a beam search over rates, best first, shape (width, 4 count).
 
-    From stage to stage those are kept that leave the least values then: a beam search, by which a
-    rate may be chosen that teaches more later than others do at once. Each stage is `shorter` than
-    the one before by this factor: what is known at the end depends on the last ones most.
+    Each stage keeps the `width` partial plans with the least values at its end, so that a rate can
+    pay off in later stages.
+
+    Parameters
+    ----------
+    at : AtTime
+    count : int
+        Number of stages.
+    time : float
+        Approximate end of the plan [s].
+    n_levels : int
+        Number of rates about each axis.
+    width : int
+        Largest number of partial plans.
+    shorter : float
+        Ratio of the lengths of consecutive stages. The final value depends most on the last stages.
     """
     limits, step = at.scenario.maneuvers, at.model.step
     rates = rate_grid(limits.max_rate_deg_s, n_levels)
@@ -78,37 +103,35 @@ def beam(
     plans = np.empty((1, 0))
     for own_steps, until in zip(n_steps, np.cumsum(n_steps), strict=True):
         own = np.column_stack([rates, np.full(len(rates), own_steps * step)])
-        tried = np.hstack([np.repeat(plans, len(own), axis=0), np.tile(own, (len(plans), 1))])
-        plans = at.best(tried, min(int(until), at.model.n_steps), width)
+        candidates = np.hstack([np.repeat(plans, len(own), axis=0), np.tile(own, (len(plans), 1))])
+        plans = at.best(candidates, min(int(until), at.model.n_steps), width)
     return plans
 
 
 def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> Floats:
-    """Designs to begin a search with, shape (n, n_var), for as many times.
+    """Return initial designs for a search, shape (n, n_var), for n different end times.
 
-    Times are spread evenly in their logarithm, each drawn within its share. By the rule "trace" of
-    convergence a plan learns until a window before its time, and then holds a rate at which it
-    learns little more; by any other it learns to its end.
-
-    Where coils turn the satellite, they are those of rates that it has at once: what coils fly
-    teaches about as much, and takes far longer to tell.
+    The logarithms of the end times are stratified samples. With the convergence rule "trace", a
+    plan reduces the value until one window before its end, and then holds a rate with which the
+    filter converges. With magnetorquers the designs assume instantaneous rate changes, which give
+    similar values much faster.
 
     Parameters
     ----------
     problem : AttitudeManeuverProblem
     n : int
-        From 0.
+        Number of designs, at least 0.
     random_state : numpy Generator
-        Draws the times.
+        Draws the end times.
 
     Raises
     ------
     ValueError
-        For a number below 0.
+        If `n` is negative.
     """
     if n < 0:
         raise ValueError(f"n = {n}: expected a number of designs >= 0")
-    at = _freely(at_time(problem))
+    at = _without_magnetorquers(at_time(problem))
     scenario, model = at.scenario, at.model
     count, window = scenario.maneuvers.count, model.window_steps * model.step
     holds = model.rule == "trace" and count > 1
@@ -120,17 +143,16 @@ def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> F
     )
     shares = (np.arange(n) + random_state.random(n)) / max(n, 1)
     times = first * (max(last, first) / first) ** shares
-    found = np.empty((n, VARIABLES_PER_MANEUVER * count))
+    designs = np.empty((n, VARIABLES_PER_MANEUVER * count))
     for row, time in enumerate(times):
         plan = receding_horizon(at, learning, float(time))
         if holds:
             plan = until_converged(at, plan)[0]
-        found[row] = plan
-    return found
+        designs[row] = plan
+    return designs
 
 
-def _freely(at: AtTime) -> AtTime:
-    """The same, but where coils turn the satellite it has rates at once."""
+def _without_magnetorquers(at: AtTime) -> AtTime:
     if not at.scenario.turned_by_coils:
         return at
     scenario = dataclasses.replace(at.scenario, coils=None)
@@ -139,10 +161,10 @@ def _freely(at: AtTime) -> AtTime:
     return dataclasses.replace(at, scenario=scenario, model=model)
 
 
-def _soonest(F: Floats, violation: Floats) -> Ints:
-    """Rows that break limits least, each that knows more than all that converge sooner; or one.
+def _nondominated_rows(F: Floats, violation: Floats) -> Ints:
+    """Return the nondominated rows of the least violation, by time and value, or one row.
 
-    F are times and what is known then, shape (n, 2).
+    F, shape (n, 2), has the time and the final value of each row.
     """
     order = np.lexsort((F[:, 1], F[:, 0], violation))
     least = np.minimum.accumulate(np.nan_to_num(F[order, 1], nan=np.inf))
@@ -150,9 +172,12 @@ def _soonest(F: Floats, violation: Floats) -> Ints:
     return rows if len(rows) else order[:1]
 
 
-def _nearly_soonest(F: Floats) -> Ints:
-    """Rows that know nearly as much as all that converge sooner, F as in `_soonest`."""
+def _nearly_nondominated_rows(F: Floats) -> Ints:
+    """Return the rows that are nondominated up to a tolerance of the value.
+
+    F is as in `_nondominated_rows`.
+    """
     order = np.lexsort((F[:, 1], F[:, 0]))
-    known = np.nan_to_num(F[order, 1], nan=np.inf)
-    rows: Ints = order[known <= (1.0 + _HARDLY) * np.minimum.accumulate(known)]
+    value = np.nan_to_num(F[order, 1], nan=np.inf)
+    rows: Ints = order[value <= (1.0 + _HARDLY) * np.minimum.accumulate(value)]
     return np.sort(rows)

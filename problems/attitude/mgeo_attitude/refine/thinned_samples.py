@@ -1,4 +1,4 @@
-"""Refinement of plans on thinned samples, whose slopes are nearly those of all samples."""
+"""Refinement of plans on thinned samples, which give nearly the same gradients as all samples."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from mgeo_attitude.filter.variants import thinned
 from mgeo_attitude.refine.at_time import AtTime
 from mgeo_attitude.refine.descent import descend, descend_from_best
 
-#: How many samples are taken as one, at most so that there are as many of them and that a step
-#: turns by no more than so many degrees.
+#: Candidate numbers of samples to merge, the least number of merged samples in a plan, and the
+#: largest rotation in a merged step [deg].
 _EVERY, _SAMPLES, _TURN_DEG = (20, 10, 5, 2), 100, 20.0
-#: Of plans within limits, whose descents take longer, how many are tried at most, and after which
-#: share of the iterations half of them are left, until one is.
+#: With constraints, descents take longer: largest number of initial designs, and share of the
+#: iterations after which half of the designs continue, until one is left.
 _WITHIN, _SHARE = 6, 0.15
-#: Iterations on all samples where there are limits, to which few do not tell the way.
+#: Final iterations on all samples with constraints, which thinned samples represent poorly.
 _EXACT = 5
 
 
 @dataclass(frozen=True)
 class ThinnedSamples:
-    """Values of plans at given times, from models with as few samples as the slopes allow.
+    """Evaluation of plans on as few merged samples as accurate gradients allow.
 
     Attributes
     ----------
     exact : AtTime
-        Values from all samples.
+        Evaluation on all samples.
     """
 
     exact: AtTime
@@ -44,13 +44,12 @@ class ThinnedSamples:
         return self._known[every]
 
     def every(self, time: float) -> int:
-        """Return the number of samples that one thinned sample replaces, for a time [s]."""
+        """Return the number of samples to merge into one, for a time [s]."""
         model, rate = self.exact.model, self.exact.scenario.maneuvers.max_rate_deg_s
         most = min(time / model.step / _SAMPLES, _TURN_DEG / (rate * model.step))
         return next((each for each in _EVERY if each <= most), 1)
 
     def steps(self, time: float) -> int:
-        """Return the number of thinned steps until a time [s]."""
         model = self.at(time).model
         return min(max(round(time / model.step), 1), model.n_steps)
 
@@ -67,7 +66,7 @@ class ThinnedSamples:
         return value, worst
 
     def best_of_each(self, designs: Floats, times: Floats, most: int) -> Ints:
-        """Return the rows of the best designs for each time [s]; at most `most` per time.
+        """Return the indices of the best designs for each time [s], at most `most` per time.
 
         The order is that of `AtTime.best`.
         """
@@ -80,15 +79,15 @@ class ThinnedSamples:
     ) -> Floats:
         """Return the best design found for each of n times, shape (n, 4 m).
 
-        A descent starts from each of the initial designs that are best at that time. The better
-        ones continue with more iterations until one is left.
+        Descents start from the initial designs with the best values at the time. The better ones
+        continue with more iterations until one is left.
 
         Parameters
         ----------
         begins : sequence of n arrays, shape (k, 4 m)
             Initial designs for each time.
         times : array, shape (n,)
-            Times [s], all thinned alike (see `every`).
+            Times [s], with the same number of merged samples (see `every`).
         iterations : int
             Largest number of iterations of a descent.
         most : int
@@ -97,26 +96,26 @@ class ThinnedSamples:
         at = self.at(times[0])
         limited = bool(self.exact.limits or self.exact.requirements)
         most = min(most, _WITHIN) if limited else most
-        tried = [
+        initial = [
             at.best(each, self.steps(time), most, within_steps=True)
             for each, time in zip(begins, times, strict=True)
         ]
         if limited:
-            return self._within_limits(at, tried, times, iterations)
-        which = np.repeat(np.arange(len(times)), [len(each) for each in tried])
-        return descend_from_best(at, np.vstack(tried), times, which, iterations)
+            return self._within_limits(at, initial, times, iterations)
+        which = np.repeat(np.arange(len(times)), [len(each) for each in initial])
+        return descend_from_best(at, np.vstack(initial), times, which, iterations)
 
     def _within_limits(
-        self, at: AtTime, tried: list[Floats], times: Floats, iterations: int
+        self, at: AtTime, initial: list[Floats], times: Floats, iterations: int
     ) -> Floats:
         steps, share = [self.steps(time) for time in times], _SHARE
-        while several := [row for row, each in enumerate(tried) if len(each) > 1]:
-            sizes = [len(tried[row]) for row in several]
-            designs = np.vstack([tried[row] for row in several])
+        while several := [row for row, each in enumerate(initial) if len(each) > 1]:
+            sizes = [len(initial[row]) for row in several]
+            designs = np.vstack([initial[row] for row in several])
             until = np.repeat(times[several], sizes)
             ends = descend(at, designs, until, max(round(share * iterations), 1))
             for row, own in zip(several, np.split(ends, np.cumsum(sizes)[:-1]), strict=True):
-                tried[row] = at.best(own, steps[row], len(own) // 2, within_steps=True)
+                initial[row] = at.best(own, steps[row], len(own) // 2, within_steps=True)
             share = min(2.0 * share, 1.0)
-        found = descend(at, np.vstack(tried), times, iterations)
-        return descend(self.exact, found, times, _EXACT)
+        refined = descend(at, np.vstack(initial), times, iterations)
+        return descend(self.exact, refined, times, _EXACT)

@@ -1,1 +1,1 @@
-"""A plan as a whole, to the end of its run or until the satellite is back at its attitude law."""
+"""Complete trajectory of a plan, including the slew back to the initial attitude law."""

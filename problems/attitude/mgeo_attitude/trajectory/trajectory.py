@@ -1,9 +1,9 @@
-"""All that is flown of a design: what the filter runs along, and what follows until it ends.
+"""Complete trajectory of a design: the filter run and all motion after it.
 
-That is the last rate, as long as flights may take that converge late, and the slew back to the
-attitude law that the satellite started with. It is one more maneuver, at a constant rate that is
-found for it, and the change to the rate of the law, with the ramps of all maneuvers. So a design
-that has both is flown as any other.
+After the run, the last rate is held for runs that converge late, and the satellite slews back to
+its initial attitude law. The slew back is one more maneuver with a constant rate from a root
+search, followed by a change to the rate of the law. Both use the ramps of all maneuvers, so that
+the extended design is handled as any other design.
 """
 
 from __future__ import annotations
@@ -31,29 +31,29 @@ from mgeo_attitude.maneuvers.schedule import (
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.settings.errors import InvalidValue
 
-#: What the two maneuvers after those of the design are called.
+#: Labels of the two maneuvers after the maneuvers of the design.
 LABELS = ("slew back", "starting attitude")
 
-#: By how much the attitude that is reached may be off the law [rad].
+#: Largest error of the attitude at the end of the slew back [rad].
 _TOLERANCE = 1e-10
-#: A rate at its limit may be above it by what the solver rounds.
+#: Factor on limits that allows for rounding of the solver.
 _ROUNDING = 1.0 + 1e-9
-#: A rate below this is rounding: in a day it turns by less than the attitude may be off.
+#: Rate that counts as zero [deg/s]: in a day it rotates by less than the attitude tolerance.
 _ZERO_DEG_S = 1e-14
-#: A rate that so many tries do not find has no ramps that fit; others take some twenty.
+#: Largest number of evaluations in the search for a rate; a feasible search takes about twenty.
 _EVALUATIONS = 60
 
 
 @dataclass(frozen=True)
 class SlewBack:
-    """A design that goes on after `start`, when the filter has converged, until it is back.
+    """Design extended by a slew back to the initial attitude law.
 
     Attributes
     ----------
     design : array, shape (4 k,)
-        Flown as the plan's own until `start`; then the slew back, and the law's rate held.
+        The maneuvers of the plan until `start`, the slew back, and the rate of the law.
     start, end : float
-        [s] after the epoch, both on a step of the filter.
+        Start and end of the slew back [s] after the epoch, both on a filter step.
     """
 
     design: Floats
@@ -61,11 +61,11 @@ class SlewBack:
     end: float
 
     def phases(self, step: float, limits: Turning) -> tuple[Phase, ...]:
-        """Phases from `start` to `end`."""
+        """Return the phases of the slew back, for display."""
         first = len(self.design) // VARIABLES_PER_MANEUVER - len(LABELS)
         names = dict(enumerate(LABELS, first))
-        found = phases(self.design, self.end, step, limits, names)
-        return tuple(phase for phase in found if phase.start > self.start - 0.5 * step)
+        all_phases = phases(self.design, self.end, step, limits, names)
+        return tuple(phase for phase in all_phases if phase.start > self.start - 0.5 * step)
 
 
 def slew_back(
@@ -75,76 +75,91 @@ def slew_back(
     limits: Turning,
     initial_attitude: Floats,
 ) -> SlewBack | None:
-    """The soonest slew back, in steps of the filter, of a design whose run ends at `t_end`.
+    """Return the shortest slew back to the initial attitude law.
 
-    None if the scenario asks for none. The body turns the shorter way, no faster than maneuvers
-    may about any axis and with no more momentum than wheels can hold, and arrives with attitude and
-    rate of the law at that time; those are found by Powell's hybrid method, the time by bisection.
+    The body takes the shorter way, at rates within the limits of maneuvers and wheel momenta, and
+    reaches attitude and rate of the law at the same time. Powell's hybrid method finds the rate,
+    and bisection the duration in filter steps.
 
     Parameters
     ----------
+    scenario : Scenario
     design : array_like, shape (4 m,)
+    t_end : float
+        End of the filter run [s].
     limits : SlewLimits, optional
-        Of the design, with its initial rate.
+        Limits on rate changes for the design.
     initial_attitude : array, shape (3, 3)
-        GCRS to body at the epoch.
+        GCRS-to-body matrix at the epoch.
+
+    Returns
+    -------
+    SlewBack or None
+        None if the scenario requests no slew back.
 
     Raises
     ------
     InvalidValue
-        If it would take longer than the longest run.
+        If the slew back would take longer than the longest run.
     """
-    if not scenario.maneuvers.slew_back or isinstance(limits, CoilDrive):  # which it refuses
+    if not scenario.maneuvers.slew_back or isinstance(limits, CoilDrive):
         return None
     step = scenario.step
-    before = _until(np.asarray(design, dtype=float), t_end, step, limits)
+    before = _cut_at_end(np.asarray(design, dtype=float), t_end, step, limits)
     last = round(t_end / step)
     plan = schedule(before, step, limits, last)
-    search = Search(scenario, t_end, limits, *_end(plan, last, step, initial_attitude))
+    search = Search(
+        scenario, t_end, limits, *_attitude_and_rate_at(plan, last, step, initial_attitude)
+    )
     least, most = 0, 1
-    while (found := search.maneuvers(most)) is None:
+    while (maneuvers := search.maneuvers(most)) is None:
         if most >= scenario.n_steps:
             raise InvalidValue(
                 "maneuvers.slew_back",
                 True,
-                f"no way back within duration = {scenario.duration:g} s at "
-                f"maneuvers.max_rate_deg_s = {scenario.maneuvers.max_rate_deg_s:g}",
+                f"no slew back fits into duration = {scenario.duration:g} s at "
+                f"maneuvers.max_rate_deg_s = {scenario.maneuvers.max_rate_deg_s:g}; increase one "
+                "of them",
             )
         least, most = most, min(2 * most, scenario.n_steps)
     while most - least > 1:
         middle = (least + most) // 2
-        sooner = search.maneuvers(middle)
-        least, most, found = (middle, most, found) if sooner is None else (least, middle, sooner)
-    return SlewBack(np.concatenate([before, found]), t_end, (last + most) * step)
+        shorter = search.maneuvers(middle)
+        least, most, maneuvers = (
+            (middle, most, maneuvers) if shorter is None else (least, middle, shorter)
+        )
+    return SlewBack(np.concatenate([before, maneuvers]), t_end, (last + most) * step)
 
 
-def _until(design: Floats, t_end: float, step: float, limits: SlewLimits | None) -> Floats:
-    """Maneuvers flown in a run; the last one ends with it, half a step of the filter too soon.
+def _cut_at_end(design: Floats, t_end: float, step: float, limits: SlewLimits | None) -> Floats:
+    """Return the maneuvers of a run, the last of which ends half a step before `t_end`.
 
-    What follows begins at the next step whatever the rounding of sums.
+    The margin makes the following maneuver start at the next step regardless of rounding.
     """
-    number = int(flown(design, t_end, step, limits).numbers[-1])
-    table = design.reshape(-1, VARIABLES_PER_MANEUVER)[: number + 1].copy()
+    last_number = int(flown(design, t_end, step, limits).numbers[-1])
+    table = design.reshape(-1, VARIABLES_PER_MANEUVER)[: last_number + 1].copy()
     table[-1, 3] = t_end - 0.5 * step - table[:-1, 3].sum()
     return table.ravel()
 
 
-def _end(plan: Schedule, last: int, step: float, attitude: Floats) -> tuple[Floats, Floats]:
-    """Attitude, GCRS to body, and body rate [rad/s] at a step of the only design of a schedule."""
-    lasting = plan.lasting(last)[0]
-    flying = lasting > 0
-    turns = -plan.rates[0, flying] * (lasting[flying] * step)[:, None]
+def _attitude_and_rate_at(
+    plan: Schedule, last: int, step: float, attitude: Floats
+) -> tuple[Floats, Floats]:
+    """Return attitude (GCRS to body) and body rate [rad/s] at a step of a one-design schedule."""
+    n_steps = plan.lasting(last)[0]
+    is_flown = n_steps > 0
+    turns = -plan.rates[0, is_flown] * (n_steps[is_flown] * step)[:, None]
     matrices = Rotation.from_rotvec(turns).as_matrix()
-    while len(matrices) > 1:  # each turn and the one before it
+    while len(matrices) > 1:  # Multiply neighbors pairwise, which vectorizes the product.
         alone = matrices[len(matrices) // 2 * 2 :]
         matrices = np.concatenate([matrices[1::2] @ matrices[: len(matrices) // 2 * 2 : 2], alone])
     reached: Floats = matrices[0] @ attitude
-    return reached, plan.end_rates[0, flying][-1]
+    return reached, plan.end_rates[0, is_flown][-1]
 
 
 @dataclass
 class Search:
-    """Looks for slews of a number of steps from an attitude and a rate at `start` [s]."""
+    """Search for slews of a given number of steps from the attitude and rate at `start` [s]."""
 
     scenario: Scenario
     start: float
@@ -153,31 +168,39 @@ class Search:
     rate: Floats
 
     def maneuvers(self, n: int) -> Floats | None:
-        """Slew and change to the law's rate in n steps as a design, shape (8,), if there are."""
+        """Return a slew back in n steps as a design of two maneuvers, shape (8,).
+
+        The second maneuver changes to the rate of the law. None if n steps are too few.
+        """
         step, initial = self.scenario.step, self.scenario.initial
         target, final = initial.law(self.scenario, self.start + n * step)
         turn = -Rotation.from_matrix(target @ self.attitude.T).as_rotvec()
         rate = turn / (n * step)
-        if np.linalg.norm(rate) > math.sqrt(3.0) * self._most_rate:  # too far, at any rates
+        if np.linalg.norm(rate) > math.sqrt(3.0) * self._max_rate:  # No rates are high enough.
             return None
-        leaving = self._steps(rate - final)
-        while self._steps(rate - self.rate) + leaving <= n:
-            found = self._rate(n, leaving, target, final, rate)
-            if found is None:
+        leaving = self._count_steps(rate - final)
+        while self._count_steps(rate - self.rate) + leaving <= n:
+            new_rate = self._find_rate(n, leaving, target, final, rate)
+            if new_rate is None:
                 return None
-            rate = found
-            needed = self._steps(final - rate)
-            if needed <= leaving:
-                sound = self._steps(rate - self.rate) + leaving <= n and self._slow(rate)
-                return self._design(n, leaving, rate, final) if sound else None
-            leaving = needed
+            rate = new_rate
+            n_needed = self._count_steps(final - rate)
+            if n_needed <= leaving:
+                is_feasible = self._count_steps(
+                    rate - self.rate
+                ) + leaving <= n and self._is_within_limits(rate)
+                return self._build_design(n, leaving, rate, final) if is_feasible else None
+            leaving = n_needed
         return None
 
-    def _rate(
+    def _find_rate(
         self, n: int, leaving: int, target: Floats, final: Floats, guess: Floats
     ) -> Floats | None:
-        """Rate of a slew that arrives, the last so many steps being for the law's rate."""
-        from scipy.optimize import root  # which takes long to import
+        """Find the rate of a slew to the target attitude, or None.
+
+        The last `leaving` of the n steps change the rate to `final`.
+        """
+        from scipy.optimize import root  # This import takes long.
 
         step, time = self.scenario.step, n * self.scenario.step
         limits = self.limits
@@ -185,35 +208,35 @@ class Search:
             limits = dataclasses.replace(limits, initial_rate=self.rate)
 
         def off(angle: Floats) -> Floats:
-            design = self._design(n, leaving, angle / time, final)
-            reached, _ = _end(schedule(design, step, limits, n), n, step, self.attitude)
-            left: Floats = Rotation.from_matrix(target @ reached.T).as_rotvec()
-            return left
+            design = self._build_design(n, leaving, angle / time, final)
+            reached, _ = _attitude_and_rate_at(
+                schedule(design, step, limits, n), n, step, self.attitude
+            )
+            error: Floats = Rotation.from_matrix(target @ reached.T).as_rotvec()
+            return error
 
         solution = root(off, guess * time, tol=1e-12, options={"maxfev": _EVALUATIONS})
         rate: Floats = solution.x / time
         return rate if np.abs(off(solution.x)).max() < _TOLERANCE else None
 
     @property
-    def _most_rate(self) -> float:
+    def _max_rate(self) -> float:
         return math.radians(self.scenario.maneuvers.max_rate_deg_s)
 
-    def _steps(self, change: Floats) -> int:
-        """Steps that a change of the rate takes."""
+    def _count_steps(self, change: Floats) -> int:
         if self.limits is None:
             return 0
         return math.ceil(float(self.limits.ramp_time(change)) / self.scenario.step - 1e-9)
 
-    def _slow(self, rate: Floats) -> bool:
-        """Whether a rate is within the limits of maneuvers and wheels."""
+    def _is_within_limits(self, rate: Floats) -> bool:
         wheels = self.scenario.wheels
-        within = np.abs(rate).max() <= self._most_rate * _ROUNDING
+        within = np.abs(rate).max() <= self._max_rate * _ROUNDING
         if wheels is not None and wheels.max_momentum is not None:
             momentum = wheels.greatest_share(rate @ wheels.matrix())
             within &= momentum <= wheels.max_momentum * _ROUNDING
         return bool(within)
 
-    def _design(self, n: int, leaving: int, rate: Floats, final: Floats) -> Floats:
+    def _build_design(self, n: int, leaving: int, rate: Floats, final: Floats) -> Floats:
         step = self.scenario.step
         rates = np.degrees([rate, final])
         rates[np.abs(rates) < _ZERO_DEG_S] = 0.0
@@ -222,12 +245,17 @@ class Search:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """A design, shape (n_var,), whose run ends at `t_end` [s], until the plan's end.
+    """Trajectory of a design, shape (n_var,), to the end of the plan.
 
     Attributes
     ----------
+    scenario : Scenario
+    body : Body
+    design : array, shape (n_var,)
+    t_end : float
+        End of the filter run [s].
     held : float
-        Until when it is flown before a slew back [s], if that is later than `t_end`.
+        Time until which the last rate is held before a slew back [s], if later than `t_end`.
     """
 
     scenario: Scenario
@@ -238,30 +266,30 @@ class Trajectory:
 
     @property
     def held_until(self) -> float:
-        """When the design ends [s], with what is held for late flights."""
+        """End of the design [s], including the rate held for runs that converge late."""
         return max(self.t_end, self.held)
 
     @cached_property
     def back(self) -> SlewBack | None:
-        """How it goes on after that, if the scenario asks for it."""
+        """Slew back after the design, if the scenario requests one."""
         limits, initial = self.body.slew_limits, self.body.initial_attitude
         return slew_back(self.scenario, self.design, self.held_until, limits, initial)
 
     @property
     def commanded(self) -> Floats:
-        """The design that is flown: with the slew back after it."""
+        """Commanded design, including the slew back."""
         return self.design if self.back is None else self.back.design
 
     @property
     def end(self) -> float:
-        """When the plan ends [s]."""
+        """End of the plan [s]."""
         return self.held_until if self.back is None else self.back.end
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """Maneuvers flown, the time for which the last rate is held, and the slew back.
+        """Phases of the plan: maneuvers, held rate, and slew back.
 
-        What is flown for late flights is a phase of its own.
+        The time that is added for runs that converge late is a separate phase.
         """
         step, limits = self.body.step, self.body.slew_limits
         found = divided(phases(self.design, self.held_until, step, limits), self.t_end)
@@ -269,15 +297,15 @@ class Trajectory:
 
     @cached_property
     def flown(self) -> Flown:
-        """Stretches of constant rate until the end."""
+        """Intervals of constant rate until the end."""
         return flown(self.commanded, self.end, self.body.step, self.body.slew_limits)
 
     @cached_property
     def motion(self) -> Motion:
-        """Rates and attitudes until the end."""
+        """Rates and attitudes at every step until the end."""
         return Motion.of(self.body, self.commanded, round(self.end / self.body.step))
 
     @property
     def attitude(self) -> Floats:
-        """GCRS to body at every step until the end, shape (n + 1, 3, 3)."""
+        """GCRS-to-body matrices at every step until the end, shape (n + 1, 3, 3)."""
         return self.motion.attitude
