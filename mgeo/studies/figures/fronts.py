@@ -1,4 +1,4 @@
-"""Fronts of the runs of each algorithm, and how often the runs attain a part of the objectives."""
+"""Figures of the fronts of all runs, and of the share of runs that attain each point."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _ROW_HEIGHT = 300
 _COORDINATES = ("x", "y", "z")
 
 _SURFACES = ((50, "half of the runs", 2.0), (0, "the best run", 1.0), (100, "every run", 1.0))
-_CELLS = 300  # of the difference, along each objective
+_CELLS = 300  # maximum number of heat-map cells along each objective
 
 
 def fronts_figure(comparison: Comparison) -> go.Figure:
-    """Draw the front of each algorithm's run with the median first indicator.
+    """Draw, for each algorithm, the front of the run with the median first indicator.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def fronts_figure(comparison: Comparison) -> go.Figure:
 
 
 def each_figure(comparison: Comparison) -> go.Figure:
-    """Draw one panel per algorithm on equal axes: all runs in gray, the median run in color.
+    """Draw one panel per algorithm with all fronts in gray and the median run in color.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def each_figure(comparison: Comparison) -> go.Figure:
 
 
 def attainment_figure(comparison: Comparison) -> go.Figure:
-    """Draw the surfaces that one run, half of the runs and all runs of each algorithm attain.
+    """Draw the best, median and worst attainment surface of each algorithm.
 
     Raises
     ------
@@ -121,7 +121,7 @@ def attainment_figure(comparison: Comparison) -> go.Figure:
     require_objectives(comparison.problem, 2)
     figure, drawn = go.Figure(), [np.empty((0, 2))]
     for name, look in looks(comparison.algorithms).items():
-        # an empty front is a point at infinity: a run that counts, and attains nothing
+        # A run with an empty front counts but attains no point, like a point at infinity.
         fronts = [f if len(f) else np.full((1, 2), np.inf) for f in comparison.fronts(name)]
         points = np.concatenate([np.empty((0, 2)), *fronts])
         if not np.isfinite(points).any():
@@ -150,7 +150,7 @@ def attainment_figure(comparison: Comparison) -> go.Figure:
 
 
 def difference_figure(comparison: Comparison, first: str, second: str) -> go.Figure:
-    """Draw where the runs of one of two algorithms attain more than those of the other.
+    """Draw the difference of the attainment shares of two algorithms over the objective space.
 
     Raises
     ------
@@ -187,9 +187,10 @@ def difference_figure(comparison: Comparison, first: str, second: str) -> go.Fig
 
 
 def attained_shares(fronts: list[FloatArray], x: FloatArray, y: FloatArray) -> FloatArray:
-    """Return the share of fronts that attain each point of a grid, shape (len(y), len(x)).
+    """Return the share of fronts that attain each grid point, shape (len(y), len(x)).
 
-    A front attains a point that one of its points, shape (n, 2), weakly dominates.
+    A front attains a grid point if one of its points, shape (n, 2), weakly dominates the grid
+    point.
     """
     attained = np.zeros((len(y), len(x)))
     for front in fronts:
@@ -200,7 +201,7 @@ def attained_shares(fronts: list[FloatArray], x: FloatArray, y: FloatArray) -> F
 
 
 def _grid(values: FloatArray) -> FloatArray:
-    """Return ascending coordinates of cells: all values, or quantiles of many, and an end."""
+    """Return ascending cell edges: the distinct values, or their quantiles if there are many."""
     found = np.unique(values)
     if len(found) > _CELLS:
         found = np.unique(np.quantile(found, np.linspace(0.0, 1.0, _CELLS), method="nearest"))
@@ -210,7 +211,7 @@ def _grid(values: FloatArray) -> FloatArray:
 def _points(
     F: FloatArray, name: str, run: str, objectives: tuple[str, ...], **style: Any
 ) -> go.Scatter | go.Scatter3d:
-    """Return a trace of points, shape (n, 2) or (n, 3), that names the run and the objectives."""
+    """Return a scatter trace of points, shape (n, 2) or (n, 3), with a hover text."""
     shown = zip(objectives, _COORDINATES, strict=False)
     lines = [f"{literal(title)}: %{{{key}:.6g}}" for title, key in shown]
     hover = "<br>".join([f"<b>{literal(name)}</b>, {run}", *lines]) + "<extra></extra>"
