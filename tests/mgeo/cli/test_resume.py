@@ -142,7 +142,7 @@ def test_after_a_kill_the_run_goes_on_and_after_a_signal_too(mgeo, stand_in_envi
     assert not (tmp_path / "a" / "run.json").exists()
     refused = mgeo(*arguments)
     assert refused.exit_code == 2
-    assert "or go on with mgeo resume a" in refused.stderr
+    assert "or continue its run by mgeo resume a" in refused.stderr
     with start(tmp_path, slow, "resume", "a") as process:
         wait_for(lambda: re.search(r"\d of [\d,]+ evaluations", process.stderr.readline()), process)
         process.send_signal(signal.SIGINT)
