@@ -1,4 +1,4 @@
-"""Registry of algorithms: one record for each, which the command line and the docs follow."""
+"""Registry of algorithms, which the command line and the documentation use."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ DEFAULT, ROBUST = "mgeo-directed", "mgeo-staged"
 
 @dataclass(frozen=True)
 class AlgorithmRecord:
-    """An algorithm by its name.
+    """Entry of an algorithm in the registry.
 
     Attributes
     ----------
@@ -19,14 +19,13 @@ class AlgorithmRecord:
     label : str
         Name in texts.
     description : str
-        What it is, in one line.
+        Description in one line.
     path : str
-        ``module:Class``; imported when the algorithm is built.
-    population : tuple of str
-        Keywords of a constructor of pymoo's that the parameter ``population`` sets. Empty if the
-        parameters are the constructor's own.
+        ``module:Class``, imported when the algorithm is built.
+    population : tuple of str Keyword arguments of a pymoo constructor that the parameter
+        ``population`` sets. Empty if the parameters are those of the constructor.
     constraints : bool
-        Whether it treats constraints.
+        Whether the algorithm supports constraints.
     """
 
     name: str
