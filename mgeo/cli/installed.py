@@ -1,4 +1,4 @@
-"""``mgeo problems`` and ``mgeo algorithms``: what is installed, and its parameters."""
+"""Commands ``mgeo problems`` and ``mgeo algorithms``, which list the installed ones."""
 
 from __future__ import annotations
 
@@ -32,12 +32,14 @@ def problems(json: options.Json = False, debug: options.Debug = False) -> None:
 def algorithms(
     name: Annotated[
         str | None,
-        typer.Argument(help="One of them, or MODULE:CLASS.", autocompletion=options.algorithms),
+        typer.Argument(
+            help="Name of an algorithm, or MODULE:CLASS.", autocompletion=options.algorithms
+        ),
     ] = None,
     json: options.Json = False,
     debug: options.Debug = False,
 ) -> None:
-    """List the algorithms, or the parameters of one."""
+    """List the algorithms, or the parameters of one algorithm."""
     from mgeo.runs.algorithms import algorithm_names, described
 
     output = Output(json=json)
@@ -63,7 +65,7 @@ def _algorithm(name: str) -> dict[str, Any]:
 
     try:
         return described(name) | {"error": None}
-    except PluginError as error:  # a broken plugin does not hide the others
+    except PluginError as error:  # One broken plugin must not hide the other algorithms.
         return {"name": name, "label": name, "about": "", "parameters": [], "error": str(error)}
 
 
@@ -71,16 +73,16 @@ def _problem(plugin: Plugin) -> dict[str, Any]:
     from mgeo.plugins.problems import load_problem
     from mgeo.plugins.protocol import problem_size
 
-    known: dict[str, Any] = {
+    record: dict[str, Any] = {
         "name": plugin.name,
         "distribution": plugin.distribution,
         "version": plugin.version,
         "presets": preset_names(plugin.name),
     }
     try:
-        return known | problem_size(load_problem(plugin.name)) | {"error": None}
-    except (ValueError, OSError) as error:  # a broken plugin does not hide the others
-        return known | {"variables": [], "objectives": [], "constraints": 0, "error": str(error)}
+        return record | problem_size(load_problem(plugin.name)) | {"error": None}
+    except (ValueError, OSError) as error:  # One broken plugin must not hide the other problems.
+        return record | {"variables": [], "objectives": [], "constraints": 0, "error": str(error)}
 
 
 def _text(default: object) -> str:

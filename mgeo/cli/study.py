@@ -1,4 +1,4 @@
-"""``mgeo study``: run a study file, or continue it; and ``mgeo schema``, of such files."""
+"""Commands ``mgeo study``, which runs a study file, and ``mgeo schema``."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def study(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A study as TOML.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Study file in TOML.")],
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder to write [default: studies/FILE].")
     ] = None,
@@ -29,24 +29,24 @@ def study(
         bool, typer.Option("--resume", help="Continue the interrupted study in the folder.")
     ] = False,
     evaluations: Annotated[
-        int | None, typer.Option(min=1, help="Another budget than the file's.")
+        int | None, typer.Option(min=1, help="Budget of each run [default: from FILE].")
     ] = None,
     seeds: Annotated[
-        int | None, typer.Option(min=1, help="Only the first so many seeds, or more.")
+        int | None, typer.Option(min=1, help="Number of seeds [default: from FILE].")
     ] = None,
-    jobs: Annotated[int, typer.Option(help="Processes; -1 for one per processor.")] = -1,
+    jobs: Annotated[int, typer.Option(help="Number of processes; -1 for one per processor.")] = -1,
     cluster: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Scheduler of a Dask cluster to run on.")
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Run on the Dask cluster with this scheduler."),
     ] = None,
     dry_run: options.DryRun = False,
     json: options.Json = False,
     quiet: options.Quiet = False,
     debug: options.Debug = False,
 ) -> None:
-    """Compare algorithms as a file says, and write tables and figures.
+    """Compare algorithms as defined in a study file, and write tables and figures.
 
-    Each run is stored in the folder as it finishes: --resume continues a study that was
-    interrupted.
+    Each run is stored in the folder as it finishes; --resume continues an interrupted study.
     """
     from mgeo.studies.comparison import ComparisonWarning
     from mgeo.studies.file import read_study
@@ -65,12 +65,10 @@ def study(
             listed += [(a.label, a.name) for a in read.algorithms]
             for label, name in listed:
                 if is_own_class(name):
-                    output.note(
-                        f"Note: {label}: a dry run has no module imported that a file names"
-                    )
+                    output.note(f"Note: {label}: not checked, because a dry run imports no modules")
             return
         with _workers(jobs, cluster) as n_jobs, warnings.catch_warnings():
-            warnings.simplefilter("ignore", ComparisonWarning)  # noted below
+            warnings.simplefilter("ignore", ComparisonWarning)  # printed as notes instead
             try:
                 comparisons = run_study(
                     read, folder, resume=resume, n_jobs=n_jobs, progress=not quiet
@@ -82,12 +80,12 @@ def study(
 
 
 def schema(
-    kind: Annotated[Literal["study"], typer.Argument(help="What the files are.")],
+    kind: Annotated[Literal["study"], typer.Argument(help="Kind of the files.")],
     debug: options.Debug = False,
 ) -> None:
-    """Print a JSON Schema, by which editors complete and check files.
+    """Print the JSON Schema of study files, for completion and validation in editors.
 
-    In editors that know Taplo, a file names it in its first line: #:schema ./study.schema.json
+    In editors with Taplo, refer to it in the first line of a file: #:schema ./study.schema.json
     """
     from mgeo.studies.schema import study_schema
 
@@ -95,7 +93,7 @@ def schema(
 
 
 def _show(study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output) -> int:
-    """Print the results; the exit code says whether runs failed."""
+    """Print the results and return the exit code, which reports failed runs."""
     from mgeo.store.run_folder import REPORT_FILE
     from mgeo.studies.conclusions import conclusions, published_table
 
@@ -105,8 +103,8 @@ def _show(study: Study, comparisons: dict[str, Comparison], folder: Path, output
         output.print(plain(f"\n{label}", style="bold"), columns, *sentences)
         published = published_table(study, comparison)
         if published is not None and study.published is not None:
-            beside = table(["", *published.columns], published.itertuples(name=None))
-            output.print(f"beside {study.published.source}:", beside)
+            values = table(["", *published.columns], published.itertuples(name=None))
+            output.print(f"compared with {study.published.source}:", values)
     output.print(f"\nwritten: {folder / REPORT_FILE}")
     output.result(
         {
@@ -126,13 +124,13 @@ def _show(study: Study, comparisons: dict[str, Comparison], folder: Path, output
             output.note(f"Note: {text}")
     failed = sum(_count(comparison, "failed") for comparison in comparisons.values())
     if failed:
-        output.note(f"{failed} runs failed; --resume makes them again")
+        output.note(f"{failed} runs failed; --resume repeats them")
     return ExitCode.INCOMPLETE if failed else ExitCode.DONE
 
 
 @contextmanager
 def _workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
-    """Yield the number of processes, or None on a cluster, which is then joblib's backend."""
+    """Yield the number of processes, or None after making a Dask cluster joblib's backend."""
     if cluster is None:
         yield jobs
         return

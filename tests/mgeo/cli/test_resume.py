@@ -149,7 +149,7 @@ def test_after_a_kill_the_run_goes_on_and_after_a_signal_too(mgeo, stand_in_envi
         output, errors = process.communicate(timeout=300)
     assert process.returncode == 130, errors
     assert "interrupted after" in output
-    assert output.splitlines()[-1] == "to go on: mgeo resume a"
+    assert output.splitlines()[-1] == "to continue: mgeo resume a"
     made = json.loads((tmp_path / "a" / "run.json").read_text())["evaluations"]
     assert 0 < made < 640
     done = mgeo("resume", "a")
