@@ -33,7 +33,7 @@ def describe_run(run: PreparedRun, folder: Path, output: Output) -> None:
         files.append(f"{run_folder.RECORD_FOLDER}/")
     notes, facts = ask(view, View.notes), ask(view, View.facts)
     texts = {
-        "size": _size(size),
+        "size": _format_size(size),
         "budget": f"{configuration.evaluations:,} evaluations",
         "folder": str(folder),
         "files": ", ".join(files),
@@ -76,7 +76,7 @@ def describe_study(
     algorithms = [algorithm.label for algorithm in study.algorithms]
     runs = len(study.problems) * len(algorithms) * len(study.seeds)
     each = " per variable" if study.per_variable else ""
-    texts = {label: _size(size) for label, size in sizes.items()} | {
+    texts = {label: _format_size(size) for label, size in sizes.items()} | {
         "algorithms": ", ".join(algorithms),
         "budget": f"{runs:,} runs of {study.evaluations:,} evaluations{each}",
         "folder": str(folder),
@@ -96,7 +96,7 @@ def describe_study(
     )
 
 
-def _size(size: Mapping[str, Any]) -> str:
+def _format_size(size: Mapping[str, Any]) -> str:
     objectives = ", ".join(size["objectives"])
     return (
         f"variables: {len(size['variables'])}, objectives: {objectives}, "

@@ -94,13 +94,13 @@ def parse_parameters(settings: Iterable[str]) -> dict[str, Any]:
     ValueError
         If a text is not of the form NAME=VALUE.
     """
-    given = {}
+    parameters = {}
     for setting in settings:
         name, _, value = setting.partition("=")
         if not (name and value):
             raise ValueError(f"--set {setting}: expected NAME=VALUE")
-        given[name] = _parse_value(value)
-    return given
+        parameters[name] = _parse_value(value)
+    return parameters
 
 
 def _parse_value(text: str) -> Any:

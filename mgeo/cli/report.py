@@ -133,7 +133,6 @@ def _check_options(
     out: Path | None,
     solution: int | None,
 ) -> None:
-    """Raise ValueError if the options do not apply to the sources."""
     if len(sources) > 2:
         raise ValueError(f"{len(sources)} runs: expected one, or two to compare")
     if len(sources) == 2 and (formats or solution is not None):

@@ -94,7 +94,6 @@ class Progress:
             self._next = time.monotonic() + pause
 
     def __rich__(self) -> Group:
-        """Return the content for a terminal."""
         stopping = [plain(_STOPPING, style="yellow")] if self._request else []
         return Group(self._title, self._bar, plain(self._numbers), *stopping)
 
@@ -151,8 +150,10 @@ def run_and_show(run: PreparedRun, folder: Path, output: Output, max_time: float
             with progress.shown():
                 outcome = run.solve(progress, folder, max_time)
             stop.may_raise = False
-            made = Run(run.configuration, outcome, installed_versions(run.configuration.problem))
-            run_folder.write_run(folder, made, overwrite=True)
+            finished_run = Run(
+                run.configuration, outcome, installed_versions(run.configuration.problem)
+            )
+            run_folder.write_run(folder, finished_run, overwrite=True)
         except (EvaluationError, OSError):
             if (folder / run_folder.CHECKPOINT_FILE).exists():
                 output.note(f"To continue after correcting the error: mgeo resume {folder}")
@@ -162,14 +163,13 @@ def run_and_show(run: PreparedRun, folder: Path, output: Output, max_time: float
         try:
             _write_extras(run, outcome, view, folder)
         finally:  # Print the summary even if a figure fails.
-            show_summary(made, view, folder, output)
+            show_summary(finished_run, view, folder, output)
     if outcome.stop_reason == "signal":
         return stop.exit_code or ExitCode.INTERRUPTED
     return ExitCode.DONE if len(outcome.F) else ExitCode.INCOMPLETE
 
 
 def _write_extras(run: PreparedRun, outcome: Outcome, view: View, folder: Path) -> None:
-    """Write further arrays of the solutions, and the figure of the front."""
     if len(outcome.F) and (arrays := ask(view, View.arrays)):
         run_folder.write_arrays(folder, outcome, arrays)
     title, note = run_title(run.configuration), ""

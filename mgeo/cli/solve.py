@@ -136,7 +136,7 @@ def solve(
     from mgeo.runs.prepare import prepare
     from mgeo.store.run_folder import check_folder
 
-    given, algorithm = algorithm, algorithm or default_algorithm(robust)
+    algorithm_option, algorithm = algorithm, algorithm or default_algorithm(robust)
     # Names such as coco:bbob/f1/d10/i1 and module:Class are not valid folder names.
     name = f"{problem}{'-robust' if robust else ''}-{algorithm}".replace(":", "-").replace("/", "-")
     folder = out or Path("runs", f"{name}-seed{seed}")
@@ -148,7 +148,7 @@ def solve(
             problem,
             parameters=parameters,
             options=read_scenario(problem, scenario, after=after, named=(problem,)),
-            algorithm=given,
+            algorithm=algorithm_option,
             evaluations=evaluations,
             seed=seed,
             robust=robust,

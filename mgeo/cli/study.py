@@ -67,7 +67,7 @@ def study(
                 if is_own_class(name):
                     output.note(f"Note: {label}: not checked, because a dry run imports no modules")
             return
-        with _workers(jobs, cluster) as n_jobs, warnings.catch_warnings():
+        with _start_workers(jobs, cluster) as n_jobs, warnings.catch_warnings():
             warnings.simplefilter("ignore", ComparisonWarning)  # printed as notes instead
             try:
                 comparisons = run_study(
@@ -76,7 +76,7 @@ def study(
             except KeyboardInterrupt as error:
                 output.note(f"interrupted; --resume continues with the runs in {folder}")
                 raise typer.Exit(of_interrupt(error)) from None
-    raise typer.Exit(_show(read, comparisons, folder, output))
+    raise typer.Exit(_print_results(read, comparisons, folder, output))
 
 
 def schema(
@@ -92,7 +92,9 @@ def schema(
     typer.echo(study_schema())
 
 
-def _show(study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output) -> int:
+def _print_results(
+    study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output
+) -> int:
     """Print the results and return the exit code, which reports failed runs."""
     from mgeo.store.run_folder import REPORT_FILE
     from mgeo.studies.conclusions import conclusions, published_table
@@ -115,21 +117,21 @@ def _show(study: Study, comparisons: dict[str, Comparison], folder: Path, output
             "per_variable": study.per_variable,
             "seeds": list(study.seeds),
             "problems": {
-                label: _document(each, study.control) for label, each in comparisons.items()
+                label: _build_document(each, study.control) for label, each in comparisons.items()
             },
         }
     )
     for label, comparison in comparisons.items():
         for text in comparison.failures(label):
             output.note(f"Note: {text}")
-    failed = sum(_count(comparison, "failed") for comparison in comparisons.values())
+    failed = sum(_count_runs(comparison, "failed") for comparison in comparisons.values())
     if failed:
         output.note(f"{failed} runs failed; --resume repeats them")
     return ExitCode.INCOMPLETE if failed else ExitCode.DONE
 
 
 @contextmanager
-def _workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
+def _start_workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
     """Yield the number of processes, or None after making a Dask cluster joblib's backend."""
     if cluster is None:
         yield jobs
@@ -144,14 +146,14 @@ def _workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
         yield None
 
 
-def _document(comparison: Comparison, control: str | None) -> dict[str, Any]:
+def _build_document(comparison: Comparison, control: str | None) -> dict[str, Any]:
     from mgeo.studies.conclusions import conclusions
 
     summary = comparison.summary()
     names = [name for name in dict.fromkeys(summary.columns.get_level_values(0)) if name != "runs"]
     return {
-        "runs_finished": _count(comparison, "finished"),
-        "runs_failed": _count(comparison, "failed"),
+        "runs_finished": _count_runs(comparison, "finished"),
+        "runs_failed": _count_runs(comparison, "failed"),
         "best_first": comparison.order(),
         "algorithms": {
             label: {
@@ -164,5 +166,5 @@ def _document(comparison: Comparison, control: str | None) -> dict[str, Any]:
     }
 
 
-def _count(comparison: Comparison, status: str) -> int:
+def _count_runs(comparison: Comparison, status: str) -> int:
     return int((comparison.runs["status"] == status).sum())

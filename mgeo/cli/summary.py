@@ -99,8 +99,8 @@ def _solutions_table(view: View, outcome: Outcome) -> Table:
     described = ask(view.take([solution.row for solution in chosen]), View.describe)
     titles = [f"{solution.label} ({solution.row})" for solution in chosen]
     frame = described.astype(object).T.set_axis(titles, axis="columns")
-    whole = table(["", *frame], frame.itertuples(name=None))
-    if fits(whole, console().width):
-        return whole
+    full_table = table(["", *frame], frame.itertuples(name=None))
+    if fits(full_table, console().width):
+        return full_table
     frame = frame[[title for title in titles if not title.startswith("between")]]
     return table(["", *frame], frame.itertuples(name=None))

@@ -78,10 +78,10 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
     declared = getattr(problem, "vars", None) is not None  # Such variables have their own bounds.
     if not declared and name != "random" and (problem.xl is None or problem.xu is None):
         raise ValueError(f"algorithm {name!r} needs bounds, which this problem does not have")
-    given: dict[str, Any] = dict.fromkeys(record.population, population)
-    if "ref_dirs" in given:
-        given["ref_dirs"] = _reference_directions(population, problem)
-    algorithm = cls(**given)
+    arguments: dict[str, Any] = dict.fromkeys(record.population, population)
+    if "ref_dirs" in arguments:
+        arguments["ref_dirs"] = _reference_directions(population, problem)
+    algorithm = cls(**arguments)
     kind = "mixed" if declared else kind_of_type(problem.vtype)
     if kind not in (None, "real"):
         from mgeo.runs.pymoo_algorithms import use_operators_for  # a slow import
@@ -114,17 +114,17 @@ def set_up(
     ValueError
         If the algorithm does not support the problem or the number of initial designs.
     """
-    ready = copy.deepcopy(algorithm)
+    prepared = copy.deepcopy(algorithm)
     if starts:
-        suggest(ready, starts)
-    ready.evaluator = TolerantEvaluator.like(ready.evaluator)
-    ready.evaluator.warn = False  # The outcome reports the failures.
-    ready.setup(problem, termination=("n_eval", evaluations), seed=seed)
-    if not isinstance(ready, ExtremalOptimization):
+        suggest(prepared, starts)
+    prepared.evaluator = TolerantEvaluator.like(prepared.evaluator)
+    prepared.evaluator.warn = False  # The outcome reports the failures.
+    prepared.setup(problem, termination=("n_eval", evaluations), seed=seed)
+    if not isinstance(prepared, ExtremalOptimization):
         from mgeo.runs.pymoo_algorithms import seed_draws  # a slow import
 
-        seed_draws(ready)
-    return ready
+        seed_draws(prepared)
+    return prepared
 
 
 def suggest(algorithm: Algorithm, n: int) -> None:
@@ -144,10 +144,10 @@ def suggest(algorithm: Algorithm, n: int) -> None:
     if isinstance(algorithm, ExtremalOptimization):
         algorithm.sampling = SuggestedSampling(n)
         return
-    begin: Any = getattr(algorithm, "initialization", None)
-    if not isinstance(getattr(begin, "sampling", None), Sampling):
+    initialization: Any = getattr(algorithm, "initialization", None)
+    if not isinstance(getattr(initialization, "sampling", None), Sampling):
         raise ValueError(f"starts = {n}: {name} takes no designs to begin with: expected 0")
-    begin.sampling = SuggestedSampling(n, begin.sampling)
+    initialization.sampling = SuggestedSampling(n, initialization.sampling)
 
 
 def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -167,12 +167,12 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
         )
     if not isinstance(parameters, Mapping):
         raise TypeError(f"parameters = {parameters!r}: expected a mapping of names to values")
-    known = _default_parameters(name)
+    defaults = _default_parameters(name)
     for key in parameters:
-        if key not in known:
-            expected = ", ".join(known) or "none"
+        if key not in defaults:
+            expected = ", ".join(defaults) or "none"
             raise ValueError(f"algorithm {name!r} has no parameter {key!r}: expected {expected}")
-    return {key: value for key, value in known.items() if _is_plain(value)} | dict(parameters)
+    return {key: value for key, value in defaults.items() if _is_plain(value)} | dict(parameters)
 
 
 def default_evaluations(algorithm: Algorithm, problem: Problem) -> int:
@@ -236,8 +236,8 @@ def _default_parameters(name: str) -> dict[str, Any]:
 
         root = next(each for each in cls.__mro__ if "__init__" in vars(each))
         left_out |= constructors.parameters(Algorithm, Algorithm).keys()
-    known = constructors.parameters(cls, root)
-    return {key: p.default for key, p in known.items() if key not in left_out}
+    parameters = constructors.parameters(cls, root)
+    return {key: p.default for key, p in parameters.items() if key not in left_out}
 
 
 def _is_plain(value: Any) -> bool:

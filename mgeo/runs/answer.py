@@ -91,14 +91,14 @@ def representative_solutions(
     front = np.asarray(F, dtype=float)
     if not len(front):
         return []
-    points = _points(problem, front)
+    points = _scale_front(problem, front)
     labels: dict[int, list[str]] = {}
     for row, name in zip(extremes(points), names, strict=True):
         labels.setdefault(row, []).append(f"best {name}")
     knee_row = knee(points)
     if knee_row is not None:
         labels[knee_row] = ["knee"]
-    for row in _spread(points, list(labels), max(5, len(labels))):
+    for row in _select_spread_rows(points, list(labels), max(5, len(labels))):
         labels[row] = ["between"]
     rows = sorted(labels, key=lambda row: tuple(front[row]))
     return [RepresentativeSolution(row, ", ".join(labels[row])) for row in rows]
@@ -114,7 +114,7 @@ def default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSolution:
     F
         Objectives of the front, shape (n, n_obj) with n >= 1.
     """
-    points = _points(problem, np.asarray(F, dtype=float))
+    points = _scale_front(problem, np.asarray(F, dtype=float))
     row = knee(points)
     if row is not None:
         return RepresentativeSolution(row, "knee")
@@ -142,7 +142,7 @@ def knee(points: NDArray[np.float64]) -> int | None:
     return row if bulge[row] > _FLAT else None
 
 
-def _points(problem: Problem, front: NDArray[np.float64]) -> NDArray[np.float64]:
+def _scale_front(problem: Problem, front: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the front in the indicator space, or scaled to its own extent if there is none."""
     space = indicator_space(problem)
     return space(front) if space else scaled(front, front.min(axis=0), front.max(axis=0))
@@ -158,7 +158,7 @@ def _normal(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     return normal if normal @ diagonal >= 0 else -normal
 
 
-def _spread(points: NDArray[np.float64], chosen: list[int], count: int) -> list[int]:
+def _select_spread_rows(points: NDArray[np.float64], chosen: list[int], count: int) -> list[int]:
     """Return rows to add to the chosen rows, each the farthest from all earlier ones."""
     added: list[int] = []
     while len(chosen) + len(added) < min(count, len(points)):
@@ -220,10 +220,10 @@ class Margin:
 
 def limits(view: View) -> list[list[Margin]]:
     """Return the constraint margins of each solution of a view, in the problem's order."""
-    return _margins(ask(view, View.limits))
+    return _parse_margins(ask(view, View.limits))
 
 
-def _margins(tables: list[pd.DataFrame]) -> list[list[Margin]]:
+def _parse_margins(tables: list[pd.DataFrame]) -> list[list[Margin]]:
     return [
         [Margin(str(name), *row) for name, *row in table[_COLUMNS].itertuples(name=None)]
         for table in tables
@@ -256,7 +256,7 @@ def dead_end(view: View) -> DeadEnd:
         View of at least one infeasible solution.
     """
     # If all constraints reported by the problem are satisfied, use the constraint functions.
-    pairs = zip(limits(view), _margins(View.limits(view)), strict=True)
+    pairs = zip(limits(view), _parse_margins(View.limits(view)), strict=True)
     rows = [
         [limit for limit in reported if not limit.kept]
         or [limit for limit in computed if not limit.kept]
@@ -270,8 +270,8 @@ def dead_end(view: View) -> DeadEnd:
         names = frozenset(limit.name for limit in row)
         ways.setdefault(names, f"relax {' and '.join(limit.relaxed() for limit in row)}")
     exceeded = (
-        f"{max(found, key=lambda limit: limit.margin)} at least ({len(found)} of {len(rows)})"
-        for found in by_name.values()
+        f"{max(margins, key=lambda limit: limit.margin)} at least ({len(margins)} of {len(rows)})"
+        for margins in by_name.values()
     )
     suggestions = (*ask(view, View.ways_out), *list(ways.values())[:_MOST_WAYS])
     return DeadEnd(tuple(exceeded), suggestions)

@@ -174,23 +174,23 @@ def prepare(
     ValueError, TypeError
         If a name, an option or a parameter is invalid, or the options are not JSON values.
     """
-    plain = not (robust or algorithm or parameters or evaluations)
+    uses_recommendation = not (robust or algorithm or parameters or evaluations)
     algorithm = algorithm or default_algorithm(robust)
     complete = complete_parameters(algorithm, parameters or {})
     built = load_problem(problem, options, named=(problem,))
     if robust:
         built = protocol.robust(built)
     optimizer = build_algorithm(algorithm, complete, built)
-    own = protocol.options(built)
-    advised = protocol.recommended(built) if plain else protocol.Recommended()
-    starts = advised.starts if starts is None else starts
+    problem_options = protocol.options(built)
+    recommended = protocol.recommended(built) if uses_recommendation else protocol.Recommended()
+    starts = recommended.starts if starts is None else starts
     if polish is None:
-        polish, evaluations = advised.polish, evaluations or advised.evaluations
+        polish, evaluations = recommended.polish, evaluations or recommended.evaluations
     if evaluations is None:
         evaluations = default_evaluations(optimizer, built)
     data = {
         "problem": problem,
-        "options": dict(options or {}) if own is None else own,
+        "options": dict(options or {}) if problem_options is None else problem_options,
         "algorithm": algorithm,
         "parameters": complete,
         "evaluations": evaluations,
@@ -243,24 +243,24 @@ def resume_run(
             f"{folder} cannot be resumed: there is no {CHECKPOINT_FILE} in it; only algorithms of "
             "the MGEO family write one"
         )
-    found = read_notes(path)
+    data = read_notes(path)
     with errors_of(path):
-        notes = checked(Notes, found)
+        notes = checked(Notes, data)
         run = notes.configuration
         if is_own_class(run.algorithm) and algorithm != run.algorithm:
             raise ValueError(
                 f"algorithm = {run.algorithm!r}: its module is imported only if it is named: "
                 f"--algorithm {run.algorithm}"
             )
-        loaded = load_problem(run.problem, run.options, named=(problem,) if problem else ())
-        same = build_algorithm(run.algorithm, run.parameters, loaded)
+        problem_of_run = load_problem(run.problem, run.options, named=(problem,) if problem else ())
+        optimizer = build_algorithm(run.algorithm, run.parameters, problem_of_run)
     budget = evaluations or run.evaluations
-    resumed = resume(path, loaded, ("n_eval", budget), algorithm=same, check=check)
+    resumed = resume(path, problem_of_run, ("n_eval", budget), algorithm=optimizer, check=check)
     resumed.evaluator.warn = False  # The outcome reports the failures.
     if budget < min(resumed.evaluator.n_eval, run.evaluations):
         raise ValueError(
             f"the new budget is {budget} evaluations: expected at least the "
             f"{resumed.evaluator.n_eval} that were made already"
         )
-    longer = run.model_copy(update={"evaluations": budget})
-    return PreparedRun(longer, loaded, resumed, notes, notes.record)
+    configuration = run.model_copy(update={"evaluations": budget})
+    return PreparedRun(configuration, problem_of_run, resumed, notes, notes.record)

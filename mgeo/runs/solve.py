@@ -111,9 +111,10 @@ class State(Callback):
 
         F has low-fidelity values before the last fidelity level of a staged run.
         """
-        found = self.solutions()
-        X = found.get("X") if len(found) else np.empty((0, self.problem.n_var))
-        return as_numbers(self.problem, X).astype(float), values_of(found, "F", self.problem.n_obj)
+        solutions = self.solutions()
+        X = solutions.get("X") if len(solutions) else np.empty((0, self.problem.n_var))
+        F = values_of(solutions, "F", self.problem.n_obj)
+        return as_numbers(self.problem, X).astype(float), F
 
     def hypervolume(self, F: FloatArray) -> float | None:
         """Return the hypervolume of objectives F, None while they have low-fidelity values."""
@@ -197,23 +198,23 @@ def solve(state: State, *, polish: bool = False) -> Outcome:
         except KeyboardInterrupt:
             state.stop()
     if is_refined and state.evaluations >= state.budget:
-        return _outcome(state, "budget")
-    return _outcome(state, state.stopped or "exhausted")
+        return _build_outcome(state, "budget")
+    return _build_outcome(state, state.stopped or "exhausted")
 
 
-def _outcome(state: State, reason: StopReason) -> Outcome:
+def _build_outcome(state: State, reason: StopReason) -> Outcome:
     problem, refined = state.problem, state.refinement
     X, F = state.front()
     order = np.lexsort(F.T[::-1])
-    found = state.solutions()
+    solutions = state.solutions()
     constraints = constraint_names(problem)
     variables, objectives = column_names(problem)
     is_stuck = constraints and not len(F)
     return Outcome(
         X=X[order],
         F=F[order],
-        G=values_of(found, "G", problem.n_ieq_constr)[order],
-        H=values_of(found, "H", problem.n_eq_constr)[order],
+        G=values_of(solutions, "G", problem.n_ieq_constr)[order],
+        H=values_of(solutions, "H", problem.n_eq_constr)[order],
         variables=variables,
         objectives=objectives,
         constraints=constraints,

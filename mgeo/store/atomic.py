@@ -56,12 +56,12 @@ def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
             temporary = folder / f".{name}.{secrets.token_hex(8)}.tmp"
             staged[temporary] = folder / name
             # Mode "x" refuses an existing file or link, which another user may have created.
-            with _errors_name(folder / name), temporary.open("xb") as file:
+            with _add_path_to_errors(folder / name), temporary.open("xb") as file:
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
-        *others, last = staged.values()
-        if others:
+        *previous, last = staged.values()
+        if previous:
             last.unlink(missing_ok=True)
         for temporary, path in staged.items():
             os.replace(temporary, path)
@@ -83,7 +83,7 @@ def check_writable(folder: Path | str) -> None:
     folder = Path(folder)
     if not folder.is_dir():
         folder = next(parent for parent in folder.absolute().parents if parent.is_dir())
-    with _errors_name(folder), tempfile.TemporaryFile(dir=folder) as file:
+    with _add_path_to_errors(folder), tempfile.TemporaryFile(dir=folder) as file:
         file.write(bytes(_PROBE))
         file.flush()
 
@@ -141,7 +141,7 @@ def lock(folder: Path, patience: float = 0.0) -> Iterator[None]:
 
 
 @contextmanager
-def _errors_name(path: Path) -> Iterator[None]:
+def _add_path_to_errors(path: Path) -> Iterator[None]:
     """Add the path to errors of the operating system, which omit it for a full disk."""
     try:
         yield

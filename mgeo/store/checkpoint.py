@@ -99,7 +99,7 @@ class Checkpoint(Callback):
         ValueError, TypeError
             If the state of the algorithm cannot be saved, see `mgeo.algorithms.state.capture`.
         """
-        content = _content(algorithm, self.notes())
+        content = _encode_state(algorithm, self.notes())
         callbacks = getattr(algorithm.callback, "callbacks", [algorithm.callback])
         try:
             for recorder in callbacks:
@@ -215,7 +215,7 @@ def _build_algorithm(state: SavedState) -> ExtremalOptimization:
     return algorithm
 
 
-def _content(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
+def _encode_state(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
     state = capture(algorithm)
     data = {
         "versions": versions(),

@@ -30,15 +30,15 @@ def identity(problem: Problem) -> dict[str, Any]:
         "n_eq_constr": problem.n_eq_constr,
         "vars": {key: type(variable).__name__ for key, variable in declared.items()},
         **({"choices": options} if options else {}),
-        "xl": _plain(problem.xl),
-        "xu": _plain(problem.xu),
+        "xl": _bound_as_list(problem.xl),
+        "xu": _bound_as_list(problem.xu),
         "options": protocol.options(problem),
     }
     read_back: dict[str, Any] = json.loads(json.dumps(data, default=str))
     return read_back
 
 
-def _plain(bound: Any) -> Any:
+def _bound_as_list(bound: Any) -> Any:
     return bound.tolist() if isinstance(bound, np.ndarray) else bound
 
 
@@ -72,7 +72,7 @@ def installed_versions(problem: str) -> dict[str, str]:
     problem : name of the problem.
     """
     if is_benchmark(problem):
-        own = distributions(problem)
+        names = distributions(problem)
     else:
-        own = [] if is_own_class(problem) else [find_plugin(problem).distribution]
-    return {"python": platform.python_version(), **versions(*own)}
+        names = [] if is_own_class(problem) else [find_plugin(problem).distribution]
+    return {"python": platform.python_version(), **versions(*names)}

@@ -119,6 +119,6 @@ def read_numbers(path: Path) -> pd.DataFrame:
             is_finite = np.isfinite(values[name])
             if not is_finite.all():
                 row = int(np.argmin(is_finite))
-                found = table[name].iloc[row]
-                raise ValueError(f"row {row + 1}, {name} = {found!r:.40}: expected a finite number")
+                value = table[name].iloc[row]
+                raise ValueError(f"row {row + 1}, {name} = {value!r:.40}: expected a finite number")
     return values

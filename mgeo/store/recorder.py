@@ -96,7 +96,7 @@ class Recorder(Callback):
                 f"{type(algorithm).__name__} made {evaluated} evaluations in generation "
                 f"{generation} and has {np.size(candidates)} offspring: expected all among these"
             )
-        self._buffer.append(_rows(algorithm.problem, candidates, generation))
+        self._buffer.append(_build_rows(algorithm.problem, candidates, generation))
         self._start_time = algorithm.start_time
         self._generation, self._n_eval = generation, algorithm.evaluator.n_eval
         if time.monotonic() >= self._next_time or algorithm.termination.has_terminated():
@@ -127,7 +127,7 @@ class Recorder(Callback):
         self._columns = ["generation", *variables, *objectives, *G, *H, "failed"]
         if generation > 1:
             _truncate(self.folder, self._columns, generation)
-        elif not self.overwrite and _parts(self.folder):
+        elif not self.overwrite and _list_files(self.folder):
             raise FileError(
                 f"{self.folder} holds a record: choose another folder, or overwrite=True"
             )
@@ -162,7 +162,7 @@ def read_record(folder: Path | str) -> pd.DataFrame:
     """
     import pandas as pd
 
-    parts = _parts(Path(folder))
+    parts = _list_files(Path(folder))
     if not parts:
         raise FileNotFoundError(f"{folder} holds no record")
     names, rows = _read_part(parts[0])
@@ -172,13 +172,13 @@ def read_record(folder: Path | str) -> pd.DataFrame:
 
 def remove_record(folder: Path) -> None:
     """Remove the files of a record, and the folder if it is then empty."""
-    for path in _parts(folder):
+    for path in _list_files(folder):
         path.unlink()
     if folder.is_dir() and not any(folder.iterdir()):
         folder.rmdir()
 
 
-def _parts(folder: Path) -> list[Path]:
+def _list_files(folder: Path) -> list[Path]:
     # Each file is named by its first generation, so that this order is chronological.
     return sorted(path for path in folder.glob("*.npz") if path.stem.isdecimal())
 
@@ -203,7 +203,7 @@ def _truncate(folder: Path, columns: list[str], generation: int) -> None:
     first one of a file.
     """
     last = 0
-    for path in _parts(folder):
+    for path in _list_files(folder):
         _, rows = _read_part(path, columns)
         if int(path.stem) >= generation:
             path.unlink()
@@ -216,7 +216,7 @@ def _truncate(folder: Path, columns: list[str], generation: int) -> None:
         )
 
 
-def _rows(problem: Problem, candidates: Population, generation: int) -> FloatArray:
+def _build_rows(problem: Problem, candidates: Population, generation: int) -> FloatArray:
     n, failed = len(candidates), ~succeeded(candidates)
     X = as_numbers(problem, candidates.get("X")).astype(float)
     F, G, H = (candidates.get(key).astype(float).reshape(n, -1) for key in "FGH")

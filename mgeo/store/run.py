@@ -82,7 +82,7 @@ class Nearest:
         return len(self.X)
 
 
-def _empty() -> FloatArray:
+def _empty_array() -> FloatArray:
     return np.empty((0, 0))
 
 
@@ -125,10 +125,10 @@ class Outcome(Table):
     constraints: Names = ()
     started: Annotated[datetime, Strict(False)]
     wall_time_s: float
-    X: FloatArray = Field(default_factory=_empty, exclude=True)
-    F: FloatArray = Field(default_factory=_empty, exclude=True)
-    G: FloatArray = Field(default_factory=_empty, exclude=True)
-    H: FloatArray = Field(default_factory=_empty, exclude=True)
+    X: FloatArray = Field(default_factory=_empty_array, exclude=True)
+    F: FloatArray = Field(default_factory=_empty_array, exclude=True)
+    G: FloatArray = Field(default_factory=_empty_array, exclude=True)
+    H: FloatArray = Field(default_factory=_empty_array, exclude=True)
     arrays: dict[str, NDArray[Any]] = Field(default_factory=dict, exclude=True)
     nearest: Nearest = Field(default_factory=Nearest.none, exclude=True)
 

@@ -61,8 +61,8 @@ def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
     folder = Path(folder)
     if folder.exists() and not folder.is_dir():
         raise FileExistsError(f"{folder} is a file: expected a folder to write the run into")
-    found = {path.name for path in folder.iterdir()} if folder.exists() else set()
-    if not overwrite and found - {LOCK_FILE}:
+    names = {path.name for path in folder.iterdir()} if folder.exists() else set()
+    if not overwrite and names - {LOCK_FILE}:
         unfinished = (folder / CHECKPOINT_FILE).exists() and not (folder / RUN_FILE).exists()
         raise FileExistsError(
             f"{folder} is not empty: choose another folder or allow --overwrite"
@@ -83,12 +83,12 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     outcome, near = run.outcome, run.outcome.nearest
     contents = {
-        FRONT_FILE: _table(_front_columns(outcome), outcome.X, outcome.F),
+        FRONT_FILE: _table_content(_front_columns(outcome), outcome.X, outcome.F),
         ARRAYS_FILE: _arrays_content(outcome, outcome.arrays),
     }
     if near:
         columns = _nearest_columns(outcome)
-        contents[NEAREST_FILE] = _table(columns, near.X, near.F, near.violation)
+        contents[NEAREST_FILE] = _table_content(columns, near.X, near.F, near.violation)
     contents[RUN_FILE] = to_json(run_document(run))
     write_files(folder, contents)
     for name in {NEAREST_FILE, FIGURE_FILE, REPORT_FILE} - contents.keys():
@@ -132,9 +132,11 @@ def read_run(folder: Path | str) -> Run:
         raise FileNotFoundError(f"{folder} holds no run: there is no {RUN_FILE}")
     data = read_json(path)
     with errors_of(path):
-        found = entry(data, "format", int)
-        if found != FORMAT:
-            raise ValueError(f"format = {found!r}: this version of mgeo reads format {FORMAT}")
+        file_format = entry(data, "format", int)
+        if file_format != FORMAT:
+            raise ValueError(
+                f"format = {file_format!r}: this version of mgeo reads format {FORMAT}"
+            )
         document = checked(_Document, data)
         arrays = ("X", "F", "G", "H", "arrays", "nearest")  # stored in separate files
         outcome = checked(Outcome, {key: data[key] for key in data if key not in arrays})
@@ -186,7 +188,7 @@ def _nearest_columns(outcome: Outcome) -> list[str]:
     return [*_front_columns(outcome), *(f"violation of {name}" for name in outcome.constraints)]
 
 
-def _table(columns: list[str], *parts: NDArray[np.float64]) -> bytes:
+def _table_content(columns: list[str], *parts: NDArray[np.float64]) -> bytes:
     import pandas as pd
 
     return to_csv(pd.DataFrame(np.hstack(parts), columns=columns))

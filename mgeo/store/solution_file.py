@@ -35,9 +35,9 @@ def solution_document(problem: Problem, name: str, x: FloatArray) -> dict[str, A
     PluginError
         If ``document_of`` raises an error.
     """
-    found = protocol.ask(problem, protocol.ProblemMixin.document_of, x.copy())
-    if found is not None:
-        return found
+    document = protocol.ask(problem, protocol.ProblemMixin.document_of, x.copy())
+    if document is not None:
+        return document
     options = protocol.options(problem) or {}
     return {"format": FORMAT, "problem": name, "options": options, "design": x.tolist()}
 
@@ -63,8 +63,8 @@ def solution_of(
     """
     if isinstance(document, dict) and document.get("format") == FORMAT:
         return _read_general_format(document, named)
-    if (found := _read_problem_format(document)) is not None:
-        name, options, x = found
+    if (result := _read_problem_format(document)) is not None:
+        name, options, x = result
         return load_problem(name, options), options, x
     raise ValueError("expected a run folder, or a solution file of an installed problem")
 
@@ -74,8 +74,8 @@ def _read_problem_format(document: Any) -> tuple[str, Mapping[str, Any], Any] | 
     for plugin in installed_plugins() if isinstance(document, dict) else ():
         with suppress(PluginError):  # A plugin that cannot be loaded recognizes nothing.
             reader = getattr(plugin.load(), "solution_of", None)
-            if reader is not None and (found := reader(document)) is not None:
-                return plugin.name, *found
+            if reader is not None and (result := reader(document)) is not None:
+                return plugin.name, *result
     return None
 
 

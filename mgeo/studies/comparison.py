@@ -138,10 +138,10 @@ class Comparison:
         ValueError
             If there is no indicator of this name.
         """
-        known = {indicator.name: indicator for indicator in self.measures}
-        if name is not None and name not in known:
-            raise ValueError(f"indicator = {name!r}: expected one of {', '.join(known)}")
-        return known[name or next(iter(known))]
+        indicators = {indicator.name: indicator for indicator in self.measures}
+        if name is not None and name not in indicators:
+            raise ValueError(f"indicator = {name!r}: expected one of {', '.join(indicators)}")
+        return indicators[name or next(iter(indicators))]
 
     def final(self) -> pd.DataFrame:
         """Return the rows of the table after `n_eval` evaluations."""
@@ -243,7 +243,7 @@ class Comparison:
         columns: dict[str, Any] = {"runs": [str(int(n)) for n in summary[("runs", "")].fillna(0)]}
         for name in dict.fromkeys(summary.columns.get_level_values(0).drop("runs")):
             mean, sd = summary[(name, "mean")], summary[(name, "sd")]
-            columns[name] = [_mean_and_sd(m, s) for m, s in zip(mean, sd, strict=True)]
+            columns[name] = [_format_mean_and_sd(m, s) for m, s in zip(mean, sd, strict=True)]
         titles = {each.name: each.title for each in self.measures}
         return pd.DataFrame(columns, index=summary.index).rename(columns=titles)
 
@@ -283,7 +283,7 @@ class Comparison:
         return figures
 
 
-def _mean_and_sd(mean: float, sd: float) -> str:
+def _format_mean_and_sd(mean: float, sd: float) -> str:
     """Format mean ± sd with two significant digits of the sd."""
     if not np.isfinite(mean):
         return "-" if np.isnan(mean) else str(mean)

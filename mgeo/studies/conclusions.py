@@ -39,7 +39,7 @@ def conclusions(comparison: Comparison, control: str | None = None) -> list[str]
         "significantly worse than": rivals[differs & ~is_ahead],
         "not significantly different from": rivals[~differs],
     }
-    differences = [f"{words} {_names(rows)}" for words, rows in groups.items() if len(rows)]
+    differences = [f"{words} {_format_rivals(rows)}" for words, rows in groups.items() if len(rows)]
     sentences = [
         f"By {title}, {first} ranks first: {values[first]}, then {second}: {values[second]}.",
         f"{first} is {'; '.join(differences)}. A is the probability that a run of {first} beats "
@@ -59,7 +59,7 @@ def conclusions(comparison: Comparison, control: str | None = None) -> list[str]
         ahead = rivals[(rivals["p_holm"] < LEVEL) & (rivals["A"] < 0.5)]
         if len(ahead):
             sentences.append(
-                f"By {part.title}, {first} is significantly worse than {_names(ahead)}."
+                f"By {part.title}, {first} is significantly worse than {_format_rivals(ahead)}."
             )
     return [*sentences, *comparison.notes]
 
@@ -106,14 +106,14 @@ def control_table(
     """
     columns: dict[str, pd.Series[str]] = {}
     for indicator in indicators:
-        found = against(comparison, control, indicator.name, control=True)
-        columns[f"{indicator.title}: A"] = found["A"].map("{:.3f}".format)
-        columns[f"{indicator.title}: p (Holm)"] = found["p_holm"].map("{:.2g}".format)
+        rivals_table = against(comparison, control, indicator.name, control=True)
+        columns[f"{indicator.title}: A"] = rivals_table["A"].map("{:.3f}".format)
+        columns[f"{indicator.title}: p (Holm)"] = rivals_table["p_holm"].map("{:.2g}".format)
     rivals = [name for name in comparison.order() if name != control]
     return pd.DataFrame(columns).loc[rivals].rename_axis(f"{control} against")
 
 
-def _names(rivals: pd.DataFrame) -> str:
+def _format_rivals(rivals: pd.DataFrame) -> str:
     return ", ".join(f"{name} (A = {effect:.2f})" for name, effect in rivals["A"].items())
 
 

@@ -139,11 +139,11 @@ def compare(
     )
     if folder is None:
         return experiment.compare()
-    plan = _plan(problem, labeled, n_eval, seeds)
+    plan = _describe_plan(problem, labeled, n_eval, seeds)
     with claim(Path(folder), plan, resume=resume):
-        found = experiment.compare()
-        write_comparison(Path(folder), found, plan)
-    return found
+        comparison = experiment.compare()
+        write_comparison(Path(folder), comparison, plan)
+    return comparison
 
 
 @dataclass(frozen=True)
@@ -190,19 +190,19 @@ class Experiment:
             error = results[keys[0]]
             raise NothingToCompareError(f"all {len(keys)} runs failed, the first with {error}")
         fronts = [record.front_F for record in records.values()]
-        measured = indicator_space(problem, fronts, **self.space)
+        space = indicator_space(problem, fronts, **self.space)
         rows = [
             {"algorithm": label, "seed": seed, **row}
             for (label, seed), record in records.items()
-            for row in trace(problem, record, self.steps, measured)
+            for row in trace(problem, record, self.steps, space)
         ]
-        table, runs = pd.DataFrame(rows), pd.DataFrame([_run_row(k, results[k]) for k in keys])
-        found = Comparison(
-            problem, tuple(self.algorithms), n_eval, table, runs, records, measured, remarks
+        table, runs = pd.DataFrame(rows), pd.DataFrame([_make_run_row(k, results[k]) for k in keys])
+        comparison = Comparison(
+            problem, tuple(self.algorithms), n_eval, table, runs, records, space, remarks
         )
-        for message in found.failures(title, everywhere=True):
+        for message in comparison.failures(title, everywhere=True):
             warnings.warn(message, FailedRunsWarning, stacklevel=3)
-        return found
+        return comparison
 
     def _try_out(self, tasks: Sequence[Task]) -> dict[str, Trial]:
         tried = joblib.Parallel(self.n_jobs)(joblib.delayed(try_out)(task) for task in tasks)
@@ -242,7 +242,7 @@ def _run_with_key(key: Key, task: Task) -> tuple[Key, Result]:
     return key, run(task)
 
 
-def _run_row(key: Key, result: Result) -> dict[str, Any]:
+def _make_run_row(key: Key, result: Result) -> dict[str, Any]:
     row: dict[str, Any] = {"algorithm": key[0], "seed": key[1], "status": "failed"}
     row |= {"wall_time": np.nan, "failed_evaluations": 0, "error": ""}
     if isinstance(result, str):
@@ -251,7 +251,7 @@ def _run_row(key: Key, result: Result) -> dict[str, Any]:
     return row | {"status": "finished"} | done
 
 
-def _plan(
+def _describe_plan(
     problem: Problem, algorithms: Mapping[str, Algorithm], n_eval: int, seeds: Sequence[int]
 ) -> dict[str, Any]:
     return {

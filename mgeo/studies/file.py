@@ -124,8 +124,8 @@ class Study(StudyKeys):
             "seeds": self.seeds,
         }
         text = json.dumps(plan, allow_nan=False, default=lambda day: day.isoformat())
-        found: dict[str, Any] = json.loads(text)
-        return found
+        values: dict[str, Any] = json.loads(text)
+        return values
 
     def budget(self, problem: Problem) -> tuple[int, int | list[int]]:
         """Return the evaluations and the `grid` of a run on a problem."""
@@ -207,31 +207,31 @@ def parse_study(text: str, folder: Path, *, imports: bool = True) -> Study:
         If the content is invalid. The message contains the key, but not the file.
     """
     table = checked(StudyTable, tomllib.loads(text))
-    compared: dict[str, list[Any]] = {"problems": [], "algorithms": []}
+    configurations_by_key: dict[str, list[Any]] = {"problems": [], "algorithms": []}
     for i, problem in enumerate(table.problems):
-        compared["problems"] += _problems(problem, i, folder, imports)
+        configurations_by_key["problems"] += _expand_problems(problem, i, folder, imports)
     for i, algorithm in enumerate(table.algorithms):
-        compared["algorithms"] += _algorithms(algorithm, i, imports)
-    for key, configurations in compared.items():
+        configurations_by_key["algorithms"] += _expand_algorithms(algorithm, i, imports)
+    for key, configurations in configurations_by_key.items():
         for label, times in Counter(each.label for each in configurations).items():
             if times > 1:
                 raise ValueError(
                     f"{key}: {label!r} is there twice; set different labels by the key label"
                 )
-    known = [each.label for each in compared["algorithms"]]
+    labels = [each.label for each in configurations_by_key["algorithms"]]
     mentioned = [] if table.control is None else [("control", table.control)]
     mentioned += [("published.table", name) for name in getattr(table.published, "table", ())]
     for key, label in mentioned:
-        if label not in known:
+        if label not in labels:
             raise ValueError(
                 f"{key}: {label!r} is no algorithm of this study: expected one of "
-                f"{', '.join(sorted(known))}"
+                f"{', '.join(sorted(labels))}"
             )
-    tuples = {key: tuple(configurations) for key, configurations in compared.items()}
+    tuples = {key: tuple(configurations) for key, configurations in configurations_by_key.items()}
     return Study(**{**dict(table), **tuples, "text": text})
 
 
-def _problems(
+def _expand_problems(
     table: ProblemTable, index: int, folder: Path, imports: bool
 ) -> Iterator[ProblemConfiguration]:
     """Yield a configuration for each combination of name and scenario in a table."""
@@ -239,8 +239,8 @@ def _problems(
     if table.scenario is not None and table.options is not None:
         raise ValueError(f"{where}scenario and options: expected one of them")
     with _name_in_errors(where):
-        every = [name for given in table.name for name in expanded(given)]
-    for full, scenario in product(every, table.scenario or ("",)):
+        full_names = [name for pattern in table.name for name in expanded(pattern)]
+    for full, scenario in product(full_names, table.scenario or ("",)):
         label, options = short_name(full), table.options or {}
         values = {**options, "name": label}
         if scenario:
@@ -253,24 +253,24 @@ def _problems(
         yield ProblemConfiguration(label, full, options, parts)
 
 
-def _algorithms(
+def _expand_algorithms(
     table: AlgorithmTable, index: int, imports: bool
 ) -> Iterator[AlgorithmConfiguration]:
     """Yield a configuration for each combination of the listed parameter values in a table."""
     where = f"algorithms[{index}]."
-    given = table.parameters
-    swept = [key for key, value in given.items() if isinstance(value, list)]
-    lists = [value if isinstance(value, list) else [value] for value in given.values()]
+    parameters = table.parameters
+    varied_keys = [key for key, value in parameters.items() if isinstance(value, list)]
+    lists = [value if isinstance(value, list) else [value] for value in parameters.values()]
     for name in table.name:
         with _name_in_errors(where):
             if imports or ":" not in name:
-                complete_parameters(name, given)
+                complete_parameters(name, parameters)
         for values in product(*lists):
-            chosen = dict(zip(given, values, strict=True))
-            label = ", ".join([name, *(f"{key} = {chosen[key]}" for key in swept)])
+            combination = dict(zip(parameters, values, strict=True))
+            label = ", ".join([name, *(f"{key} = {combination[key]}" for key in varied_keys)])
             if table.label is not None:
-                label = _fill_label(table.label, where, {"name": name, **chosen})
-            yield AlgorithmConfiguration(label, name, chosen)
+                label = _fill_label(table.label, where, {"name": name, **combination})
+            yield AlgorithmConfiguration(label, name, combination)
 
 
 def _fill_label(text: str, where: str, values: Mapping[str, Any]) -> str:

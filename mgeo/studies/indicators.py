@@ -126,11 +126,11 @@ def indicator_space(
     ValueError
         If an argument is invalid, is given for a single objective, or the problem is dynamic.
     """
-    ends, known, given = check_space(problem, bounds, reference_front, parts)
+    ends, reference, part_values = check_space(problem, bounds, reference_front, parts)
     n_obj = problem.n_obj
     union = np.concatenate([np.empty((0, n_obj)), *fronts])
-    everything = union if known is None else np.concatenate([union, known])
-    best = everything[nondominated(everything)]
+    candidates = union if reference is None else np.concatenate([union, reference])
+    best = candidates[nondominated(candidates)]
     if not len(best):
         raise NothingToCompareError("no run found a feasible solution")
     if n_obj == 1:
@@ -143,14 +143,14 @@ def indicator_space(
     elif transform is None:
         origin, ideal, nadir = "union", best.min(axis=0), best.max(axis=0)
         reference_point = np.full(n_obj, BEYOND_NADIR)
-    bare = IndicatorSpace(ideal, nadir, reference_point, np.empty((0, n_obj)), origin, transform)
-    whole = best if known is None else known
-    points = bare(whole)
-    if known is None:
+    space = IndicatorSpace(ideal, nadir, reference_point, np.empty((0, n_obj)), origin, transform)
+    front = best if reference is None else reference
+    points = space(front)
+    if reference is None:
         rows = truncate(points, max(REFERENCE_SIZE, 2 * n_obj))
-        whole, points = whole[rows], points[rows]
-    own, cuts = _parted(bare, whole, points, given)
-    return replace(bare, reference_front=points, parts=own, cuts=cuts)
+        front, points = front[rows], points[rows]
+    divisions, cuts = _divide_front(space, front, points, part_values)
+    return replace(space, reference_front=points, parts=divisions, cuts=cuts)
 
 
 def check_space(
@@ -170,7 +170,7 @@ def check_space(
     ValueError
         If an argument is invalid, is given for a single objective, or the problem is dynamic.
     """
-    n_obj, ends, front, given = problem.n_obj, None, None, None
+    n_obj, ends, front, part_values = problem.n_obj, None, None, None
     if is_dynamic(problem):
         raise ValueError(
             f"{type(problem).__name__} is a dynamic problem: its values change with time, so that "
@@ -193,28 +193,28 @@ def check_space(
         if not np.isfinite(front).all():
             raise ValueError("reference_front: expected finite values")
     if parts is not None:
-        given = validate_list("parts", parts, validate_number)
-        if not given or any(low >= high for low, high in pairwise(given)):
-            raise ValueError(f"parts = {given}: expected one or more ascending values")
-    return ends, front, given
+        part_values = validate_list("parts", parts, validate_number)
+        if not part_values or any(low >= high for low, high in pairwise(part_values)):
+            raise ValueError(f"parts = {part_values}: expected one or more ascending values")
+    return ends, front, part_values
 
 
-def _parted(
-    space: IndicatorSpace, own: FloatArray, points: FloatArray, given: list[float] | None
+def _divide_front(
+    space: IndicatorSpace, front: FloatArray, points: FloatArray, part_values: list[float] | None
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the values that divide the front, in the first objective's unit and in the space.
 
     A given value is mapped together with the other objectives of a point of the reference front,
     because a space scales each objective separately.
     """
-    if given is None:
+    if part_values is None:
         order = np.argsort(points[:, 0], kind="stable")
         rows = order[[len(order) * k // _PARTS for k in range(1, _PARTS)]]
-        cuts = dict(zip(points[rows, 0], own[rows, 0], strict=True))  # distinct, ascending
+        cuts = dict(zip(points[rows, 0], front[rows, 0], strict=True))  # distinct, ascending
         return tuple(map(float, cuts.values())), tuple(map(float, cuts))
-    rows_at_values = np.repeat(own[:1], len(given), axis=0)
-    rows_at_values[:, 0] = given
-    return tuple(given), tuple(space(rows_at_values)[:, 0].tolist())
+    rows_at_values = np.repeat(front[:1], len(part_values), axis=0)
+    rows_at_values[:, 0] = part_values
+    return tuple(part_values), tuple(space(rows_at_values)[:, 0].tolist())
 
 
 #: Indicator space of a single objective, which is not scaled.
@@ -262,7 +262,7 @@ def _to_reference_front(measure: Callable[..., float]) -> Measure:
     return lambda points, space: measure(points, ref=space.reference_front)
 
 
-def _slab(
+def _hypervolume_between(
     points: FloatArray, space: IndicatorSpace, low: float = -np.inf, high: float = np.inf
 ) -> float:
     """Return the hypervolume between two values of the first objective."""
@@ -284,7 +284,7 @@ BEST_VALUE = Indicator("best_value", "best value", False, lambda points, space: 
 #: that the front dominates. Additive epsilon (Zitzler et al. 2003): least translation of the front
 #: that weakly dominates the reference front. Both are infinite for an empty front.
 INDICATORS = (
-    Indicator("hypervolume", "hypervolume", True, _slab),
+    Indicator("hypervolume", "hypervolume", True, _hypervolume_between),
     Indicator("igd_plus", "IGD+", False, _to_reference_front(moocore.igd_plus)),
     Indicator("epsilon", "additive epsilon", False, _to_reference_front(moocore.epsilon_additive)),
 )
@@ -311,7 +311,7 @@ def parts_of(space: IndicatorSpace, objective: str) -> list[Indicator]:
             f"hypervolume_{i + 1}",
             f"hypervolume, {objective} {title}",
             True,
-            partial(_slab, low=edges[i], high=edges[i + 1]),
+            partial(_hypervolume_between, low=edges[i], high=edges[i + 1]),
         )
         for i, title in enumerate(titles)
     ]

@@ -67,16 +67,20 @@ def claim(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[No
 
 def describe_algorithm(algorithm: Algorithm) -> dict[str, Any]:
     """Return the class and the public attributes that distinguish an algorithm, as JSON values."""
-    every = vars(Algorithm())
-    found: dict[str, Any] = describe(algorithm)
-    return {key: each for key, each in found.items() if key not in every}
+    common = vars(Algorithm())
+    description: dict[str, Any] = describe(algorithm)
+    return {key: each for key, each in description.items() if key not in common}
 
 
 def describe_problem(problem: Problem) -> dict[str, Any]:
     """Return the class and options of a problem as JSON values, or its public attributes."""
     options = protocol.options(problem)
-    found: dict[str, Any] = describe(problem, depth=1)
-    return found if options is None else {"class": found["class"], "options": describe(options)}
+    description: dict[str, Any] = describe(problem, depth=1)
+    return (
+        description
+        if options is None
+        else {"class": description["class"], "options": describe(options)}
+    )
 
 
 def describe(value: Any, depth: int = _DEPTH) -> Any:
@@ -114,5 +118,5 @@ def installed_versions(*parts: Any) -> dict[str, str]:
     names = {name for module in modules for name in owners.get(module.partition(".")[0], ())}
     if "mgeo.benchmarks.coco" in modules:
         names.add(COCO)
-    found = {name: version(name) for name in sorted({*_ALWAYS, *names})}
-    return {"python": platform.python_version()} | found | plugin_versions(modules)
+    versions = {name: version(name) for name in sorted({*_ALWAYS, *names})}
+    return {"python": platform.python_version()} | versions | plugin_versions(modules)

@@ -92,7 +92,9 @@ def ranks_over_problems(values: pd.DataFrame, control: str | None = None) -> pd.
         for evaluations in sorted(counts.index[counts == counts.max()]):
             now = of_size[of_size["evaluations"] == evaluations]
             standing = {"variables": variables, "evaluations": evaluations}
-            rows += [standing | row for row in _ranked(now[columns], now["function"], control)]
+            rows += [
+                standing | row for row in _rank_algorithms(now[columns], now["function"], control)
+            ]
     return pd.DataFrame(rows)
 
 
@@ -124,7 +126,7 @@ def runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]:
     Ascending runtimes by algorithm, shape (n_problems x n_runs x n_targets,), infinite for targets
     that were not reached. Empty if a problem has no hypervolume.
     """
-    found: dict[str, list[FloatArray]] = {}
+    times_by_algorithm: dict[str, list[FloatArray]] = {}
     for each in results.values():
         if each.indicator().name != "hypervolume":
             return {}
@@ -142,8 +144,8 @@ def runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]:
                 reached = (so_far[:, :, None] >= targets) & (best > 0.0)
                 first = np.where(reached.any(axis=1), evaluations[reached.argmax(axis=1)], np.inf)
                 times[: len(first)] = first
-            found.setdefault(name, []).append(times.ravel() / each.problem.n_var)
-    return {name: np.sort(np.concatenate(times)) for name, times in found.items()}
+            times_by_algorithm.setdefault(name, []).append(times.ravel() / each.problem.n_var)
+    return {name: np.sort(np.concatenate(times)) for name, times in times_by_algorithm.items()}
 
 
 def targets_reached(results: Mapping[str, Comparison]) -> pd.DataFrame:
@@ -176,14 +178,14 @@ def _rows_of_problem(
         table.assign(value=value).groupby(["evaluations", "algorithm"])["value"].median().unstack()
     )
     counts = medians.index.to_numpy(float) / (n_var if per_variable else 1)
-    known = medians.reindex(columns=list(each.algorithms), fill_value=-np.inf).to_dict("records")
+    rows = medians.reindex(columns=list(each.algorithms), fill_value=-np.inf).to_dict("records")
     return [
         dict(zip(KEYS, (label, function, n_var, count), strict=True)) | row
-        for count, row in zip(counts, known, strict=True)
+        for count, row in zip(counts, rows, strict=True)
     ]
 
 
-def _ranked(
+def _rank_algorithms(
     values: pd.DataFrame, functions: pd.Series[str], control: str | None
 ) -> list[dict[str, object]]:
     """Return the rows of `ranks_over_problems` for values of shape (problems, algorithms)."""
@@ -191,28 +193,28 @@ def _ranked(
     ranks = ranks_of_blocks(table, blocks).mean(axis=0)
     order = np.argsort(ranks, kind="stable")
     names = list(values.columns)
-    one = names.index(control) if control in names else int(order[0])
-    own = table[:, one]
-    ahead = (own[:, None] > table) + 0.5 * (own[:, None] == table)
-    of_functions = pd.DataFrame(ahead).groupby(blocks).mean().to_numpy()
-    most = ((of_functions > 0.5) + 0.5 * (of_functions == 0.5)).sum(axis=0)
-    rivals, p = order[order != one], np.full(len(order), np.nan)
-    p[rivals] = holm([_signed_ranks(own, table[:, i], blocks) for i in rivals])
+    control_index = names.index(control) if control in names else int(order[0])
+    control_values = table[:, control_index]
+    share_ahead = (control_values[:, None] > table) + 0.5 * (control_values[:, None] == table)
+    function_shares = pd.DataFrame(share_ahead).groupby(blocks).mean().to_numpy()
+    n_functions_behind = ((function_shares > 0.5) + 0.5 * (function_shares == 0.5)).sum(axis=0)
+    rivals, p = order[order != control_index], np.full(len(order), np.nan)
+    p[rivals] = holm([_signed_rank_test(control_values, table[:, i], blocks) for i in rivals])
     return [
         {
             "algorithm": names[i],
             "problems": len(table),
             "average_rank": ranks[i],
-            "behind": np.nan if i == one else ahead[:, i].mean(),
-            "functions": len(of_functions),
-            "functions_behind": np.nan if i == one else most[i],
+            "behind": np.nan if i == control_index else share_ahead[:, i].mean(),
+            "functions": len(function_shares),
+            "functions_behind": np.nan if i == control_index else n_functions_behind[i],
             "p_holm": p[i],
         }
         for i in order
     ]
 
 
-def _signed_ranks(a: FloatArray, b: FloatArray, blocks: NDArray[Any]) -> float:
+def _signed_rank_test(a: FloatArray, b: FloatArray, blocks: NDArray[Any]) -> float:
     """Return the two-sided p value of Wilcoxon's test with signed ranks averaged over blocks."""
     differ = a != b
     differences = a[differ] - b[differ]

@@ -123,22 +123,22 @@ def study_figures(
     ValueError
         If there is no figure of a name.
     """
-    found = _pooled_figures(comparisons) if len(comparisons) > 1 else {}
-    named = {name: [name] for name in found}
+    all_figures = _pooled_figures(comparisons) if len(comparisons) > 1 else {}
+    full_names = {name: [name] for name in all_figures}
     for label, comparison in comparisons.items():
         prefix = f"{folder_name(label)}-" if len(comparisons) > 1 else ""
         figures = comparison.figures()
         for indicator in comparison.indicators[1:]:
             figures[f"anytime-{indicator.name}"] = anytime_figure(comparison, indicator.name)
         for name, figure in figures.items():
-            found[f"{prefix}{name}"] = figure
-            named.setdefault(name, []).append(f"{prefix}{name}")
-    known = named | {name: [name] for name in found}
+            all_figures[f"{prefix}{name}"] = figure
+            full_names.setdefault(name, []).append(f"{prefix}{name}")
+    selection = full_names | {name: [name] for name in all_figures}
     for name in only:
-        if name not in known:
-            expected = f"expected {', '.join(named)}{did_you_mean(name, known)}"
+        if name not in selection:
+            expected = f"expected {', '.join(full_names)}{did_you_mean(name, selection)}"
             raise ValueError(f"the study has no figure {name!r}: {expected}")
-    return {full: found[full] for name in only or found for full in known[name]}
+    return {full: all_figures[full] for name in only or all_figures for full in selection[name]}
 
 
 def _pooled_figures(comparisons: Mapping[str, Comparison]) -> dict[str, go.Figure]:

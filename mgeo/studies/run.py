@@ -158,17 +158,17 @@ class EvaluationLog:
             return
         if isinstance(algorithm, MGEOStaged) and algorithm.judging:
             numbers = np.minimum(numbers, self.n_eval)
-        kept = population.get("feas") & np.isfinite(F).all(axis=1) & (numbers <= self.n_eval)
-        kept &= ~failed
-        kept[kept] = not_weakly_dominated(F[kept], self._archive.F)
-        if not kept.any():
+        is_logged = population.get("feas") & np.isfinite(F).all(axis=1) & (numbers <= self.n_eval)
+        is_logged &= ~failed
+        is_logged[is_logged] = not_weakly_dominated(F[is_logged], self._archive.F)
+        if not is_logged.any():
             return
-        rows = np.arange(self._rows, self._rows + np.count_nonzero(kept))
+        rows = np.arange(self._rows, self._rows + np.count_nonzero(is_logged))
         self._rows += len(rows)
-        self._archive.add(F[kept], rows.astype(object))
-        self._numbers.append(numbers[kept])
-        self._F.append(F[kept])
-        self._X.append(np.array(population[kept].get("X")))
+        self._archive.add(F[is_logged], rows.astype(object))
+        self._numbers.append(numbers[is_logged])
+        self._F.append(F[is_logged])
+        self._X.append(np.array(population[is_logged].get("X")))
 
     def record(self, wall_time: float) -> StudyRun:
         """Return the record of the run.
@@ -182,7 +182,7 @@ class EvaluationLog:
             numbers=np.concatenate([np.empty(0, dtype=np.int64), *self._numbers]),
             F=np.concatenate(self._F),
             front=rows,
-            X=_numeric(self._X, rows),
+            X=_numeric_rows(self._X, rows),
             n_eval=self.n_eval,
             evaluations=self.seen,
             failed=self.failed,
@@ -215,7 +215,7 @@ class WatchedEvaluator(Evaluator):
         self._watch(problem, pop, kwargs.get("algorithm"))
 
 
-def _numeric(X: list[Any], rows: Any) -> Any:
+def _numeric_rows(X: list[Any], rows: Any) -> Any:
     """Return the given rows as floats, shape (n, n_var), or no columns if they are not numbers."""
     if not X or X[0].ndim != 2 or X[0].dtype == object:
         return np.empty((len(rows), 0))

@@ -13,11 +13,11 @@ from mgeo.validation.arguments import validate_integer
 from mgeo.validation.tables import Table
 
 
-def _listed(value: Any) -> Any:
+def _as_list(value: Any) -> Any:
     return [value] if isinstance(value, str) else value
 
 
-def _steps(value: Any) -> int | tuple[int, ...]:
+def _validate_grid(value: Any) -> int | tuple[int, ...]:
     if isinstance(value, list | tuple) and value:
         return tuple(validate_integer(f"grid[{i}]", step, low=1) for i, step in enumerate(value))
     return validate_integer("grid", value, low=1)
@@ -27,8 +27,8 @@ T = TypeVar("T")
 Some = Annotated[list[T], Field(min_length=1)]
 Count = Annotated[int, Field(ge=1)]
 Seed = Annotated[int, Field(ge=0)]
-Names = Annotated[Some[str], BeforeValidator(_listed, str | Some[str])]
-Grid = Annotated[int | tuple[int, ...], PlainValidator(_steps, Count | Some[Count])]
+Names = Annotated[Some[str], BeforeValidator(_as_list, str | Some[str])]
+Grid = Annotated[int | tuple[int, ...], PlainValidator(_validate_grid, Count | Some[Count])]
 Seeds = Annotated[tuple[int, ...], PlainValidator(seed_numbers, Count | Some[Seed])]
 
 

@@ -139,8 +139,8 @@ def kruskal_wallis(samples: Mapping[str, Sequence[float] | FloatArray]) -> Krusk
     ranks = mean_ranks(samples)
     if np.unique(np.concatenate(list(samples.values()))).size == 1:
         return KruskalWallis(0.0, 1.0, ranks)
-    found = scipy.stats.kruskal(*samples.values())
-    return KruskalWallis(float(found.statistic), float(found.pvalue), ranks)
+    result = scipy.stats.kruskal(*samples.values())
+    return KruskalWallis(float(result.statistic), float(result.pvalue), ranks)
 
 
 def ranks_of_blocks(values: ArrayLike, blocks: ArrayLike) -> FloatArray:
@@ -173,13 +173,17 @@ def friedman(
         If there are fewer than two algorithms or two blocks.
     """
     table = np.asarray(values, dtype=float)
-    of = np.arange(len(table)) if blocks is None else np.asarray(blocks)
-    if table.ndim != 2 or table.shape[1] != len(names) or min(len(set(of)), len(names)) < 2:
+    block_names = np.arange(len(table)) if blocks is None else np.asarray(blocks)
+    if (
+        table.ndim != 2
+        or table.shape[1] != len(names)
+        or min(len(set(block_names)), len(names)) < 2
+    ):
         raise ValueError(
             f"values of shape {table.shape} for {len(names)} algorithms: expected (problems, "
             "algorithms), two or more of each, and two blocks or more"
         )
-    ranks = ranks_of_blocks(table, of)
+    ranks = ranks_of_blocks(table, block_names)
     n, k = ranks.shape
     mean = pd.Series(ranks.mean(axis=0), index=list(names), name="average rank")
     # scipy's test requires three algorithms and ranks of single problems. Ties and averages reduce
@@ -214,8 +218,8 @@ def bootstrap_band(
     Lower and upper bound, (points,) each.
     """
     runs = len(samples)
-    drawn = np.random.default_rng(seed).integers(0, runs, (resamples, runs))
-    weights = np.stack([np.bincount(row, minlength=runs) for row in drawn]) / runs
+    resampled = np.random.default_rng(seed).integers(0, runs, (resamples, runs))
+    weights = np.stack([np.bincount(row, minlength=runs) for row in resampled]) / runs
     tail = (1.0 - level) / 2.0
     low, high = np.quantile(weights @ samples, [tail, 1.0 - tail], axis=0)
     return low, high

@@ -107,7 +107,7 @@ def read_comparison(
         try:
             if problem is None:
                 problem = _load_problem(about["problem"], named)
-            space = _space(problem, about["space"])
+            space = _read_space(problem, about["space"])
             algorithms, n_eval = tuple(about["algorithms"]), int(about["evaluations"])
         except KeyError as error:
             raise ValueError(f"{error} is missing") from error
@@ -118,7 +118,7 @@ def read_comparison(
     if (folder / FRONTS).exists():
         fronts = _read_table(folder / FRONTS, protocol.column_names(problem)[1])
         records = {
-            (str(row["algorithm"]), int(row["seed"])): _record(row, fronts, n_eval)
+            (str(row["algorithm"]), int(row["seed"])): _read_record(row, fronts, n_eval)
             for row in runs.to_dict("records")
             if row["status"] == "finished"
         }
@@ -185,7 +185,7 @@ def _load_problem(about: Mapping[str, Any], named: Collection[str]) -> Problem:
     return load_problem(about["name"], about["options"], named=named)
 
 
-def _space(problem: Problem, about: Mapping[str, Any]) -> IndicatorSpace:
+def _read_space(problem: Problem, about: Mapping[str, Any]) -> IndicatorSpace:
     origin, n_obj = about["origin"], problem.n_obj
     if (origin == "objective") != (n_obj == 1):
         raise ValueError(f"space.origin = {origin!r} with {n_obj} objective(s)")
@@ -224,9 +224,9 @@ def _read_table(path: Path, columns: Collection[str]) -> pd.DataFrame:
     return table
 
 
-def _record(run: Mapping[Any, Any], fronts: pd.DataFrame, n_eval: int) -> StudyRun:
-    own = (fronts["algorithm"] == run["algorithm"]) & (fronts["seed"] == run["seed"])
-    F = fronts[own].drop(columns=["algorithm", "seed"]).to_numpy(float)
+def _read_record(run: Mapping[Any, Any], fronts: pd.DataFrame, n_eval: int) -> StudyRun:
+    is_own_row = (fronts["algorithm"] == run["algorithm"]) & (fronts["seed"] == run["seed"])
+    F = fronts[is_own_row].drop(columns=["algorithm", "seed"]).to_numpy(float)
     return StudyRun(
         numbers=np.full(len(F), n_eval),
         F=F,

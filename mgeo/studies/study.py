@@ -92,7 +92,7 @@ def run_study(
     folder = Path(folder)
     places = {p.label: problem_folder(folder, p.label, len(study.problems)) for p in study.problems}
     how = {"resume": resume, "n_jobs": n_jobs, "progress": progress}
-    experiments = _experiments(study, places, how)
+    experiments = _build_experiments(study, places, how)
     parts = [part for e in experiments.values() for part in (e.problem, *e.algorithms.values())]
     plan = study.plan() | {"versions": installed_versions(*parts)}
     with claim(folder, plan, resume=resume):
@@ -123,7 +123,7 @@ def run_study(
     return comparisons
 
 
-def _experiments(
+def _build_experiments(
     study: Study, places: Mapping[str, Path], how: Mapping[str, Any]
 ) -> dict[str, Experiment]:
     """Build all problems and algorithms before the first run, so that errors appear early.

@@ -87,9 +87,9 @@ def problem_table(comparison: Comparison) -> MarkedTable:
     """Return the `overview` of a comparison with marks in each indicator column."""
     best, alike = [], []
     for indicator in comparison.measures:
-        first, others = marks(comparison, indicator)
+        first, equivalent = marks(comparison, indicator)
         best += [(name, indicator.title) for name in first]
-        alike += [(name, indicator.title) for name in others]
+        alike += [(name, indicator.title) for name in equivalent]
     return MarkedTable(comparison.overview(), best, alike)
 
 
@@ -100,9 +100,9 @@ def problems_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
         indicator = comparison.indicator()
         row = f"{label} ({indicator.title})"
         rows[row] = comparison.overview()[indicator.title]
-        first, others = marks(comparison, indicator)
+        first, equivalent = marks(comparison, indicator)
         best += [(row, name) for name in first]
-        alike += [(row, name) for name in others]
+        alike += [(row, name) for name in equivalent]
     return MarkedTable(pd.DataFrame(rows).T.rename_axis("problem"), best, alike)
 
 

@@ -56,11 +56,11 @@ def try_out(task: Task) -> Trial | None:
     problem = copy.deepcopy(task.problem)
     problem.callback = None
     try:
-        sizes, candidates = _short_run(task, copy.deepcopy(problem))
+        sizes, candidates = _make_short_run(task, copy.deepcopy(problem))
         points = candidates[0][[0, len(candidates[0]) // 2, -1]]
         with global_state(task.seed + 1):  # so that the noise differs from the second evaluation
             first = _evaluate(problem, points)
-        again = _short_run(task, problem)[1]
+        repeated_candidates = _make_short_run(task, problem)[1]
         with global_state(task.seed):
             second = _evaluate(problem, points)
     except Exception:  # External algorithms and problems may raise any error.
@@ -68,7 +68,7 @@ def try_out(task: Task) -> Trial | None:
     change = np.abs(first - second)
     differs = change > _ROUNDING * np.abs(first).max(axis=0)
     noise = float(change.max(initial=0.0, where=differs))
-    repeats = joblib.hash(candidates) == joblib.hash(again)
+    repeats = joblib.hash(candidates) == joblib.hash(repeated_candidates)
     return Trial(repeats, noise, sizes[0], _find_fraction(problem, candidates))
 
 
@@ -81,29 +81,29 @@ def notes(trials: Mapping[str, Trial], title: str, n_eval: int) -> list[str]:
     title : name of the problem.
     n_eval : budget of each run.
     """
-    found = []
+    sentences = []
     noise = max((trial.noise for trial in trials.values()), default=0.0)
     if noise:
-        found.append(
+        sentences.append(
             f"{title} is noisy: two evaluations of the same point differ by up to {noise:.2g}. The "
             "best values of a run are partly luck: evaluate final fronts again, or let the problem "
             "average over several evaluations."
         )
     unseeded = [label for label, trial in trials.items() if not trial.repeats]
     if unseeded:
-        found.append(
+        sentences.append(
             f"{title}: two runs of {', '.join(unseeded)} with the same seed differ. Their runs "
             "cannot be repeated, and none is reused: expected algorithms that draw all random "
             "numbers from their random_state."
         )
     for label, trial in trials.items():
         if trial.first_generation > _EXCESS * n_eval:
-            found.append(
+            sentences.append(
                 f"{title}: the first generation of {label} has {trial.first_generation:,} "
                 f"evaluations, of which the first {n_eval:,} count: expected a larger budget, or "
                 "an algorithm of smaller generations."
             )
-    return found
+    return sentences
 
 
 def require_integers(trials: Mapping[str, Trial], title: str) -> None:
@@ -129,13 +129,15 @@ def _find_fraction(problem: Problem, batches: Iterable[Any]) -> float | None:
     return float(fractions[0]) if len(fractions) else None
 
 
-def _short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]:
+def _make_short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]:
     """Return the number of evaluations of each generation, and the candidates X of each batch."""
     batches: list[Any] = []
     sizes: list[int] = []
-    whole = replace(task, n_eval=_UNLIMITED)
-    with global_state(task.seed), _random_values(problem):
-        for _ in generations(whole, problem, lambda _, pop, __: batches.append(pop.get("X"))):
+    unlimited_task = replace(task, n_eval=_UNLIMITED)
+    with global_state(task.seed), _replace_values(problem):
+        for _ in generations(
+            unlimited_task, problem, lambda _, pop, __: batches.append(pop.get("X"))
+        ):
             sizes.append(sum(map(len, batches)) - sum(sizes))
             is_enough = len(sizes) >= _GENERATIONS and sum(sizes) >= _EVALUATIONS
             if is_enough or sum(sizes) >= task.n_eval:
@@ -144,7 +146,7 @@ def _short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]:
 
 
 @contextmanager
-def _random_values(problem: Problem) -> Iterator[None]:
+def _replace_values(problem: Problem) -> Iterator[None]:
     """Replace the values of a problem at all fidelity levels by a reproducible random sequence."""
     random_state, is_elementwise = np.random.default_rng(0), problem.elementwise
 

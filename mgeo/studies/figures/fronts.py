@@ -47,13 +47,13 @@ def fronts_figure(comparison: Comparison) -> go.Figure:
             line = {"shape": "hv", "width": 1, "color": look.faint(0.5), "dash": look.dash}
             marker = {"size": 6, "color": look.color, "symbol": look.symbol, "opacity": 0.8}
             style = {"mode": "lines+markers", "marker": marker, "line": line}
-        figure.add_trace(_points(F, name, f"seed {seed}", comparison.objectives, **style))
+        figure.add_trace(_points_trace(F, name, f"seed {seed}", comparison.objectives, **style))
         figure.data[-1].name = literal(f"{name}, seed {seed}")
-    everything = np.concatenate(drawn)
+    points = np.concatenate(drawn)
     if n_obj == 2:
-        set_axes(figure, comparison.objectives, everything)
+        set_axes(figure, comparison.objectives, points)
     else:
-        axes = zip(_COORDINATES, comparison.objectives, everything.T, strict=True)
+        axes = zip(_COORDINATES, comparison.objectives, points.T, strict=True)
         scene = {f"{key}axis": axis(name, values, in_space=True) for key, name, values in axes}
         figure.update_scenes(scene)
     return finished(
@@ -96,7 +96,9 @@ def each_figure(comparison: Comparison) -> go.Figure:
             layers.append((median, f"seed {seed}", 5, style[name].color))
         for F, run, size, color in layers:
             marker = {"size": size, "color": color}
-            trace = _points(F, name, run, comparison.objectives, mode="markers", marker=marker)
+            trace = _points_trace(
+                F, name, run, comparison.objectives, mode="markers", marker=marker
+            )
             figure.add_trace(trace, row=i // _COLUMNS + 1, col=i % _COLUMNS + 1)
     set_axes(figure, ("", ""), np.concatenate(drawn))
     figure.update_xaxes(showticklabels=True)
@@ -137,7 +139,9 @@ def attainment_figure(comparison: Comparison) -> go.Figure:
             if level == 50:
                 line = {"color": look.color, "dash": look.dash}
             style = {"mode": "lines", "line": {"shape": "hv", "width": width, **line}}
-            trace = _points(surface, name, f"{meaning} attained", comparison.objectives, **style)
+            trace = _points_trace(
+                surface, name, f"{meaning} attained", comparison.objectives, **style
+            )
             group = {"legendgroup": name, "showlegend": level == 50}
             figure.add_trace(trace.update(name=literal(name), **group))
     set_axes(figure, comparison.objectives, np.concatenate(drawn))
@@ -163,7 +167,7 @@ def difference_figure(comparison: Comparison, first: str, second: str) -> go.Fig
     if not (all(pair) and fronts):
         raise ValueError(f"{first!r} and {second!r}: expected a finished run of each, and a front")
     points = np.concatenate(fronts)
-    x, y = (_grid(values) for values in points.T)
+    x, y = (_cell_edges(values) for values in points.T)
     shares = [attained_shares(each, x[:-1], y[:-1]) for each in pair]
     figure = go.Figure(
         go.Heatmap(
@@ -200,15 +204,15 @@ def attained_shares(fronts: list[FloatArray], x: FloatArray, y: FloatArray) -> F
     return attained / len(fronts)
 
 
-def _grid(values: FloatArray) -> FloatArray:
+def _cell_edges(values: FloatArray) -> FloatArray:
     """Return ascending cell edges: the distinct values, or their quantiles if there are many."""
-    found = np.unique(values)
-    if len(found) > _CELLS:
-        found = np.unique(np.quantile(found, np.linspace(0.0, 1.0, _CELLS), method="nearest"))
-    return np.append(found, found[-1] + 0.05 * (np.ptp(found) or 1.0))
+    edges = np.unique(values)
+    if len(edges) > _CELLS:
+        edges = np.unique(np.quantile(edges, np.linspace(0.0, 1.0, _CELLS), method="nearest"))
+    return np.append(edges, edges[-1] + 0.05 * (np.ptp(edges) or 1.0))
 
 
-def _points(
+def _points_trace(
     F: FloatArray, name: str, run: str, objectives: tuple[str, ...], **style: Any
 ) -> go.Scatter | go.Scatter3d:
     """Return a scatter trace of points, shape (n, 2) or (n, 3), with a hover text."""
