@@ -1,1 +1,1 @@
-"""The command ``mgeo``."""
+"""Command line of mgeo."""

@@ -1,4 +1,4 @@
-"""The command ``mgeo``: its own commands, and those of plugins, imported when they are run."""
+"""Command ``mgeo`` with its own commands and those of plugins, which are imported at first use."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from mgeo.plugins.discovery import (
     installed_plugins,
 )
 
-#: Examples of each command, for its help and for the tests.
+#: Examples of each command, which its help shows and the tests run.
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "solve": (
         "mgeo solve attitude",
@@ -64,15 +64,14 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
 
 
 def epilog(command: str, examples: Mapping[str, Iterable[str]] = EXAMPLES) -> str:
-    """Return the examples of a command for the end of its help."""
+    """Return the examples of a command as the last part of its help."""
     return "\n".join(["\b", "Examples:", *(f"  {line}" for line in examples[command])])
 
 
 class CommandGroup(TyperGroup):
-    """Commands that print their help if none of them is named."""
+    """Group of commands that prints its help if no command is given."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the options before the command's name."""
         if not (args or ctx.resilient_parsing):
             typer.echo(ctx.get_help(), err=True)
             raise typer.Exit(ExitCode.BAD_INPUT)
@@ -80,34 +79,33 @@ class CommandGroup(TyperGroup):
 
 
 class Commands(CommandGroup):
-    """Commands of mgeo and of plugins, all of whose errors are one line and an exit code."""
+    """Commands of mgeo and of plugins; each error is reported in one line with an exit code."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the options before the command's name."""
         ctx.meta["debug"] = "--debug" in args
         with one_line_errors(ctx):
             return super().parse_args(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command."""
         with one_line_errors(ctx, debug=ctx.meta["debug"]):
             return super().invoke(ctx)
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Return the names of all commands; those of mgeo come first and cannot be replaced."""
+        """Return the names of all commands; plugins cannot replace commands of mgeo."""
         for plugin in installed_plugins(COMMANDS):
-            if "." not in plugin.name:  # else it adds to the commands of another plugin
+            # A name with a dot extends the commands of another plugin.
+            if "." not in plugin.name:
                 self.commands.setdefault(plugin.name, _PluginCommands(plugin))
         return super().list_commands(ctx)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return the command of a name; a plugin's command is a stub with its summary."""
+        """Return a command by name; a plugin's command is a stub that is not imported."""
         if cmd_name not in self.commands:
             self.list_commands(ctx)
         return super().get_command(ctx, cmd_name)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the command to run, imported."""
+        """Return the command to run, after importing it."""
         name, command, rest = super().resolve_command(ctx, args)
         if isinstance(command, _PluginCommands):
             command = command.load()
@@ -115,7 +113,7 @@ class Commands(CommandGroup):
 
 
 class _PluginCommands(TyperCommand):
-    """Stub of a plugin's commands, for the help of ``mgeo``."""
+    """Stub of a plugin's commands, for the help of ``mgeo`` without importing the plugin."""
 
     def __init__(self, plugin: Plugin) -> None:
         distribution = plugin.entry_point.dist
@@ -124,7 +122,7 @@ class _PluginCommands(TyperCommand):
         self._plugin = plugin
 
     def load(self) -> Any:
-        """Import the commands, and those that other distributions add to them."""
+        """Import the commands, including those that other distributions add."""
         group = _group(self._plugin)
         for plugin in installed_plugins(COMMANDS):
             if plugin.name.startswith(f"{self._plugin.name}."):
@@ -152,13 +150,12 @@ app = typer.Typer(
 
 
 def main() -> None:
-    """Run the command ``mgeo``."""
-    # before NumPy is imported: with several threads BLAS adds in another order, so that the same
-    # seed would give another front where there are more processors, and a study with other --jobs
+    # This must precede the import of NumPy. The order of sums in BLAS depends on the number of
+    # threads, so that fronts of equal seeds would depend on the number of processors and --jobs.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")  # not every encoding has all characters
+            stream.reconfigure(errors="backslashreplace")  # Some encodings lack characters.
     raise_on_sigterm()
     warnings.showwarning = print_warning
     app()
@@ -183,11 +180,11 @@ def _root(
             "--version",
             callback=_print_version,
             is_eager=True,
-            help="Print the versions of mgeo, its plugins and what they need, and exit.",
+            help="Print the versions of mgeo, its plugins and their dependencies, and exit.",
         ),
     ] = False,
     no_color: Annotated[
-        bool, typer.Option("--no-color", help="No colors, as with NO_COLOR in the environment.")
+        bool, typer.Option("--no-color", help="Print no colors, as with the variable NO_COLOR.")
     ] = False,
 ) -> None:
     if no_color:

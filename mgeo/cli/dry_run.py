@@ -1,4 +1,4 @@
-"""``--dry-run``: the size of a run or a study, and the files it would write."""
+"""Output of ``--dry-run``: the size of a run or study, and the files that it would write."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def describe_run(run: PreparedRun, folder: Path, output: Output) -> None:
-    """Describe a run of ``mgeo solve``."""
+    """Print the size, budget and files of a run of ``mgeo solve``."""
     configuration, size, view = run.configuration, problem_size(run.problem), view_of(run.problem)
     files = [run_folder.FRONT_FILE, run_folder.ARRAYS_FILE, run_folder.RUN_FILE]
     if is_own(view, View.figures) or run.problem.n_obj <= MOST_OBJECTIVES:
@@ -33,13 +33,17 @@ def describe_run(run: PreparedRun, folder: Path, output: Output) -> None:
         files.append(f"{run_folder.RECORD_FOLDER}/")
     notes, facts = ask(view, View.notes), ask(view, View.facts)
     texts = {
-        "size": _size(size),
+        "size": _format_size(size),
         "budget": f"{configuration.evaluations:,} evaluations",
         "folder": str(folder),
         "files": ", ".join(files),
-        **({"polish": "in addition"} if configuration.polish else {}),
+        **(
+            {"refinement": "after the search, not part of the budget"}
+            if configuration.polish
+            else {}
+        ),
         **facts,
-        **({"mind": "; ".join(notes)} if notes else {}),
+        **({"warnings": "; ".join(notes)} if notes else {}),
     }
     output.print(run_title(configuration), pairs(texts))
     output.result(
@@ -58,18 +62,21 @@ def describe_run(run: PreparedRun, folder: Path, output: Output) -> None:
 def describe_study(
     study: Study, problems: Mapping[str, Problem], folder: Path, output: Output
 ) -> None:
-    """Print the size of a study; nothing is run.
+    """Print the size and budget of a study.
 
     Parameters
     ----------
-    problems : by label, without those ``module:Class``: a dry run imports no module that a file
-        names.
+    study : the study.
+    problems : problems by label, without those named ``module:Class``, because a dry run imports no
+        modules on behalf of a file.
+    folder : folder that the study would write.
+    output : destination of the text.
     """
     sizes = {label: problem_size(problem) for label, problem in problems.items()}
     algorithms = [algorithm.label for algorithm in study.algorithms]
     runs = len(study.problems) * len(algorithms) * len(study.seeds)
     each = " per variable" if study.per_variable else ""
-    texts = {label: _size(size) for label, size in sizes.items()} | {
+    texts = {label: _format_size(size) for label, size in sizes.items()} | {
         "algorithms": ", ".join(algorithms),
         "budget": f"{runs:,} runs of {study.evaluations:,} evaluations{each}",
         "folder": str(folder),
@@ -89,7 +96,7 @@ def describe_study(
     )
 
 
-def _size(size: Mapping[str, Any]) -> str:
+def _format_size(size: Mapping[str, Any]) -> str:
     objectives = ", ".join(size["objectives"])
     return (
         f"variables: {len(size['variables'])}, objectives: {objectives}, "

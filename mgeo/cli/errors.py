@@ -1,4 +1,4 @@
-"""How commands end: exit codes, errors as one line on stderr, Ctrl-C and SIGTERM."""
+"""Exit codes of the commands, errors as one line on stderr, and handling of Ctrl-C and SIGTERM."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ from mgeo.terminal import show
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM, which ends a command as Ctrl-C does."""
+    """Exception raised on SIGTERM, which ends a command like Ctrl-C."""
 
 
 class StopRequest:
-    """The signal that asked a run to stop, if there was one.
+    """Signal that requested a run to stop; false if there was none.
 
     Attributes
     ----------
     signal : Signals or None
+        The received signal.
     may_raise : bool
         Whether a second signal raises KeyboardInterrupt. False while results are written.
     """
@@ -41,11 +42,11 @@ class StopRequest:
 
     @property
     def exit_code(self) -> int:
-        """Exit code as a shell reports it: 130 for Ctrl-C, 143 for SIGTERM; 0 for none."""
+        """Exit code of a shell for the signal: 130 for Ctrl-C, 143 for SIGTERM, 0 for none."""
         return 0 if self.signal is None else 128 + self.signal
 
     def receive(self, number: int, frame: FrameType | None = None) -> None:
-        """Note a signal; the second one raises KeyboardInterrupt, once."""
+        """Store the first signal; raise KeyboardInterrupt at the second one, once."""
         if self.signal is None:
             self.signal = signal.Signals(number)
         elif self.may_raise:
@@ -55,9 +56,9 @@ class StopRequest:
 
 @contextmanager
 def stop_requests() -> Iterator[StopRequest]:
-    """Collect SIGINT and SIGTERM, so that a run ends after the present generation.
+    """Collect SIGINT and SIGTERM, so that a run can end after the current generation.
 
-    The second signal raises KeyboardInterrupt, for generations that take long.
+    A second signal raises KeyboardInterrupt, to end long generations.
     """
     request = StopRequest()
     watched = (signal.SIGINT, signal.SIGTERM)
@@ -70,7 +71,7 @@ def stop_requests() -> Iterator[StopRequest]:
 
 
 def raise_on_sigterm() -> None:
-    """Raise `Terminated` on SIGTERM, so that workers are ended and temporary files removed."""
+    """Raise `Terminated` on SIGTERM, so that workers are stopped and temporary files removed."""
 
     def terminate(number: int, frame: FrameType | None) -> None:
         raise Terminated
@@ -78,45 +79,46 @@ def raise_on_sigterm() -> None:
     signal.signal(signal.SIGTERM, terminate)
 
 
-#: What typer raises for a command line that it cannot read; its place has changed.
+#: Exception of typer for an invalid command line; its module differs between versions.
 UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 
 class ExitCode(IntEnum):
-    """Exit codes of every command, see `EXIT_CODES`."""
+    """Exit codes of all commands, see `EXIT_CODES`."""
 
     DONE, ERROR, BAD_INPUT, INCOMPLETE = range(4)
     INTERRUPTED, TERMINATED = 130, 143
 
 
-#: Meanings of the exit codes, for the help.
+#: Descriptions of the exit codes, for the help.
 EXIT_CODES: Mapping[ExitCode, str] = {
     ExitCode.DONE: "done",
-    ExitCode.ERROR: "an error in mgeo or in a problem, which --debug shows with its traceback",
-    ExitCode.BAD_INPUT: "bad input: arguments, files, options, a plugin that raises, no room on "
-    "the disk; nothing is damaged",
-    ExitCode.INCOMPLETE: "done, but nothing keeps all limits, runs of a study failed, or what was "
-    "checked does not hold",
-    ExitCode.INTERRUPTED: "Ctrl-C; what was found is kept",
-    ExitCode.TERMINATED: "SIGTERM; what was found is kept",
+    ExitCode.ERROR: "an error in mgeo or in a problem; --debug shows the traceback",
+    ExitCode.BAD_INPUT: "bad input: arguments, files, options, an error in a plugin, or a full "
+    "disk; existing files are intact",
+    ExitCode.INCOMPLETE: "done, but no solution satisfies all constraints, runs of a study failed, "
+    "or a check failed",
+    ExitCode.INTERRUPTED: "Ctrl-C; the results so far are saved",
+    ExitCode.TERMINATED: "SIGTERM; the results so far are saved",
 }
 
 
 class Refused(Exception):
-    """An error that the user can correct; its cause is the error itself."""
+    """Error that the user can correct; its cause is the original exception."""
 
 
 @contextmanager
 def bad_input(
     kinds: tuple[type[Exception], ...] = (ValueError, TypeError, OSError),
 ) -> Iterator[None]:
-    """Raise `Refused` for errors of these kinds, in code that reads input or writes files.
+    """Raise `Refused` for errors of the given kinds.
 
-    Errors of other kinds, and elsewhere, are bugs of mgeo or of a plugin.
+    Use it around code that reads input or writes files. Errors of other kinds, or in other code,
+    are bugs of mgeo or of a plugin.
     """
     try:
         yield
-    except BrokenPipeError:  # typer ends the command
+    except BrokenPipeError:  # typer ends the command silently.
         raise
     except kinds as error:
         raise Refused(str(error) or type(error).__name__) from error
@@ -124,14 +126,14 @@ def bad_input(
 
 @contextmanager
 def one_line_errors(ctx: typer.Context, *, debug: bool = False) -> Iterator[None]:
-    """Print an error as one line on stderr and end with its exit code.
+    """Print an error as one line on stderr and end the command with its exit code.
 
     Parameters
     ----------
     ctx
-        Context of the command, for the name in usage errors.
+        Context of the command, for the command name in usage errors.
     debug
-        Whether to print the traceback of an error, too.
+        Whether to print the traceback as well.
     """
     try:
         yield
@@ -147,12 +149,12 @@ def one_line_errors(ctx: typer.Context, *, debug: bool = False) -> Iterator[None
 
 
 def print_warning(message: Warning | str, *_: object, **__: object) -> None:
-    """Print a warning as one line on stderr, in place of `warnings.showwarning`."""
+    """Print a warning as one line on stderr, as a replacement of `warnings.showwarning`."""
     show(f"Warning: {one_line(str(message))}", stderr=True)
 
 
 def of_interrupt(error: KeyboardInterrupt) -> ExitCode:
-    """Return the exit code of Ctrl-C or SIGTERM."""
+    """Return the exit code of an interrupt by Ctrl-C or SIGTERM."""
     return ExitCode.TERMINATED if isinstance(error, Terminated) else ExitCode.INTERRUPTED
 
 
@@ -169,6 +171,7 @@ def _describe(error: BaseException, ctx: typer.Context) -> tuple[str, ExitCode]:
 
     if isinstance(error, Refused | PluginError | EvaluationError | FileError):
         return str(error), ExitCode.BAD_INPUT
-    last = traceback.extract_tb(error.__traceback__)[-1]  # a bug, of mgeo or of a plugin
+    # Any other error is a bug of mgeo or of a plugin.
+    last = traceback.extract_tb(error.__traceback__)[-1]
     place = f"{Path(last.filename).name}, line {last.lineno}; see --debug"
     return f"{type(error).__name__}: {error} ({place})", ExitCode.ERROR

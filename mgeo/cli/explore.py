@@ -1,4 +1,4 @@
-"""``mgeo explore``: a run in the browser, until Ctrl-C."""
+"""Command ``mgeo explore``: interactive exploration of a run in the browser."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def explore(
         Path | None,
         typer.Option(
             metavar="DIR|FILE.json",
-            help="Folder in which the page saves solutions, or the file that it proposes "
+            help="Folder in which the page saves solutions, or default file for saving "
             "[default: DIR/plan.json].",
         ),
     ] = None,
@@ -34,10 +34,10 @@ def explore(
     quiet: options.Quiet = False,
     debug: options.Debug = False,
 ) -> None:
-    """Explore a run in the browser: filter, select and change solutions, and save them.
+    """Explore a run in the browser: filter, select, modify and save solutions.
 
-    A changed design is evaluated while its slider moves. Only this machine can open the page, at
-    the address that is printed, until Ctrl-C. It needs Dash (pip install 'mgeo[explore]').
+    A modified design is evaluated while its slider moves. The page is accessible only from this
+    machine, at the printed address, until Ctrl-C. Requires Dash (pip install 'mgeo[explore]').
     """
     output = Output(quiet, json)
     with bad_input((ImportError, ValueError, TypeError, OSError)):

@@ -1,4 +1,4 @@
-"""``mgeo problems`` and ``mgeo algorithms``: what is installed, and its parameters."""
+"""Commands ``mgeo problems`` and ``mgeo algorithms``, which list the installed ones."""
 
 from __future__ import annotations
 
@@ -14,74 +14,80 @@ from mgeo.terminal import Output, plain, table
 
 def problems(json: options.Json = False, debug: options.Debug = False) -> None:
     """List the installed problems."""
-    found = [_problem(plugin) for plugin in installed_plugins()]
+    descriptions = [_describe_problem(plugin) for plugin in installed_plugins()]
     output = Output(json=json)
-    output.result({"problems": found})
-    if not found:
+    output.result({"problems": descriptions})
+    if not descriptions:
         output.print("no problem is installed; the first to try: pip install ./problems/attitude")
         return
     titles = ("name", "distribution", "version", "variables", "objectives")
     rows = [
         (*(one[key] for key in titles[:3]), len(one["variables"]), ", ".join(one["objectives"]))
-        for one in found
+        for one in descriptions
     ]
-    errors = [f"Error: {one['name']}: {one['error']}" for one in found if one["error"]]
+    errors = [f"Error: {one['name']}: {one['error']}" for one in descriptions if one["error"]]
     output.print(table(titles, rows), *(plain(error, style="red") for error in errors))
 
 
 def algorithms(
     name: Annotated[
         str | None,
-        typer.Argument(help="One of them, or MODULE:CLASS.", autocompletion=options.algorithms),
+        typer.Argument(
+            help="Name of an algorithm, or MODULE:CLASS.", autocompletion=options.algorithms
+        ),
     ] = None,
     json: options.Json = False,
     debug: options.Debug = False,
 ) -> None:
-    """List the algorithms, or the parameters of one."""
+    """List the algorithms, or the parameters of one algorithm."""
     from mgeo.runs.algorithms import algorithm_names, described
 
     output = Output(json=json)
     if name is None:
-        every = [_algorithm(each) for each in algorithm_names()]
-        output.result({"algorithms": every})
-        rows = [[each["name"], each["label"], each["error"] or each["about"]] for each in every]
+        descriptions = [_describe_algorithm(each) for each in algorithm_names()]
+        output.result({"algorithms": descriptions})
+        rows = [
+            [each["name"], each["label"], each["error"] or each["about"]] for each in descriptions
+        ]
         output.print(table(("name", "algorithm", "description"), rows))
         return
     with bad_input():
-        found = described(name)
-    output.result(found)
-    rows = [[p["name"], _text(p["default"]), p["meaning"]] for p in found["parameters"]]
+        description = described(name)
+    output.result(description)
+    rows = [
+        [p["name"], _format_default(p["default"]), p["meaning"]] for p in description["parameters"]
+    ]
     output.print(
-        f"{name}: {found['about']}",
+        f"{name}: {description['about']}",
         table(("parameter", "default", "description"), rows),
         "parameters are given by --set NAME=VALUE",
     )
 
 
-def _algorithm(name: str) -> dict[str, Any]:
+def _describe_algorithm(name: str) -> dict[str, Any]:
     from mgeo.runs.algorithms import described
 
     try:
         return described(name) | {"error": None}
-    except PluginError as error:  # a broken plugin does not hide the others
+    except PluginError as error:  # One broken plugin must not hide the other algorithms.
         return {"name": name, "label": name, "about": "", "parameters": [], "error": str(error)}
 
 
-def _problem(plugin: Plugin) -> dict[str, Any]:
+def _describe_problem(plugin: Plugin) -> dict[str, Any]:
     from mgeo.plugins.problems import load_problem
     from mgeo.plugins.protocol import problem_size
 
-    known: dict[str, Any] = {
+    record: dict[str, Any] = {
         "name": plugin.name,
         "distribution": plugin.distribution,
         "version": plugin.version,
         "presets": preset_names(plugin.name),
     }
     try:
-        return known | problem_size(load_problem(plugin.name)) | {"error": None}
-    except (ValueError, OSError) as error:  # a broken plugin does not hide the others
-        return known | {"variables": [], "objectives": [], "constraints": 0, "error": str(error)}
+        return record | problem_size(load_problem(plugin.name)) | {"error": None}
+    except (ValueError, OSError) as error:  # One broken plugin must not hide the other problems.
+        return record | {"variables": [], "objectives": [], "constraints": 0, "error": str(error)}
 
 
-def _text(default: object) -> str:
+def _format_default(default: object) -> str:
     return ",".join(map(str, default)) if isinstance(default, list | tuple) else str(default)

@@ -1,6 +1,6 @@
-"""Flags that several commands share, and the names that complete their values.
+"""Options shared by several commands, and completion of their values.
 
-Completion imports nothing from plugins. The shell itself completes names of files and folders.
+Completion imports no plugins. File and folder names are completed by the shell.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from mgeo.terminal import stdout_for_documents
 
 
 def among(names: Iterable[str]) -> Callable[[], list[str]]:
-    """Return a completion of fixed names."""
+    """Return a completion function for fixed names."""
     return lambda: list(names)
 
 
 def problems() -> list[str]:
-    """Return the names of the installed problems."""
+    """Return the names of the installed problems, for completion."""
     return [plugin.name for plugin in installed_plugins()]
 
 
 def algorithms() -> list[str]:
-    """Return the names of the algorithms."""
+    """Return the names of the algorithms, for completion."""
     names: list[str] = resolve_name("mgeo.runs.algorithms:algorithm_names")()
     return names
 
 
 def scenarios(ctx: typer.Context) -> list[str]:
-    """Return the presets of the problem on the command line; the shell completes files."""
-    # an option without its value makes typer leave the arguments unread
+    """Return the presets of the problem on the command line, for completion."""
+    # An option without a value makes typer leave the arguments unread.
     words = [str(ctx.params.get("problem")), *ctx.args]
     return [preset for word in words for preset in preset_names(word)]
 
@@ -53,7 +53,7 @@ Json = Annotated[
     typer.Option(
         "--json",
         callback=_reserve_stdout,
-        help="Print the result as one JSON document, for scripts; on stdout there is nothing else.",
+        help="Print the result as one JSON document, and nothing else, on stdout.",
     ),
 ]
 Debug = Annotated[
@@ -64,7 +64,7 @@ DryRun = Annotated[
     bool,
     typer.Option(
         "--dry-run",
-        help="Print the size of the run and the files it would write, and do nothing.",
+        help="Print the size of the run and the files that it would write, without running.",
     ),
 ]
 
@@ -72,7 +72,7 @@ Problem = Annotated[
     str | None,
     typer.Option(
         metavar="MODULE:CLASS",
-        help="The problem, where it is none by name: no file has a module imported.",
+        help="Class of the run's problem, required if the problem is not installed by name.",
     ),
 ]
 Walkers = Annotated[int | None, typer.Option("--walkers", "--runs", help="Number of walkers.")]
@@ -81,33 +81,32 @@ Settings = Annotated[
     typer.Option(
         "--set",
         metavar="NAME=VALUE",
-        help="A parameter of the algorithm, such as sigma=0.5 or population=50; may be given "
-        "several times.",
+        help="Parameter of the algorithm, such as sigma=0.5 or population=50; can be repeated.",
     ),
 ]
 
 
 def parse_parameters(settings: Iterable[str]) -> dict[str, Any]:
-    """Return the parameters of an algorithm from NAME=VALUE texts.
+    """Return the parameters of an algorithm from texts NAME=VALUE.
 
     Raises
     ------
     ValueError
-        If a text is not of this form.
+        If a text is not of the form NAME=VALUE.
     """
-    given = {}
+    parameters = {}
     for setting in settings:
         name, _, value = setting.partition("=")
         if not (name and value):
             raise ValueError(f"--set {setting}: expected NAME=VALUE")
-        given[name] = _value(value)
-    return given
+        parameters[name] = _parse_value(value)
+    return parameters
 
 
-def _value(text: str) -> Any:
-    """Return the integer, float, boolean or word in a text, or a list where there are commas."""
+def _parse_value(text: str) -> Any:
+    """Return an integer, float, boolean or word, or a list of them if the text contains commas."""
     if "," in text:
-        return [_value(entry) for entry in text.split(",")]
+        return [_parse_value(entry) for entry in text.split(",")]
     if text.lower() in ("true", "false"):
         return text.lower() == "true"
     for kind in (int, float):

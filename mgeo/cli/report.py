@@ -1,4 +1,4 @@
-"""``mgeo report``: one HTML file about a run, and figures of runs and studies as pictures."""
+"""Command ``mgeo report``: an HTML report of a run, and figures of runs and studies as files."""
 
 from __future__ import annotations
 
@@ -21,32 +21,34 @@ def report(
         list[Path],
         typer.Argument(
             metavar="DIR [DIR]",
-            help="Folder of a run, or of a study; two runs, or two solutions' files, are set side "
-            "by side.",
+            help="Folder of a run or of a study; or two runs or solution files, to compare them.",
         ),
     ],
     out: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="File to write [default: DIR/report.html, of two comparison.html]."
+            metavar="FILE",
+            help="File to write [default: DIR/report.html, or comparison.html for two runs].",
         ),
     ] = None,
     solution: Annotated[
         int | None,
-        typer.Option(metavar="N", min=0, help="Solution to be reviewed [default: the knee]."),
+        typer.Option(metavar="N", min=0, help="Number of the reviewed solution [default: knee]."),
     ] = None,
     png: Annotated[
-        bool, typer.Option("--png", help="Also write the figures as PNG, into figures beside FILE.")
+        bool,
+        typer.Option("--png", help="Also write the figures as PNG, into figures/ next to FILE."),
     ] = False,
     pdf: Annotated[
-        bool, typer.Option("--pdf", help="Also write the figures as PDF, into figures beside FILE.")
+        bool,
+        typer.Option("--pdf", help="Also write the figures as PDF, into figures/ next to FILE."),
     ] = False,
     figure: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Write only this figure, such as front, knee-rates or ranks, as PNG unless --pdf "
-            "is given; may be given several times. No report is written.",
+            help="Write only this figure, such as front, knee-rates or ranks, and no report; as "
+            "PNG unless --pdf is given. Can be repeated.",
         ),
     ] = None,
     paper: Annotated[
@@ -59,21 +61,21 @@ def report(
         list[str] | None,
         typer.Option(
             metavar="MODULE:CLASS",
-            help="A problem, where it is none by name: no file has a module imported; may be given "
-            "several times.",
+            help="Class of a problem, required if the problem is not installed by name; can be "
+            "repeated.",
         ),
     ] = None,
     json: options.Json = False,
     quiet: options.Quiet = False,
     debug: options.Debug = False,
 ) -> None:
-    """Write one HTML file about a run, to be attached to a review.
+    """Write an HTML report of a run, for example as a review document.
 
-    The page shows what was run, the front and each of its solutions, and opens without a network.
-    Printed, it is a document for the review of one solution. Pictures show the front, the
-    hypervolume, and the knee and the best solutions; they need kaleido (pip install 'mgeo[png]')
-    and Chrome or Chromium. A study has its report already: only its figures are written, and
-    without an option their names are listed.
+    The page shows the configuration, the front and each solution, and needs no network. When
+    printed, it is a review document of one solution. Figures show the front, the hypervolume, the
+    knee and the best solutions; PNG and PDF need kaleido (pip install 'mgeo[png]') and Chrome or
+    Chromium. A study already has a report, so only its figures are written; without options, their
+    names are listed.
     """
     from mgeo.report.build import report_html
     from mgeo.report.compare import compare_html
@@ -131,9 +133,8 @@ def _check_options(
     out: Path | None,
     solution: int | None,
 ) -> None:
-    """Refuse options that do not fit what is reported."""
     if len(sources) > 2:
-        raise ValueError(f"{len(sources)} runs: expected one, or two to be compared")
+        raise ValueError(f"{len(sources)} runs: expected one, or two to compare")
     if len(sources) == 2 and (formats or solution is not None):
         raise ValueError("two runs are compared on a page without pictures: expected no options")
     if is_study and (out is not None or solution is not None):
@@ -143,7 +144,7 @@ def _check_options(
 
 
 def _check_page(path: Path) -> None:
-    """Refuse a page that cannot be written, before any work."""
+    """Raise an error if the page cannot be written, before any computation."""
     from mgeo.store.atomic import check_writable
 
     if path.suffix != ".html":

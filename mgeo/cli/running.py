@@ -1,6 +1,6 @@
-"""A run of the command line: its progress, its folder, and its summary.
+"""Execution of a run by the command line: progress, run folder, and summary.
 
-The progress is redrawn in place on a terminal, and printed as lines in a pipe or a log.
+On a terminal, the progress is redrawn in place; in a pipe or a log, it is printed as lines.
 """
 
 from __future__ import annotations
@@ -31,26 +31,26 @@ from mgeo.store.provenance import installed_versions
 from mgeo.store.run import Outcome, Run, RunConfiguration
 from mgeo.terminal import Output, console, plain
 
-_MAX_SHARE = 0.02  # largest share of the run time that the computation of what is shown may take
+_MAX_SHARE = 0.02  # maximum share of the run time for the computation of the progress
 _STOPPING = "stopping after this generation; Ctrl-C again to stop at once"
 
 
 class Progress:
-    """Callback of a run that shows its progress and passes on a request to stop.
+    """Callback of a run that shows its progress and forwards stop requests.
 
     Parameters
     ----------
     console
-        Where to show the progress.
+        Console for the progress.
     title
         First line.
     request
-        Signals received so far.
+        Stop request, set by signals.
 
     Attributes
     ----------
     interval
-        Shortest time between two updates [s].
+        Minimum time between two updates [s].
     """
 
     def __init__(self, console: Console, title: str, request: StopRequest) -> None:
@@ -72,7 +72,7 @@ class Progress:
 
     @contextmanager
     def shown(self) -> Iterator[None]:
-        """Redraw the progress on a terminal meanwhile. Elsewhere print lines."""
+        """Show the progress within a ``with`` block: redrawn on a terminal, otherwise as lines."""
         if not self._console.is_terminal:
             self._print(self._title)
             yield
@@ -83,7 +83,7 @@ class Progress:
                 self._update()
 
     def __call__(self, state: State) -> None:
-        """Stop the run if that was requested, and show its state if the interval has passed."""
+        """Stop the run if requested, and update the progress if the interval has passed."""
         if self._request:
             state.stop()
         self._state = state
@@ -94,7 +94,6 @@ class Progress:
             self._next = time.monotonic() + pause
 
     def __rich__(self) -> Group:
-        """Return what is drawn on a terminal."""
         stopping = [plain(_STOPPING, style="yellow")] if self._request else []
         return Group(self._title, self._bar, plain(self._numbers), *stopping)
 
@@ -102,7 +101,7 @@ class Progress:
         state = self._state
         if state is None:
             return
-        self._numbers = _numbers(state)
+        self._numbers = _format_state(state)
         done = f"{state.evaluations:,} of {state.budget:,} evaluations"
         completed = min(state.evaluations, state.budget)
         self._bar.update(self._task, total=state.budget, completed=completed, done=done)
@@ -118,14 +117,25 @@ class Progress:
 def run_and_show(run: PreparedRun, folder: Path, output: Output, max_time: float | None) -> int:
     """Run until the budget is used, write the run folder and print the summary.
 
+    Parameters
+    ----------
+    run
+        Prepared run, new or resumed.
+    folder
+        Run folder, created if it does not exist.
+    output
+        Destination of the summary.
+    max_time
+        Time from now after which the run ends [s], or None.
+
     Returns
     -------
-    Exit code: 0 if the run ended by its budget or `max_time`, 3 if no solution satisfies all
-    constraints or the problem knows that none can, 128 + the number of the signal that stopped the
-    run.
+    int
+        Exit code: 0 if a feasible solution was found, 3 if none was found or none can exist, 128 +
+        the signal number if a signal stopped the run.
     """
     if impossible := ask(view_of(run.problem), View.impossible):
-        output.print("nothing can keep all limits", *(f"  {why}" for why in impossible))
+        output.print("no solution can satisfy all constraints", *(f"  {why}" for why in impossible))
         output.result({"impossible": impossible})
         return ExitCode.INCOMPLETE
     with bad_input():
@@ -140,53 +150,54 @@ def run_and_show(run: PreparedRun, folder: Path, output: Output, max_time: float
             with progress.shown():
                 outcome = run.solve(progress, folder, max_time)
             stop.may_raise = False
-            made = Run(run.configuration, outcome, installed_versions(run.configuration.problem))
-            run_folder.write_run(folder, made, overwrite=True)
+            finished_run = Run(
+                run.configuration, outcome, installed_versions(run.configuration.problem)
+            )
+            run_folder.write_run(folder, finished_run, overwrite=True)
         except (EvaluationError, OSError):
             if (folder / run_folder.CHECKPOINT_FILE).exists():
-                output.note(f"To go on once that is put right: mgeo resume {folder}")
+                output.note(f"To continue after correcting the error: mgeo resume {folder}")
             raise
         solutions = outcome.nearest or outcome
         view = view_of(run.problem, solutions.X, solutions.F)
         try:
             _write_extras(run, outcome, view, folder)
-        finally:  # the summary is printed even if a figure fails
-            show_summary(made, view, folder, output)
+        finally:  # Print the summary even if a figure fails.
+            show_summary(finished_run, view, folder, output)
     if outcome.stop_reason == "signal":
         return stop.exit_code or ExitCode.INTERRUPTED
     return ExitCode.DONE if len(outcome.F) else ExitCode.INCOMPLETE
 
 
 def _write_extras(run: PreparedRun, outcome: Outcome, view: View, folder: Path) -> None:
-    """Write the further arrays of the problem, and the figure of the front."""
     if len(outcome.F) and (arrays := ask(view, View.arrays)):
         run_folder.write_arrays(folder, outcome, arrays)
     title, note = run_title(run.configuration), ""
     if outcome.nearest:
-        note = f"Nothing that was found keeps all limits. These {len(view.X)} come nearest."
+        note = f"No feasible solution was found. Shown: the {len(view.X)} nearest to feasibility."
     if (figure := front_of(view, title)) is not None:
         write_file(folder / run_folder.FIGURE_FILE, page(figure, title, note).encode())
 
 
 def run_title(run: RunConfiguration) -> str:
-    """Return the title of a run, with the parameters that differ from the defaults."""
-    # a file has no tuples
+    """Return the title of a run, including the parameters that differ from the defaults."""
+    # Convert tuples to lists, because the configuration was read from JSON.
     defaults = json.loads(json.dumps(complete_parameters(run.algorithm, {}), default=str))
     values = ", ".join(
         f"{key} = {value}" for key, value in run.parameters.items() if value != defaults.get(key)
     )
     parts = [run.problem, f"{run.algorithm}{f' ({values})' if values else ''}", f"seed {run.seed}"]
-    parts += [f"{run.starts} starts"] if run.starts else []
-    parts += ["polished"] if run.polish else []
+    parts += [f"{run.starts} initial designs"] if run.starts else []
+    parts += ["refined"] if run.polish else []
     return " · ".join(parts)
 
 
-def _numbers(state: State) -> str:
-    """Return the size and the quality of the front, and what went wrong, in one line."""
+def _format_state(state: State) -> str:
+    """Return the size and quality of the front, and failures, in one line."""
     _, F = state.front()
     shown = {"front": f"{len(F):,}"}
     if state.refinement is not None:
-        shown["polished"] = f"{int(state.refinement.changed.sum()) + state.refinement.added:,}"
+        shown["refined"] = f"{int(state.refinement.changed.sum()) + state.refinement.added:,}"
     if failed := sum(state.failures.values()):
         shown["failed"] = f"{failed:,}"
     if len(F):

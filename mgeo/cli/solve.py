@@ -1,4 +1,4 @@
-"""``mgeo solve`` and ``mgeo resume``: their options. What takes long to import waits for a run."""
+"""Commands ``mgeo solve`` and ``mgeo resume``; slow modules are imported only for a run."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from mgeo.terminal import Output
 _UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0}
 
 
-def _duration(text: str) -> float:
-    """Return a time [s] from a number of seconds, or a number with a unit: 90, 10m, 2h."""
+def _parse_duration(text: str) -> float:
+    """Return a time [s] from a number of seconds, or a number with a unit, such as 10m or 2h."""
     unit = text[-1:] if text[-1:] in _UNITS else ""
     try:
         seconds = float(text.removesuffix(unit)) * _UNITS.get(unit, 1.0)
     except ValueError:
         seconds = 0.0
     if not 0.0 < seconds < float("inf"):
-        raise typer.BadParameter(f"{text!r}: expected seconds above 0, or as 10m or 2h")
+        raise typer.BadParameter(f"{text!r}: expected a positive time, such as 90, 10m or 2h")
     return seconds
 
 
@@ -30,8 +30,8 @@ MaxTime = Annotated[
     float | None,
     typer.Option(
         metavar="TIME",
-        parser=_duration,
-        help="End the run after this time: seconds, or 10m, 2h. Continue it by `mgeo resume`.",
+        parser=_parse_duration,
+        help="End the run after this time: seconds, or 10m, 2h. `mgeo resume` continues the run.",
     ),
 ]
 
@@ -40,8 +40,8 @@ def solve(
     problem: Annotated[
         str,
         typer.Argument(
-            help="One of `mgeo problems`, a class of one's own, module:Class, or a test problem, "
-            "pymoo:zdt1.",
+            help="Name from `mgeo problems`, your own class as module:Class, or a test problem, "
+            "such as pymoo:zdt1.",
             autocompletion=options.problems,
         ),
     ],
@@ -49,7 +49,7 @@ def solve(
         str | None,
         typer.Option(
             metavar="FILE.toml|PRESET",
-            help="Options of the problem: a file, or a preset's name.",
+            help="Options of the problem: a file, or the name of a preset.",
             autocompletion=options.scenarios,
         ),
     ] = None,
@@ -57,24 +57,24 @@ def solve(
         Path | None,
         typer.Option(
             metavar="FILE.json",
-            help="Go on from a result, such as a calibration, if the problem can; a scenario file "
-            "says only what differs.",
+            help="Start from an earlier result, such as a calibration, if the problem supports it; "
+            "a scenario file then contains only the options that differ.",
         ),
     ] = None,
     robust: Annotated[
         bool,
         typer.Option(
             "--robust",
-            help="Judge solutions by what they keep where things are not exactly known, if the "
-            "problem can.",
+            help="Solve the robust version of the problem, with uncertain parameters, if the "
+            "problem supports it.",
         ),
     ] = False,
     algorithm: Annotated[
         str | None,
         typer.Option(
             metavar="NAME|MODULE:CLASS",
-            help="One of `mgeo algorithms`, or a class of one's own [default: mgeo-directed, of a "
-            "robust run mgeo-staged].",
+            help="Name from `mgeo algorithms`, or your own class [default: mgeo-directed; "
+            "mgeo-staged with --robust].",
             autocompletion=options.algorithms,
         ),
     ] = None,
@@ -83,24 +83,25 @@ def solve(
     evaluations: Annotated[
         int | None,
         typer.Option(
-            min=1, help="Budget [default: 5000 generations of one candidate per variable]."
+            min=1,
+            help="Budget of evaluations [default: 5000 generations of one candidate per variable].",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of all randomness.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all random numbers.")] = 1,
     starts: Annotated[
         int | None,
         typer.Option(
             min=0,
-            help="Designs that the problem suggests, to begin with [default: what the problem "
-            "recommends; 0 with --robust, --evaluations, an algorithm or its parameters].",
+            help="Number of initial designs from the problem [default: recommended by the problem; "
+            "0 with --robust, --evaluations, an algorithm or its parameters].",
         ),
     ] = None,
     polish: Annotated[
         bool | None,
         typer.Option(
             "--polish/--no-polish",
-            help="Let the problem refine what was found, in addition to the budget [default: as "
-            "for --starts].",
+            help="Refine the front locally after the search, in addition to the budget "
+            "[default: as for --starts].",
         ),
     ] = None,
     max_time: MaxTime = None,
@@ -108,15 +109,15 @@ def solve(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Folder to write [default: runs/PROBLEM-ALGORITHM-seedSEED, of a robust run "
-            "runs/PROBLEM-robust-ALGORITHM-seedSEED].",
+            help="Folder to write [default: runs/PROBLEM-ALGORITHM-seedSEED; "
+            "runs/PROBLEM-robust-ALGORITHM-seedSEED with --robust].",
         ),
     ] = None,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the run in an existing folder.")
     ] = False,
     record: Annotated[
-        bool, typer.Option("--record", help="Save every evaluation, in the folder's evaluations/.")
+        bool, typer.Option("--record", help="Save every evaluation in DIR/evaluations.")
     ] = False,
     dry_run: options.DryRun = False,
     json: options.Json = False,
@@ -125,18 +126,18 @@ def solve(
 ) -> None:
     """Search the Pareto front of a problem and write it to a folder.
 
-    The folder gets front.csv, front.npz (constraints of each solution), run.json (how to run it
-    again) and front.html. Ctrl-C ends the run and keeps what was found; a second Ctrl-C does not
-    wait for the end of the generation. Runs of the MGEO family write run.checkpoint: see
-    `mgeo resume`. Parameters of an algorithm and their defaults: `mgeo algorithms NAME`.
+    The folder contains front.csv, front.npz (constraints of each solution), run.json (configuration
+    and statistics) and front.html. Ctrl-C ends the run after the current generation and saves the
+    results; a second Ctrl-C ends it immediately. Runs of the MGEO family also write run.checkpoint
+    for `mgeo resume`. `mgeo algorithms NAME` lists the parameters of an algorithm.
     """
     from mgeo.plugins.problems import read_scenario
     from mgeo.runs.algorithms import default_algorithm
     from mgeo.runs.prepare import prepare
     from mgeo.store.run_folder import check_folder
 
-    given, algorithm = algorithm, algorithm or default_algorithm(robust)
-    # of a collection, coco:bbob/f1/d10/i1, and of a class, module:Class
+    algorithm_option, algorithm = algorithm, algorithm or default_algorithm(robust)
+    # Names such as coco:bbob/f1/d10/i1 and module:Class are not valid folder names.
     name = f"{problem}{'-robust' if robust else ''}-{algorithm}".replace(":", "-").replace("/", "-")
     folder = out or Path("runs", f"{name}-seed{seed}")
     with bad_input():
@@ -147,7 +148,7 @@ def solve(
             problem,
             parameters=parameters,
             options=read_scenario(problem, scenario, after=after, named=(problem,)),
-            algorithm=given,
+            algorithm=algorithm_option,
             evaluations=evaluations,
             seed=seed,
             robust=robust,
@@ -177,7 +178,7 @@ def resume(
         str | None,
         typer.Option(
             metavar="MODULE:CLASS",
-            help="That of the run, where it is none by name: no file has a module imported.",
+            help="Class of the run's algorithm, required if the algorithm has no name.",
         ),
     ] = None,
     problem: options.Problem = None,
@@ -186,17 +187,17 @@ def resume(
         bool,
         typer.Option(
             "--check/--no-check",
-            help="Refuse other versions of the software, and a problem with other values.",
+            help="Refuse a run with other software versions or other values of the problem.",
         ),
     ] = True,
     json: options.Json = False,
     quiet: options.Quiet = False,
     debug: options.Debug = False,
 ) -> None:
-    """Continue a run that was interrupted or killed, or make a finished one longer.
+    """Continue an interrupted run, or extend a finished one.
 
-    The run continues from run.checkpoint in the folder exactly as if it had not stopped, and
-    writes the same files. A run of another problem or of other versions is refused.
+    The run continues from run.checkpoint in the folder exactly as if it had not stopped, and writes
+    the same files. Runs of another problem or of other software versions are refused.
     """
     from mgeo.cli.running import run_and_show
     from mgeo.runs.prepare import resume_run

@@ -1,4 +1,4 @@
-"""``mgeo study``: run a study file, or continue it; and ``mgeo schema``, of such files."""
+"""Commands ``mgeo study``, which runs a study file, and ``mgeo schema``."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def study(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A study as TOML.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Study file in TOML.")],
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder to write [default: studies/FILE].")
     ] = None,
@@ -29,24 +29,24 @@ def study(
         bool, typer.Option("--resume", help="Continue the interrupted study in the folder.")
     ] = False,
     evaluations: Annotated[
-        int | None, typer.Option(min=1, help="Another budget than the file's.")
+        int | None, typer.Option(min=1, help="Budget of each run [default: from FILE].")
     ] = None,
     seeds: Annotated[
-        int | None, typer.Option(min=1, help="Only the first so many seeds, or more.")
+        int | None, typer.Option(min=1, help="Number of seeds [default: from FILE].")
     ] = None,
-    jobs: Annotated[int, typer.Option(help="Processes; -1 for one per processor.")] = -1,
+    jobs: Annotated[int, typer.Option(help="Number of processes; -1 for one per processor.")] = -1,
     cluster: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Scheduler of a Dask cluster to run on.")
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Run on the Dask cluster with this scheduler."),
     ] = None,
     dry_run: options.DryRun = False,
     json: options.Json = False,
     quiet: options.Quiet = False,
     debug: options.Debug = False,
 ) -> None:
-    """Compare algorithms as a file says, and write tables and figures.
+    """Compare algorithms as defined in a study file, and write tables and figures.
 
-    Each run is stored in the folder as it finishes: --resume continues a study that was
-    interrupted.
+    Each run is stored in the folder as it finishes; --resume continues an interrupted study.
     """
     from mgeo.studies.comparison import ComparisonWarning
     from mgeo.studies.file import read_study
@@ -65,12 +65,10 @@ def study(
             listed += [(a.label, a.name) for a in read.algorithms]
             for label, name in listed:
                 if is_own_class(name):
-                    output.note(
-                        f"Note: {label}: a dry run has no module imported that a file names"
-                    )
+                    output.note(f"Note: {label}: not checked, because a dry run imports no modules")
             return
-        with _workers(jobs, cluster) as n_jobs, warnings.catch_warnings():
-            warnings.simplefilter("ignore", ComparisonWarning)  # noted below
+        with _start_workers(jobs, cluster) as n_jobs, warnings.catch_warnings():
+            warnings.simplefilter("ignore", ComparisonWarning)  # printed as notes instead
             try:
                 comparisons = run_study(
                     read, folder, resume=resume, n_jobs=n_jobs, progress=not quiet
@@ -78,24 +76,26 @@ def study(
             except KeyboardInterrupt as error:
                 output.note(f"interrupted; --resume continues with the runs in {folder}")
                 raise typer.Exit(of_interrupt(error)) from None
-    raise typer.Exit(_show(read, comparisons, folder, output))
+    raise typer.Exit(_print_results(read, comparisons, folder, output))
 
 
 def schema(
-    kind: Annotated[Literal["study"], typer.Argument(help="What the files are.")],
+    kind: Annotated[Literal["study"], typer.Argument(help="Kind of the files.")],
     debug: options.Debug = False,
 ) -> None:
-    """Print a JSON Schema, by which editors complete and check files.
+    """Print the JSON Schema of study files, for completion and validation in editors.
 
-    In editors that know Taplo, a file names it in its first line: #:schema ./study.schema.json
+    In editors with Taplo, refer to it in the first line of a file: #:schema ./study.schema.json
     """
     from mgeo.studies.schema import study_schema
 
     typer.echo(study_schema())
 
 
-def _show(study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output) -> int:
-    """Print the results; the exit code says whether runs failed."""
+def _print_results(
+    study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output
+) -> int:
+    """Print the results and return the exit code, which reports failed runs."""
     from mgeo.store.run_folder import REPORT_FILE
     from mgeo.studies.conclusions import conclusions, published_table
 
@@ -105,8 +105,8 @@ def _show(study: Study, comparisons: dict[str, Comparison], folder: Path, output
         output.print(plain(f"\n{label}", style="bold"), columns, *sentences)
         published = published_table(study, comparison)
         if published is not None and study.published is not None:
-            beside = table(["", *published.columns], published.itertuples(name=None))
-            output.print(f"beside {study.published.source}:", beside)
+            values = table(["", *published.columns], published.itertuples(name=None))
+            output.print(f"compared with {study.published.source}:", values)
     output.print(f"\nwritten: {folder / REPORT_FILE}")
     output.result(
         {
@@ -117,22 +117,22 @@ def _show(study: Study, comparisons: dict[str, Comparison], folder: Path, output
             "per_variable": study.per_variable,
             "seeds": list(study.seeds),
             "problems": {
-                label: _document(each, study.control) for label, each in comparisons.items()
+                label: _build_document(each, study.control) for label, each in comparisons.items()
             },
         }
     )
     for label, comparison in comparisons.items():
         for text in comparison.failures(label):
             output.note(f"Note: {text}")
-    failed = sum(_count(comparison, "failed") for comparison in comparisons.values())
+    failed = sum(_count_runs(comparison, "failed") for comparison in comparisons.values())
     if failed:
-        output.note(f"{failed} runs failed; --resume makes them again")
+        output.note(f"{failed} runs failed; --resume repeats them")
     return ExitCode.INCOMPLETE if failed else ExitCode.DONE
 
 
 @contextmanager
-def _workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
-    """Yield the number of processes, or None on a cluster, which is then joblib's backend."""
+def _start_workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
+    """Yield the number of processes, or None after making a Dask cluster joblib's backend."""
     if cluster is None:
         yield jobs
         return
@@ -146,14 +146,14 @@ def _workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
         yield None
 
 
-def _document(comparison: Comparison, control: str | None) -> dict[str, Any]:
+def _build_document(comparison: Comparison, control: str | None) -> dict[str, Any]:
     from mgeo.studies.conclusions import conclusions
 
     summary = comparison.summary()
     names = [name for name in dict.fromkeys(summary.columns.get_level_values(0)) if name != "runs"]
     return {
-        "runs_finished": _count(comparison, "finished"),
-        "runs_failed": _count(comparison, "failed"),
+        "runs_finished": _count_runs(comparison, "finished"),
+        "runs_failed": _count_runs(comparison, "failed"),
         "best_first": comparison.order(),
         "algorithms": {
             label: {
@@ -166,5 +166,5 @@ def _document(comparison: Comparison, control: str | None) -> dict[str, Any]:
     }
 
 
-def _count(comparison: Comparison, status: str) -> int:
+def _count_runs(comparison: Comparison, status: str) -> int:
     return int((comparison.runs["status"] == status).sum())

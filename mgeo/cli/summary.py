@@ -1,4 +1,4 @@
-"""Summary of a finished run: text for people, and the document of ``--json``."""
+"""Summary of a finished run, as text and as the document of ``--json``."""
 
 from __future__ import annotations
 
@@ -21,17 +21,21 @@ def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
 
     Parameters
     ----------
+    run
+        Finished run.
     view
-        Front of the run, or its nearest solutions if no solution is feasible.
+        View of the front, or of the nearest solutions if no solution is feasible.
     folder
-        Folder of the run.
+        Run folder.
+    output
+        Destination of the summary.
     """
     if output.quiet and not output.json:
         return
     outcome = run.outcome
     best = answer(view) if len(outcome.F) else None
     stuck = dead_end(view) if outcome.nearest else None
-    remarks = ask(view, View.remarks) if best else []  # can take seconds
+    remarks = ask(view, View.remarks) if best else []  # Remarks can take seconds to compute.
     output.result(
         {
             "folder": str(folder),
@@ -48,14 +52,14 @@ def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
         output.print(plain(best, "bold"))
     if stuck is not None:
         output.print(
-            plain("nothing that was found keeps all limits; the nearest solutions exceed", "bold"),
+            plain("no feasible solution was found; the nearest solutions violate", "bold"),
             *(f"  {line}" for line in stuck.exceeded),
-            plain("ways out", "bold"),
+            plain("suggestions", "bold"),
             *(f"  {line}" for line in stuck.ways),
         )
     _print_statistics(outcome, remarks, output)
     if best is not None:
-        output.print(_solutions(view, outcome))
+        output.print(_solutions_table(view, outcome))
     elif stuck is None:
         output.print("no feasible solution was found")
     picture = folder / FIGURE_FILE
@@ -63,11 +67,11 @@ def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
     if outcome.checkpoint_error is not None:
         output.print(f"no checkpoint: {outcome.checkpoint_error}")
     elif outcome.stop_reason in ("signal", "max_time") and (folder / CHECKPOINT_FILE).exists():
-        output.print(f"to go on: mgeo resume {folder}")
+        output.print(f"to continue: mgeo resume {folder}")
 
 
 def clock(seconds: float) -> str:
-    """Return a duration as hours, minutes and seconds: 1:02:03."""
+    """Return a duration [s] as hours, minutes and seconds, such as 1:02:03."""
     return str(timedelta(seconds=round(seconds)))
 
 
@@ -78,25 +82,25 @@ def _print_statistics(outcome: Outcome, remarks: list[str], output: Output) -> N
     took = f"{outcome.evaluations:,} evaluations in {clock(outcome.wall_time_s)}"
     output.print(f"{outcome.end} after {took}; {size}", *remarks)
     if outcome.refined or outcome.added:
-        output.print(f"polished: {outcome.refined:,} solutions improved, {outcome.added:,} added")
+        output.print(f"refined: {outcome.refined:,} solutions improved, {outcome.added:,} added")
     if outcome.unrefined:
-        output.print(f"not polished to the end: {outcome.unrefined}")
+        output.print(f"refinement incomplete: {outcome.unrefined}")
     if outcome.failures:
         causes = [f"{cause} ({count:,})" for cause, count in outcome.failures.items()]
         output.print(f"failed evaluations: {sum(outcome.failures.values()):,}; {', '.join(causes)}")
 
 
-def _solutions(view: View, outcome: Outcome) -> Table:
+def _solutions_table(view: View, outcome: Outcome) -> Table:
     """Return a table with one column per representative solution and one row per quantity.
 
-    Solutions between the extremes and the knee are left out if the terminal is too narrow.
+    Solutions labeled "between" are omitted if the terminal is too narrow.
     """
     chosen = representative_solutions(view.problem, outcome.F, outcome.objectives)
     described = ask(view.take([solution.row for solution in chosen]), View.describe)
     titles = [f"{solution.label} ({solution.row})" for solution in chosen]
     frame = described.astype(object).T.set_axis(titles, axis="columns")
-    whole = table(["", *frame], frame.itertuples(name=None))
-    if fits(whole, console().width):
-        return whole
+    full_table = table(["", *frame], frame.itertuples(name=None))
+    if fits(full_table, console().width):
+        return full_table
     frame = frame[[title for title in titles if not title.startswith("between")]]
     return table(["", *frame], frame.itertuples(name=None))

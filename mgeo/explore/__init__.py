@@ -1,4 +1,4 @@
-"""Interactive exploration of a run in the browser: filter, change and save solutions."""
+"""Interactive exploration of a run in the browser: filter, modify and save solutions."""
 
 from mgeo.explore.explorer import Explorer
 from mgeo.explore.server import ExplorerServer

@@ -1,4 +1,4 @@
-"""Dash application of an exploration."""
+"""Dash application of the explorer."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from mgeo.explore import figures, layout
 from mgeo.explore.explorer import Explorer, numbers_of
 from mgeo.plugins.shown import cells
 
-MOST_ROWS = 200  # of the table
-MOST_SECONDS = 0.2  # of an evaluation at each move of a slider; slower ones wait for its release
+MOST_ROWS = 200  # maximum number of rows of the table
+MOST_SECONDS = 0.2  # evaluation time [s] up to which designs are evaluated while sliders move
 
 
 def explore_app(explorer: Explorer) -> Dash:
-    """Return the Dash application of an exploration.
+    """Return the Dash application of an explorer.
 
-    Its path is random, and other host names than those of this machine are refused: neither other
-    users of the machine nor pages that are open in the browser can reach it.
+    The URL path is random, and requests to host names of other machines are refused, so that
+    neither other users of this machine nor other pages in the browser can access the application.
     """
     app = Dash(
         "mgeo.explore",
@@ -124,10 +124,10 @@ def _add_design(app: Dash, explorer: Explorer) -> None:
         Output("figures", "children"), Input(variables, "value"), prevent_initial_call=True
     )
     def draw_figures(x: list[float]) -> list[Component]:
-        found = explorer.figures(x).items()
+        drawings = explorer.figures(x).items()
         return [
             layout.graph(name, figure=figure.update_layout(template="plotly_white"))
-            for name, figure in found
+            for name, figure in drawings
         ]
 
     @app.callback(

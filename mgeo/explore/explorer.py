@@ -1,4 +1,4 @@
-"""Data of an exploration: the solutions of a run as a table, and evaluations of changed designs."""
+"""Data of the explorer: a table of the solutions of a run, and evaluations of modified designs."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ from mgeo.store.solution_file import solution_document
 
 
 class Explorer:
-    """Solutions of a run folder, and evaluations of designs that differ from them.
+    """Solutions of a run folder, and evaluations of modified designs.
 
-    Methods may be called from several threads. They evaluate one after the other, because a
-    problem need not be thread-safe.
+    The methods are thread-safe. Evaluations are serialized, because a problem need not be
+    thread-safe.
 
     Parameters
     ----------
     folder : path
-        Run folder, as `mgeo solve` writes it.
+        Run folder of ``mgeo solve``.
     save : path, optional
-        Folder into which `save` writes, or the ``.json`` file whose name is proposed. Default: the
-        run folder.
+        Folder into which `save` writes, or ``.json`` file that sets both folder and default file
+        name. Default: the run folder.
     problem : str, optional
-        Problem of the run if that is a ``module:Class``, which is never imported because a file
-        names it.
+        Problem of the run if it is a ``module:Class``; modules are not imported on behalf of a
+        file.
 
     Attributes
     ----------
@@ -51,20 +51,20 @@ class Explorer:
     objectives : tuple of str
         Names of the objectives, with units.
     rows : array of int, shape (n,)
-        Numbers of the solutions on the front. Of a large front at most 2,000 are shown.
+        Numbers of the shown solutions on the front, at most 2,000.
     X : array, shape (n, n_var)
         Designs of these solutions.
     default : int
-        Position in `rows` of the solution that is shown first: the knee.
+        Position in `rows` of the solution to show first: the knee.
     folder, file_name : Path, str
-        Folder into which `save` writes, and the file name that is proposed.
+        Folder into which `save` writes, and default file name.
 
     Raises
     ------
     FileNotFoundError
         If the folder holds no run, or the folder of `save` does not exist.
     ValueError, TypeError
-        If a file of the run is damaged, the problem refuses its options, or the run found no
+        If a file of the run is damaged, the options of the problem are invalid, or the run found no
         solution.
 
     Examples
@@ -99,16 +99,17 @@ class Explorer:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """Objectives, then the other numbers of the view's ``glance``, one row per solution."""
+        """Objectives and further quick metrics (``View.glance``) of each solution, one row each."""
         with self._lock:
             return self._numbers(self._view).set_axis(pd.Index(self.rows, name="solution"))
 
     def evaluate(self, x: ArrayLike) -> tuple[dict[str, float], list[Margin]]:
-        """Return the numbers of a design by the columns of `table`, and its constraint margins.
+        """Evaluate a design, and return its numbers by `table` column and its constraint margins.
 
         Parameters
         ----------
         x : array_like, shape (n_var,)
+            Design.
         """
         with self._lock:
             view = self._view_of(x)
@@ -116,24 +117,31 @@ class Explorer:
             return numbers_of(self._numbers(view), 0), margins
 
     def figures(self, x: ArrayLike) -> dict[str, go.Figure]:
-        """Return the figures of one design by name, without those that move."""
-        with self._lock:
-            (found,) = ask(self._view_of(x), View.solution_figures)
-        return {name: figure for name, figure in found.items() if motion_of(figure) is None}
-
-    def save(self, x: ArrayLike, name: str) -> Path:
-        """Write a design as a JSON file that the problem's tools read, and return the path.
+        """Return the static figures of a design by name.
 
         Parameters
         ----------
         x : array_like, shape (n_var,)
+            Design.
+        """
+        with self._lock:
+            (drawings,) = ask(self._view_of(x), View.solution_figures)
+        return {name: figure for name, figure in drawings.items() if motion_of(figure) is None}
+
+    def save(self, x: ArrayLike, name: str) -> Path:
+        """Write a design as a JSON file for the tools of the problem, and return the path.
+
+        Parameters
+        ----------
+        x : array_like, shape (n_var,)
+            Design.
         name : str
             Name of a new file in `folder`, ending in ``.json``.
 
         Raises
         ------
         ValueError
-            If the name is no plain ``.json`` file name.
+            If the name contains a folder or does not end in ``.json``.
         FileExistsError
             If the file exists.
         OSError
@@ -153,13 +161,13 @@ class Explorer:
         return view_of(self.problem, np.asarray(x, dtype=float)[None])
 
     def _numbers(self, view: View) -> pd.DataFrame:
-        table, own = ask(view, View.glance).select_dtypes("number"), list(self.objectives)
-        if not set(own) <= set(table.columns):
-            F = pd.DataFrame(view.F, columns=own, index=table.index)
-            table = F.join(table.drop(columns=own, errors="ignore"))
-        return table[[*own, *table.columns.drop(own)]]
+        table, objectives = ask(view, View.glance).select_dtypes("number"), list(self.objectives)
+        if not set(objectives) <= set(table.columns):
+            F = pd.DataFrame(view.F, columns=objectives, index=table.index)
+            table = F.join(table.drop(columns=objectives, errors="ignore"))
+        return table[[*objectives, *table.columns.drop(objectives)]]
 
 
 def numbers_of(table: pd.DataFrame, position: int) -> dict[str, float]:
-    """Return a row of a table of numbers by column."""
+    """Return a row of a numeric table as a dict by column."""
     return {str(name): float(value) for name, value in table.iloc[position].items()}

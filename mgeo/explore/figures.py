@@ -1,4 +1,4 @@
-"""Figures of the exploration: parallel coordinates, and a scatter plot of two columns."""
+"""Figures of the explorer: parallel coordinates, and a scatter plot of two columns."""
 
 from __future__ import annotations
 
@@ -15,18 +15,25 @@ from mgeo.figures.front import axis, logarithmic
 from mgeo.figures.style import COLORS, GRAY, literal
 
 _FAINT = "#d4d8de"
-_LABEL = 18  # characters of a line of an axis label
+_LABEL = 18  # maximum line length of an axis label
 
 
 def parallel_coordinates(table: pd.DataFrame, names: Sequence[str]) -> go.Figure:
-    """Return parallel coordinates of columns of a table, colored by the first of them.
+    """Return parallel coordinates of table columns, colored by the first column.
 
-    Columns that `mgeo.figures.front.logarithmic` selects are drawn as their decimal logarithms.
+    Columns selected by `mgeo.figures.front.logarithmic` are drawn as decimal logarithms.
+
+    Parameters
+    ----------
+    table
+        Numbers of the solutions.
+    names
+        Columns to draw.
     """
     dimensions = []
     for name in names:
         values = table[name].to_numpy(float)
-        dimension = {"label": _in_lines(name), "name": name, "values": values}
+        dimension = {"label": _wrap_label(name), "name": name, "values": values}
         if is_log(table[name]):
             shown = np.log10(values)
             ticks = np.linspace(shown.min(), shown.max(), 5)
@@ -38,12 +45,12 @@ def parallel_coordinates(table: pd.DataFrame, names: Sequence[str]) -> go.Figure
     return figure.update_layout(height=380, margin={"l": 70, "r": 70, "t": 85, "b": 25})
 
 
-def _in_lines(name: str) -> str:
+def _wrap_label(name: str) -> str:
     return "<br>".join(literal(line) for line in wrap(name, _LABEL))
 
 
 def is_log(values: pd.Series) -> bool:
-    """True if a column is drawn on a logarithmic axis."""
+    """Return whether a column is drawn on a logarithmic axis."""
     numbers = values.to_numpy(float)
     return bool(np.isfinite(numbers).all()) and logarithmic(numbers)
 
@@ -56,20 +63,20 @@ def front(
     selected: int,
     changed: Mapping[str, float],
 ) -> go.Figure:
-    """Return a scatter plot of two columns, in which points carry their position in the table.
+    """Return a scatter plot of two columns; ``customdata`` of each point is its table position.
 
     Parameters
     ----------
     table
         Numbers of the solutions.
     x, y
-        Columns.
+        Columns of the axes.
     kept
-        Positions of the solutions that pass the filter. The others are drawn faint.
+        Positions of the solutions that pass the filter; other solutions are drawn faint.
     selected
         Position of the selected solution.
     changed
-        Numbers of the design that the sliders show.
+        Numbers of the design set by the sliders.
     """
     rest = np.setdiff1d(np.arange(len(table)), kept)
     hover = "solution %{text}<br>%{x:.5g}, %{y:.5g}<extra></extra>"
@@ -80,7 +87,7 @@ def front(
             x=part[x],
             y=part[y],
             mode="markers",
-            customdata=positions.tolist(),  # Dash reads no encoded arrays
+            customdata=positions.tolist(),  # Dash cannot read encoded arrays.
             text=part.index,
             hovertemplate=hover,
             marker={"color": color, "size": 8},
@@ -98,21 +105,21 @@ def front(
         showlegend=False,
         height=420,
         margin={"l": 70, "r": 10, "t": 10, "b": 50},
-        uirevision=f"{x} {y}",  # a new marker does not undo a zoom
+        uirevision=f"{x} {y}",  # preserves the zoom when a marker moves
     )
 
 
 def brushed(table: pd.DataFrame, dimensions: Sequence[Mapping[str, Any]]) -> list[int]:
-    """Return positions of the rows within the ranges of all dimensions.
+    """Return the positions of the rows within the selected ranges of all dimensions.
 
     Parameters
     ----------
     table
         Numbers of the solutions.
     dimensions
-        Dimensions of a parallel-coordinates trace, as the browser returns them.
+        Dimensions of a parallel-coordinates trace, as returned by the browser.
     """
-    kept = np.ones(len(table), dtype=bool)
+    is_within = np.ones(len(table), dtype=bool)
     for dimension in dimensions:
         ranges = dimension.get("constraintrange")
         if not ranges:
@@ -120,5 +127,5 @@ def brushed(table: pd.DataFrame, dimensions: Sequence[Mapping[str, Any]]) -> lis
         values = table[dimension["name"]].to_numpy(float)
         values = np.log10(values) if is_log(table[dimension["name"]]) else values
         within = [(low <= values) & (values <= high) for low, high in np.reshape(ranges, (-1, 2))]
-        kept &= np.any(within, axis=0)
-    return np.flatnonzero(kept).tolist()
+        is_within &= np.any(within, axis=0)
+    return np.flatnonzero(is_within).tolist()

@@ -1,4 +1,4 @@
-"""Page of the exploration: its controls, and tables as HTML."""
+"""HTML layout of the explorer: controls, and tables."""
 
 from __future__ import annotations
 
@@ -11,12 +11,11 @@ from dash.development.base_component import Component
 from mgeo.explore.explorer import Explorer, numbers_of
 from mgeo.plugins.shown import kinds_of
 
-MOST_AXES = 8  # of the parallel coordinates, at first
+MOST_AXES = 8  # initial number of axes of the parallel coordinates
 DESIGN_COLUMNS = ["", "solution", "changed", "change"]
 
 
 def page(explorer: Explorer) -> Component:
-    """Return the page of a run."""
     columns = list(explorer.table.columns)
     numbered = enumerate(explorer.rows.tolist())
     solutions = [{"label": f"solution {row}", "value": position} for position, row in numbered]
@@ -60,49 +59,45 @@ def page(explorer: Explorer) -> Component:
 
 
 def section(title: str, *parts: Component) -> Component:
-    """Return a section with a heading."""
     return html.Section([html.H2(title), *parts])
 
 
 def hint(text: str) -> Component:
-    """Return a line that explains a control."""
     return html.P(text, className="hint")
 
 
 def bar(*parts: Component) -> Component:
-    """Return controls side by side."""
     return html.Div(parts, className="bar")
 
 
 def labeled(text: str, control: Component) -> Component:
-    """Return a control with a label before it."""
     return html.Label([html.Span(text), control], className="labeled")
 
 
 def dropdown(name: str, options: Sequence[Any], value: Any) -> Component:
-    """Return a choice of one option."""
     return dcc.Dropdown(options, value, id=name, clearable=False)
 
 
 def graph(name: str, **more: Any) -> Component:
-    """Return a place for a figure."""
-    config: Any = {"displaylogo": False, "showSendToCloud": False}  # nothing leaves this machine
+    """Return a component for a figure, with the given ID."""
+    # Data must not leave this machine.
+    config: Any = {"displaylogo": False, "showSendToCloud": False}
     return dcc.Graph(id=name, config=config, **more)
 
 
 def sliders(explorer: Explorer) -> Iterator[Component]:
-    """Yield a slider per design variable; those of choices have their options as marks."""
-    known = explorer.variables
-    columns = zip(explorer.names, known.kinds, known.xl, known.xu, strict=True)
+    """Yield a slider for each design variable; sliders of choices have their options as marks."""
+    variables = explorer.variables
+    columns = zip(explorer.names, variables.kinds, variables.xl, variables.xu, strict=True)
     for j, (name, kind, low, high) in enumerate(columns):
-        marks = {i: str(option) for i, option in enumerate(known.options.get(name, ()))}
+        marks = {i: str(option) for i, option in enumerate(variables.options.get(name, ()))}
         step = (high - low) / 1000 if kind == "real" else 1
         slider = dcc.Slider(low, high, step, marks=marks or None, id={"variable": j})
         yield html.Div([html.Label(name), slider], className="variable")
 
 
 def table(rows: Sequence[Sequence[str]]) -> Component:
-    """Return an HTML table of texts, whose first row is its head."""
+    """Return an HTML table of texts; the first row is the header."""
     kinds = kinds_of(rows)
     head, *body = (
         html.Tr([html.Td(text, className=kind) for text, kind in zip(row, kinds, strict=True)])
@@ -112,7 +107,7 @@ def table(rows: Sequence[Sequence[str]]) -> Component:
 
 
 def comparison(solution: Mapping[str, float], changed: Mapping[str, float]) -> Component:
-    """Return a table of the numbers of a solution beside those of a changed design."""
+    """Return a table of the numbers of a solution and of a modified design, and their change."""
     rows = [DESIGN_COLUMNS]
     for name, before in solution.items():
         after = changed[name]

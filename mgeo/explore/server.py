@@ -1,4 +1,4 @@
-"""Server of an exploration on loopback."""
+"""Local HTTP server of the explorer."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ except ImportError as error:
 
 
 class ExplorerServer(ThreadingMixIn, WSGIServer):
-    """HTTP server of the exploration of a run, which only this machine can reach.
+    """HTTP server that explores a run, accessible only from this machine.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class ExplorerServer(ThreadingMixIn, WSGIServer):
     save, problem
         See `Explorer`.
     port : int
-        Port on 127.0.0.1; 0 is any free port.
+        Port on 127.0.0.1; 0 for any free port.
 
     Attributes
     ----------
@@ -68,4 +68,4 @@ class ExplorerServer(ThreadingMixIn, WSGIServer):
 
 class _Handler(WSGIRequestHandler):
     def log_message(self, format: str, *args: Any) -> None:
-        """Log nothing: the path of a request is secret."""
+        """Log nothing, because the path of a request is secret."""

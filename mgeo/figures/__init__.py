@@ -1,1 +1,1 @@
-"""Pictures of results."""
+"""Figures of fronts, and HTML pages of figures."""

@@ -1,4 +1,4 @@
-"""Interactive picture of a front of one to three objectives, for problems that draw none."""
+"""Interactive figure of a front with one to three objectives, for problems without their own."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from mgeo.figures.style import GRID, literal
 if TYPE_CHECKING:
     import pandas as pd
 
-#: More objectives cannot be drawn as points.
+#: Maximum number of objectives that can be drawn.
 MOST_OBJECTIVES = 3
 
-#: Points up to which each has its description in its hover text, and reports ask the plugin.
+#: Maximum number of points with hover texts, and with figures by the problem.
 MOST_TEXTS = 2000
 
-_LOG_FROM = 20.0  # ratio of the values from which an axis may be logarithmic
+_LOG_FROM = 20.0  # minimum ratio of the largest to the smallest value of a logarithmic axis
 _COLOR = "#1f5fa8"
 _MARKER = {"size": 7, "color": _COLOR, "line": {"width": 0.5, "color": "white"}}
 _MARKER_3D = {"size": 4, "color": _COLOR}
@@ -35,19 +35,21 @@ def front_figure(
     title: str = "",
     described: pd.DataFrame | None = None,
 ) -> go.Figure:
-    """Front with every solution's variables in its hover text.
+    """Draw a front whose points describe their solution in a hover text.
 
-    One objective is drawn over the solution's number, two as points and the boundary of what they
-    dominate, three in space. Axes are logarithmic where that spreads the values (`logarithmic`).
+    One objective is drawn over the number of the solution, two objectives with the boundary of the
+    dominated region, and three objectives in space. Axes are logarithmic if `logarithmic` is true.
 
     Parameters
     ----------
     X, F
-        Solutions (n, n_var) and objectives (n, n_obj).
+        Variables (n, n_var) and objectives (n, n_obj) of the solutions.
     variables, objectives
-        Their names, with units.
+        Names of the variables and objectives, with units.
+    title
+        Title of the figure.
     described
-        The solutions in the problem's words, a row for each, to be told in place of the variables.
+        Description of each solution by its problem, one row each, to show instead of the variables.
 
     Raises
     ------
@@ -77,7 +79,7 @@ def front_figure(
     else:
         figure.add_scatter3d(x=F[:, 0], y=F[:, 1], z=F[:, 2], marker=_MARKER_3D, **points)
         figure.update_scenes(dict(zip(("xaxis", "yaxis", "zaxis"), axes, strict=True)))
-        figure.update_scenes(camera_eye=dict.fromkeys("xyz", 1.45))  # all of it is in the picture
+        figure.update_scenes(camera_eye=dict.fromkeys("xyz", 1.45))  # shows the whole front
     return figure.update_layout(
         title=literal(title),
         template="plotly_white",
@@ -94,28 +96,37 @@ def hover_texts(
     objectives: tuple[str, ...],
     described: pd.DataFrame | None = None,
 ) -> list[str]:
-    """One text per solution: its number, objectives in bold, then description or variables."""
+    """Return the hover text of each solution: number, objectives, and description or variables."""
     names, rows = list(variables), X.tolist()
     if described is not None:
-        others = described.drop(columns=list(objectives), errors="ignore")
-        names, rows = list(map(str, others.columns)), list(others.itertuples(index=False))
+        table = described.drop(columns=list(objectives), errors="ignore")
+        names, rows = list(map(str, table.columns)), list(table.itertuples(index=False))
     first, names = list(map(literal, objectives)), list(map(literal, names))
     texts = []
     for number, (row, f) in enumerate(zip(rows, F, strict=True)):
         lines = [f"solution {number}"]
         lines += [f"<b>{name}: {value:.6g}</b>" for name, value in zip(first, f, strict=True)]
-        lines += [f"{name}: {_shown(value)}" for name, value in zip(names, row, strict=True)]
+        lines += [f"{name}: {_format_value(value)}" for name, value in zip(names, row, strict=True)]
         texts.append("<br>".join(lines))
     return texts
 
 
-def _shown(value: object) -> str:
-    """A number with five digits; text is no markup."""
+def _format_value(value: object) -> str:
     return f"{value:.5g}" if isinstance(value, Real) else literal(value)
 
 
 def axis(name: str, values: NDArray[np.float64], *, in_space: bool = False) -> dict[str, object]:
-    """Return the layout of the axis of an objective, logarithmic where its values ask for it."""
+    """Return the layout of the axis of an objective, logarithmic if `logarithmic` is true.
+
+    Parameters
+    ----------
+    name
+        Name of the objective, with its unit.
+    values
+        Values to draw, shape (n,).
+    in_space
+        Whether the axis belongs to a three-dimensional figure.
+    """
     log = logarithmic(values)
     narrow = log and values.max() / values.min() < 1e4
     largest = np.abs(values).max() if len(values) else 1.0
@@ -129,11 +140,11 @@ def axis(name: str, values: NDArray[np.float64], *, in_space: bool = False) -> d
 
 
 def logarithmic(values: NDArray[np.float64]) -> bool:
-    """Return whether values spread more evenly on a logarithmic axis, and far enough to need one.
+    """Return whether positive values need a logarithmic axis.
 
-    They span a factor of 20, and the median of their logarithms is nearer to the middle than
-    theirs. The outermost 2 % on either side have no say: one value near zero must not squeeze all
-    others into a corner.
+    This is the case if the values span a factor of 20 or more and their logarithms are distributed
+    more symmetrically than the values. Symmetry is measured by the median between the 2 % and 98 %
+    quantiles, so that a single value near zero has no influence.
     """
     if not len(values) or values.min() <= 0 or values.max() < _LOG_FROM * values.min():
         return False

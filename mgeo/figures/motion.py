@@ -1,21 +1,22 @@
-"""Figures that move: three-dimensional traces that turn about the origin as time goes by.
+"""Animated three-dimensional figures, whose traces rotate about the origin over time.
 
-A page computes every picture from a few turns, so that a moving figure costs as little as a still
-one, and starts only when it is told to. In ``layout.meta["motion"]`` of the plotly figure stand
+The page computes each frame from a few rotations, so that an animated figure is as small as a
+static one. The animation starts on demand. ``layout.meta["motion"]`` of the plotly figure has these
+keys:
 
 ``end``
-    Its last time [s]; the first is 0.
+    Final time [s]; the first time is 0.
 ``turns``
-    By name, each a dict of ``times``, ascending from 0, k + 1 of them [s], and ``x``, ``y``, ``z``,
-    k each: the rotation vector [deg] from one time to the next, about the axes of what turns,
-    which is how a body at constant rates moves. A turn may be several revolutions. Beyond the last
-    time nothing moves.
+    Rotations by name. Each is a dict of ``times`` [s], k + 1 ascending values from 0, and ``x``,
+    ``y``, ``z``, k values each: the rotation vector [deg] between consecutive times, about the
+    axes of the rotating trace, at constant rate. It may exceed one revolution. There is no
+    rotation after the last time.
 ``phases``
-    A list of dicts ``name``, ``from``, ``to`` [s] and, if it is to be seen on the time line,
-    ``shaded``: what is told beside the time while it lasts. May be left out.
+    Optional list of dicts of ``name``, ``from``, ``to`` [s] and optionally ``shaded``. The name
+    is shown beside the time during the phase, and ``shaded`` marks the phase on the time line.
 
-A trace of type ``scatter3d`` or ``mesh3d`` turns if its ``meta["turn"]`` names one of the turns,
-from where it is drawn, and is faint during the phase that ``meta["faint"]`` names.
+A trace of type ``scatter3d`` or ``mesh3d`` rotates if its ``meta["turn"]`` is the name of a
+rotation; its data are the initial position. It is faint during the phase ``meta["faint"]``.
 """
 
 from __future__ import annotations
@@ -31,18 +32,18 @@ _TURN = "times that ascend from 0 and x, y, z of one number less, all finite"
 
 
 def motion_of(figure: go.Figure) -> Any:
-    """Return the motion of a figure, or None if it is still."""
+    """Return the motion of a figure, or None for a static figure."""
     meta = figure.layout.meta
     return meta.get("motion") if isinstance(meta, Mapping) else None
 
 
 def check_motion(figure: go.Figure) -> None:
-    """Check that the motion of a figure, if it has one, has the form described above.
+    """Raise an error if the motion of a figure does not have the form that this module describes.
 
     Raises
     ------
     ValueError
-        If a part of the motion has another form.
+        If a part of the motion is invalid.
     """
     motion, turns = motion_of(figure), {}
     if motion is not None:

@@ -1,4 +1,4 @@
-"""Pages that open without a network: the plotting library is inside the file."""
+"""HTML pages of figures that work without a network, because they include the plotting library."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from markupsafe import Markup
 
 from mgeo.figures.style import PAGE_HEIGHT
 
-LIBRARY = "plotly.min.js"  # file of the plotting library, beside pages that share it
-_TITLE = 35  # px of a figure's margin that its title takes
+LIBRARY = "plotly.min.js"  # file name of the plotting library, if several pages share it
+_TITLE = 35  # height of a figure's title [px]
 _CONFIG = {"responsive": True, "displaylogo": False, "showSendToCloud": False}
 _TEMPLATES = Environment(
     loader=PackageLoader("mgeo", ""),
@@ -28,24 +28,50 @@ _TEMPLATES = Environment(
 
 
 def render(template: str, **values: Any) -> str:
-    """HTML of a template, a path below `mgeo`; of the values all that is no `Markup` is text."""
+    """Return the HTML of a template; values that are not `Markup` are escaped.
+
+    Parameters
+    ----------
+    template
+        Path of the template below the package `mgeo`.
+    values
+        Variables of the template.
+    """
     return _TEMPLATES.get_template(template).render(values)
 
 
 def page(figure: go.Figure, title: str, note: str = "") -> str:
-    """Return one HTML page that shows the figure in the whole window and loads nothing.
+    """Return an HTML page that shows one figure in the whole window.
 
-    The same figure always gives the same text. The `note` stands above it.
+    Equal figures give equal pages.
+
+    Parameters
+    ----------
+    figure
+        Figure to show.
+    title
+        Title of the page.
+    note
+        Text above the figure.
     """
-    body, heading = _drawn(figure, height="100%")
+    body, heading = _figure_html(figure, height="100%")
     return render("figures/assets/page.html", title=title, heading=heading, note=note, figure=body)
 
 
 def report_page(title: str, parts: Sequence[str | go.Figure], library: bool | str = True) -> str:
-    """Return one HTML page of several figures and of HTML between them, which loads nothing.
+    """Return an HTML page of several figures with HTML between them.
 
-    The same parts always give the same text. For many pages that stay together, `library` is the
-    path from the page to the file of `LIBRARY`, which all of them share.
+    Equal parts give equal pages.
+
+    Parameters
+    ----------
+    title
+        Title of the page.
+    parts
+        Figures, and texts in HTML.
+    library
+        Path from the page to the file `LIBRARY`, for pages that share the library; True to include
+        the library in the page.
     """
     written: list[Markup] = []
     drawn = 0
@@ -53,30 +79,34 @@ def report_page(title: str, parts: Sequence[str | go.Figure], library: bool | st
         if isinstance(part, str):
             written.append(Markup(part))
             continue
-        figure, heading = _drawn(part, f"figure{drawn}", library if not drawn else False)
+        figure, heading = _figure_html(part, f"figure{drawn}", library if not drawn else False)
         written.append(Markup(render("figures/assets/heading.html", heading=heading)) + figure)
         drawn += 1
     return render("figures/assets/report.html", title=title, parts=written)
 
 
 def drawing(figure: go.Figure) -> Markup:
-    """Return a figure as a part of a page of one's own, with the scripts of ``scripts.html``."""
-    return _drawn(figure)[0]
+    """Return a figure as HTML, for a page that includes the scripts of ``scripts.html``."""
+    return _figure_html(figure)[0]
 
 
-def _drawn(
+def _figure_html(
     figure: go.Figure, name: str = "figure", library: bool | str = True, height: str | None = None
 ) -> tuple[Markup, list[str]]:
-    """Return a figure without its title, and the title's lines: a page breaks them where it must.
+    """Return a figure without its title as HTML, and the lines of the title, which a page can wrap.
 
     Parameters
     ----------
+    figure
+        Figure to convert.
     name
-        Identity of its element.
+        ID of the HTML element.
     library
-        Whether the plotting library is inside, or the path to its file.
+        Whether to include the plotting library, or the path to its file.
+    height
+        Height in CSS; None for the height of the figure.
     """
-    tree: dict[str, Any] = figure.to_dict()  # a copy that nobody validates once more
+    tree: dict[str, Any] = figure.to_dict()  # a copy, because the title is removed below
     layout = tree["layout"]
     text = layout.get("title", {}).get("text") or ""
     plain = (unescape(re.sub("<[^>]*>", "", line)).strip() for line in re.split("<br ?/?>", text))
@@ -84,14 +114,14 @@ def _drawn(
     if lines:
         del layout["title"]
         margin = layout.setdefault("margin", {})
-        margin["t"] = max(margin.get("t", 100) - _TITLE, 30)  # 100 is plotly's own
+        margin["t"] = max(margin.get("t", 100) - _TITLE, 30)  # 100 is plotly's default.
     html: str = pio.to_html(
         tree,
         validate=False,
         full_html=False,
         include_plotlyjs=library,
         config=_CONFIG,
-        div_id=name,  # plotly would draw a random one
+        div_id=name,  # plotly would use a random ID
         default_height=height or f"{layout.get('height') or PAGE_HEIGHT}px",
     )
     return Markup(html), lines

@@ -1,4 +1,4 @@
-"""The look that all figures share, on screen and on paper."""
+"""Common style of all figures, on screen and in print."""
 
 from __future__ import annotations
 
@@ -9,41 +9,48 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
-#: Colors that people with any color vision can tell apart: Okabe & Ito (2008), without the yellow,
-#: which is too faint on white, and darkest first.
+#: Colors that are distinguishable with any color vision deficiency, darkest first: Okabe & Ito
+#: (2008) without yellow, which is too faint on white.
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#444444")
 
-#: Height of a figure on a page that names none [px].
+#: Default height of a figure on a page [px].
 PAGE_HEIGHT = 560
 
-#: Marker shapes, so that no figure depends on color alone.
+#: Marker symbols, which distinguish traces in addition to color.
 SYMBOLS = ("circle", "diamond", "square", "cross", "triangle-up", "x", "star")
 
-#: What subtitles say to whoever sees a figure on a screen.
+#: Hints for interactive use in subtitles.
 HOVER = "; hover over one for its plan"
 CLICK = "; click the legend to hide"
 
 GRAY = "#767676"
 GRID = "#e3e6ea"
 
-#: Ratio of largest to smallest value from which only powers of ten are labeled.
+#: Ratio of the largest to the smallest value from which only powers of ten are labeled.
 _WIDE = 1e3
-#: And up to which there may be none, or but one, at 1, 2 and 5.
+#: Ratio below which labels at 1, 2 and 5 may be too few.
 _CLOSE = 5.0
 
-#: Width [px of 1/96 inch] of a column of 88 mm, that of the IEEE and of the AIAA.
+#: Width and height of a figure in print [px of 1/96 inch]; the width is the column width of 88 mm
+#: of the IEEE and the AIAA.
 WIDTH, HEIGHT = 333, 240
-_ON_SCREEN = 560  # px, the usual height: what is higher has more rows
-_NARROW = 0.5  # share of the width of an axis on which few labels find room
-#: 8 points.
+_ON_SCREEN = 560  # usual height on screen [px]; higher figures have more rows
+_NARROW = 0.5  # share of the figure's width below which an axis has few labels
+#: Font of 8 points.
 _FONT = {"family": "Times New Roman, Nimbus Roman, Liberation Serif, serif", "size": 10.7}
-_SMALLER = 0.6  # markers and lines, of what they are on a screen
+_SMALLER = 0.6  # size of markers and lines in print relative to the screen
 
 
 def literal(text: object, *, in_space: bool = False) -> str:
-    """Somebody's text as it is: plotly takes tags for markup, and ``%{`` for a template.
+    """Return a text with markup escaped, so that plotly shows it literally.
 
-    Titles of axes in space know tags, but no entities: there a character without width breaks tags.
+    Parameters
+    ----------
+    text
+        Text that may contain HTML tags or ``%{`` templates.
+    in_space
+        Whether the text is a title of a three-dimensional axis, where plotly interprets tags but
+        not entities. A zero-width character then breaks the tags.
     """
     if in_space:
         return str(text).replace("<", "<\u200b")
@@ -51,12 +58,15 @@ def literal(text: object, *, in_space: bool = False) -> str:
 
 
 def symbol(index: int) -> str:
-    """Marker of one of several lines; with the color of that number no two of 49 are alike."""
+    """Return the marker symbol of a trace by its index.
+
+    Combined with the color of the same index, 49 combinations are distinct.
+    """
     return SYMBOLS[(index + index // len(COLORS)) % len(SYMBOLS)]
 
 
 def finished(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
-    """`figure` with the title, and what all figures have in common."""
+    """Return the figure with title, subtitle and common style."""
     figure.update_layout(
         template="plotly_white",
         title={
@@ -74,15 +84,16 @@ def finished(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
     )
     lines = {"gridcolor": GRID, "linecolor": GRAY, "showline": True, "zeroline": False}
     figure.update_xaxes(**lines, ticks="outside")
-    # labels such as 1.89×10⁻⁶ push the title aside instead of lying on it
+    # automargin moves the axis title away from long labels such as 1.89×10⁻⁶.
     figure.update_yaxes(**lines, ticks="outside", automargin=True, title_standoff=10)
     return figure
 
 
 def log_axis(values: ArrayLike) -> dict[str, Any]:
-    """Layout of a logarithmic axis for these values, with labels at 1, 2 and 5 if they are near.
+    """Return the layout of a logarithmic axis with suitable labels for positive values.
 
-    If they are so near that there might be none of these between them, plotly chooses.
+    Labels are at powers of ten for a wide range and at 1, 2 and 5 for a narrower one; for a very
+    narrow range, plotly chooses.
     """
     low, high = np.min(values), np.max(values)
     steps = {} if high < _CLOSE * low else {"dtick": "D2" if high < _WIDE * low else 1}
@@ -90,16 +101,16 @@ def log_axis(values: ArrayLike) -> dict[str, Any]:
 
 
 def for_paper(figure: go.Figure) -> go.Figure:
-    """A copy for print: no title, black text of 8 points, thin lines, little margin.
+    """Return a copy of a figure for print: no title, 8-point text, thin lines, narrow margins.
 
-    Colors and shapes stay; they can be distinguished in gray by shape and dash.
+    Colors and symbols are unchanged, so that traces differ in grayscale by symbol and dash.
     """
     still = go.Figure(figure)
     above = still.layout.to_plotly_json().get("xaxis2", {}).get("side") == "top"
-    if above:  # the legend is inside the plot, where a text along a line would be
+    if above:  # The legend is inside the plot, where it would overlap rotated texts.
         still.layout.annotations = [each for each in still.layout.annotations if not each.textangle]
     shared_title = any((each.yshift or 0.0) < 0.0 for each in still.layout.annotations)
-    named = [each for each in still.data if each.showlegend is not False and _drawn(each)]
+    named = [each for each in still.data if each.showlegend is not False and _has_points(each)]
     height = HEIGHT * max(1.0, (still.layout.height or _ON_SCREEN) / _ON_SCREEN)
     still.update_layout(
         title=None,
@@ -129,7 +140,7 @@ def for_paper(figure: go.Figure) -> go.Figure:
         "automargin": True,
     }
     still.update_xaxes(axes).update_yaxes(axes)
-    still.for_each_xaxis(lambda each: each.update(nticks=4), selector=_narrow)
+    still.for_each_xaxis(lambda each: each.update(nticks=4), selector=_is_narrow)
     still.update_annotations(font={**_FONT, "color": "black"})
     for trace in still.data:
         for part in ("marker", "line"):
@@ -140,11 +151,11 @@ def for_paper(figure: go.Figure) -> go.Figure:
     return still
 
 
-def _narrow(axis: Any) -> bool:
+def _is_narrow(axis: Any) -> bool:
     low, high = axis.domain or (0.0, 1.0)
     return bool(high - low < _NARROW)
 
 
-def _drawn(trace: Any) -> bool:
+def _has_points(trace: Any) -> bool:
     x = getattr(trace, "x", None)
     return x is None or len(x) > 0

@@ -1,4 +1,4 @@
-"""A run as one HTML file to attach to a review: what was run, the front, and each of its plans."""
+"""HTML reports of runs for reviews: configuration, front and solutions, or two runs compared."""
 
 from mgeo.report.build import report_html
 from mgeo.report.compare import compare_html

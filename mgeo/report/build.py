@@ -1,11 +1,18 @@
-"""One HTML file from a run folder; it loads nothing, and runs nothing that the folder brings.
+"""HTML report of a run folder as one file, which loads nothing from the network.
 
-Of a recorded run it has the hypervolume against evaluations. Results of Monte Carlo that a
-problem's own tools leave there are files ``verification*.json``: each an object with the strings
-``title`` and ``conclusion``, and a table as ``columns``, a list of strings, and ``rows``, lists of
-as many numbers or strings. It says what it is about by the ``problem``'s name, its ``options`` and
-the ``design``, a list of numbers as in a row of ``front.csv``. One that is about no solution of the
-folder's front, as a front before it may have left, proves nothing here, and is not shown.
+The report of a recorded run shows the hypervolume over evaluations. It also shows Monte Carlo
+results in files ``verification*.json``, which the tools of a problem write into the run folder.
+Each file is a JSON object with these keys:
+
+``title``, ``conclusion``
+    Texts.
+``columns``, ``rows``
+    Table: a list of strings, and lists of as many numbers or strings.
+``problem``, ``options``, ``design``
+    Verified solution: the name and options of the problem, and the numbers of a row of
+    ``front.csv``.
+
+Files whose solution is not on the front of the run, for example after a new run, are ignored.
 """
 
 from __future__ import annotations
@@ -36,7 +43,10 @@ from mgeo.validation.entries import errors_of
 
 
 def more_tables(found: Mapping[str, Any]) -> Iterator[tuple[str, list[list[str]]]]:
-    """What else it tells in rows, lists of objects with the same keys, by name, titles first."""
+    """Yield the name and rows of each further table in a verification, titles in the first row.
+
+    A further table is a list of objects with equal keys.
+    """
     for key, rows in found.items():
         if not (isinstance(rows, list) and rows and all(isinstance(row, dict) for row in rows)):
             continue
@@ -50,50 +60,51 @@ def verifications(
 ) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
     """Yield name, reason to ignore it, and content of each verification file of a run folder.
 
-    The reason is empty if the file verifies a solution of this front.
+    The reason is empty if the file verifies a solution of the run's front.
 
     Raises
     ------
-    ValueError
-        If a file has another form.
+    ValueError, TypeError
+        If a file has invalid content.
     """
     options = protocol.options(problem)
     if options is None:
         options = run.configuration.options
-    about = {"problem": run.configuration.problem, "options": json.loads(json.dumps(options))}
+    expected = {"problem": run.configuration.problem, "options": json.loads(json.dumps(options))}
     designs = (run.outcome.nearest or run.outcome).X.tolist()
     for path in sorted(folder.glob(VERIFICATION_FILES)):
-        found = read_json(path)
+        document = read_json(path)
         with errors_of(path):
-            check_verification(found)
+            check_verification(document)
         reason = ""
-        if {key: found.get(key) for key in about} != about:
+        if {key: document.get(key) for key in expected} != expected:
             reason = "its problem or options are not those of this run"
-        elif found.get("design") not in designs:
+        elif document.get("design") not in designs:
             reason = "its design is no solution of this front"
-        yield path.name, reason, found
+        yield path.name, reason, document
 
 
 def report_html(
     folder: Path | str, solution: int | None = None, *, named: Collection[str] = ()
 ) -> str:
-    """The report of a run folder.
+    """Return the HTML report of a run folder.
 
     Parameters
     ----------
     folder
-        That `mgeo solve` wrote.
+        Run folder of ``mgeo solve``.
     solution
-        Number of the one to be reviewed, with which the page opens; default: the knee.
+        Number of the reviewed solution, which the page shows first. Default: the knee.
     named
-        Problems ``module:Class`` whose modules may be imported: no file has that done.
+        Problems ``module:Class`` whose modules may be imported; no other modules are imported on
+        behalf of a file.
 
     Raises
     ------
     FileNotFoundError
         If the folder holds no run.
     ValueError, TypeError
-        If a file in it is damaged, or the problem refuses the options in it.
+        If a file is damaged, the options of the problem are invalid, or there is no such solution.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Two runs, or two solutions in files of their problems, side by side as one HTML file."""
+"""HTML page that compares two runs, or two solutions in files of their problems."""
 
 from __future__ import annotations
 
@@ -28,7 +28,17 @@ from mgeo.validation.entries import errors_of
 
 @dataclass(frozen=True)
 class Subject:
-    """A solution, its review, the options of its problem, and the run that found it, if any."""
+    """One of the two compared solutions, with its review and the options of its problem.
+
+    Attributes
+    ----------
+    name : name of the run folder or file.
+    view : view of the solution.
+    review : review of the solution by its problem.
+    options : options of the problem.
+    run : run that found the solution, None for a solution file.
+    solution : number and label of the solution in the run.
+    """
 
     name: str
     view: View
@@ -39,21 +49,24 @@ class Subject:
 
 
 def compare_html(one: Path | str, other: Path | str, *, named: Collection[str] = ()) -> str:
-    """Two run folders or solutions' files side by side; of a run its default solution.
+    """Return an HTML page that compares two run folders or solution files.
+
+    The default solution represents a run.
 
     Parameters
     ----------
     one, other
-        That `mgeo solve` wrote, or JSON files of an installed problem with ``solution_of``.
+        Run folders of ``mgeo solve``, or JSON files of an installed problem with ``solution_of``.
     named
-        Problems ``module:Class`` of which modules may be imported: no file has that done.
+        Problems ``module:Class`` whose modules may be imported; no other modules are imported on
+        behalf of a file.
 
     Raises
     ------
     FileNotFoundError
-        If there is nothing of that name, or a folder holds no run.
+        If a path does not exist, or a folder holds no run.
     ValueError, TypeError
-        If a file is damaged, or is no solution of an installed problem.
+        If a file is damaged, or is not a solution of an installed problem.
 
     Examples
     --------
@@ -75,16 +88,16 @@ def compare_html(one: Path | str, other: Path | str, *, named: Collection[str] =
         names=names,
         cells=cells,
         kinds_of=kinds_of,
-        glance=cells(_glance(subjects)),
-        numbers=cells(_numbers(subjects), digits=5),
-        options=cells(_differences(subjects)),
+        glance=cells(_summary_table(subjects)),
+        numbers=cells(_numbers_table(subjects), digits=5),
+        options=cells(_options_table(subjects)),
         front=None if front is None else drawing(front),
         pairs=list(zip_longest(*(subject.review.sections for subject in subjects))),
     )
 
 
 def read(path: Path, named: Collection[str] = ()) -> Subject:
-    """A run folder's default solution, or that of a file which an installed problem knows.
+    """Read the default solution of a run folder, or the solution of a file.
 
     Raises
     ------
@@ -97,18 +110,18 @@ def read(path: Path, named: Collection[str] = ()) -> Subject:
             raise ValueError(f"{path} holds no solution: expected a run that found one")
         view = shown.view.take([shown.default.row])
         solution = f"{shown.default.row}, {shown.default.label}"
-        review, told = ask(view, View.review), shown.run.configuration.options
-        return Subject(path.name, view, review, told, shown.run, solution)
+        review, options = ask(view, View.review), shown.run.configuration.options
+        return Subject(path.name, view, review, options, shown.run, solution)
     if not path.exists():
         raise FileNotFoundError(f"there is neither a run folder nor a file {path}")
     document = read_json(path)
     with errors_of(path):
-        problem, options, x = solution_of(document, named)
+        problem, own_options, x = solution_of(document, named)
         view = view_of(problem, [x])
-        return Subject(path.name, view, ask(view, View.review), options)
+        return Subject(path.name, view, ask(view, View.review), own_options)
 
 
-def _glance(subjects: Sequence[Subject]) -> pd.DataFrame:
+def _summary_table(subjects: Sequence[Subject]) -> pd.DataFrame:
     columns = {
         subject.name: {
             "what it is": subject.review.title,
@@ -136,34 +149,37 @@ def _run_facts(subject: Subject) -> dict[str, str]:
     }
 
 
-def _numbers(subjects: Sequence[Subject]) -> pd.DataFrame:
-    """Return the numbers by which both solutions are described, and their ratios."""
+def _numbers_table(subjects: Sequence[Subject]) -> pd.DataFrame:
+    """Return the numbers that describe both solutions, and their ratios."""
     described = (ask(subject.view, View.describe) for subject in subjects)
     columns = [table.select_dtypes("number").iloc[0] for table in described]
     table = pd.concat(columns, axis=1, join="inner", keys=[subject.name for subject in subjects])
     return table.assign(**{"second / first": columns[1] / columns[0]})
 
 
-def _differences(subjects: Sequence[Subject]) -> pd.DataFrame:
-    """Return the options that differ, by their keys with dots."""
-    columns = {subject.name: dict(_flat(subject.options)) for subject in subjects}
+def _options_table(subjects: Sequence[Subject]) -> pd.DataFrame:
+    """Return the options that differ, by dotted keys."""
+    columns = {subject.name: dict(_flatten(subject.options)) for subject in subjects}
     table = pd.DataFrame(columns, dtype=object).rename_axis("option").fillna("left out")
     return table[table.nunique(axis=1) > 1]
 
 
-def _flat(node: Any, key: str = "") -> Iterator[tuple[str, str]]:
+def _flatten(node: Any, key: str = "") -> Iterator[tuple[str, str]]:
     if isinstance(node, Mapping):
         for name, value in node.items():
-            yield from _flat(value, f"{key}.{name}" if key else str(name))
+            yield from _flatten(value, f"{key}.{name}" if key else str(name))
     elif isinstance(node, list) and any(isinstance(value, Mapping) for value in node):
         for i, value in enumerate(node):
-            yield from _flat(value, f"{key}[{i}]")
+            yield from _flatten(value, f"{key}[{i}]")
     else:
         yield key, json.dumps(node, ensure_ascii=False)
 
 
 def fronts_figure(subjects: list[Subject]) -> go.Figure | None:
-    """Fronts, and what is compared, of two objectives of the same names, in one picture."""
+    """Draw the fronts of both subjects and the compared solutions in one figure.
+
+    Returns None unless both problems have the same two objectives and a subject is a run.
+    """
     names = [column_names(subject.view.problem)[1] for subject in subjects]
     runs = any(subject.run for subject in subjects)
     if not runs or names[0] != names[1] or len(names[0]) != 2:
@@ -172,14 +188,14 @@ def fronts_figure(subjects: list[Subject]) -> go.Figure | None:
     values = []
     for i, subject in enumerate(subjects):
         look = {"color": COLORS[i], "symbol": SYMBOLS[i], "size": 8, "opacity": 0.8}
-        own = {"mode": "markers", "name": literal(subject.name), "legendgroup": str(i)}
+        properties = {"mode": "markers", "name": literal(subject.name), "legendgroup": str(i)}
         if subject.run is not None:
             x, y = subject.run.outcome.F.T
-            figure.add_scatter(x=x, y=y, marker=look, **own)
+            figure.add_scatter(x=x, y=y, marker=look, **properties)
             values.append(subject.run.outcome.F)
         x, y = subject.view.F.T
         ring = {"color": COLORS[i], "symbol": f"{SYMBOLS[i]}-open", "size": 16, "line_width": 3}
-        figure.add_scatter(x=x, y=y, marker=ring, showlegend=subject.run is None, **own)
+        figure.add_scatter(x=x, y=y, marker=ring, showlegend=subject.run is None, **properties)
         values.append(subject.view.F)
     finished(figure, "", "")
     for k, update in enumerate((figure.update_xaxes, figure.update_yaxes)):

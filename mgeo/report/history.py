@@ -1,4 +1,4 @@
-"""Hypervolume of a recorded run against evaluations."""
+"""Hypervolume of a recorded run over evaluations."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ _SAMPLES = 60
 
 
 def recorded_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Figure | None:
-    """Return a figure of the hypervolume; None if the run has no record or no hypervolume.
+    """Draw the hypervolume over evaluations; None without a record or a hypervolume.
 
     Raises
     ------
     ValueError
-        If the record is damaged, or of another run.
+        If the record is damaged or belongs to another run.
     """
     try:
         record = read_record(folder / RECORD_FOLDER)
     except FileNotFoundError:
         return None
-    found = hypervolume_history(problem, outcome, record)
-    if found is None:
+    history = hypervolume_history(problem, outcome, record)
+    if history is None:
         return None
     figure = go.Figure().add_scatter(
-        x=found[0],
-        y=found[1],
+        x=history[0],
+        y=history[1],
         mode="lines",
         line={"shape": "hv", "color": COLORS[0], "width": 2.5},
         hovertemplate="%{x:,d} evaluations: %{y:.4f}<extra></extra>",
@@ -53,34 +53,38 @@ def recorded_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Fig
 def hypervolume_history(
     problem: Problem, outcome: Outcome, record: pd.DataFrame
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]] | None:
-    """Return numbers of evaluations, and the hypervolume of all solutions found by then.
+    """Return evaluation counts, and the hypervolume of the evaluations up to each count.
 
-    The hypervolume is measured in the indicator space of the problem, or else with the objectives
-    scaled to the range of all feasible evaluations. Low-fidelity evaluations come first and do not
-    count.
+    The hypervolume is measured in the indicator space of the problem or, if it has none, with the
+    objectives scaled to the range of all feasible evaluations. The initial low-fidelity evaluations
+    are excluded.
 
     Parameters
     ----------
+    problem
+        Problem of the run.
+    outcome
+        Outcome of the run.
     record
-        Table from `mgeo.read_record`, with the objectives and constraints.
+        Table of `mgeo.read_record`, with objectives and constraints.
 
     Returns
     -------
     evaluations, hypervolume : arrays, shape (k,)
-        None for one objective, for more than `MAX_OBJECTIVES`, or without a feasible evaluation.
+        None for one objective, more than `MAX_OBJECTIVES`, or no feasible evaluation.
     """
     if not 1 < problem.n_obj <= MAX_OBJECTIVES:
         return None
-    G, H = (record[_constraints(problem, kind)].to_numpy(float) for kind in "gh")
+    G, H = (record[_constraint_columns(problem, kind)].to_numpy(float) for kind in "gh")
     feasible = (G <= 0.0).all(axis=1) & (np.abs(H) <= TOLERANCE).all(axis=1)
     F = record[list(outcome.objectives)].to_numpy(float).copy()
     F[record["failed"].to_numpy(bool) | ~feasible] = np.nan
     precise = F[outcome.rough :]
-    reached = precise[~np.isnan(precise).any(axis=1)]
-    if not len(reached):
+    feasible_F = precise[~np.isnan(precise).any(axis=1)]
+    if not len(feasible_F):
         return None
     space = protocol.indicator_space(problem)
-    ideal, nadir = reached.min(axis=0), reached.max(axis=0)
+    ideal, nadir = feasible_F.min(axis=0), feasible_F.max(axis=0)
     ends = np.unique(np.geomspace(outcome.rough + 1, len(F), _SAMPLES).astype(np.int64))
     front, volumes, done = F[:0], [], outcome.rough
     for end in ends:
@@ -91,6 +95,6 @@ def hypervolume_history(
     return ends, np.array(volumes)
 
 
-def _constraints(problem: Problem, kind: str) -> list[str]:
+def _constraint_columns(problem: Problem, kind: str) -> list[str]:
     n = {"g": problem.n_ieq_constr, "h": problem.n_eq_constr}[kind]
     return [f"{kind}{j + 1}" for j in range(n)]

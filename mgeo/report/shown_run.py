@@ -1,4 +1,4 @@
-"""The run of a folder with its problem, as reports and the exploration show it."""
+"""Run of a folder with its problem and representative solutions, for reports and the explorer."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from mgeo.store.run import Run
 from mgeo.store.run_folder import RUN_FILE, read_run
 from mgeo.validation.entries import errors_of
 
-_MOST_NEAREST = 5  # representative solutions of those that violate a constraint least
+_MOST_NEAREST = 5  # maximum number of representative infeasible solutions
 
 
 @dataclass(frozen=True)
 class ShownRun:
-    """A run and the solutions that are shown.
+    """Run with its problem and the solutions to show.
 
     Attributes
     ----------
     run : Run
     problem : Problem
-        The problem as it is installed, with the options of the run.
+        Installed problem with the options of the run.
     view : View
-        The front or, if no solution satisfies all constraints, those that come nearest.
+        View of the front or, if no solution is feasible, of the solutions nearest to feasibility.
     representatives : sequence of RepresentativeSolution
-        The knee, the extremes and some between.
+        The knee, the extremes and solutions between them.
     default : RepresentativeSolution, optional
-        The solution that is shown first; None if the run found none.
+        Solution to show first; None if the run found none.
     title : str
         Problem, algorithm and seed.
     """
@@ -50,6 +50,8 @@ def read_shown_run(folder: Path, named: Collection[str] = ()) -> ShownRun:
 
     Parameters
     ----------
+    folder
+        Run folder.
     named
         Problems ``module:Class`` whose modules may be imported.
 
@@ -58,8 +60,8 @@ def read_shown_run(folder: Path, named: Collection[str] = ()) -> ShownRun:
     FileNotFoundError
         If the folder holds no run.
     ValueError, TypeError
-        If a file is damaged, or the problem refuses its options or has other variables or
-        objectives.
+        If a file is damaged, or the installed problem refuses the options or has another number of
+        variables or objectives.
     """
     run = read_run(folder)
     configuration, outcome = run.configuration, run.outcome

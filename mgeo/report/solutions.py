@@ -1,6 +1,7 @@
-"""Data of the report's page: values, constraint margins and figures of the solutions of a front.
+"""Data of the report page: values, constraint margins and figures of the solutions of a front.
 
-Figures are small JSON: float32 arrays, and the common structure of like figures only once.
+Figures are compressed: arrays are stored as float32, and the common structure of similar figures is
+stored once.
 """
 
 from __future__ import annotations
@@ -22,64 +23,64 @@ from mgeo.plugins.view import View
 from mgeo.report.shown_run import ShownRun
 from mgeo.runs.answer import RepresentativeSolution, limits
 
-#: Key of an object that stands for a value which differs from solution to solution.
+#: Key of a placeholder for a value that differs between solutions.
 HOLE = "$differs"
 
 Json = Any
 
 
 def figure_json(figure: go.Figure | Mapping[str, Any], *, lists: bool = False) -> dict[str, Json]:
-    """Return traces and layout of a figure as JSON values, without the layout's template.
+    """Return the traces and layout of a figure as JSON values, without the layout's template.
 
     Parameters
     ----------
     figure
-        A figure, or a dict of its ``data`` and ``layout`` that is not validated.
+        Figure, or dict of its ``data`` and ``layout`` that is not validated.
     lists
-        Whether arrays become lists of numbers, for a page that reads them. Otherwise floats become
-        encoded arrays of 4 bytes each, which plotly.js decodes.
+        Whether to convert arrays to lists of numbers, for pages that read them. Otherwise, floats
+        are encoded as arrays of 4 bytes each, which plotly.js decodes.
     """
     tree = figure.to_dict() if isinstance(figure, go.Figure) else figure
     layout = {key: value for key, value in tree["layout"].items() if key != "template"}
-    found: dict[str, Json] = _json({"data": tree["data"], "layout": layout}, lists)
-    return found
+    values: dict[str, Json] = _to_json({"data": tree["data"], "layout": layout}, lists)
+    return values
 
 
-def _json(node: Any, lists: bool) -> Json:
+def _to_json(node: Any, lists: bool) -> Json:
     if isinstance(node, Mapping):
         if {"bdata", "dtype"} <= node.keys():
-            return _json(_decoded(node), lists)
-        return {str(key): _json(value, lists) for key, value in node.items()}
+            return _to_json(_decode(node), lists)
+        return {str(key): _to_json(value, lists) for key, value in node.items()}
     if isinstance(node, np.ndarray):
         packs = not lists and node.ndim == 1 and node.size and node.dtype.kind == "f"
-        return _packed(node) if packs else _json(node.tolist(), lists)
+        return _encode(node) if packs else _to_json(node.tolist(), lists)
     if isinstance(node, list | tuple):
-        return [_json(value, lists) for value in node]
+        return [_to_json(value, lists) for value in node]
     if isinstance(node, np.generic):
         node = node.item()
     return None if isinstance(node, float) and not math.isfinite(node) else node
 
 
-def _decoded(node: Mapping[str, Any]) -> NDArray[Any]:
-    """Return an array that plotly has encoded."""
+def _decode(node: Mapping[str, Any]) -> NDArray[Any]:
+    """Return the array that plotly has encoded in a dict."""
     array = np.frombuffer(b64decode(node["bdata"]), node["dtype"])
     return array.reshape([int(n) for n in node["shape"].split(",")]) if "shape" in node else array
 
 
-def _packed(array: NDArray[Any]) -> Json:
-    """Return floats of 4 bytes as plotly.js decodes them."""
+def _encode(array: NDArray[Any]) -> Json:
+    """Return an array of floats in plotly's encoding, with 4 bytes each."""
     return {"dtype": "f4", "bdata": b64encode(array.astype("<f4").tobytes()).decode()}
 
 
 def shared(trees: Sequence[Json]) -> tuple[Json, list[list[Json]]]:
-    """What JSON trees have in common, and what each one puts into its holes.
+    """Split JSON trees into their common structure and the values that differ.
 
     Returns
     -------
     common
-        The trees' structure, with ``{HOLE: k}`` where they differ.
+        Structure of the trees, with a placeholder ``{HOLE: k}`` for each value that differs.
     values
-        For each tree its values of the holes 0, 1, ...
+        For each tree, the values of the placeholders 0, 1, ...
     """
     holes: dict[str, int] = {}
     columns: list[list[Json]] = []
@@ -94,7 +95,7 @@ def shared(trees: Sequence[Json]) -> tuple[Json, list[list[Json]]]:
             _numbers(first)
         ):
             return [merge([node[i] for node in nodes]) for i in range(len(first))]
-        key = json.dumps(nodes)  # curves over the same times have these in one hole
+        key = json.dumps(nodes)  # Curves over equal times share one placeholder for the times.
         if key not in holes:
             holes[key] = len(columns)
             columns.append(nodes)
@@ -105,7 +106,7 @@ def shared(trees: Sequence[Json]) -> tuple[Json, list[list[Json]]]:
 
 
 def script_json(value: Json) -> str:
-    """JSON that is safe inside a script element, whatever strings are in it."""
+    """Return JSON text that is safe inside an HTML script element."""
     text = json.dumps(value, allow_nan=False, separators=(",", ":"))
     for character in "<>&":
         text = text.replace(character, f"\\u{ord(character):04x}")
@@ -116,12 +117,12 @@ def _numbers(node: list[Json]) -> bool:
     return bool(node) and all(isinstance(value, int | float) for value in node)
 
 
-#: Solutions whose figures go into a report, so that its size stays bounded.
+#: Maximum number of solutions with figures in a report, which limits its size.
 MOST_PLANS = 300
 
 
 def solutions_json(shown: ShownRun) -> dict[str, Json]:
-    """Return the data of all solutions; of a large front only some have figures and limits."""
+    """Return the data of all solutions; in large fronts, only some have figures and margins."""
     view = shown.view
     rows = planned_rows(shown.representatives, len(view.X))
     planned = view.take(rows)
@@ -133,9 +134,9 @@ def solutions_json(shown: ShownRun) -> dict[str, Json]:
         "objectives": len(objectives),
         "planned": rows.tolist(),
         "answers": _by_row(_answers(planned), rows),
-        "described": _described(planned, rows),
+        "described": _descriptions(planned, rows),
         "bounds": [variables.xl.tolist(), variables.xu.tolist()],
-        "limits": _limits(planned, rows),
+        "limits": _constraint_margins(planned, rows),
         "labels": {str(solution.row): solution.label for solution in shown.representatives},
         "front": None if picture is None else figure_json(picture, lists=True),
         "plans": plans_json(planned, rows),
@@ -145,9 +146,19 @@ def solutions_json(shown: ShownRun) -> dict[str, Json]:
 def planned_rows(
     chosen: Sequence[RepresentativeSolution], n: int, most: int = MOST_PLANS
 ) -> NDArray[np.int64]:
-    """Rows that get figures of their own: all, or representative ones and others between them.
+    """Return the ascending rows of the solutions that have figures: at most `most` of n.
 
-    Ascending; the front is ordered by its first objective.
+    In a large front, these are the representative solutions and evenly spaced solutions between
+    them.
+
+    Parameters
+    ----------
+    chosen
+        Representative solutions.
+    n
+        Number of solutions, sorted by the first objective.
+    most
+        Maximum number of rows.
     """
     if n <= most:
         return np.arange(n)
@@ -159,8 +170,8 @@ def planned_rows(
 def front_picture(view: View, title: str) -> go.Figure | None:
     """Return the figure of the front, whose points have their row as ``customdata``.
 
-    It is the problem's own figure where that has ``customdata``, see ``docs/plugins.md``. Above
-    three objectives it may be None.
+    The problem's own figure is used if it has ``customdata``, see ``docs/plugins.md``. With more
+    than three objectives, the figure may be None.
     """
     if len(view.X) <= MOST_TEXTS and is_own(view, View.figures):
         figure = ask(view, View.figures).get("front")
@@ -170,29 +181,31 @@ def front_picture(view: View, title: str) -> go.Figure | None:
 
 
 def plans_json(view: View, rows: NDArray[np.int64]) -> Json:
-    """Return figures of single solutions: their common structure, and the values of each.
+    """Return the figures of single solutions, split into common structure and values.
 
     Parameters
     ----------
+    view
+        View of the solutions.
     rows
         Numbers of the solutions on the front.
     """
-    found = ask(view, View.drawings)
-    if not any(found):
+    drawings = ask(view, View.drawings)
+    if not any(drawings):
         return {"common": {}, "values": {}}
     common, values = shared(
-        [{str(name): figure_json(each) for name, each in figures.items()} for figures in found]
+        [{str(name): figure_json(each) for name, each in figures.items()} for figures in drawings]
     )
     return {"common": common, "values": _by_row(values, rows)}
 
 
 def _answers(view: View) -> list[str]:
-    """The problem's own: of any other a card shows the objectives anyway."""
+    """Return the problem's summary of each solution, or empty texts."""
     return ask(view, View.answers) if is_own(view, View.answers) else [""] * len(view.X)
 
 
-def _described(view: View, rows: NDArray[np.int64]) -> Json:
-    """Solutions in the problem's own terms, or else their objectives: variables follow anyway."""
+def _descriptions(view: View, rows: NDArray[np.int64]) -> Json:
+    """Return the problem's description of each solution, or its objectives."""
     table = ask(view, View.describe)
     if not is_own(view, View.describe):
         table = table.iloc[:, : view.problem.n_obj]
@@ -200,13 +213,13 @@ def _described(view: View, rows: NDArray[np.int64]) -> Json:
     return {"columns": [str(name) for name in table.columns], "rows": _by_row(cells, rows)}
 
 
-def _limits(view: View, rows: NDArray[np.int64]) -> Json:
-    """Limits of each solution: name, whether it is kept, and the numbers of it in words."""
-    told = [
+def _constraint_margins(view: View, rows: NDArray[np.int64]) -> Json:
+    """Return, for each solution, the name, satisfaction and text of each constraint."""
+    margins = [
         [[limit.name, limit.kept, str(limit).removeprefix(f"{limit.name}: ")] for limit in each]
         for each in limits(view)
     ]
-    return _by_row(told, rows)
+    return _by_row(margins, rows)
 
 
 def _by_row(values: Sequence[Json], rows: NDArray[np.int64]) -> dict[str, Json]:
@@ -214,7 +227,7 @@ def _by_row(values: Sequence[Json], rows: NDArray[np.int64]) -> dict[str, Json]:
 
 
 def cell(value: Any) -> Json:
-    """A number as such, all else as text."""
+    """Return a number with seven digits, or any other value as text."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
         return str(value)
     number = float(value)

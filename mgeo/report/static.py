@@ -1,4 +1,4 @@
-"""The figures of a report as files: PNG for slides, PDF for papers."""
+"""Figures of a report as files: PNG for slides, PDF for publications."""
 
 from __future__ import annotations
 
@@ -19,31 +19,33 @@ from mgeo.report.shown_run import read_shown_run
 from mgeo.report.solutions import front_picture
 from mgeo.validation.arguments import validate_choice
 
-#: Width and height [px] of figures that have no size of their own.
+#: Default width and height of a figure [px].
 _SIZE = (900, 560)
 _WIDTH_OF_SOLUTION = 640
 _INK = "#222222"
-_PIXELS = 2  # of a PNG for each of these
+_PIXELS = 2  # resolution of a PNG relative to the figure's size
 
 
 class StaticExportError(RuntimeError):
-    """Figures cannot be drawn on this machine; the message says what it lacks."""
+    """Error raised if figures cannot be written, because kaleido or a browser is missing."""
 
 
 def run_figures(
     folder: Path | str, only: Sequence[str] = (), *, named: Collection[str] = ()
 ) -> dict[str, go.Figure]:
-    """Return the figures of a run, by name.
+    """Return the figures of a run by name.
 
-    They are the front, the hypervolume of a recorded run and, for the knee and the best solution
-    of each objective, what the problem's `solution_figures` draws, without figures that move.
+    These are the front, the hypervolume of a recorded run, and the problem's `solution_figures` of
+    the knee and of the best solution of each objective, without animated figures.
 
     Parameters
     ----------
+    folder
+        Run folder.
     only
         Names of figures. Default: all.
     named
-        See `mgeo.report.report_html`.
+        Problems ``module:Class`` whose modules may be imported, see `mgeo.report.report_html`.
 
     Raises
     ------
@@ -55,27 +57,42 @@ def run_figures(
     shown = read_shown_run(Path(folder), named)
     front = front_picture(shown.view, shown.title) if shown.representatives else None
     history = recorded_history(Path(folder), shown.problem, shown.run.outcome)
-    found = {"front": front, "hypervolume": history}
-    told = [solution for solution in shown.representatives if solution.label != "between"]
-    each = ask(shown.view.take([solution.row for solution in told]), View.solution_figures)
-    for solution, figures in zip(told, each, strict=True):
+    figures_by_name = {"front": front, "hypervolume": history}
+    labeled = [solution for solution in shown.representatives if solution.label != "between"]
+    each = ask(shown.view.take([solution.row for solution in labeled]), View.solution_figures)
+    for solution, figures in zip(labeled, each, strict=True):
         for name, figure in figures.items():
             if motion_of(figure) is None:
-                found[_file_name(solution.label, str(name))] = figure
-    made = {name: figure for name, figure in found.items() if figure is not None}
+                figures_by_name[_join_words(solution.label, str(name))] = figure
+    available = {name: figure for name, figure in figures_by_name.items() if figure is not None}
     for name in only:
-        validate_choice("figure", name, made)
-    return {name: made[name] for name in only or made}
+        validate_choice("figure", name, available)
+    return {name: available[name] for name in only or available}
 
 
 def shaped(figures: Mapping[str, go.Figure], paper: bool) -> dict[str, go.Figure]:
-    """Copies of figures that are looked at alone: sized, without menus and what to click."""
-    shape = for_paper if paper else _sized
-    return {name: shape(_still(figure)) for name, figure in figures.items()}
+    """Return copies of figures for files: with a size, without menus and interactive hints.
+
+    Parameters
+    ----------
+    figures
+        Figures by name.
+    paper
+        Whether to use the style for publications, see `mgeo.figures.style.for_paper`.
+    """
+    shape = for_paper if paper else _with_size
+    return {name: shape(_without_controls(figure)) for name, figure in figures.items()}
 
 
 def drawn(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> dict[str, bytes]:
-    """Return the files of figures, by their names and formats.
+    """Return the contents of the figure files, by file name.
+
+    Parameters
+    ----------
+    figures
+        Figures by name.
+    formats
+        File formats, "png" or "pdf".
 
     Raises
     ------
@@ -91,7 +108,7 @@ def drawn(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> dict[str,
 
     async def draw() -> dict[str, bytes]:
         files = {}
-        async with Kaleido(mathjax=False) as browser:  # nothing from the network
+        async with Kaleido(mathjax=False) as browser:  # MathJax would be loaded from the network.
             for (name, figure), kind in itertools.product(figures.items(), formats):
                 options = {"format": kind, "scale": _PIXELS if kind == "png" else 1}
                 files[f"{name}.{kind}"] = await browser.calc_fig(figure, opts=options)
@@ -106,19 +123,19 @@ def drawn(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> dict[str,
         ) from error
 
 
-def _file_name(label: str, figure: str) -> str:
-    """Return words in lower case, joined by dashes."""
+def _join_words(label: str, figure: str) -> str:
+    """Return the lower-case words of both texts, joined by hyphens."""
     return "-".join(re.findall(r"[a-z0-9_]+", f"{label} {figure}".lower()))
 
 
-def _sized(figure: go.Figure) -> go.Figure:
+def _with_size(figure: go.Figure) -> go.Figure:
     width, height = _SIZE if figure.layout.height is None else (_WIDTH_OF_SOLUTION, None)
     still = go.Figure(figure).update_layout(template="plotly_white", font_color=_INK)
     return still.update_layout(width=width, height=height or figure.layout.height)
 
 
-def _still(figure: go.Figure) -> go.Figure:
-    """Return a copy without menus, and without what its title says about the screen."""
+def _without_controls(figure: go.Figure) -> go.Figure:
+    """Return a copy without menus, and without the hints for interactive use in its title."""
     still = go.Figure(figure)
     still.layout.updatemenus, still.layout.sliders = (), ()
     if text := still.layout.title.text:

@@ -1,4 +1,4 @@
-"""Runs: prepared from a configuration, saved in a folder, made again from it.
+"""Runs: prepared from names or a configuration, solved, and repeated from a saved configuration.
 
 ::
 

@@ -1,4 +1,4 @@
-"""Algorithms by name, imported when they are built, and set up for a run."""
+"""Algorithms by name: construction, default parameters, and preparation for a run."""
 
 from __future__ import annotations
 
@@ -26,58 +26,67 @@ if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
 
-#: Steps without an evaluation, after which an algorithm has no new candidate.
+#: Number of steps without an evaluation after which an algorithm has no new candidates.
 IDLE_STEPS = 100
 
 _MOST_POPULATION = 100_000
-_NOT_SET = ("sampling", "archive_size")  # parameters that a run in a folder leaves as they are
+_NOT_SET = ("sampling", "archive_size")  # parameters that users cannot set
 
 
 def default_algorithm(robust: bool) -> str:
-    """Return the name of the algorithm of a run for which none is named."""
+    """Return the name of the default algorithm of a nominal or robust run."""
     return ROBUST if robust else DEFAULT
 
 
 def algorithm_names() -> list[str]:
-    """Return the names of all algorithms, those of installed plugins last."""
+    """Return the names of all algorithms; those of installed plugins come last."""
     plugins = (plugin.name for plugin in discovery.installed_plugins(discovery.ALGORITHMS))
     return list(dict.fromkeys([*ALGORITHMS, *plugins]))
 
 
 def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
-    """Build the algorithm of a name for a problem.
+    """Build an algorithm by name for a problem.
+
+    Parameters
+    ----------
+    name
+        Name of an algorithm, or ``module:Class``.
+    parameters
+        Parameters that differ from the defaults.
+    problem
+        Problem to solve, which determines the operators of pymoo's algorithms.
 
     Raises
     ------
     ValueError
-        If the name or a parameter is unknown, a value is refused, or the algorithm cannot treat
-        the problem.
+        If the name or a parameter is unknown, a value is invalid, or the algorithm does not support
+        the constraints or variables of the problem.
     """
     complete = complete_parameters(name, parameters)
-    cls = _class(name)
-    if not _is_pymoos(name):
-        own = ValueError, TypeError  # on a parameter
-        with discovery.code_of_others(f"algorithm {name!r} cannot be built:", *own):
-            made: Algorithm = cls(**complete)
-        return made
+    cls = _load_class(name)
+    if not _has_population_only(name):
+        parameter_errors = ValueError, TypeError
+        with discovery.code_of_others(f"algorithm {name!r} cannot be built:", *parameter_errors):
+            algorithm: Algorithm = cls(**complete)
+        return algorithm
     population = validate_integer(
         "population", complete["population"], low=4, high=_MOST_POPULATION
     )
     record = ALGORITHMS[name]
     if not record.constraints and problem.has_constraints():
         raise ValueError(f"algorithm {name!r} does not treat constraints, which this problem has")
-    declared = getattr(problem, "vars", None) is not None  # with bounds of their own
+    declared = getattr(problem, "vars", None) is not None  # Such variables have their own bounds.
     if not declared and name != "random" and (problem.xl is None or problem.xu is None):
         raise ValueError(f"algorithm {name!r} needs bounds, which this problem does not have")
-    given: dict[str, Any] = dict.fromkeys(record.population, population)
-    if "ref_dirs" in given:
-        given["ref_dirs"] = _directions(population, problem)
-    algorithm: Algorithm = cls(**given)
+    arguments: dict[str, Any] = dict.fromkeys(record.population, population)
+    if "ref_dirs" in arguments:
+        arguments["ref_dirs"] = _reference_directions(population, problem)
+    algorithm = cls(**arguments)
     kind = "mixed" if declared else kind_of_type(problem.vtype)
     if kind not in (None, "real"):
-        from mgeo.runs.pymoo_algorithms import use_operators_for  # imports algorithms
+        from mgeo.runs.pymoo_algorithms import use_operators_for  # a slow import
 
-        Variables.of(problem, KINDS)  # a bound that is missing or broken is refused here
+        Variables.of(problem, KINDS)  # raises an error if a bound is missing or invalid
         use_operators_for(kind, algorithm, name)
     return algorithm
 
@@ -85,38 +94,48 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
 def set_up(
     problem: Problem, algorithm: Algorithm, evaluations: int, seed: int, starts: int = 0
 ) -> Algorithm:
-    """Return a copy of an algorithm, set up for its first step. Nothing is evaluated yet.
+    """Return a copy of an algorithm that is set up for its first step, without evaluations.
 
     Parameters
     ----------
+    problem
+        Problem to solve.
+    algorithm
+        Algorithm that is not set up.
+    evaluations
+        Budget of evaluations.
+    seed
+        Seed of all random numbers.
     starts
-        Number of initial designs that the problem suggests.
+        Number of initial designs suggested by the problem.
 
     Raises
     ------
     ValueError
-        If the algorithm refuses the problem or the number of designs.
+        If the algorithm does not support the problem or the number of initial designs.
     """
-    ready = copy.deepcopy(algorithm)
+    prepared = copy.deepcopy(algorithm)
     if starts:
-        suggest(ready, starts)
-    ready.evaluator = TolerantEvaluator.like(ready.evaluator)
-    ready.evaluator.warn = False  # the outcome has the failures
-    ready.setup(problem, termination=("n_eval", evaluations), seed=seed)
-    if not isinstance(ready, ExtremalOptimization):
-        from mgeo.runs.pymoo_algorithms import seed_draws  # imports algorithms
+        suggest(prepared, starts)
+    prepared.evaluator = TolerantEvaluator.like(prepared.evaluator)
+    prepared.evaluator.warn = False  # The outcome reports the failures.
+    prepared.setup(problem, termination=("n_eval", evaluations), seed=seed)
+    if not isinstance(prepared, ExtremalOptimization):
+        from mgeo.runs.pymoo_algorithms import seed_draws  # a slow import
 
-        seed_draws(ready)
-    return ready
+        seed_draws(prepared)
+    return prepared
 
 
 def suggest(algorithm: Algorithm, n: int) -> None:
-    """Let an algorithm begin with n designs that the problem suggests.
+    """Start an algorithm from n initial designs that the problem suggests.
+
+    The remaining initial designs come from the algorithm's own sampling.
 
     Raises
     ------
     ValueError
-        If the algorithm takes none, or fewer.
+        If the algorithm accepts no initial designs, or fewer than n.
     """
     name = type(algorithm).__name__
     most = getattr(algorithm, "n_walkers", None) or getattr(algorithm, "pop_size", None)
@@ -125,21 +144,21 @@ def suggest(algorithm: Algorithm, n: int) -> None:
     if isinstance(algorithm, ExtremalOptimization):
         algorithm.sampling = SuggestedSampling(n)
         return
-    begin: Any = getattr(algorithm, "initialization", None)
-    if not isinstance(getattr(begin, "sampling", None), Sampling):
+    initialization: Any = getattr(algorithm, "initialization", None)
+    if not isinstance(getattr(initialization, "sampling", None), Sampling):
         raise ValueError(f"starts = {n}: {name} takes no designs to begin with: expected 0")
-    begin.sampling = SuggestedSampling(n, begin.sampling)
+    initialization.sampling = SuggestedSampling(n, initialization.sampling)
 
 
 def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return all parameters of an algorithm: those given and the defaults of the others.
+    """Return all parameters of an algorithm: the given ones, and defaults for the rest.
 
     Raises
     ------
     ValueError
         If the name or a parameter is unknown.
     TypeError
-        If `parameters` is no mapping.
+        If `parameters` is not a mapping.
     """
     is_given = ":" in name or name in ALGORITHMS  # looking for plugins takes a while
     if not is_given and name not in (names := algorithm_names()):
@@ -149,26 +168,33 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
         )
     if not isinstance(parameters, Mapping):
         raise TypeError(f"parameters = {parameters!r}: expected a mapping of names to values")
-    known = _parameters(name)
+    defaults = _default_parameters(name)
     for key in parameters:
-        if key not in known:
-            expected = ", ".join(known) or "none"
+        if key not in defaults:
+            expected = ", ".join(defaults) or "none"
             raise ValueError(f"algorithm {name!r} has no parameter {key!r}: expected {expected}")
-    return {key: value for key, value in known.items() if _is_plain(value)} | dict(parameters)
+    return {key: value for key, value in defaults.items() if _is_plain(value)} | dict(parameters)
 
 
 def default_evaluations(algorithm: Algorithm, problem: Problem) -> int:
-    """Return the default budget, the same for every algorithm so that runs compare.
+    """Return the default budget of evaluations, which is nearly equal for all algorithms.
 
-    The budget is the paper's 5000 generations of one candidate per variable, shared by the walkers:
-    59,760 for 12 variables and 30 walkers, which are also assumed where there are no walkers.
+    The budget is 5000 generations with one candidate per variable, as in the publications, rounded
+    down to equal shares of the walkers: 59,760 evaluations for 12 variables and 30 walkers.
+    Algorithms without walkers have the budget of 30 walkers.
     """
     walkers = getattr(algorithm, "n_walkers", 30)
     return int(max(1, EXECUTIONS // walkers) * walkers * problem.n_var)
 
 
 def described(name: str) -> dict[str, Any]:
-    """Return ``name``, ``label``, ``about`` and ``parameters`` (name, default, meaning) of each.
+    """Return name, label, description and parameters of an algorithm, as for ``mgeo algorithms``.
+
+    Returns
+    -------
+    dict
+        ``name``, ``label``, ``about``, and ``parameters``, a list of dicts of ``name``, ``default``
+        and ``meaning``.
 
     Raises
     ------
@@ -176,14 +202,14 @@ def described(name: str) -> dict[str, Any]:
         If the name is unknown.
     """
     defaults = complete_parameters(name, {})
-    if _is_pymoos(name):
+    if _has_population_only(name):
         meanings = {"population": "size of the population"}
     else:
-        meanings = constructors.descriptions(_class(name))
+        meanings = constructors.descriptions(_load_class(name))
     if name in ALGORITHMS:
         label, about = ALGORITHMS[name].label, ALGORITHMS[name].description
     else:
-        label, about = name, (inspect.getdoc(_class(name)) or "").partition("\n")[0]
+        label, about = name, (inspect.getdoc(_load_class(name)) or "").partition("\n")[0]
     rows = [
         {"name": key, "default": value, "meaning": meanings.get(key, "")}
         for key, value in defaults.items()
@@ -191,41 +217,39 @@ def described(name: str) -> dict[str, Any]:
     return {"name": name, "label": label, "about": about, "parameters": rows}
 
 
-def _is_pymoos(name: str) -> bool:
-    """Return whether only the population can be set."""
+def _has_population_only(name: str) -> bool:
     return name in ALGORITHMS and bool(ALGORITHMS[name].population)
 
 
-def _class(name: str) -> Any:
+def _load_class(name: str) -> Any:
     if name in ALGORITHMS:
         return resolve_name(ALGORITHMS[name].path)
     return load_algorithm(name)
 
 
-def _parameters(name: str) -> dict[str, Any]:
-    """Return the parameters of an algorithm and their defaults, if they have any."""
-    if _is_pymoos(name):
+def _default_parameters(name: str) -> dict[str, Any]:
+    if _has_population_only(name):
         return {"population": 100}
-    cls, left_out = _class(name), {*_NOT_SET}
+    cls, left_out = _load_class(name), {*_NOT_SET}
     root: type = ExtremalOptimization
-    if not issubclass(cls, root):  # only what its own constructor names: others may pass it on
+    if not issubclass(cls, root):  # Only the constructor of the class itself defines parameters.
         from pymoo.core.algorithm import Algorithm
 
         root = next(each for each in cls.__mro__ if "__init__" in vars(each))
         left_out |= constructors.parameters(Algorithm, Algorithm).keys()
-    known = constructors.parameters(cls, root)
-    return {key: p.default for key, p in known.items() if key not in left_out}
+    parameters = constructors.parameters(cls, root)
+    return {key: p.default for key, p in parameters.items() if key not in left_out}
 
 
 def _is_plain(value: Any) -> bool:
-    """Return whether a default can be written into a file; operators and the like cannot."""
+    """Return whether a default value can be written into a file."""
     if isinstance(value, list | tuple):
         return all(map(_is_plain, value))
     return value is None or isinstance(value, bool | int | float | str)
 
 
-def _directions(population: int, problem: Problem) -> NDArray[np.float64]:
-    """Return as many evenly spaced directions (Das and Dennis) as fit into the population."""
+def _reference_directions(population: int, problem: Problem) -> NDArray[np.float64]:
+    """Return the largest set of Das-Dennis directions that is no larger than the population."""
     if problem.n_obj < 2:
         raise ValueError("an algorithm with reference directions needs 2 or more objectives")
     from pymoo.util.ref_dirs import get_reference_directions

@@ -1,4 +1,4 @@
-"""Summary of a front: the solutions shown first, the limits they exceed, and suggestions."""
+"""Summary of a front: representative solutions, violated constraints, and suggestions."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ if TYPE_CHECKING:
     import pandas as pd
     from pymoo.core.problem import Problem
 
-_FLAT = 1e-9  # bulges smaller than this, of a front of size 1, are rounding
+_FLAT = 1e-9  # distances below this value are rounding errors, in fronts scaled to size 1
 _COLUMNS = ["margin", "unit", "value", "bound", "limit"]
-_MOST_WAYS = 3  # suggestions that are printed
+_MOST_WAYS = 3  # maximum number of combinations of constraints to relax
 
 
 @dataclass(frozen=True)
 class Answer:
-    """The solution of a front that is shown first.
+    """Summary of the solution of a front that is shown first.
 
     Attributes
     ----------
     solution, count
-        Its row, and the number of solutions.
+        Row of the solution, and number of solutions.
     label
-        Why it was chosen.
+        Reason for the choice, such as "knee".
     text
         Summary by the problem.
     exceeded
-        Limits that the problem reports as exceeded although all constraints are satisfied.
+        Constraints that the problem reports as violated although the solution is feasible.
     """
 
     solution: int
@@ -50,19 +50,20 @@ class Answer:
 
 
 def answer(view: View) -> Answer:
-    """Return the `default_solution` of a front of at least one solution, as the problem puts it."""
+    """Return the summary of the `default_solution` of a front with at least one solution."""
     shown = default_solution(view.problem, view.F)
     chosen = view.take([shown.row])
     (line,) = ask(chosen, View.answers)
-    # a front satisfies the constraints: without limits of its own a problem is not evaluated again
-    (known,) = limits(chosen) if is_own(view, View.limits) else [[]]
-    exceeded = tuple(str(limit) for limit in known if not limit.kept)
+    # Solutions of a front satisfy the constraints of the optimization, so margins are evaluated
+    # only if the problem reports further constraints.
+    (margins,) = limits(chosen) if is_own(view, View.limits) else [[]]
+    exceeded = tuple(str(margin) for margin in margins if not margin.kept)
     return Answer(shown.row, len(view.X), shown.label, line, exceeded)
 
 
 @dataclass(frozen=True)
 class RepresentativeSolution:
-    """A row of the front and why it is shown."""
+    """Row of a solution in a front, and the reason for showing it."""
 
     row: int
     label: str
@@ -71,43 +72,49 @@ class RepresentativeSolution:
 def representative_solutions(
     problem: Problem, F: ArrayLike, names: tuple[str, ...]
 ) -> list[RepresentativeSolution]:
-    """Return the best of each objective, the knee, and solutions between, by first objective.
+    """Return about five representative solutions of a front, sorted by the first objective.
 
-    Five in all (more if there are more than four objectives, fewer if the front is smaller),
-    chosen in the problem's indicator space or else with the front scaled to its own extent.
+    These are the best solution of each objective, the knee, and solutions between them, labeled
+    "between". There are more than five if the front has more than four objectives, and fewer if the
+    front is smaller. They are selected in the problem's indicator space, or with the front scaled
+    to its own extent if the problem has none.
 
     Parameters
     ----------
+    problem
+        Problem of the front.
     F
-        Front, shape (n, n_obj).
+        Objectives of the front, shape (n, n_obj).
     names
-        Objectives, for the labels.
+        Names of the objectives, for the labels.
     """
     front = np.asarray(F, dtype=float)
     if not len(front):
         return []
-    points = _points(problem, front)
+    points = _scale_front(problem, front)
     labels: dict[int, list[str]] = {}
     for row, name in zip(extremes(points), names, strict=True):
         labels.setdefault(row, []).append(f"best {name}")
     knee_row = knee(points)
     if knee_row is not None:
         labels[knee_row] = ["knee"]
-    for row in _spread(points, list(labels), max(5, len(labels))):
+    for row in _select_spread_rows(points, list(labels), max(5, len(labels))):
         labels[row] = ["between"]
     rows = sorted(labels, key=lambda row: tuple(front[row]))
     return [RepresentativeSolution(row, ", ".join(labels[row])) for row in rows]
 
 
 def default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSolution:
-    """Return the knee of a front, or the best of its first objective if it has none.
+    """Return the knee of a front, or the best solution of the first objective if there is no knee.
 
     Parameters
     ----------
+    problem
+        Problem of the front.
     F
-        Front, shape (n, n_obj), n >= 1.
+        Objectives of the front, shape (n, n_obj) with n >= 1.
     """
-    points = _points(problem, np.asarray(F, dtype=float))
+    points = _scale_front(problem, np.asarray(F, dtype=float))
     row = knee(points)
     if row is not None:
         return RepresentativeSolution(row, "knee")
@@ -115,15 +122,18 @@ def default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSolution:
 
 
 def extremes(points: NDArray[np.float64]) -> list[int]:
-    """Return the row with the least value of each objective, of ties that with the least sum."""
+    """Return the row with the minimum of each objective.
+
+    Ties are broken by the sum of all objectives.
+    """
     total = points.sum(axis=1)
     return [int(np.lexsort((total, column))[0]) for column in points.T]
 
 
 def knee(points: NDArray[np.float64]) -> int | None:
-    """Return the row farthest from the plane through the extremes, toward the ideal point.
+    """Return the row farthest from the plane through the extremes, on the side of the ideal point.
 
-    None if no row lies on that side (a straight or concave front, or fewer than three points).
+    Returns None if no row is on this side, as in a straight or concave front.
     """
     corners = points[extremes(points)]
     normal = _normal(corners)
@@ -132,44 +142,47 @@ def knee(points: NDArray[np.float64]) -> int | None:
     return row if bulge[row] > _FLAT else None
 
 
-def _points(problem: Problem, front: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the front in the problem's indicator space, or else scaled to its own extent."""
+def _scale_front(problem: Problem, front: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the front in the indicator space, or scaled to its own extent if there is none."""
     space = indicator_space(problem)
     return space(front) if space else scaled(front, front.min(axis=0), front.max(axis=0))
 
 
 def _normal(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the unit normal, pointing away from the ideal, of the plane through m points."""
+    """Return the unit normal of the plane through m points, pointing away from the ideal point."""
     diagonal = np.full(corners.shape[1], corners.shape[1] ** -0.5)
     _, sizes, rows = np.linalg.svd(corners[1:] - corners[0])
-    if len(sizes) and sizes[-1] < _FLAT:  # extremes coincide: any plane would do
+    if len(sizes) and sizes[-1] < _FLAT:  # Extremes coincide, so the plane is not unique.
         return diagonal
     normal: NDArray[np.float64] = rows[-1]
     return normal if normal @ diagonal >= 0 else -normal
 
 
-def _spread(points: NDArray[np.float64], chosen: list[int], count: int) -> list[int]:
-    """Return rows to add until there are `count`, each the farthest from those chosen before."""
+def _select_spread_rows(points: NDArray[np.float64], chosen: list[int], count: int) -> list[int]:
+    """Return rows to add to the chosen rows, each the farthest from all earlier ones."""
     added: list[int] = []
     while len(chosen) + len(added) < min(count, len(points)):
         taken = points[chosen + added]
         distance = np.linalg.norm(points[:, None] - taken[None], axis=2).min(axis=1)
-        distance[chosen + added] = -1.0  # duplicates of a chosen point are at distance 0
+        distance[chosen + added] = -1.0  # Duplicates of a chosen point have distance 0.
         added.append(int(np.argmax(distance)))
     return added
 
 
 @dataclass(frozen=True)
 class Margin:
-    """A limit, and the margin of one solution.
+    """Margin of one solution with respect to one constraint.
 
     Attributes
     ----------
+    name
+        Name of the constraint.
     margin
-        Distance to the limit, negative where it is exceeded; NaN if it is not known.
+        Distance to the bound, negative if the constraint is violated; NaN if unknown.
     unit, value, bound, limit
-        For a problem with ``limits``: ``value`` must be ``bound`` ("at most" or "at least") the
-        ``limit``. Without, both are NaN and the margin is that of the constraint, in its units.
+        Unit, value of the constrained quantity, type of the bound ("at most" or "at least"), and
+        bound. Value and bound are NaN if the problem defines no ``limits``; the margin is then in
+        the units of the constraint function.
     """
 
     name: str
@@ -181,6 +194,7 @@ class Margin:
 
     @property
     def kept(self) -> bool:
+        """Whether the constraint is satisfied."""
         return self.margin >= 0.0
 
     @property
@@ -192,11 +206,11 @@ class Margin:
         off = f"{state} {abs(self.margin):.3g}{self._unit}"
         if math.isnan(self.value):
             return f"{self.name}: {off}"
-        asked = f"{self.bound} {self.limit:.4g}{self._unit}"
-        return f"{self.name}: {self.value:.4g}{self._unit}, {asked}: {off}"
+        required = f"{self.bound} {self.limit:.4g}{self._unit}"
+        return f"{self.name}: {self.value:.4g}{self._unit}, {required}: {off}"
 
     def relaxed(self) -> str:
-        """Return by how much to relax an exceeded limit, rounded up to three digits."""
+        """Return the least relaxation that satisfies the constraint, as text with three digits."""
         excess = -self.margin
         if math.isfinite(excess):
             unit = 10.0 ** (math.floor(math.log10(excess)) - 2)
@@ -205,11 +219,11 @@ class Margin:
 
 
 def limits(view: View) -> list[list[Margin]]:
-    """Return the limits of each solution of a view, in the problem's order."""
-    return _margins(ask(view, View.limits))
+    """Return the constraint margins of each solution of a view, in the problem's order."""
+    return _parse_margins(ask(view, View.limits))
 
 
-def _margins(tables: list[pd.DataFrame]) -> list[list[Margin]]:
+def _parse_margins(tables: list[pd.DataFrame]) -> list[list[Margin]]:
     return [
         [Margin(str(name), *row) for name, *row in table[_COLUMNS].itertuples(name=None)]
         for table in tables
@@ -218,14 +232,15 @@ def _margins(tables: list[pd.DataFrame]) -> list[list[Margin]]:
 
 @dataclass(frozen=True)
 class DeadEnd:
-    """Why no solution is feasible.
+    """Explanation of a result without a feasible solution.
 
     Attributes
     ----------
     exceeded
-        Each limit that the nearest solutions exceed: by how much at least, and how many do.
+        Each constraint that a nearest solution violates, with the least violation and the number of
+        these solutions.
     ways
-        Suggestions of the problem, then limits to relax together, the fewest first.
+        Suggestions of the problem, followed by sets of constraints to relax, smallest sets first.
     """
 
     exceeded: tuple[str, ...]
@@ -233,24 +248,30 @@ class DeadEnd:
 
 
 def dead_end(view: View) -> DeadEnd:
-    """Return the limits that the nearest solutions exceed, at least one, and suggestions."""
-    # where all limits that the problem reports are satisfied, its constraints are not
-    pairs = zip(limits(view), _margins(View.limits(view)), strict=True)
+    """Return the constraints that the nearest solutions violate, and suggestions.
+
+    Parameters
+    ----------
+    view
+        View of at least one infeasible solution.
+    """
+    # If all constraints reported by the problem are satisfied, use the constraint functions.
+    pairs = zip(limits(view), _parse_margins(View.limits(view)), strict=True)
     rows = [
         [limit for limit in reported if not limit.kept]
         or [limit for limit in computed if not limit.kept]
         for reported, computed in pairs
     ]
     by_name: dict[str, list[Margin]] = {}
-    ways: dict[frozenset[str], str] = {}  # by the names of the limits
+    ways: dict[frozenset[str], str] = {}  # suggestions by the names of the constraints
     for row in sorted(rows, key=len):
         for limit in row:
             by_name.setdefault(limit.name, []).append(limit)
         names = frozenset(limit.name for limit in row)
         ways.setdefault(names, f"relax {' and '.join(limit.relaxed() for limit in row)}")
     exceeded = (
-        f"{max(found, key=lambda limit: limit.margin)} at least ({len(found)} of {len(rows)})"
-        for found in by_name.values()
+        f"{max(margins, key=lambda limit: limit.margin)} at least ({len(margins)} of {len(rows)})"
+        for margins in by_name.values()
     )
     suggestions = (*ask(view, View.ways_out), *list(ways.values())[:_MOST_WAYS])
     return DeadEnd(tuple(exceeded), suggestions)

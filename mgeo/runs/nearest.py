@@ -1,4 +1,4 @@
-"""The solutions of a run that are nearest to feasibility."""
+"""Selection of the infeasible solutions of a run that are nearest to feasibility."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from mgeo.store.run import Nearest
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
 
-MOST = 10  # solutions that are reported
+MOST = 10  # maximum number of solutions
 
 
 def nearest_solutions(algorithm: Algorithm) -> Nearest:
-    """Return up to `MOST` solutions of an algorithm that has found no feasible one.
+    """Return up to `MOST` solutions nearest to feasibility, if no solution is feasible.
 
-    They are taken from its optimum and its last population. Solutions whose violations no other
-    solution undercuts in every constraint come first, in ascending order of the total violation.
-    Of solutions with the same objectives and violations one is kept.
+    Candidates are the optimum and the last population of the algorithm. Solutions with nondominated
+    constraint violations come first, sorted by their total violation. Duplicates of objectives and
+    violations are removed.
     """
     problem, candidates = algorithm.problem, algorithm.opt
-    if not isinstance(algorithm, MGEOStaged):  # whose population may have low-fidelity values
+    if not isinstance(algorithm, MGEOStaged):  # Its population may have low-fidelity values.
         candidates = Population.merge(candidates, algorithm.pop)
     if candidates is None or not len(candidates):
         return Nearest.none()

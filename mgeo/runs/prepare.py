@@ -1,4 +1,4 @@
-"""Runs prepared from names and options, made again from a configuration, or resumed."""
+"""Preparation of runs: from names and options, from a configuration, or from a checkpoint."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from mgeo.validation.tables import checked
 
 @dataclass(frozen=True, eq=False)
 class PreparedRun:
-    """A configuration with the problem and the algorithm that were built from it.
+    """Run that is ready to be solved: a configuration with its problem and algorithm.
 
     A new run can be solved more than once.
 
@@ -53,12 +53,12 @@ class PreparedRun:
 
     @classmethod
     def of(cls, configuration: RunConfiguration) -> PreparedRun:
-        """Build the problem and the algorithm.
+        """Build the problem and the algorithm of a configuration.
 
         Raises
         ------
         ValueError, TypeError
-            If a name, an option or a parameter is refused.
+            If a name, an option or a parameter is invalid.
         """
         problem = load_problem(configuration.problem, configuration.options)
         algorithm = build_algorithm(configuration.algorithm, configuration.parameters, problem)
@@ -72,15 +72,14 @@ class PreparedRun:
         folder: Path | None = None,
         max_time: float | None = None,
     ) -> Outcome:
-        """Run the algorithm until its budget is used or it is stopped (see `mgeo.runs.solve`).
+        """Run the algorithm until its budget is used or it is stopped, see `mgeo.runs.solve.solve`.
 
         Parameters
         ----------
         callback
-            Called with the `State` after every generation.
+            Function called with the `State` after every generation.
         folder
-            Existing folder for checkpoints of the MGEO family and the record; by default nothing is
-            saved.
+            Existing folder for checkpoints (MGEO family only) and the record; None to save nothing.
         max_time
             Time from now after which the run ends [s].
         """
@@ -97,7 +96,7 @@ class PreparedRun:
         return solve(state, polish=run.polish)
 
     def _notes(self, state: State) -> dict[str, Any]:
-        """Return what a resumed run has to know: with the checkpoint alone it can continue."""
+        """Return the data that a checkpoint needs for a resumed run."""
         notes = Notes(
             configuration=self.configuration,
             record=self.record,
@@ -108,12 +107,12 @@ class PreparedRun:
         return notes.model_dump(mode="json")
 
     def check(self) -> None:
-        """Check that the configuration can be run, before anything is evaluated.
+        """Raise ValueError if the configuration cannot be run, without any evaluation.
 
         Raises
         ------
         ValueError
-            If the problem or the algorithm refuses a part of it.
+            If the problem or the algorithm does not support a setting.
         """
         run = self.configuration
         self._set_up(run.starts)
@@ -122,13 +121,13 @@ class PreparedRun:
                 f"evaluations of {run.algorithm!r} cannot be recorded: expected an algorithm that "
                 "evaluates its candidates a generation at a time"
             )
-        if run.polish:  # without designs, a refinement checks that it is possible
+        if run.polish:  # A refinement of zero designs only checks that the problem supports it.
             for _ in protocol.refinement(self.problem, np.empty((0, self.problem.n_var))):
                 pass
 
     def _set_up(self, starts: int = 0) -> Algorithm:
         run = self.configuration
-        protocol.column_names(self.problem)  # wrong ones are refused before anything is evaluated
+        protocol.column_names(self.problem)  # raises an error if names are invalid
         return set_up(self.problem, self.algorithm, run.evaluations, run.seed, starts)
 
 
@@ -145,7 +144,10 @@ def prepare(
     polish: bool | None = False,
     record: bool = False,
 ) -> PreparedRun:
-    """Prepare a new run. Its configuration leaves nothing to defaults that may change.
+    """Prepare a new run whose configuration contains all settings explicitly.
+
+    If the algorithm, its parameters or the budget are given, or `robust` is true, the
+    recommendations of the problem are not used.
 
     Parameters
     ----------
@@ -154,43 +156,41 @@ def prepare(
     algorithm, parameters
         As for `mgeo.runs.algorithms.build_algorithm`. Default: `default_algorithm`.
     evaluations
-        Budget. Default: `default_evaluations`, or the recommendation for a polished run.
+        Budget of evaluations. Default: the problem's recommendation if `polish` is None, otherwise
+        `default_evaluations`.
     seed
         Seed of all random numbers.
     robust
-        Whether to solve the problem of the problem's method ``robust()``.
+        Whether to solve the robust version of the problem, from its method ``robust()``.
     starts
-        Number of initial designs that the problem suggests. None: as the problem recommends.
+        Number of initial designs suggested by the problem; None for the problem's recommendation.
     polish
-        Whether the problem refines the front. None: as the problem recommends.
+        Whether the problem refines the front locally; None for the problem's recommendation.
     record
         Whether to record every evaluation.
-
-    A problem recommends nothing for a robust run, or if the algorithm, its parameters or the budget
-    are given.
 
     Raises
     ------
     ValueError, TypeError
-        If a name, an option or a parameter is refused, or the options are no JSON values.
+        If a name, an option or a parameter is invalid, or the options are not JSON values.
     """
-    plain = not (robust or algorithm or parameters or evaluations)
+    uses_recommendation = not (robust or algorithm or parameters or evaluations)
     algorithm = algorithm or default_algorithm(robust)
     complete = complete_parameters(algorithm, parameters or {})
     built = load_problem(problem, options, named=(problem,))
     if robust:
         built = protocol.robust(built)
     optimizer = build_algorithm(algorithm, complete, built)
-    own = protocol.options(built)
-    advised = protocol.recommended(built) if plain else protocol.Recommended()
-    starts = advised.starts if starts is None else starts
+    problem_options = protocol.options(built)
+    recommended = protocol.recommended(built) if uses_recommendation else protocol.Recommended()
+    starts = recommended.starts if starts is None else starts
     if polish is None:
-        polish, evaluations = advised.polish, evaluations or advised.evaluations
+        polish, evaluations = recommended.polish, evaluations or recommended.evaluations
     if evaluations is None:
         evaluations = default_evaluations(optimizer, built)
     data = {
         "problem": problem,
-        "options": dict(options or {}) if own is None else own,
+        "options": dict(options or {}) if problem_options is None else problem_options,
         "algorithm": algorithm,
         "parameters": complete,
         "evaluations": evaluations,
@@ -198,7 +198,7 @@ def prepare(
         "starts": starts,
         "polish": polish,
     }
-    try:  # values as read from a file, so that a run that is made again is the same
+    try:  # A repeated run reads its values from JSON, so the first run uses such values as well.
         data = json.loads(json.dumps(data, allow_nan=False))
     except (TypeError, ValueError) as error:
         raise ValueError(f"the options of {problem!r} are no JSON values: {error}") from error
@@ -222,20 +222,20 @@ def resume_run(
     folder
         Folder of a run with a checkpoint, finished or not.
     evaluations
-        New budget, counted from the beginning of the run.
+        New budget, counted from the start of the run; None for the budget of the run.
     algorithm, problem
-        Class of the run, ``module:Class``. No module is imported because a file names it.
+        Class ``module:Class`` of the run. The user must specify it, because modules are not
+        imported on behalf of a file.
     check
-        Whether versions and a few values of the problem must be those of the run (see
-        `mgeo.resume`).
+        Whether to require equal versions and equal problem values, see `mgeo.resume`.
 
     Raises
     ------
     FileNotFoundError
         If the folder has no checkpoint.
     ValueError, TypeError
-        If the checkpoint is damaged; if problem, parameters or versions are not those of the run,
-        naming the difference; or if the new budget is less than what was evaluated already.
+        If the checkpoint is damaged; if problem, parameters or versions differ from those of the
+        run (the message contains the difference); or if the new budget is already exceeded.
     """
     path = Path(folder) / CHECKPOINT_FILE
     if not path.is_file():
@@ -243,24 +243,24 @@ def resume_run(
             f"{folder} cannot be resumed: there is no {CHECKPOINT_FILE} in it; only algorithms of "
             "the MGEO family write one"
         )
-    found = read_notes(path)
+    data = read_notes(path)
     with errors_of(path):
-        notes = checked(Notes, found)
+        notes = checked(Notes, data)
         run = notes.configuration
         if is_own_class(run.algorithm) and algorithm != run.algorithm:
             raise ValueError(
                 f"algorithm = {run.algorithm!r}: its module is imported only if it is named: "
                 f"--algorithm {run.algorithm}"
             )
-        loaded = load_problem(run.problem, run.options, named=(problem,) if problem else ())
-        same = build_algorithm(run.algorithm, run.parameters, loaded)
+        problem_of_run = load_problem(run.problem, run.options, named=(problem,) if problem else ())
+        optimizer = build_algorithm(run.algorithm, run.parameters, problem_of_run)
     budget = evaluations or run.evaluations
-    resumed = resume(path, loaded, ("n_eval", budget), algorithm=same, check=check)
-    resumed.evaluator.warn = False  # the outcome has the failures
+    resumed = resume(path, problem_of_run, ("n_eval", budget), algorithm=optimizer, check=check)
+    resumed.evaluator.warn = False  # The outcome reports the failures.
     if budget < min(resumed.evaluator.n_eval, run.evaluations):
         raise ValueError(
             f"the new budget is {budget} evaluations: expected at least the "
             f"{resumed.evaluator.n_eval} that were made already"
         )
-    longer = run.model_copy(update={"evaluations": budget})
-    return PreparedRun(longer, loaded, resumed, notes, notes.record)
+    configuration = run.model_copy(update={"evaluations": budget})
+    return PreparedRun(configuration, problem_of_run, resumed, notes, notes.record)

@@ -1,4 +1,4 @@
-"""Algorithms of pymoo: operators for the variables of a problem, and repeatable runs."""
+"""Adaptation of pymoo's algorithms: operators for discrete variables, and reproducible runs."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from pymoo.core.population import Population
     from pymoo.core.problem import Problem
 
-# Comparisons whose ties of violation pymoo draws from the entropy of the operating system.
+# Comparisons that break ties by random numbers from the operating system, without a seed.
 _UNSEEDED = (comp_by_cv_then_random, comp_by_rank_and_ref_line_dist)
 _SAMPLINGS = {
     "integer": IntegerRandomSampling,
@@ -43,19 +43,21 @@ _SAMPLINGS = {
 
 
 def use_operators_for(kind: str, algorithm: Algorithm, name: str) -> None:
-    """Replace the operators of a new algorithm by those that pymoo documents for variables.
+    """Replace the operators of a new algorithm by pymoo's operators for discrete variables.
 
     Parameters
     ----------
     kind
-        Kind of the variables: integer, binary, or mixed, which are declared one by one.
+        Kind of the variables: integer, binary, or mixed (declared one by one).
     algorithm
-        A genetic algorithm, random search, or another one, with operators for real variables.
+        New algorithm with operators for real variables.
+    name
+        Name of the algorithm, for messages.
 
     Raises
     ------
     ValueError
-        If the algorithm has no operators that could be replaced.
+        If the operators of the algorithm cannot be replaced.
     """
     sampling: Any = _SAMPLINGS[kind]()
     mating: Any = getattr(algorithm, "mating", None)
@@ -78,21 +80,23 @@ def use_operators_for(kind: str, algorithm: Algorithm, name: str) -> None:
         if kind == "binary":
             mating.crossover, mating.mutation = TwoPointCrossover(), BitflipMutation()
         else:
-            mating.crossover, mating.mutation = map(_rounded, (mating.crossover, mating.mutation))
+            mating.crossover, mating.mutation = map(
+                _with_rounding, (mating.crossover, mating.mutation)
+            )
 
 
-def _rounded(operator: Any) -> Any:
-    rounded = copy.copy(operator)  # operators are defaults that all algorithms share
+def _with_rounding(operator: Any) -> Any:
+    rounded = copy.copy(operator)  # pymoo shares its default operators between algorithms.
     rounded.vtype, rounded.repair = float, RoundingRepair()
     return rounded
 
 
 class SeededComparison:
-    """A comparison of pairs whose ties of violation are drawn from the algorithm's generator.
+    """Comparison of pairs that breaks ties by the algorithm's random generator.
 
     Parameters
     ----------
-    inner : comparison of pymoo's `TournamentSelection`.
+    inner : comparison function of pymoo's `TournamentSelection`.
     """
 
     def __init__(self, inner: Any) -> None:
@@ -101,7 +105,19 @@ class SeededComparison:
     def __call__(
         self, pop: Population, P: NDArray[np.int_], random_state: Any = None, **options: Any
     ) -> NDArray[np.int_]:
-        """Return the winners, shape (n, 1), of pairs `P`, shape (n, 2): rows of the population."""
+        """Return the winner of each pair, as rows of the population.
+
+        Parameters
+        ----------
+        pop
+            Population.
+        P
+            Pairs of rows, shape (n, 2).
+
+        Returns
+        -------
+        array, shape (n, 1)
+        """
         violation = pop.get("CV")[P, 0]
         tied = (violation[:, 0] == violation[:, 1]) & (violation[:, 0] > 0.0)
         winners = np.empty((len(P), 1), dtype=np.int_)
@@ -111,10 +127,10 @@ class SeededComparison:
 
 
 def seed_draws(algorithm: Algorithm) -> None:
-    """Let an algorithm that is set up draw by its own generator alone.
+    """Make an algorithm that is set up use its own random generator only.
 
-    pymoo draws ties of its NSGA-III and the elites of its CMOPSO from the entropy of the operating
-    system, so that a run would not repeat with its seed.
+    pymoo breaks ties in NSGA-III and selects elites in CMOPSO by unseeded random numbers, which
+    makes runs irreproducible.
     """
     selection: Any = getattr(getattr(algorithm, "mating", None), "selection", None)
     if isinstance(selection, TournamentSelection) and selection.func_comp in _UNSEEDED:
@@ -129,8 +145,8 @@ def seed_draws(algorithm: Algorithm) -> None:
 class FrontRVEA(RVEA):
     """RVEA of pymoo whose result is the nondominated part of its population.
 
-    Nor does it end a generation before its budget of evaluations is used, as pymoo's does, which
-    counts the first generation twice.
+    It also uses its whole budget of evaluations, whereas pymoo's RVEA counts the first generation
+    twice and ends one generation early.
     """
 
     termination: Any

@@ -1,4 +1,4 @@
-"""Refinement of the front by the problem: the last stage of a run."""
+"""Local refinement of the front by the problem, after the search."""
 
 from __future__ import annotations
 
@@ -24,32 +24,34 @@ if TYPE_CHECKING:
 
 
 class Refinement:
-    """Refinement of a front by the problem's method ``refine``.
+    """Local refinement of a front by the problem's method ``refine``.
 
-    A refined design replaces a solution of the front if it is feasible and no objective is worse.
-    Further designs are added if they are feasible. The refinement is deterministic.
+    Iterating over the object performs the refinement. A refined design replaces a solution of the
+    front if it is feasible and no objective is worse. Further designs are added if they are
+    feasible. The refinement is deterministic.
 
     Parameters
     ----------
+    problem : problem of the front.
     front : evaluated individuals that satisfy all constraints.
 
     Attributes
     ----------
     changed : (n,) mask of the solutions of the front that were replaced.
-    error : why the refinement ended early, empty if it did not.
+    error : reason for an early end, otherwise empty.
     """
 
     def __init__(self, problem: Problem, front: Population) -> None:
         self.changed = np.zeros(len(front), dtype=np.bool_)
         self.error = ""
         self._problem = problem
-        # the refinement is not part of the budget of the search
+        # The refinement is not part of the evaluation budget of the search.
         self._evaluator = TolerantEvaluator(warn=False)
-        self._taken: dict[int, Individual] = dict(enumerate(front))  # by row of the tables
+        self._solutions: dict[int, Individual] = dict(enumerate(front))  # by row of the tables
 
     def __iter__(self) -> Iterator[Population]:
-        """Yield the evaluated designs after each step."""
-        if not self._taken:
+        """Yield the evaluated designs of each step."""
+        if not self._solutions:
             return
         last = as_numbers(self._problem, self.solutions.get("X")).astype(float)
         try:
@@ -59,19 +61,19 @@ class Refinement:
                     rows = np.flatnonzero((table != np.vstack([last, new])).any(axis=1))
                     last = table
                     if len(rows):
-                        yield self._take(rows, table[rows])
+                        yield self._evaluate_and_replace(rows, table[rows])
         except (PluginError, EvaluationError) as error:
             self.error = str(error)
 
     @property
     def solutions(self) -> Population:
-        """Solutions of the front or their replacements, then those added."""
-        return Population.create(*(self._taken[row] for row in sorted(self._taken)))
+        """Solutions of the front or their replacements, followed by the added solutions."""
+        return Population.create(*(self._solutions[row] for row in sorted(self._solutions)))
 
     @property
     def added(self) -> int:
-        """Number of solutions added to those of the front."""
-        return len(self._taken) - len(self.changed)
+        """Number of added solutions."""
+        return len(self._solutions) - len(self.changed)
 
     @property
     def front(self) -> Population:
@@ -80,14 +82,15 @@ class Refinement:
         archive.add(solutions.get("F").astype(float), solutions)
         return archive.individuals
 
-    def _take(self, rows: NDArray[np.intp], X: FloatArray) -> Population:
-        tried = individuals(designs_of(self._problem, X))
-        self._evaluator.eval(self._problem, tried)
-        good = tried.get("feas").astype(bool) & succeeded(tried)
-        for row, solution in zip(rows[good].tolist(), tried[good], strict=True):
-            before = self._taken.get(row)
+    def _evaluate_and_replace(self, rows: NDArray[np.intp], X: FloatArray) -> Population:
+        designs = individuals(designs_of(self._problem, X))
+        self._evaluator.eval(self._problem, designs)
+        is_feasible = designs.get("feas").astype(bool) & succeeded(designs)
+        accepted = zip(rows[is_feasible].tolist(), designs[is_feasible], strict=True)
+        for row, solution in accepted:
+            before = self._solutions.get(row)
             if before is None or (solution.F <= before.F).all():
-                self._taken[row] = solution
+                self._solutions[row] = solution
                 if row < len(self.changed):
                     self.changed[row] = True
-        return tried
+        return designs

@@ -1,4 +1,4 @@
-"""Registry of algorithms: one record for each, which the command line and the docs follow."""
+"""Registry of algorithms, which the command line and the documentation use."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ DEFAULT, ROBUST = "mgeo-directed", "mgeo-staged"
 
 @dataclass(frozen=True)
 class AlgorithmRecord:
-    """An algorithm by its name.
+    """Entry of an algorithm in the registry.
 
     Attributes
     ----------
@@ -19,14 +19,14 @@ class AlgorithmRecord:
     label : str
         Name in texts.
     description : str
-        What it is, in one line.
+        Description in one line.
     path : str
-        ``module:Class``; imported when the algorithm is built.
+        ``module:Class``, imported when the algorithm is built.
     population : tuple of str
-        Keywords of a constructor of pymoo's that the parameter ``population`` sets. Empty if the
-        parameters are the constructor's own.
+        Keyword arguments of a pymoo constructor that the parameter ``population`` sets. Empty if
+        the parameters are those of the constructor.
     constraints : bool
-        Whether it treats constraints.
+        Whether the algorithm supports constraints.
     """
 
     name: str
@@ -41,7 +41,7 @@ _SIZE, _DIRECTIONS = ("pop_size",), ("ref_dirs",)
 _BOTH = (*_DIRECTIONS, *_SIZE)
 
 
-def _own(name: str, label: str, cls: str, description: str) -> AlgorithmRecord:
+def _mgeo(name: str, label: str, cls: str, description: str) -> AlgorithmRecord:
     return AlgorithmRecord(name, label, description, f"mgeo.algorithms:{cls}")
 
 
@@ -54,12 +54,12 @@ def _pymoo(
 
 #: The algorithms of mgeo and of pymoo. An installed plugin adds its own by an entry point.
 RECORDS = (
-    _own("mgeo-real", "MGEO_real", "MGEOReal", "normal steps of one variable, published"),
-    _own("mgeo-real2", "MGEO_real2", "MGEOReal2", "steps of several sizes, published"),
-    _own("mgeo-canonical", "MGEO", "MGEOCanonical", "flips of one bit, published"),
-    _own("mgeo-var", "MGEO_var", "MGEOVar", "a flip of one bit of each variable, published"),
-    _own(DEFAULT, "decomposition-based MGEO", "MGEODirected", "walkers by direction; the default"),
-    _own(ROBUST, "staged MGEO", "MGEOStaged", "by fidelity levels; the default with --robust"),
+    _mgeo("mgeo-real", "MGEO_real", "MGEOReal", "normal steps of one variable, published"),
+    _mgeo("mgeo-real2", "MGEO_real2", "MGEOReal2", "steps of several sizes, published"),
+    _mgeo("mgeo-canonical", "MGEO", "MGEOCanonical", "flips of one bit, published"),
+    _mgeo("mgeo-var", "MGEO_var", "MGEOVar", "a flip of one bit of each variable, published"),
+    _mgeo(DEFAULT, "decomposition-based MGEO", "MGEODirected", "walkers by direction; the default"),
+    _mgeo(ROBUST, "staged MGEO", "MGEOStaged", "by fidelity levels; the default with --robust"),
     _pymoo("nsga2", "NSGA-II", "moo.nsga2:NSGA2", "nondominated sorting and crowding distance"),
     _pymoo("nsga3", "NSGA-III", "moo.nsga3:NSGA3", "reference directions", _BOTH),
     _pymoo("u-nsga3", "U-NSGA-III", "moo.unsga3:UNSGA3", "NSGA-III with tournaments", _BOTH),

@@ -1,4 +1,4 @@
-"""One run of one algorithm on one problem: search, refinement, and outcome."""
+"""Execution of one run: search, local refinement, and outcome."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ if TYPE_CHECKING:
 
 
 class State(Callback):
-    """State of a run, updated after each generation and each step of the refinement.
+    """State of a run, updated after each generation and each step of the local refinement.
 
     Parameters
     ----------
     algorithm : Algorithm
-        Set up or resumed.
+        Algorithm that is set up or resumed.
     budget : int
-        Budget of evaluations, that of the termination of the algorithm.
+        Budget of evaluations, equal to that of the algorithm's termination.
     callback : function, optional
-        Called with the state after every update. It may call ``state.stop()``.
+        Function called with the state after every update. It may call ``state.stop()``.
     notes : Notes, optional
         Notes of the checkpoint of a resumed run.
     max_time : float, optional
@@ -45,13 +45,13 @@ class State(Callback):
     Attributes
     ----------
     evaluations, rough : int
-        Number of evaluations, and of those that gave estimates.
+        Numbers of all evaluations and of low-fidelity evaluations.
     stopped : StopReason or None
-        Why the run ends before its budget is used.
+        Reason for ending the run before its budget is used.
     refinement : Refinement or None
-        The refinement after the search, once it has begun.
+        Local refinement after the search, None before.
     checkpoint, recorder : Checkpoint and Recorder, or None
-        What is saved while the run continues.
+        Callbacks that save the run while it continues.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class State(Callback):
             self.take_over()
 
     def stop(self, reason: StopReason = "signal") -> None:
-        """End the run after this generation."""
+        """End the run after the current generation."""
         self.stopped = reason
 
     @property
@@ -91,12 +91,12 @@ class State(Callback):
 
     @property
     def elapsed(self) -> float:
-        """Duration of the run [s], without the time between its parts."""
+        """Duration of the run [s], without interruptions of a resumed run."""
         return time.perf_counter() - self._clock
 
     @property
     def checkpoint_error(self) -> str | None:
-        """Error of the latest attempt to write a checkpoint, None if there was none."""
+        """Error of the latest attempt to write a checkpoint, None if it succeeded."""
         error = None if self.checkpoint is None else self.checkpoint.error
         return None if error is None else str(error)
 
@@ -109,18 +109,19 @@ class State(Callback):
     def front(self) -> tuple[FloatArray, FloatArray]:
         """Return X (n, n_var) and F (n, n_obj) of `solutions`.
 
-        Before the last stage of a staged run, F is an estimate.
+        F has low-fidelity values before the last fidelity level of a staged run.
         """
-        found = self.solutions()
-        X = found.get("X") if len(found) else np.empty((0, self.problem.n_var))
-        return as_numbers(self.problem, X).astype(float), values_of(found, "F", self.problem.n_obj)
+        solutions = self.solutions()
+        X = solutions.get("X") if len(solutions) else np.empty((0, self.problem.n_var))
+        F = values_of(solutions, "F", self.problem.n_obj)
+        return as_numbers(self.problem, X).astype(float), F
 
     def hypervolume(self, F: FloatArray) -> float | None:
-        """Return the hypervolume of a front, None while its objectives are estimates."""
+        """Return the hypervolume of objectives F, None while they have low-fidelity values."""
         return None if is_rough(self.algorithm) else hypervolume(self.problem, F)
 
     def take_over(self) -> None:
-        """Take over the front and the counts of the algorithm."""
+        """Update the front and the evaluation counts from the algorithm."""
         opt = self.algorithm.opt
         self._front = Population() if opt is None else opt
         self.evaluations = self.algorithm.evaluator.n_eval
@@ -128,7 +129,7 @@ class State(Callback):
             self.rough = self.evaluations
 
     def refine(self) -> bool:
-        """Let the problem refine the front; return whether it came to its end."""
+        """Refine the front by the problem; return whether the refinement was completed."""
         self.refinement = Refinement(self.problem, self.solutions())
         for _ in self.refinement:
             self._front = self.refinement.front
@@ -142,13 +143,13 @@ class State(Callback):
         self.take_over()
         self._n_idle = self._n_idle + 1 if self.evaluations == before else 0
         self._watch()
-        # C-TAEA of pymoo continues forever where there are no other designs
+        # pymoo's C-TAEA continues forever if it finds no new designs.
         if self.stopped is not None or self._n_idle >= IDLE_STEPS:
             algorithm.termination.terminate()
             algorithm.termination.update(algorithm)
 
     def _watch(self) -> None:
-        """Check the time, and call the callback, which may stop the run."""
+        """Check the time limit and call the callback, both of which may stop the run."""
         if self._deadline is not None and time.monotonic() >= self._deadline:
             self.stop("max_time")
         if self._callback is not None:
@@ -156,26 +157,28 @@ class State(Callback):
 
 
 def solve(state: State, *, polish: bool = False) -> Outcome:
-    """Run an algorithm until its budget is used or it is stopped, and return what it found.
+    """Run an algorithm until its budget is used or it is stopped, and return the outcome.
 
-    The last generation is completed, so that a few more evaluations may be made. A
-    KeyboardInterrupt ends the run at once, with the result of the last complete generation.
-    Failing evaluations cost the candidates concerned (see `mgeo.TolerantEvaluator`).
+    The last generation is completed, so the budget can be exceeded slightly. A KeyboardInterrupt
+    ends the run immediately, with the result of the last complete generation. A failed evaluation
+    discards only its candidate (see `mgeo.TolerantEvaluator`).
 
     Parameters
     ----------
+    state
+        State of the run.
     polish
-        Whether the problem refines the front when the budget is used. A checkpoint has the state
-        before the refinement.
+        Whether the problem refines the front locally when the budget is used. The checkpoint
+        contains the state before the refinement.
 
     Raises
     ------
     EvaluationError
-        If every candidate fails.
+        If every evaluation failed.
     """
     algorithm = state.algorithm
-    saving = [each for each in (state.recorder, state.checkpoint) if each is not None]
-    algorithm.callback = CallbackCollection(state, *saving)
+    writers = [each for each in (state.recorder, state.checkpoint) if each is not None]
+    algorithm.callback = CallbackCollection(state, *writers)
     is_refined = not polish
     try:
         algorithm.run()
@@ -195,24 +198,23 @@ def solve(state: State, *, polish: bool = False) -> Outcome:
         except KeyboardInterrupt:
             state.stop()
     if is_refined and state.evaluations >= state.budget:
-        return _outcome(state, "budget")
-    return _outcome(state, state.stopped or "exhausted")
+        return _build_outcome(state, "budget")
+    return _build_outcome(state, state.stopped or "exhausted")
 
 
-def _outcome(state: State, reason: StopReason) -> Outcome:
-    """Return the result of a run."""
+def _build_outcome(state: State, reason: StopReason) -> Outcome:
     problem, refined = state.problem, state.refinement
     X, F = state.front()
     order = np.lexsort(F.T[::-1])
-    found = state.solutions()
+    solutions = state.solutions()
     constraints = constraint_names(problem)
     variables, objectives = column_names(problem)
     is_stuck = constraints and not len(F)
     return Outcome(
         X=X[order],
         F=F[order],
-        G=values_of(found, "G", problem.n_ieq_constr)[order],
-        H=values_of(found, "H", problem.n_eq_constr)[order],
+        G=values_of(solutions, "G", problem.n_ieq_constr)[order],
+        H=values_of(solutions, "H", problem.n_eq_constr)[order],
         variables=variables,
         objectives=objectives,
         constraints=constraints,
@@ -232,6 +234,20 @@ def _outcome(state: State, reason: StopReason) -> Outcome:
 
 
 def values_of(solutions: Population, key: str, width: int) -> FloatArray:
-    """Return objectives or constraints of solutions, shape (n, width)."""
+    """Return objectives or constraints of solutions as floats.
+
+    Parameters
+    ----------
+    solutions
+        Population, which may be empty.
+    key
+        "F", "G" or "H".
+    width
+        Number of columns.
+
+    Returns
+    -------
+    array, shape (n, width)
+    """
     values = solutions.get(key) if len(solutions) else np.empty(0)
     return np.asarray(values, dtype=float).reshape(len(solutions), width)

@@ -1,4 +1,4 @@
-"""Atomic writing of files, and a lock that lets one process at a time write into a folder."""
+"""Atomic writing of files, and a lock that restricts writing into a folder to one process."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: File that is locked while a process writes into the folder.
+#: Name of the file that is locked while a process writes into its folder.
 LOCK_FILE = ".mgeo-lock"
-_PROBE = 2**16  # bytes that must fit on the disk: the tables of a small front
+_PROBE = 2**16  # free disk space required before a run [bytes], enough for a small front
 
 
 def write_file(path: Path | str, content: bytes) -> None:
-    """Write a file. Readers see the old content or the new content, never a part of it.
+    """Write a file atomically, so that readers see either the old or the new content.
 
     Raises
     ------
@@ -33,10 +33,16 @@ def write_file(path: Path | str, content: bytes) -> None:
 
 
 def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
-    """Write several files into a folder. All are on the disk before the first one is renamed.
+    """Write several files into a folder, and rename them only after all are on the disk.
 
     A full disk therefore leaves the folder unchanged. Files are renamed in the given order. The
-    last file marks the set as complete: an existing one is removed before the others are replaced.
+    last file marks the set as complete, so an existing one is removed before the first file is
+    renamed.
+
+    Parameters
+    ----------
+    folder : existing folder.
+    contents : content of each file by name.
 
     Raises
     ------
@@ -49,13 +55,13 @@ def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
         for name, content in contents.items():
             temporary = folder / f".{name}.{secrets.token_hex(8)}.tmp"
             staged[temporary] = folder / name
-            # "x" refuses an existing file or link, which another user may have placed there
-            with _errors_name(folder / name), temporary.open("xb") as file:
+            # Mode "x" refuses an existing file or link, which another user may have created.
+            with _add_path_to_errors(folder / name), temporary.open("xb") as file:
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
-        *others, last = staged.values()
-        if others:
+        *previous, last = staged.values()
+        if previous:
             last.unlink(missing_ok=True)
         for temporary, path in staged.items():
             os.replace(temporary, path)
@@ -67,34 +73,34 @@ def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
 
 
 def check_writable(folder: Path | str) -> None:
-    """Check that files can be written into a folder, or into its nearest existing parent.
+    """Raise OSError if files cannot be written into a folder, or into its nearest existing parent.
 
     Raises
     ------
     OSError
-        If a small file cannot be written. The error names the folder.
+        If a file of 64 KiB cannot be written. The error names the folder.
     """
     folder = Path(folder)
     if not folder.is_dir():
         folder = next(parent for parent in folder.absolute().parents if parent.is_dir())
-    with _errors_name(folder), tempfile.TemporaryFile(dir=folder) as file:
+    with _add_path_to_errors(folder), tempfile.TemporaryFile(dir=folder) as file:
         file.write(bytes(_PROBE))
         file.flush()
 
 
 def to_json(document: Mapping[str, Any]) -> bytes:
-    """Return the content of a JSON file. Floats are written by repr and read back exactly.
+    """Return the content of a JSON file, with floats in the shortest exact form.
 
     Raises
     ------
     TypeError, ValueError
-        For values that JSON cannot hold, such as an infinity.
+        If a value has no JSON form, such as an infinity.
     """
     return (json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n").encode()
 
 
 def to_npz(arrays: Mapping[str, NDArray[Any]]) -> bytes:
-    """Return the content of an .npz file with these arrays of numbers."""
+    """Return the content of an .npz file with named arrays of numbers."""
     named: dict[str, Any] = dict(arrays)
     content = io.BytesIO()
     np.savez(content, **named)
@@ -103,12 +109,14 @@ def to_npz(arrays: Mapping[str, NDArray[Any]]) -> bytes:
 
 @contextmanager
 def lock(folder: Path, patience: float = 0.0) -> Iterator[None]:
-    """Hold the lock of a folder. The operating system releases it when the process ends.
+    """Hold the lock of a folder; the operating system releases it if the process is killed.
 
     Parameters
     ----------
+    folder
+        Existing folder.
     patience
-        Time to wait for another process [s].
+        Maximum time to wait for another process [s].
 
     Raises
     ------
@@ -117,7 +125,7 @@ def lock(folder: Path, patience: float = 0.0) -> Iterator[None]:
     OSError
         If the lock file cannot be written.
     """
-    from filelock import FileLock, Timeout  # a comparison in Python needs no lock
+    from filelock import FileLock, Timeout  # an optional dependency, needed only here
 
     guard = FileLock(folder / LOCK_FILE)
     try:
@@ -127,14 +135,14 @@ def lock(folder: Path, patience: float = 0.0) -> Iterator[None]:
     try:
         yield
     finally:
-        with suppress(OSError):  # Windows does not remove an open file
-            (folder / LOCK_FILE).unlink()  # who waits for it notices that, and creates another
+        with suppress(OSError):  # Windows does not remove an open file.
+            (folder / LOCK_FILE).unlink()  # A waiting process detects this and creates a new file.
         guard.release()
 
 
 @contextmanager
-def _errors_name(path: Path) -> Iterator[None]:
-    """Add the path to errors of the operating system, which has none when the disk is full."""
+def _add_path_to_errors(path: Path) -> Iterator[None]:
+    """Add the path to errors of the operating system, which omit it for a full disk."""
     try:
         yield
     except OSError as error:

@@ -1,7 +1,7 @@
 """Checkpoints of runs of the MGEO family, and `resume`.
 
-A checkpoint is an .npz archive of the arrays of the state. Its entry ``json`` holds everything else
-as text: nothing in it is unpickled.
+A checkpoint is an .npz archive with the arrays of the algorithm's state. The entry ``json`` holds
+all other data as text, so that nothing is unpickled.
 """
 
 from __future__ import annotations
@@ -33,22 +33,22 @@ from mgeo.validation.entries import entry, errors_of
 class Checkpoint(Callback):
     """Callback that saves the state of a run of the MGEO family in a file, for `resume`.
 
-    The first and the last generation are always saved, and generations between after some time. If
-    a checkpoint cannot be written, the previous one stays, one RuntimeWarning is given, and the run
-    continues. A `Recorder` of the same run (in a pymoo `CallbackCollection`) is flushed before each
-    checkpoint.
+    The first and the last generation are always saved, and generations between them at intervals of
+    `every_seconds`. If a checkpoint cannot be written, the previous one stays, one RuntimeWarning
+    is issued, and the run continues. A `Recorder` of the same run (in a pymoo `CallbackCollection`)
+    is flushed before each checkpoint.
 
     Parameters
     ----------
     path : file to write; its folder must exist.
-    every_seconds : time between two checkpoints; 0 saves every generation.
+    every_seconds : minimum time between two checkpoints [s]; 0 saves every generation.
     notes : function that returns further JSON values to save, see `read_notes`.
-    warn : whether to warn when a checkpoint cannot be written.
+    warn : whether to warn if a checkpoint cannot be written.
 
     Attributes
     ----------
-    error : the error of the latest attempt to write a checkpoint, None if there was none.
-    generation : the last saved generation, None while there is none.
+    error : error of the latest attempt to write a checkpoint, None if it succeeded.
+    generation : number of the last saved generation, None before the first.
 
     Raises
     ------
@@ -82,7 +82,7 @@ class Checkpoint(Callback):
         self.warn = warn
         self.error: OSError | None = None
         self.generation: int | None = None
-        self._start_time: float | None = None  # of the run that is saved
+        self._start_time: float | None = None  # identifies the saved run
         self._next_time = 0.0
 
     def _update(self, algorithm: Any) -> None:
@@ -92,14 +92,14 @@ class Checkpoint(Callback):
             self.write(algorithm)
 
     def write(self, algorithm: ExtremalOptimization) -> None:
-        """Write a checkpoint of the present generation.
+        """Write a checkpoint of the current generation.
 
         Raises
         ------
         ValueError, TypeError
-            If the algorithm has no state to save, see `mgeo.algorithms.state.capture`.
+            If the state of the algorithm cannot be saved, see `mgeo.algorithms.state.capture`.
         """
-        content = _content(algorithm, self.notes())
+        content = _encode_state(algorithm, self.notes())
         callbacks = getattr(algorithm.callback, "callbacks", [algorithm.callback])
         try:
             for recorder in callbacks:
@@ -131,33 +131,33 @@ def resume(
     check: bool = True,
     **options: Any,
 ) -> ExtremalOptimization:
-    """Return the algorithm of a checkpoint. It continues exactly as the saved run would have.
+    """Return the algorithm of a checkpoint, ready to continue exactly as the saved run.
 
     Parameters
     ----------
-    path : file that a `Checkpoint` wrote.
-    problem : the problem of the run.
-    termination : a new termination, counted from the beginning of the run, in any form that pymoo
-        takes; None for the one of the run.
-    algorithm : an algorithm of the same class and parameters. None for algorithms of mgeo, which
-        are built from the checkpoint.
-    check : whether the versions of the software must be those of the run, and up to three points of
-        the archive are evaluated again and must have the saved values. Use False for a problem
-        whose values are random, and to continue with other versions, perhaps not exactly.
-        These evaluations are not counted.
-    options : as for `setup` of pymoo: ``callback`` (to continue with checkpoints), ``verbose``, ...
+    path : file of a `Checkpoint`.
+    problem : problem of the run.
+    termination : new termination in any form that pymoo accepts, counted from the start of the run;
+        None for the termination of the run.
+    algorithm : algorithm of the same class with the same parameters; None for algorithms of mgeo,
+        which are built from the checkpoint.
+    check : whether to require equal versions of the software, and to reevaluate up to three points
+        of the archive and require equal values. These evaluations are not counted. Use False for a
+        problem with random values, and to continue with other versions, where results may differ.
+    options : keyword arguments of pymoo's `setup`, such as ``callback`` (to continue with
+        checkpoints) and ``verbose``.
 
     Returns
     -------
-    The algorithm: call ``run()`` for its result, or use ``next`` or ask and tell.
+    The algorithm; call ``run()`` for its result, or use ``next`` or ask and tell.
 
     Raises
     ------
     FileNotFoundError : if there is no such file.
-    ValueError : if the file is damaged; if problem, algorithm, parameters or versions are not those
-        of the run, naming the first difference; or if the run has no saved termination and none is
-        given.
-    TypeError : for an option that `setup` does not take.
+    ValueError : if the file is damaged; if the problem, algorithm, parameters or versions differ
+        from those of the run (the message contains the first difference); or if the run has no
+        saved termination and none is given.
+    TypeError : if `setup` has no option of a given name.
 
     Examples
     --------
@@ -192,19 +192,21 @@ def resume(
 
 
 def read_notes(path: Path | str) -> Mapping[str, Any]:
-    """Return the notes that a checkpoint was written with.
+    """Return the notes saved in a checkpoint.
 
     Raises
     ------
-    FileNotFoundError, ValueError
-        If there is no such file, or it is damaged.
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        If the file is damaged.
     """
     notes: Mapping[str, Any] = _read(path)[1]["notes"]
     return notes
 
 
 def _build_algorithm(state: SavedState) -> ExtremalOptimization:
-    """Build an algorithm of mgeo from a saved state. Nothing is imported for that."""
+    """Build an algorithm of mgeo from a saved state, without importing a module."""
     name = entry(state.data, "class", str)
     cls = getattr(algorithms, name.rpartition(".")[2], None)
     if not isinstance(cls, type) or full_name(cls) != name:
@@ -213,7 +215,7 @@ def _build_algorithm(state: SavedState) -> ExtremalOptimization:
     return algorithm
 
 
-def _content(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
+def _encode_state(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
     state = capture(algorithm)
     data = {
         "versions": versions(),

@@ -1,4 +1,4 @@
-"""Identity of a problem and versions of the software, as plain data."""
+"""Identity of a problem and versions of the software, as JSON values."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mgeo.plugins.problems import is_own_class
 
 
 def identity(problem: Problem) -> dict[str, Any]:
-    """Return class, sizes, bounds and ``options()`` of a problem as JSON values."""
+    """Return the class, sizes, bounds and ``options()`` of a problem as JSON values."""
     declared = getattr(problem, "vars", None) or {}
     options = options_of(problem)
     data = {
@@ -30,20 +30,26 @@ def identity(problem: Problem) -> dict[str, Any]:
         "n_eq_constr": problem.n_eq_constr,
         "vars": {key: type(variable).__name__ for key, variable in declared.items()},
         **({"choices": options} if options else {}),
-        "xl": _plain(problem.xl),
-        "xu": _plain(problem.xu),
+        "xl": _bound_as_list(problem.xl),
+        "xu": _bound_as_list(problem.xu),
         "options": protocol.options(problem),
     }
     read_back: dict[str, Any] = json.loads(json.dumps(data, default=str))
     return read_back
 
 
-def _plain(bound: Any) -> Any:
+def _bound_as_list(bound: Any) -> Any:
     return bound.tolist() if isinstance(bound, np.ndarray) else bound
 
 
 def difference(expected: Any, found: Any, name: str = "") -> str:
-    """Return the first difference of two JSON values in words, empty if there is none."""
+    """Return the first difference between two JSON values as text, empty if they are equal.
+
+    Parameters
+    ----------
+    expected, found : JSON values.
+    name : name of the values in the text.
+    """
     if isinstance(expected, Mapping) and isinstance(found, Mapping):
         for key in [*expected, *(key for key in found if key not in expected)]:
             below = f"{name}.{key}" if name else key
@@ -54,14 +60,19 @@ def difference(expected: Any, found: Any, name: str = "") -> str:
 
 
 def versions(*more: str) -> dict[str, str]:
-    """Return the installed versions of mgeo, pymoo, numpy and further distributions."""
+    """Return the installed versions of mgeo, pymoo, numpy and the distributions in `more`."""
     return {name: version(name) for name in ("mgeo", "pymoo", "numpy", *more)}
 
 
 def installed_versions(problem: str) -> dict[str, str]:
-    """Return the installed versions that a run of a problem depends on."""
+    """Return the installed versions that affect the runs of a problem, by distribution.
+
+    Parameters
+    ----------
+    problem : name of the problem.
+    """
     if is_benchmark(problem):
-        own = distributions(problem)
+        names = distributions(problem)
     else:
-        own = [] if is_own_class(problem) else [find_plugin(problem).distribution]
-    return {"python": platform.python_version(), **versions(*own)}
+        names = [] if is_own_class(problem) else [find_plugin(problem).distribution]
+    return {"python": platform.python_version(), **versions(*names)}

@@ -1,4 +1,4 @@
-"""Reading of text, JSON, CSV and .npz files with errors that name the file."""
+"""Readers of text, JSON, CSV and .npz files whose errors name the file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
-    """Return the text of a UTF-8 file, without a byte-order mark.
+    """Return the text of a UTF-8 file without its byte-order mark.
 
     Raises
     ------
@@ -33,9 +33,9 @@ def read_text(path: str | os.PathLike[str]) -> str:
 
 
 def exact_floats() -> dict[str, Any]:
-    """Return the option of `pandas.read_csv` that reads numbers exactly.
+    """Return the keyword arguments with which `pandas.read_csv` reads floats exactly.
 
-    It is the default since pandas 3.1, which deprecates the option.
+    pandas 3.1 does so by default and deprecates the option.
     """
     import pandas as pd
 
@@ -57,7 +57,7 @@ def read_json(path: Path | str) -> Any:
 
 
 def parse_json(text: str) -> Any:
-    """Return the data of a JSON text, without the non-standard constants NaN and Infinity.
+    """Return the data of a JSON text; the constants NaN and Infinity are refused.
 
     Raises
     ------
@@ -72,17 +72,17 @@ def _refuse_constant(name: str) -> float:
 
 
 def from_npz(content: bytes) -> dict[str, NDArray[Any]]:
-    """Return the arrays of numbers and of text in an .npz archive. Nothing is unpickled.
+    """Return the arrays of numbers and text in an .npz archive; nothing is unpickled.
 
     Raises
     ------
     ValueError
-        If the content is not such an archive, or holds an array of another kind.
+        If the content is not an .npz archive, or contains an array of another kind.
     """
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             arrays = dict(archive)
-    except Exception as error:  # zipfile, zlib and numpy raise errors of many kinds
+    except Exception as error:  # zipfile, zlib and numpy raise various errors.
         raise ValueError(f"no archive of arrays: {type(error).__name__}: {error}") from error
     for name, array in arrays.items():
         if not isinstance(array, np.ndarray) or array.dtype.kind not in "biufU":
@@ -91,19 +91,21 @@ def from_npz(content: bytes) -> dict[str, NDArray[Any]]:
 
 
 def to_csv(table: pd.DataFrame) -> bytes:
-    """Return the content of a CSV file. Floats are written by repr, NaN as ``nan``."""
+    """Return the content of a CSV file with exact floats and NaN as ``nan``."""
     text: str = table.to_csv(index=False, na_rep="nan", lineterminator="\n")
     return text.encode()
 
 
 def read_numbers(path: Path) -> pd.DataFrame:
-    """Return a CSV file of finite numbers, exactly as they were written.
+    """Return the table of a CSV file of finite numbers, with exact floats.
 
     Raises
     ------
-    OSError, FileError
-        If the file cannot be read, is not a table, or naming the row and the column of a value
-        that is not a finite number.
+    OSError
+        If the file cannot be read.
+    FileError
+        If the file is not a table, or a value is not a finite number. The message contains the row
+        and the column.
     """
     import pandas as pd
 
@@ -117,6 +119,6 @@ def read_numbers(path: Path) -> pd.DataFrame:
             is_finite = np.isfinite(values[name])
             if not is_finite.all():
                 row = int(np.argmin(is_finite))
-                found = table[name].iloc[row]
-                raise ValueError(f"row {row + 1}, {name} = {found!r:.40}: expected a finite number")
+                value = table[name].iloc[row]
+                raise ValueError(f"row {row + 1}, {name} = {value!r:.40}: expected a finite number")
     return values

@@ -1,4 +1,4 @@
-"""A record of every evaluation of a run, in .npz files that can be read while the run continues."""
+"""Record of every evaluation of a run, in .npz files that are readable while the run continues."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ if TYPE_CHECKING:
 
 
 class Recorder(Callback):
-    """Callback that writes every candidate of a run into a folder, to be read by `read_record`.
+    """Callback that writes every evaluated candidate of a run into a folder, for `read_record`.
 
-    The recorder replaces ``save_history`` of pymoo, which keeps a copy of the algorithm in memory
-    for each generation. Any algorithm can be recorded whose candidates are evaluated a generation
-    at a time.
+    The recorder replaces pymoo's ``save_history``, which keeps a copy of the algorithm in memory
+    for each generation. It supports algorithms that evaluate all candidates of a generation as
+    offspring.
 
-    When a run is resumed (see `mgeo.resume`) with a recorder on the same folder, the rows after
-    the checkpoint are replaced by those of the resumed run.
+    If a run is resumed (see `mgeo.resume`) with a recorder on the same folder, the rows after the
+    checkpoint are replaced by those of the resumed run.
 
     Parameters
     ----------
     folder : folder to write into, created if it does not exist.
-    every_seconds : time for which rows are kept in memory, to be written together.
+    every_seconds : minimum time between two writes [s]; rows are kept in memory until then.
     overwrite : whether a new run may replace a record in the folder.
 
     Examples
@@ -63,8 +63,8 @@ class Recorder(Callback):
         self.every_seconds = validate_number("every_seconds", every_seconds, low=0)
         self.overwrite = overwrite
         self._columns: list[str] = []
-        self._buffer: list[FloatArray] = []  # generations that are not written yet
-        self._start_time: float | None = None  # of the recorded run
+        self._buffer: list[FloatArray] = []  # rows of generations that are not written yet
+        self._start_time: float | None = None  # identifies the recorded run
         self._generation = 0
         self._n_eval = 0
         self._next_time = 0.0
@@ -73,12 +73,12 @@ class Recorder(Callback):
         self.take(algorithm)
 
     def take(self, algorithm: Any) -> None:
-        """Record the generation that has just ended, unless it is recorded already.
+        """Record the last generation of an algorithm, unless it is already recorded.
 
         Raises
         ------
         ValueError
-            If the folder holds the record of another run, or the algorithm evaluates candidates
+            If the folder holds the record of another run, or the algorithm evaluated candidates
             that are not among its offspring.
         OSError
             If a file cannot be written.
@@ -91,19 +91,19 @@ class Recorder(Callback):
         evaluated = algorithm.evaluator.n_eval - self._n_eval
         if not is_same_run:
             self._open(algorithm.problem, generation)
-        elif evaluated > np.size(candidates):  # it may be a single one
+        elif evaluated > np.size(candidates):  # The offspring may be a single individual.
             raise ValueError(
                 f"{type(algorithm).__name__} made {evaluated} evaluations in generation "
                 f"{generation} and has {np.size(candidates)} offspring: expected all among these"
             )
-        self._buffer.append(_rows(algorithm.problem, candidates, generation))
+        self._buffer.append(_build_rows(algorithm.problem, candidates, generation))
         self._start_time = algorithm.start_time
         self._generation, self._n_eval = generation, algorithm.evaluator.n_eval
         if time.monotonic() >= self._next_time or algorithm.termination.has_terminated():
             self.flush()
 
     def flush(self) -> None:
-        """Write the rows that are still in memory into one file, named by its first generation.
+        """Write the rows in memory into one file, named by the number of its first generation.
 
         Raises
         ------
@@ -127,7 +127,7 @@ class Recorder(Callback):
         self._columns = ["generation", *variables, *objectives, *G, *H, "failed"]
         if generation > 1:
             _truncate(self.folder, self._columns, generation)
-        elif not self.overwrite and _parts(self.folder):
+        elif not self.overwrite and _list_files(self.folder):
             raise FileError(
                 f"{self.folder} holds a record: choose another folder, or overwrite=True"
             )
@@ -136,15 +136,14 @@ class Recorder(Callback):
 
 
 def read_record(folder: Path | str) -> pd.DataFrame:
-    """Return a record as a table with one row per evaluation, also while the run continues.
+    """Return a record as a table with one row per evaluation; the run may still continue.
 
-    Its columns are ``generation`` (from 1), each variable and each objective by its name, the
-    constraints ``g1``, ..., ``h1``, ..., and ``failed``. The objectives of a failed evaluation are
-    NaN.
+    Columns are ``generation`` (from 1), each variable and objective by name, the constraints
+    ``g1``, ..., ``h1``, ..., and ``failed``. Objectives of failed evaluations are NaN.
 
     Parameters
     ----------
-    folder : folder that a `Recorder` wrote.
+    folder : folder of a `Recorder`.
 
     Raises
     ------
@@ -163,7 +162,7 @@ def read_record(folder: Path | str) -> pd.DataFrame:
     """
     import pandas as pd
 
-    parts = _parts(Path(folder))
+    parts = _list_files(Path(folder))
     if not parts:
         raise FileNotFoundError(f"{folder} holds no record")
     names, rows = _read_part(parts[0])
@@ -172,20 +171,20 @@ def read_record(folder: Path | str) -> pd.DataFrame:
 
 
 def remove_record(folder: Path) -> None:
-    """Remove the files of a record. Other files in the folder are kept."""
-    for path in _parts(folder):
+    """Remove the files of a record, and the folder if it is then empty."""
+    for path in _list_files(folder):
         path.unlink()
     if folder.is_dir() and not any(folder.iterdir()):
         folder.rmdir()
 
 
-def _parts(folder: Path) -> list[Path]:
-    """Return the files of a record, each named by its first generation, in their order."""
+def _list_files(folder: Path) -> list[Path]:
+    # Each file is named by its first generation, so that this order is chronological.
     return sorted(path for path in folder.glob("*.npz") if path.stem.isdecimal())
 
 
 def _read_part(path: Path, columns: list[str] | None = None) -> tuple[list[str], FloatArray]:
-    """Return the columns and the rows of a file, with these columns if they are known."""
+    """Return the columns and rows of one file, and check that the columns equal `columns`."""
     with errors_of(path):
         arrays = from_npz(path.read_bytes())
         names: list[str] = arrays.get("columns", np.empty(0)).tolist()
@@ -198,13 +197,13 @@ def _read_part(path: Path, columns: list[str] | None = None) -> tuple[list[str],
 
 
 def _truncate(folder: Path, columns: list[str], generation: int) -> None:
-    """Remove a generation and the later ones from the record of the same run.
+    """Remove the rows of a generation and of all later ones from a record.
 
-    A checkpoint is written after the rows before it, so that a generation to be removed is the
-    first one of its file.
+    Rows are written before each checkpoint, so the generation after a checkpoint is always the
+    first one of a file.
     """
     last = 0
-    for path in _parts(folder):
+    for path in _list_files(folder):
         _, rows = _read_part(path, columns)
         if int(path.stem) >= generation:
             path.unlink()
@@ -217,7 +216,7 @@ def _truncate(folder: Path, columns: list[str], generation: int) -> None:
         )
 
 
-def _rows(problem: Problem, candidates: Population, generation: int) -> FloatArray:
+def _build_rows(problem: Problem, candidates: Population, generation: int) -> FloatArray:
     n, failed = len(candidates), ~succeeded(candidates)
     X = as_numbers(problem, candidates.get("X")).astype(float)
     F, G, H = (candidates.get(key).astype(float).reshape(n, -1) for key in "FGH")

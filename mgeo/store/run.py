@@ -1,4 +1,4 @@
-"""A run as plain data: its configuration, its outcome, and the versions of the software."""
+"""Data of a run: its configuration, its outcome, and the versions of the software."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from pydantic import ConfigDict, Field, Strict
 from mgeo._typing import FloatArray
 from mgeo.validation.tables import Table
 
-Names = Annotated[tuple[str, ...], Strict(False)]  # a list in JSON
+Names = Annotated[tuple[str, ...], Strict(False)]  # JSON has lists only
 
 #: Reasons for the end of a run: its budget of evaluations, ``--max-time``, a signal or a call of
-#: `mgeo.runs.solve.State.stop`, or no design that the algorithm has not tried yet.
+#: `mgeo.runs.solve.State.stop`, or no new designs from the algorithm.
 StopReason = Literal["budget", "max_time", "signal", "exhausted"]
 
 _ENDS: dict[StopReason, str] = {
@@ -29,22 +29,22 @@ _ENDS: dict[StopReason, str] = {
 
 
 class RunConfiguration(Table):
-    """Everything that determines the front of a run.
+    """All settings that determine the front of a run.
 
     Attributes
     ----------
     problem, algorithm
         Names, see `mgeo.plugins.discovery` and `mgeo.runs.algorithms`.
     options, parameters
-        Options of the problem and parameters of the algorithm, JSON values.
+        Options of the problem and parameters of the algorithm, as JSON values.
     evaluations
         Budget of evaluations.
     seed
         Seed of all random numbers.
     starts
-        Number of designs suggested by the problem that the search begins with.
+        Number of initial designs suggested by the problem.
     polish
-        Whether the problem refines the front after the search.
+        Whether the problem refines the front locally after the search.
     """
 
     problem: str
@@ -59,13 +59,14 @@ class RunConfiguration(Table):
 
 @dataclass(frozen=True, eq=False)
 class Nearest:
-    """Solutions that violate constraints, the nearest to feasibility first.
+    """Infeasible solutions of a run without a feasible solution, nearest to feasibility first.
 
     Attributes
     ----------
-    X, F, violation : arrays, shapes (n, n_var), (n, n_obj) and (n, n_constraints)
-        n is 0 for a run with a feasible solution. Violations are at least 0, in the units of the
-        constraints; inequalities first, then equalities beyond their tolerance.
+    X, F, violation : arrays, shapes (n, n_var), (n, n_obj) and (n, n_constraints) Variables,
+        objectives and constraint violations; n is 0 for a run with a feasible solution. Violations
+        are at least 0, in the units of the constraints: first inequalities, then equalities beyond
+        their tolerance.
     """
 
     X: FloatArray
@@ -74,37 +75,37 @@ class Nearest:
 
     @classmethod
     def none(cls) -> Nearest:
-        """Return the value of a run with a feasible solution."""
+        """Return an empty instance, for a run with a feasible solution."""
         return cls(*(np.empty((0, 0)) for _ in range(3)))
 
     def __len__(self) -> int:
         return len(self.X)
 
 
-def _empty() -> FloatArray:
+def _empty_array() -> FloatArray:
     return np.empty((0, 0))
 
 
 class Outcome(Table):
-    """Result of a run: its front, in ascending order of the first objective, and its statistics.
+    """Result of a run: its front, sorted by the first objective, and its statistics.
 
     Attributes
     ----------
     X, F, G, H : arrays, shapes (n, n_var), (n, n_obj), (n, n_ieq_constr) and (n, n_eq_constr)
-        Variables, objectives, inequality and equality constraints in units of the problem. n is 0
+        Variables, objectives, inequality and equality constraints, in units of the problem; n is 0
         if no feasible solution was found.
     arrays : mapping of arrays, shape (n, ...)
         Further values of each solution, from ``View.arrays()`` of the problem.
     nearest : Nearest
-        Solutions nearest to feasibility if none is feasible.
+        Solutions nearest to feasibility if no solution is feasible.
     stop_reason : StopReason
     failures : number of failed evaluations by cause.
-    rough : number of the first evaluations that gave estimates only (see `mgeo.MGEOStaged`).
-    refined, added : number of solutions that the refinement replaced, and added.
-    unrefined : why the refinement ended early, empty if it did not.
+    rough : number of initial low-fidelity evaluations (see `mgeo.MGEOStaged`).
+    refined, added : numbers of solutions that the local refinement replaced and added.
+    unrefined : reason for an early end of the local refinement, otherwise empty.
     checkpoint_error : error of the last checkpoint, None if it was written.
-    hypervolume : in the indicator space of the problem; None if it has none.
-    started : UTC.
+    hypervolume : hypervolume in the indicator space of the problem, None if it has none.
+    started : start time (UTC).
     wall_time_s : duration [s].
     """
 
@@ -124,21 +125,21 @@ class Outcome(Table):
     constraints: Names = ()
     started: Annotated[datetime, Strict(False)]
     wall_time_s: float
-    X: FloatArray = Field(default_factory=_empty, exclude=True)
-    F: FloatArray = Field(default_factory=_empty, exclude=True)
-    G: FloatArray = Field(default_factory=_empty, exclude=True)
-    H: FloatArray = Field(default_factory=_empty, exclude=True)
+    X: FloatArray = Field(default_factory=_empty_array, exclude=True)
+    F: FloatArray = Field(default_factory=_empty_array, exclude=True)
+    G: FloatArray = Field(default_factory=_empty_array, exclude=True)
+    H: FloatArray = Field(default_factory=_empty_array, exclude=True)
     arrays: dict[str, NDArray[Any]] = Field(default_factory=dict, exclude=True)
     nearest: Nearest = Field(default_factory=Nearest.none, exclude=True)
 
     @property
     def end(self) -> str:
-        """The end of the run in words, to be followed by the number of evaluations."""
+        """End of the run in words, to be followed by the number of evaluations."""
         return _ENDS[self.stop_reason]
 
 
 class Notes(Table):
-    """Contents of a checkpoint of a run besides the state of the algorithm.
+    """Data in the checkpoint of a run besides the state of the algorithm.
 
     Attributes
     ----------
@@ -155,7 +156,7 @@ class Notes(Table):
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A finished or interrupted run with the versions of the software that made it."""
+    """Finished or interrupted run, with the versions of the software that produced it."""
 
     configuration: RunConfiguration
     outcome: Outcome

@@ -1,9 +1,8 @@
 """Run folders: ``run.json``, ``front.csv``, ``front.npz`` and, without a front, ``nearest.csv``.
 
-``front.csv`` has one row per solution and one column per variable and objective. Floats are written
-by repr and read back exactly. ``front.npz`` has the constraints and further values of each
-solution. ``run.json`` has the configuration and the statistics; it is written last, so that a
-folder with this file is complete.
+``front.csv`` has one row per solution and one column per variable and objective, with exact floats.
+``front.npz`` has the constraints and further values of each solution. ``run.json`` has the
+configuration and the statistics; it is written last and marks the folder as complete.
 """
 
 from __future__ import annotations
@@ -27,22 +26,20 @@ FORMAT = 3
 RUN_FILE, FRONT_FILE, ARRAYS_FILE = "run.json", "front.csv", "front.npz"
 FIGURE_FILE, REPORT_FILE = "front.html", "report.html"
 CHECKPOINT_FILE, RECORD_FOLDER = "run.checkpoint", "evaluations"
-#: Solutions nearest to feasibility, of a run without a feasible solution.
+#: File of the solutions nearest to feasibility, if no solution is feasible.
 NEAREST_FILE = "nearest.csv"
 #: Files that a run may write into its folder.
 RUN_FILES = (
     *(FRONT_FILE, ARRAYS_FILE, RUN_FILE, NEAREST_FILE, FIGURE_FILE),
     *(CHECKPOINT_FILE, RECORD_FOLDER),
 )
-#: Problems and algorithms of a study, see `mgeo.studies.stored`.
+#: File of the plan of a study, see `mgeo.studies.plan`.
 STUDY_FILE = "study.json"
-#: Verifications of a solution by the tools of its problem, see `mgeo.report.build`.
+#: Pattern of the verification files that the tools of a problem write, see `mgeo.report.build`.
 VERIFICATION_FILES = "verification*.json"
 
 
 class _Document(Table):
-    """Contents of ``run.json`` besides the outcome."""
-
     model_config = ConfigDict(extra="ignore")
 
     configuration: RunConfiguration
@@ -52,28 +49,30 @@ class _Document(Table):
 
 
 def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
-    """Check that a run may be written into a folder, which need not exist.
+    """Return a folder as a path, or raise FileExistsError if a run must not be written into it.
+
+    The folder need not exist.
 
     Raises
     ------
     FileExistsError
-        If the folder is a file, or is not empty and `overwrite` is not set.
+        If the folder is a file, or is not empty and `overwrite` is false.
     """
     folder = Path(folder)
     if folder.exists() and not folder.is_dir():
         raise FileExistsError(f"{folder} is a file: expected a folder to write the run into")
-    found = {path.name for path in folder.iterdir()} if folder.exists() else set()
-    if not overwrite and found - {LOCK_FILE}:
+    names = {path.name for path in folder.iterdir()} if folder.exists() else set()
+    if not overwrite and names - {LOCK_FILE}:
         unfinished = (folder / CHECKPOINT_FILE).exists() and not (folder / RUN_FILE).exists()
         raise FileExistsError(
             f"{folder} is not empty: choose another folder or allow --overwrite"
-            + (f", or go on with mgeo resume {folder}" if unfinished else "")
+            + (f", or continue its run by mgeo resume {folder}" if unfinished else "")
         )
     return folder
 
 
 def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
-    """Write the files of a run. Figure and report of an earlier run in the folder are removed.
+    """Write the files of a run, and remove the figure and report of an earlier run in the folder.
 
     Raises
     ------
@@ -84,12 +83,12 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     outcome, near = run.outcome, run.outcome.nearest
     contents = {
-        FRONT_FILE: _table(_front_columns(outcome), outcome.X, outcome.F),
+        FRONT_FILE: _table_content(_front_columns(outcome), outcome.X, outcome.F),
         ARRAYS_FILE: _arrays_content(outcome, outcome.arrays),
     }
     if near:
         columns = _nearest_columns(outcome)
-        contents[NEAREST_FILE] = _table(columns, near.X, near.F, near.violation)
+        contents[NEAREST_FILE] = _table_content(columns, near.X, near.F, near.violation)
     contents[RUN_FILE] = to_json(run_document(run))
     write_files(folder, contents)
     for name in {NEAREST_FILE, FIGURE_FILE, REPORT_FILE} - contents.keys():
@@ -97,7 +96,13 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
 
 
 def write_arrays(folder: Path, outcome: Outcome, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Write ``front.npz`` again, with further arrays that have one row per solution.
+    """Replace ``front.npz`` by a file that also contains the given arrays.
+
+    Parameters
+    ----------
+    folder : run folder.
+    outcome : outcome of the run.
+    arrays : further arrays with one row per solution.
 
     Raises
     ------
@@ -112,14 +117,14 @@ def _arrays_content(outcome: Outcome, arrays: Mapping[str, NDArray[Any]]) -> byt
 
 
 def read_run(folder: Path | str) -> Run:
-    """Read the run that `write_run` wrote.
+    """Read a run folder of `write_run`.
 
     Raises
     ------
     FileNotFoundError
         If the folder holds no run.
     FileError
-        If a file does not have the expected contents. The message names the file and the key.
+        If a file has invalid content. The message contains the file and the key.
     """
     folder = Path(folder)
     path = folder / RUN_FILE
@@ -127,11 +132,13 @@ def read_run(folder: Path | str) -> Run:
         raise FileNotFoundError(f"{folder} holds no run: there is no {RUN_FILE}")
     data = read_json(path)
     with errors_of(path):
-        found = entry(data, "format", int)
-        if found != FORMAT:
-            raise ValueError(f"format = {found!r}: this version of mgeo reads format {FORMAT}")
+        file_format = entry(data, "format", int)
+        if file_format != FORMAT:
+            raise ValueError(
+                f"format = {file_format!r}: this version of mgeo reads format {FORMAT}"
+            )
         document = checked(_Document, data)
-        arrays = ("X", "F", "G", "H", "arrays", "nearest")  # in files of their own
+        arrays = ("X", "F", "G", "H", "arrays", "nearest")  # stored in separate files
         outcome = checked(Outcome, {key: data[key] for key in data if key not in arrays})
     front = _read_table(folder / FRONT_FILE, _front_columns(outcome), document.solutions)
     X, F = np.hsplit(front, [len(outcome.variables)])
@@ -161,7 +168,7 @@ def _read_table(path: Path, columns: list[str], n: int) -> NDArray[np.float64]:
 
 
 def _read_arrays(path: Path, n: int) -> dict[str, NDArray[Any]]:
-    """Read what ``front.npz`` has besides X and F, which are those of ``front.csv``."""
+    """Read the arrays of ``front.npz`` except X and F, which are also in ``front.csv``."""
     with errors_of(path):
         arrays = from_npz(path.read_bytes())
         for key in ("G", "H"):
@@ -181,15 +188,14 @@ def _nearest_columns(outcome: Outcome) -> list[str]:
     return [*_front_columns(outcome), *(f"violation of {name}" for name in outcome.constraints)]
 
 
-def _table(columns: list[str], *parts: NDArray[np.float64]) -> bytes:
-    """Return the content of a CSV file of arrays side by side, one row per solution."""
+def _table_content(columns: list[str], *parts: NDArray[np.float64]) -> bytes:
     import pandas as pd
 
     return to_csv(pd.DataFrame(np.hstack(parts), columns=columns))
 
 
 def run_document(run: Run) -> dict[str, Any]:
-    """Return the contents of ``run.json`` as JSON values."""
+    """Return the content of ``run.json`` as JSON values."""
     return {
         "format": FORMAT,
         "configuration": run.configuration.model_dump(),
@@ -201,12 +207,12 @@ def run_document(run: Run) -> dict[str, Any]:
 
 
 def check_verification(found: Any) -> None:
-    """Check the contents of a verification, see `mgeo.report.build`.
+    """Raise an error if the content of a verification file is invalid, see `mgeo.report.build`.
 
     Raises
     ------
     ValueError, TypeError
-        Naming the key.
+        If a key is missing or has an invalid value. The message contains the key.
     """
     for key in ("title", "conclusion"):
         entry(found, key, str)
@@ -218,8 +224,9 @@ def check_verification(found: Any) -> None:
 
 
 def remove_run(folder: Path) -> None:
-    """Remove the files of a run. Other files in the folder are kept."""
-    for name in (RUN_FILE, *RUN_FILES, REPORT_FILE):  # without run.json a folder holds no run
+    """Remove the files of a run; other files in the folder remain."""
+    # run.json is removed first, so that an incomplete folder holds no run.
+    for name in (RUN_FILE, *RUN_FILES, REPORT_FILE):
         if name != RECORD_FOLDER:
             (folder / name).unlink(missing_ok=True)
     remove_record(folder / RECORD_FOLDER)

@@ -1,4 +1,4 @@
-"""One solution as a JSON file, in the form of its problem, or by the name of that."""
+"""JSON file of one solution, in the format of its problem or in a general format."""
 
 from __future__ import annotations
 
@@ -19,19 +19,25 @@ FORMAT = "mgeo-solution"
 
 
 def solution_document(problem: Problem, name: str, x: FloatArray) -> dict[str, Any]:
-    """What a file says of a solution, shape (n_var,), of the problem that is installed as `name`.
+    """Return the content of the file of one solution as JSON values.
 
-    It is what the problem's ``document_of(x)`` gives, or else its name, options and the design as
-    numbers.
+    The content comes from ``document_of(x)`` of the problem, or otherwise consists of its name, its
+    options and the design.
+
+    Parameters
+    ----------
+    problem : problem of the solution.
+    name : name under which the problem is installed.
+    x : design, shape (n_var,).
 
     Raises
     ------
     PluginError
-        If ``document_of`` raises.
+        If ``document_of`` raises an error.
     """
-    found = protocol.ask(problem, protocol.ProblemMixin.document_of, x.copy())
-    if found is not None:
-        return found
+    document = protocol.ask(problem, protocol.ProblemMixin.document_of, x.copy())
+    if document is not None:
+        return document
     options = protocol.options(problem) or {}
     return {"format": FORMAT, "problem": name, "options": options, "design": x.tolist()}
 
@@ -39,37 +45,41 @@ def solution_document(problem: Problem, name: str, x: FloatArray) -> dict[str, A
 def solution_of(
     document: Any, named: Collection[str] = ()
 ) -> tuple[Problem, Mapping[str, Any], Any]:
-    """Problem, options and solution of a file, by the ``solution_of`` of an installed problem.
+    """Return the problem, its options and the design of the content of a solution file.
+
+    Formats other than the general one are passed to ``solution_of`` of each installed problem.
 
     Parameters
     ----------
+    document
+        Content of a JSON file.
     named
-        Problems that may be imported, ``module:Class``.
+        Problems ``module:Class`` that may be imported.
 
     Raises
     ------
     ValueError, TypeError
-        If no installed problem knows it, or the problem refuses what is in it.
+        If no installed problem recognizes the content, or its options or design are invalid.
     """
     if isinstance(document, dict) and document.get("format") == FORMAT:
-        return _own(document, named)
-    if (found := _known(document)) is not None:
-        name, options, x = found
+        return _read_general_format(document, named)
+    if (result := _read_problem_format(document)) is not None:
+        name, options, x = result
         return load_problem(name, options), options, x
-    raise ValueError("expected a run folder, or a solution's file of an installed problem")
+    raise ValueError("expected a run folder, or a solution file of an installed problem")
 
 
-def _known(document: Any) -> tuple[str, Mapping[str, Any], Any] | None:
-    """Name, options and solution of the first installed problem whose file it is."""
+def _read_problem_format(document: Any) -> tuple[str, Mapping[str, Any], Any] | None:
+    """Return name, options and design by the first installed problem that recognizes them."""
     for plugin in installed_plugins() if isinstance(document, dict) else ():
-        with suppress(PluginError):  # one that does not load knows nothing of it
-            known = getattr(plugin.load(), "solution_of", None)
-            if known is not None and (found := known(document)) is not None:
-                return plugin.name, *found
+        with suppress(PluginError):  # A plugin that cannot be loaded recognizes nothing.
+            reader = getattr(plugin.load(), "solution_of", None)
+            if reader is not None and (result := reader(document)) is not None:
+                return plugin.name, *result
     return None
 
 
-def _own(
+def _read_general_format(
     document: Mapping[str, Any], named: Collection[str]
 ) -> tuple[Problem, Mapping[str, Any], FloatArray]:
     options = entry(document, "options", dict[str, Any])

@@ -1,4 +1,4 @@
-"""Studies: algorithms compared on equal terms.
+"""Comparison of algorithms on equal terms: runs, indicators, statistical tests and study files.
 
 ::
 
@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from mgeo.studies.stored import read_comparisons as read_comparisons
     from mgeo.studies.study import run_study as run_study
 
-#: Modules of the public names, imported at first use: `compare` needs no package of the command.
+#: Module of each public name. Modules are imported at first use, because `compare` must work
+#: without the packages of the command line.
 _MODULES = {
     "Comparison": "comparison",
     "ComparisonWarning": "comparison",

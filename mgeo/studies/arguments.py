@@ -1,4 +1,4 @@
-"""Arguments of a comparison: labels of algorithms, seeds, and the grid of evaluations."""
+"""Validation of the arguments of a comparison: algorithm labels, seeds, and evaluation counts."""
 
 from __future__ import annotations
 
@@ -14,12 +14,14 @@ GRID_POINTS = 50
 def label_algorithms(
     algorithms: Mapping[str, Algorithm] | Iterable[Algorithm],
 ) -> dict[str, Algorithm]:
-    """Return the algorithms by label, by default the name of the class.
+    """Return the algorithms by label; the default label is the class name.
 
     Raises
     ------
-    TypeError, ValueError
-        If there is none, one is no algorithm, labels are equal, or one is set up or has run.
+    TypeError
+        If an element is not a pymoo algorithm.
+    ValueError
+        If there are no algorithms, two labels are equal, or an algorithm is already set up.
     """
     if isinstance(algorithms, Mapping):
         pairs = [(str(name), algorithm) for name, algorithm in algorithms.items()]
@@ -45,12 +47,12 @@ def label_algorithms(
 
 
 def seed_numbers(seeds: int | Iterable[int]) -> tuple[int, ...]:
-    """Return the seeds: the first so many from 1, or those listed.
+    """Return the seeds 1, ..., `seeds` for an integer, or the listed seeds.
 
     Raises
     ------
     TypeError, ValueError
-        If the seeds are not integers, none, or not different.
+        If a seed is not a nonnegative integer, the list is empty, or two seeds are equal.
     """
     if not isinstance(seeds, Iterable):
         return tuple(range(1, validate_integer("seeds", seeds, low=1) + 1))
@@ -61,7 +63,18 @@ def seed_numbers(seeds: int | Iterable[int]) -> tuple[int, ...]:
 
 
 def grid_steps(grid: int | Sequence[int], n_eval: int) -> list[int]:
-    """Return the numbers of evaluations that `grid` stands for, ascending, `n_eval` the last."""
+    """Return the ascending evaluation counts at which fronts are measured; the last is `n_eval`.
+
+    Parameters
+    ----------
+    grid : number of equal steps up to `n_eval`, or a sequence of evaluation counts.
+    n_eval : number of evaluations of a run.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a count is not a positive integer, or exceeds `n_eval`.
+    """
     if not isinstance(grid, Iterable):
         steps = validate_integer("grid", grid, low=1)
         return sorted({max(1, round(n_eval * i / steps)) for i in range(1, steps + 1)})

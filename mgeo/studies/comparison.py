@@ -1,4 +1,4 @@
-"""Results of a comparison, and what follows from them."""
+"""Results of a comparison: indicator tables, statistical tests, summaries and figures."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ _LINE = 80  # characters
 
 
 class ComparisonWarning(RuntimeWarning):
-    """A comparison has to be read with care, as its `notes` say."""
+    """Warning about a condition that limits the validity of a comparison, see its `notes`."""
 
 
 class FailedRunsWarning(ComparisonWarning):
-    """All runs of an algorithm failed, so that there is nothing to compare it by."""
+    """Warning that every run of an algorithm failed, so that the comparison omits the algorithm."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tests:
-    """Statistical tests of whether algorithms differ; see `statistics` for the columns.
+    """Statistical tests of differences between algorithms.
 
     Attributes
     ----------
-    indicator : by which algorithms were compared.
-    pairs : a row for each two of them.
-    kruskal_wallis : whether there is any difference at all, None for fewer than two.
+    indicator : name of the indicator that was tested.
+    pairs : one row per pair of algorithms, with the columns of `mgeo.studies.statistics.pairwise`.
+    kruskal_wallis : test of all algorithms together, None for fewer than two algorithms.
 
     Examples
     --------
@@ -61,21 +61,25 @@ class Tests:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
-    """Runs of several algorithms on one problem, measured in one space.
+    """Runs of several algorithms on one problem, measured in one indicator space.
 
-    It prints as its `overview`, after `n_eval` evaluations.
+    The representation is the `overview` after `n_eval` evaluations.
 
     Attributes
     ----------
-    table : one row per algorithm, seed and number of ``evaluations`` of the grid, in that order,
-        with the indicators, the number of ``points`` on the front, and the columns of the problem's
-        ``front_summary``. It does not depend on where or in what order runs were made.
-    runs : one row per run: whether it finished, its wall time [s], how many of its evaluations
-        failed, its error if it failed as a whole.
-    records : the finished runs by (algorithm, seed).
-    space : where the indicators were measured.
-    notes : sentences on reasons to read it with care, such as a noisy problem or runs that do not
-        repeat.
+    problem : the problem that the algorithms were run on.
+    algorithms : labels of the algorithms.
+    n_eval : evaluations of each run.
+    table : one row per algorithm, seed and evaluation count (``evaluations``), sorted by these
+        three, with the indicators, the number of ``points`` on the front, and the columns of the
+        problem's ``front_summary``. The order in which the runs were made does not affect the
+        table.
+    runs : one row per run, with its status, wall time [s], number of failed evaluations, and error
+        message if the whole run failed.
+    records : finished runs by (algorithm, seed).
+    space : indicator space in which all fronts were measured.
+    notes : conditions that limit the validity of the comparison, such as a noisy problem or an
+        algorithm whose runs do not repeat; one sentence each.
 
     Examples
     --------
@@ -104,12 +108,12 @@ class Comparison:
 
     @property
     def indicators(self) -> list[Indicator]:
-        """Indicators that were measured; the first is the default everywhere."""
+        """Indicators of the whole front; the first is the default of every method."""
         return applicable(self.problem.n_obj)
 
     @property
     def parts(self) -> list[Indicator]:
-        """Hypervolume by parts of the front, if it was measured."""
+        """Hypervolume of each part of the front, empty if it was not measured."""
         return [
             part
             for part in parts_of(self.space, self.objectives[0])
@@ -118,42 +122,42 @@ class Comparison:
 
     @property
     def measures(self) -> list[Indicator]:
-        """All `indicators` and `parts`."""
+        """All `indicators`, followed by the `parts`."""
         return [*self.indicators, *self.parts]
 
     @property
     def objectives(self) -> tuple[str, ...]:
-        """Names of the objectives, with units."""
+        """Names of the objectives with their units."""
         return column_names(self.problem)[1]
 
     def indicator(self, name: str | None = None) -> Indicator:
-        """Return one of `indicators` or `parts` by name; None for the first.
+        """Return an indicator or part by name, or the first indicator for None.
 
         Raises
         ------
         ValueError
             If there is no indicator of this name.
         """
-        known = {indicator.name: indicator for indicator in self.measures}
-        if name is not None and name not in known:
-            raise ValueError(f"indicator = {name!r}: expected one of {', '.join(known)}")
-        return known[name or next(iter(known))]
+        indicators = {indicator.name: indicator for indicator in self.measures}
+        if name is not None and name not in indicators:
+            raise ValueError(f"indicator = {name!r}: expected one of {', '.join(indicators)}")
+        return indicators[name or next(iter(indicators))]
 
     def final(self) -> pd.DataFrame:
-        """Return the rows of the table after all evaluations."""
+        """Return the rows of the table after `n_eval` evaluations."""
         return self.table[self.table["evaluations"] == self.n_eval].reset_index(drop=True)
 
     def fronts(self, algorithm: str) -> list[FloatArray]:
-        """Return the final fronts of an algorithm's finished runs, (n, n_obj) each."""
+        """Return the final front of each finished run of an algorithm, shape (n, n_obj) each."""
         return [r.front_F for (name, _), r in self.records.items() if name == algorithm]
 
     def failures(self, label: str, *, everywhere: bool = False) -> list[str]:
-        """Return a sentence on each algorithm with failed runs, or only failed runs.
+        """Return one sentence for each algorithm with failed runs.
 
         Parameters
         ----------
-        label : name of the problem in the sentence.
-        everywhere : whether only algorithms of which all runs failed are meant.
+        label : name of the problem in the sentences.
+        everywhere : whether to report only algorithms whose runs all failed.
         """
         sentences = []
         for name, runs in self.runs.groupby("algorithm", sort=False):
@@ -166,7 +170,12 @@ class Comparison:
         return sentences
 
     def samples(self, indicator: str | None = None) -> dict[str, FloatArray]:
-        """Return the final values of each algorithm's finished runs, larger being better."""
+        """Return the final indicator values of the finished runs, larger being better.
+
+        Returns
+        -------
+        Values by algorithm, shape (n_runs,) each.
+        """
         chosen = self.indicator(indicator)
         return {
             str(name): chosen.better(group[chosen.name].to_numpy(float))
@@ -174,10 +183,10 @@ class Comparison:
         }
 
     def order(self, indicator: str | None = None) -> list[str]:
-        """Return the algorithms with a finished run, the best mean rank of runs first.
+        """Return the algorithms with a finished run, sorted by mean rank, best first.
 
-        The tests use the same ranks. An order by means would differ where a few runs are far from
-        the others.
+        The order uses the ranks of the statistical tests, so that a few outlying runs affect it
+        less than an order by means.
 
         Raises
         ------
@@ -187,16 +196,20 @@ class Comparison:
         return [str(name) for name in mean_ranks(self.samples(indicator)).index]
 
     def median_seed(self, algorithm: str) -> int | None:
-        """Return the seed of the run with the median first indicator (the better of two)."""
+        """Return the seed of the run with the median first indicator, None without finished runs.
+
+        For an even number of runs, the better of the two middle runs is returned.
+        """
         final, chosen = self.final(), self.indicator()
         rows = final[final["algorithm"] == algorithm]
         order = chosen.better(rows[chosen.name]).sort_values(ascending=False, kind="stable").index
         return int(rows.loc[order[(len(order) - 1) // 2], "seed"]) if len(order) else None
 
     def summary(self) -> pd.DataFrame:
-        """Return, per algorithm, the finished runs, and statistics of each column of the table.
+        """Return the number of finished runs and the statistics of each table column.
 
-        The columns have two levels: column, and mean, sd (of the sample), median, min and max.
+        There is one row per algorithm. Columns have two levels: the table column, and ``mean``,
+        ``sd`` (sample standard deviation), ``median``, ``min`` and ``max``.
         """
         final = self.final().drop(columns=["seed", "evaluations"])
         groups = final.groupby("algorithm", sort=False)
@@ -206,11 +219,11 @@ class Comparison:
         return statistics.reindex(self.algorithms)
 
     def tests(self, indicator: str | None = None) -> Tests:
-        """Return the tests of all pairs and of all algorithms at once.
+        """Test the differences between the algorithms, in pairs and all together.
 
-        Pairs are compared by the Mann-Whitney test with Holm's correction and effect sizes, all at
-        once by that of Kruskal and Wallis. Every finished run counts, with the worst value if it
-        has no front.
+        Pairs are compared by the Mann-Whitney test with Holm's correction and an effect size, all
+        algorithms together by the Kruskal-Wallis test. A finished run without a front has the worst
+        indicator value.
 
         Raises
         ------
@@ -222,35 +235,36 @@ class Comparison:
         return Tests(self.indicator(indicator).name, pairwise(samples), overall)
 
     def overview(self) -> pd.DataFrame:
-        """Return, per algorithm as text, the runs, and mean ± sd of every column of the table.
+        """Return the number of runs and mean ± sd of each table column as text, per algorithm.
 
-        Columns of indicators have their titles as names.
+        Indicator columns are named by the titles of the indicators.
         """
         summary = self.summary()
         columns: dict[str, Any] = {"runs": [str(int(n)) for n in summary[("runs", "")].fillna(0)]}
         for name in dict.fromkeys(summary.columns.get_level_values(0).drop("runs")):
             mean, sd = summary[(name, "mean")], summary[(name, "sd")]
-            columns[name] = [_mean_and_sd(m, s) for m, s in zip(mean, sd, strict=True)]
+            columns[name] = [_format_mean_and_sd(m, s) for m, s in zip(mean, sd, strict=True)]
         titles = {each.name: each.title for each in self.measures}
         return pd.DataFrame(columns, index=summary.index).rename(columns=titles)
 
     def to_latex(self) -> str:
-        """Return the `overview` as a booktabs table and a note.
+        """Return the `overview` as a LaTeX booktabs table with a note.
 
-        The best mean by each indicator is bold, and what does not differ significantly from it is
-        marked.
+        For each indicator, the best mean is bold, and algorithms without a significant difference
+        from the best one are marked.
         """
         return problem_table(self).latex()
 
     def to_markdown(self) -> str:
-        """Return the `overview` in Markdown, marked as in `to_latex`."""
+        """Return the `overview` as a Markdown table, marked as in `to_latex`."""
         return problem_table(self).markdown()
 
     def figures(self) -> dict[str, go.Figure]:
-        """Draw all figures that apply: anytime, boxes, fronts, each, attainment, difference.
+        """Draw all applicable figures by name.
 
-        Fronts need two or three objectives, all after them two. The difference is that of the two
-        best algorithms with a front.
+        The names are ``anytime``, ``boxes``, ``fronts`` (two or three objectives), ``each``,
+        ``attainment`` and ``difference`` (two objectives). ``difference`` compares the two best
+        algorithms that have a front.
         """
         from mgeo.studies.figures import fronts, indicators
 
@@ -269,12 +283,12 @@ class Comparison:
         return figures
 
 
-def _mean_and_sd(mean: float, sd: float) -> str:
-    """Format mean ± sd, the sd with two digits."""
+def _format_mean_and_sd(mean: float, sd: float) -> str:
+    """Format mean ± sd with two significant digits of the sd."""
     if not np.isfinite(mean):
         return "-" if np.isnan(mean) else str(mean)
     if not np.isfinite(sd) or sd == 0:
         return f"{mean:.6g}"
-    exponent = int(f"{sd:.1e}".partition("e")[2])  # of the rounded value: 0.0999 is 0.10
+    exponent = int(f"{sd:.1e}".partition("e")[2])  # after rounding, because 0.0999 becomes 0.10
     digits = min(max(1 - exponent, 0), 12)
     return f"{mean:.{digits}f} ± {sd:.{digits}f}"

@@ -1,4 +1,4 @@
-"""What a comparison says, in sentences and small tables."""
+"""Conclusions of a comparison as sentences and small tables, for the report pages."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ from mgeo.studies.statistics import LEVEL, holm
 
 
 def conclusions(comparison: Comparison, control: str | None = None) -> list[str]:
-    """Return sentences on the algorithm that ranks first, and from which others it differs.
+    """Return sentences on the best algorithm and on its differences from the other algorithms.
 
-    The first two sentences are about the first indicator, the others about where another indicator
-    or a part of the front disagrees. There are none of them for fewer than two algorithms. The
-    notes of the comparison are last.
+    Two sentences describe the first indicator. Further sentences describe the other indicators, and
+    the parts of the front where the best algorithm is significantly worse. The notes of the
+    comparison come last; with fewer than two algorithms, only the notes are returned.
 
     Parameters
     ----------
-    control : the algorithm named before the results were seen, if any: p values of its pairs are
-        corrected for its rivals alone, all others for all pairs; see `against`.
+    control : label of the control algorithm, chosen before the results were available. If the
+        control ranks first, its p values are corrected for its own pairs; otherwise, p values are
+        corrected for all pairs.
     """
     order = comparison.order()
     if len(order) < 2:
@@ -38,7 +39,7 @@ def conclusions(comparison: Comparison, control: str | None = None) -> list[str]
         "significantly worse than": rivals[differs & ~is_ahead],
         "not significantly different from": rivals[~differs],
     }
-    differences = [f"{words} {_names(rows)}" for words, rows in groups.items() if len(rows)]
+    differences = [f"{words} {_format_rivals(rows)}" for words, rows in groups.items() if len(rows)]
     sentences = [
         f"By {title}, {first} ranks first: {values[first]}, then {second}: {values[second]}.",
         f"{first} is {'; '.join(differences)}. A is the probability that a run of {first} beats "
@@ -58,7 +59,7 @@ def conclusions(comparison: Comparison, control: str | None = None) -> list[str]
         ahead = rivals[(rivals["p_holm"] < LEVEL) & (rivals["A"] < 0.5)]
         if len(ahead):
             sentences.append(
-                f"By {part.title}, {first} is significantly worse than {_names(ahead)}."
+                f"By {part.title}, {first} is significantly worse than {_format_rivals(ahead)}."
             )
     return [*sentences, *comparison.notes]
 
@@ -66,13 +67,19 @@ def conclusions(comparison: Comparison, control: str | None = None) -> list[str]
 def against(
     comparison: Comparison, name: str, indicator: str | None = None, *, control: bool = False
 ) -> pd.DataFrame:
-    """One algorithm against every other one, in their order: A, the probability that a run of it
-    beats one of the other, and ``p_holm`` of the Mann-Whitney test.
+    """Compare one algorithm with each other algorithm, best rival first.
 
     Parameters
     ----------
-    control : p is corrected for the rivals of this algorithm alone, not for all pairs; right for
-        one that was named before the results were seen (Demsar 2006, section 3.2.2).
+    name : label of the algorithm.
+    indicator : name of the indicator, None for the first.
+    control : whether to correct p values only for the pairs of this algorithm, which is valid for
+        an algorithm chosen before the results were available (Demsar 2006, section 3.2.2).
+
+    Returns
+    -------
+    A row per rival: ``A``, the probability that a run of the algorithm beats a run of the
+    rival, and ``p_holm`` of the Mann-Whitney test.
 
     Raises
     ------
@@ -81,7 +88,7 @@ def against(
     """
     pairs = comparison.tests(indicator).pairs
     pairs = pairs[(pairs[["a", "b"]] == name).any(axis=1)]
-    second = pairs["b"] == name  # there A counts for the other one
+    second = pairs["b"] == name  # in these rows, A is the probability that the rival wins
     effect = pairs["A"].where(~second, 1.0 - pairs["A"])
     p = holm(pairs["p"]) if control else pairs["p_holm"]
     table = pd.DataFrame({"A": effect, "p_holm": p})
@@ -92,28 +99,29 @@ def against(
 def control_table(
     comparison: Comparison, control: str, indicators: Sequence[Indicator]
 ) -> pd.DataFrame:
-    """The control against each rival by each indicator, as text: A, and p corrected for its rivals.
+    """Return A and p of the control against each rival as text, two columns per indicator.
 
-    Rivals are in the order by the first indicator; see `against`. By the parts of the front it
-    says where the control is ahead, and where behind.
+    Rivals are sorted by the first indicator. p values are corrected for the pairs of the control,
+    see `against`.
     """
     columns: dict[str, pd.Series[str]] = {}
     for indicator in indicators:
-        found = against(comparison, control, indicator.name, control=True)
-        columns[f"{indicator.title}: A"] = found["A"].map("{:.3f}".format)
-        columns[f"{indicator.title}: p (Holm)"] = found["p_holm"].map("{:.2g}".format)
+        rivals_table = against(comparison, control, indicator.name, control=True)
+        columns[f"{indicator.title}: A"] = rivals_table["A"].map("{:.3f}".format)
+        columns[f"{indicator.title}: p (Holm)"] = rivals_table["p_holm"].map("{:.2g}".format)
     rivals = [name for name in comparison.order() if name != control]
     return pd.DataFrame(columns).loc[rivals].rename_axis(f"{control} against")
 
 
-def _names(rivals: pd.DataFrame) -> str:
+def _format_rivals(rivals: pd.DataFrame) -> str:
     return ", ".join(f"{name} (A = {effect:.2f})" for name, effect in rivals["A"].items())
 
 
 def published_table(study: Study, comparison: Comparison) -> pd.DataFrame | None:
-    """Published values and ours (mean ± sd) side by side, and ours of the first indicator.
+    """Return published values beside the measured values (mean ± sd), per algorithm.
 
-    None without any, or where they are of another budget.
+    The measured first indicator is the last column. Returns None if the study has no published
+    values, or if the published runs had another number of evaluations.
     """
     published = study.published
     if published is None or published.evaluations not in (None, comparison.n_eval):

@@ -1,4 +1,4 @@
-"""Comparison of algorithms on one problem: make the runs, and measure them in one space."""
+"""Execution of a comparison on one problem: `compare` makes the runs and measures the fronts."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ from mgeo.studies.stored import folder_name, write_comparison
 from mgeo.studies.trial import Trial, notes, require_integers, try_out
 from mgeo.validation.arguments import validate_integer
 
-RECORDS = "runs"  # folder of the finished runs
+RECORDS = "runs"  # name of the folder that stores the finished runs
 
 Key = tuple[str, int]
-Result = StudyRun | str  # a failed run is its error
+Result = StudyRun | str  # the error message if the run failed
 
 
 def compare(
@@ -55,57 +55,59 @@ def compare(
     progress: bool = True,
     title: str | None = None,
 ) -> Comparison:
-    """Run every algorithm with every seed, and measure all fronts in one space.
+    """Run every algorithm with every seed, and measure all fronts in one indicator space.
 
-    The front of a run is the set of nondominated points among *all* its evaluations, whatever the
-    algorithm keeps or returns. The front is measured after each number of evaluations in `grid`,
-    to the exact evaluation. With a single objective the best value takes its place. A run that
-    fails is reported and the others continue. Each run has its own copy of problem and algorithm.
+    The front of a run is the set of nondominated points among *all* its evaluations, independent of
+    the population that the algorithm keeps. It is measured after each evaluation count in `grid`,
+    to the exact evaluation. For a single objective, the best value takes the place of the front. A
+    run that fails is reported, and the other runs continue. Each run uses its own copy of the
+    problem and of the algorithm.
 
-    Before its runs each algorithm makes two short ones with the first seed and random values in
-    place of the problem's. They show whether the algorithm follows the seed. Three points are
+    Before its runs, each algorithm makes two short trial runs with the first seed, on random
+    objective values. The trial runs show whether the algorithm is reproducible. Three points are
     evaluated twice to show whether the problem is noisy.
 
-    joblib distributes the runs: over processes with `n_jobs`, or by its context manager
-    ``joblib.parallel_config``, such as over a Dask cluster. The table does not depend on that, if
-    ``OPENBLAS_NUM_THREADS`` is the same everywhere: the command sets it to 1, loky to a share of
-    the processors.
+    joblib distributes the runs over `n_jobs` processes, or over the backend of
+    ``joblib.parallel_config``, such as a Dask cluster. The table does not depend on the
+    distribution if ``OPENBLAS_NUM_THREADS`` is equal on all processes: the command line sets it to
+    1, loky to a share of the processors.
 
     Parameters
     ----------
     problem : any pymoo problem.
-    algorithms : pymoo algorithms by label; without labels, the names of their classes.
+    algorithms : pymoo algorithms by label; a sequence is labeled by class names.
     n_eval : evaluations of each run.
-    seeds : how many (1, 2, ...), or which.
-    folder : where each run is stored as it finishes, and the tables at the end, for
+    seeds : number of seeds (1, 2, ...), or a list of seeds.
+    folder : folder in which each run is stored as it finishes, and the tables at the end, for
         `mgeo.studies.read_comparison`; None to store nothing.
-    resume : whether to continue the study that the folder holds. Problem, algorithms with their
-        parameters, seeds, evaluations and versions must be those that the folder recorded. Changes
-        of code or data that these do not name are not noticed. Runs of an algorithm that does not
-        repeat with its seed are made again.
-    grid : how many equal steps, or at which numbers of evaluations; `n_eval` always belongs to it.
-    bounds, reference_front, parts : of the indicators' space, see `mgeo.studies.indicators`.
-    n_jobs : processes, as joblib counts them: -1 for one per processor.
-    progress : whether to show, on stderr, failed runs and, on a terminal, a bar (with rich).
-    title : name of the problem there; default: the problem's class.
+    resume : whether to continue the study in the folder. Problem, algorithms with their parameters,
+        seeds, evaluations and versions must be equal to the recorded ones. Other changes of code or
+        data are not detected. Runs of algorithms that are not reproducible are repeated.
+    grid : number of equal steps, or a list of evaluation counts, at which fronts are measured;
+        `n_eval` is always included.
+    bounds, reference_front, parts : settings of the indicator space, see
+        `mgeo.studies.indicators.indicator_space`.
+    n_jobs : number of processes in joblib's convention; -1 for one per processor.
+    progress : whether to show failed runs on stderr, and a progress bar on a terminal (with rich).
+    title : name of the problem in messages; default: the class name of the problem.
 
     Warns
     -----
     ComparisonWarning
-        If the problem is noisy, runs do not repeat with their seed, or a first generation exceeds
-        `n_eval` by more than a tenth. The `notes` of the comparison have the same sentences.
+        If the problem is noisy, an algorithm is not reproducible, or a first generation exceeds
+        `n_eval` by more than a tenth. The `notes` of the comparison contain the same sentences.
     FailedRunsWarning
-        For each algorithm of which all runs failed, with its first error.
+        For each algorithm whose runs all failed, with the first error.
 
     Raises
     ------
     TypeError, ValueError
-        For an argument that cannot be used, such as an algorithm that is set up or has run, one
-        that evaluates fractions of integer variables, or a dynamic problem.
+        If an argument is invalid, such as an algorithm that is already set up, an algorithm that
+        evaluates fractional values of integer variables, or a dynamic problem.
     FileExistsError
         If the folder holds a study and `resume` is false.
     NothingToCompareError
-        If every run failed (with the message of one of them), or none found a feasible solution.
+        If every run failed, or no run found a feasible solution.
 
     Examples
     --------
@@ -137,23 +139,23 @@ def compare(
     )
     if folder is None:
         return experiment.compare()
-    plan = _plan(problem, labeled, n_eval, seeds)
+    plan = _describe_plan(problem, labeled, n_eval, seeds)
     with claim(Path(folder), plan, resume=resume):
-        found = experiment.compare()
-        write_comparison(Path(folder), found, plan)
-    return found
+        comparison = experiment.compare()
+        write_comparison(Path(folder), comparison, plan)
+    return comparison
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """Algorithms to be compared on one problem, by checked arguments of `compare`.
+    """Validated arguments of `compare` for one problem.
 
     Attributes
     ----------
-    steps : ascending numbers of evaluations at which fronts are measured.
-    space : `bounds`, `reference_front` and `parts` of the indicators' space.
-    runs : folder in which each run is stored as it finishes; None for none.
-    resume : whether to use the runs that are stored there.
+    steps : ascending evaluation counts at which fronts are measured.
+    space : keyword arguments `bounds`, `reference_front` and `parts` of `indicator_space`.
+    runs : folder in which each run is stored as it finishes; None to store nothing.
+    resume : whether to reuse the runs in this folder.
     """
 
     problem: Problem
@@ -169,7 +171,7 @@ class Experiment:
     progress: bool
 
     def compare(self) -> Comparison:
-        """Make the runs, and measure them in one space."""
+        """Make the runs and return the comparison; warnings and errors are those of `compare`."""
         problem, n_eval, title = self.problem, self.n_eval, self.title
         keys = list(product(self.algorithms, self.seeds))
         tasks = {
@@ -188,31 +190,30 @@ class Experiment:
             error = results[keys[0]]
             raise NothingToCompareError(f"all {len(keys)} runs failed, the first with {error}")
         fronts = [record.front_F for record in records.values()]
-        measured = indicator_space(problem, fronts, **self.space)
+        space = indicator_space(problem, fronts, **self.space)
         rows = [
             {"algorithm": label, "seed": seed, **row}
             for (label, seed), record in records.items()
-            for row in trace(problem, record, self.steps, measured)
+            for row in trace(problem, record, self.steps, space)
         ]
-        table, runs = pd.DataFrame(rows), pd.DataFrame([_run_row(k, results[k]) for k in keys])
-        found = Comparison(
-            problem, tuple(self.algorithms), n_eval, table, runs, records, measured, remarks
+        table, runs = pd.DataFrame(rows), pd.DataFrame([_make_run_row(k, results[k]) for k in keys])
+        comparison = Comparison(
+            problem, tuple(self.algorithms), n_eval, table, runs, records, space, remarks
         )
-        for message in found.failures(title, everywhere=True):
+        for message in comparison.failures(title, everywhere=True):
             warnings.warn(message, FailedRunsWarning, stacklevel=3)
-        return found
+        return comparison
 
     def _try_out(self, tasks: Sequence[Task]) -> dict[str, Trial]:
-        """Return the trial of each algorithm, by label, that did not fail."""
         tried = joblib.Parallel(self.n_jobs)(joblib.delayed(try_out)(task) for task in tasks)
         return {label: t for label, t in zip(self.algorithms, tried, strict=True) if t is not None}
 
     def _make_runs(self, tasks: Mapping[Key, Task], reusable: Sequence[Key]) -> dict[Key, Result]:
-        """Return the result of each run; store each run as it finishes.
+        """Return the result of each run, and store each run as it finishes.
 
         Parameters
         ----------
-        reusable : runs that are read where they are stored, if the study is resumed.
+        reusable : runs that may be read from the folder if the study is resumed.
         """
         folder = self.runs
         files: dict[Key, Path] = {}
@@ -229,7 +230,7 @@ class Experiment:
             calls = [joblib.delayed(_run_with_key)(key, task) for key, task in missing.items()]
             pool: Any = joblib.Parallel(self.n_jobs, return_as="generator_unordered", batch_size=1)
             for (name, seed), result in pool(calls):
-                # written by this process: workers need not share a file system
+                # This process writes the file, because workers may not share a file system.
                 if isinstance(result, StudyRun) and files:
                     result.write(files[name, seed])
                 results[name, seed] = result
@@ -241,7 +242,7 @@ def _run_with_key(key: Key, task: Task) -> tuple[Key, Result]:
     return key, run(task)
 
 
-def _run_row(key: Key, result: Result) -> dict[str, Any]:
+def _make_run_row(key: Key, result: Result) -> dict[str, Any]:
     row: dict[str, Any] = {"algorithm": key[0], "seed": key[1], "status": "failed"}
     row |= {"wall_time": np.nan, "failed_evaluations": 0, "error": ""}
     if isinstance(result, str):
@@ -250,7 +251,7 @@ def _run_row(key: Key, result: Result) -> dict[str, Any]:
     return row | {"status": "finished"} | done
 
 
-def _plan(
+def _describe_plan(
     problem: Problem, algorithms: Mapping[str, Algorithm], n_eval: int, seeds: Sequence[int]
 ) -> dict[str, Any]:
     return {

@@ -1,4 +1,4 @@
-"""A study as a file: problems, algorithms, budget and seeds in commented TOML."""
+"""Study files: problems, algorithms, budget and seeds in TOML."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from mgeo.validation.tables import checked
 
 @dataclass(frozen=True)
 class ProblemConfiguration:
-    """One problem of a study."""
+    """Name, options and label of one problem of a study."""
 
     label: str
     name: str
@@ -36,19 +36,19 @@ class ProblemConfiguration:
     parts: tuple[float, ...] | None = None
 
     def build(self) -> Problem:
-        """Build the problem of this name: a plugin's, or one of a collection such as ``pymoo:``.
+        """Build the problem of a plugin or of a collection, such as ``pymoo:zdt1``.
 
         Raises
         ------
         ValueError, TypeError
-            If there is none, or it refuses an option.
+            If there is no such problem, or an option is invalid.
         """
         return load_problem(self.name, self.options, named=(self.name,))
 
 
 @dataclass(frozen=True)
 class AlgorithmConfiguration:
-    """One algorithm of a study, with all its parameters."""
+    """Name, parameters and label of one algorithm of a study."""
 
     label: str
     name: str
@@ -60,7 +60,8 @@ class AlgorithmConfiguration:
         Raises
         ------
         ValueError, TypeError
-            If it refuses a parameter or the problem; the message names the algorithm.
+            If a parameter is invalid or the algorithm cannot solve the problem. The message begins
+            with the label.
         """
         try:
             return build_algorithm(self.name, self.parameters, problem)
@@ -70,17 +71,19 @@ class AlgorithmConfiguration:
 
 
 class Study(StudyKeys):
-    """Content of a study file; `text` is the file.
+    """Validated content of a study file.
 
     Attributes
     ----------
-    title, about : texts for the page.
-    evaluations, per_variable : of each run, or of each run for each variable of its problem.
-    seeds : of the runs of each algorithm on each problem.
-    grid : at how many, or which, numbers of evaluations fronts are measured.
-    control : label of the algorithm that the others are compared with, None for no such.
-    problems, algorithms : name, label, and options or parameters of each.
-    published : table of a publication to set beside, None for no such.
+    title, about : title and introduction of the report page.
+    evaluations : evaluations of each run.
+    per_variable : whether `evaluations` and `grid` are multiplied by the number of variables.
+    seeds : seeds of the runs; each algorithm runs with each seed on each problem.
+    grid : number of equal steps, or evaluation counts, at which fronts are measured.
+    control : label of the control algorithm, which is compared with each other algorithm, or None.
+    problems, algorithms : configurations of the problems and algorithms.
+    published : published values to list beside the results, or None.
+    text : content of the file.
 
     Examples
     --------
@@ -104,12 +107,12 @@ class Study(StudyKeys):
     text: str
 
     def plan(self) -> dict[str, Any]:
-        """Return what is compared, by label, and how long, as JSON values; dates as ISO 8601.
+        """Return the problems, algorithms, budget and seeds as JSON values; dates are in ISO 8601.
 
         Raises
         ------
         ValueError
-            If an option or a parameter is infinite, which JSON cannot hold.
+            If an option or a parameter is not finite.
         """
         plan = {
             "problems": {p.label: {"name": p.name, "options": p.options} for p in self.problems},
@@ -121,11 +124,11 @@ class Study(StudyKeys):
             "seeds": self.seeds,
         }
         text = json.dumps(plan, allow_nan=False, default=lambda day: day.isoformat())
-        found: dict[str, Any] = json.loads(text)
-        return found
+        values: dict[str, Any] = json.loads(text)
+        return values
 
     def budget(self, problem: Problem) -> tuple[int, int | list[int]]:
-        """Return the evaluations of a run on a problem, and its `grid`."""
+        """Return the evaluations and the `grid` of a run on a problem."""
         each = problem.n_var if self.per_variable else 1
         if isinstance(self.grid, int):
             return self.evaluations * each, self.grid
@@ -133,12 +136,18 @@ class Study(StudyKeys):
         return self.evaluations * each, steps
 
     def reduced(self, evaluations: int | None = None, seeds: int | None = None) -> Study:
-        """Return the study with another budget, or with its first so many seeds.
+        """Return a copy with another number of evaluations or of seeds.
+
+        Parameters
+        ----------
+        evaluations : evaluations of each run; None for no change.
+        seeds : number of seeds, taken from the start of the list and continued by new seeds if the
+            list is shorter; None for no change.
 
         Raises
         ------
         ValueError, TypeError
-            If a number is out of range.
+            If a number is not a positive integer.
         """
         changes: dict[str, Any] = {}
         if evaluations is not None:
@@ -151,19 +160,20 @@ class Study(StudyKeys):
 
 
 def read_study(path: Path | str, *, imports: bool = True) -> Study:
-    """Read a study from its file.
+    """Read and validate a study file.
 
     Parameters
     ----------
-    imports : whether the modules of what is named ``module:Class`` may be imported, so that its
-        parameters are checked, too.
+    path : path of the TOML file.
+    imports : whether modules of algorithms and problems ``module:Class`` may be imported, so that
+        their parameters are validated.
 
     Raises
     ------
     FileNotFoundError
         If there is no such file.
     ValueError, TypeError
-        If it is no valid study; the message names the file and the key.
+        If the content is invalid. The message contains the file and the key.
 
     Examples
     --------
@@ -189,48 +199,48 @@ def read_study(path: Path | str, *, imports: bool = True) -> Study:
 
 
 def parse_study(text: str, folder: Path, *, imports: bool = True) -> Study:
-    """Parse the text of a study file; scenario files are relative to `folder`.
+    """Parse and validate the text of a study file; scenario files are relative to `folder`.
 
     Raises
     ------
     ValueError, TypeError
-        As `read_study`, without the name of the file.
+        If the content is invalid. The message contains the key, but not the file.
     """
     table = checked(StudyTable, tomllib.loads(text))
-    compared: dict[str, list[Any]] = {"problems": [], "algorithms": []}
+    configurations_by_key: dict[str, list[Any]] = {"problems": [], "algorithms": []}
     for i, problem in enumerate(table.problems):
-        compared["problems"] += _problems(problem, i, folder, imports)
+        configurations_by_key["problems"] += _expand_problems(problem, i, folder, imports)
     for i, algorithm in enumerate(table.algorithms):
-        compared["algorithms"] += _algorithms(algorithm, i, imports)
-    for key, configurations in compared.items():
+        configurations_by_key["algorithms"] += _expand_algorithms(algorithm, i, imports)
+    for key, configurations in configurations_by_key.items():
         for label, times in Counter(each.label for each in configurations).items():
             if times > 1:
                 raise ValueError(
-                    f"{key}: {label!r} is there twice; expected different ones, by the key label"
+                    f"{key}: {label!r} is there twice; set different labels by the key label"
                 )
-    known = [each.label for each in compared["algorithms"]]
+    labels = [each.label for each in configurations_by_key["algorithms"]]
     mentioned = [] if table.control is None else [("control", table.control)]
     mentioned += [("published.table", name) for name in getattr(table.published, "table", ())]
     for key, label in mentioned:
-        if label not in known:
+        if label not in labels:
             raise ValueError(
-                f"{key}: {label!r} is no algorithm of this study, which are "
-                f"{', '.join(sorted(known))}"
+                f"{key}: {label!r} is no algorithm of this study: expected one of "
+                f"{', '.join(sorted(labels))}"
             )
-    tuples = {key: tuple(configurations) for key, configurations in compared.items()}
+    tuples = {key: tuple(configurations) for key, configurations in configurations_by_key.items()}
     return Study(**{**dict(table), **tuples, "text": text})
 
 
-def _problems(
+def _expand_problems(
     table: ProblemTable, index: int, folder: Path, imports: bool
 ) -> Iterator[ProblemConfiguration]:
-    """Yield every problem that a table stands for."""
+    """Yield a configuration for each combination of name and scenario in a table."""
     where = f"problems[{index}]."
     if table.scenario is not None and table.options is not None:
         raise ValueError(f"{where}scenario and options: expected one of them")
     with _name_in_errors(where):
-        every = [name for given in table.name for name in expanded(given)]
-    for full, scenario in product(every, table.scenario or ("",)):
+        full_names = [name for pattern in table.name for name in expanded(pattern)]
+    for full, scenario in product(full_names, table.scenario or ("",)):
         label, options = short_name(full), table.options or {}
         values = {**options, "name": label}
         if scenario:
@@ -243,29 +253,28 @@ def _problems(
         yield ProblemConfiguration(label, full, options, parts)
 
 
-def _algorithms(
+def _expand_algorithms(
     table: AlgorithmTable, index: int, imports: bool
 ) -> Iterator[AlgorithmConfiguration]:
-    """Yield every combination of the values in lists; a list as one value is a list in a list."""
+    """Yield a configuration for each combination of the listed parameter values in a table."""
     where = f"algorithms[{index}]."
-    given = table.parameters
-    swept = [key for key, value in given.items() if isinstance(value, list)]
-    lists = [value if isinstance(value, list) else [value] for value in given.values()]
+    parameters = table.parameters
+    varied_keys = [key for key, value in parameters.items() if isinstance(value, list)]
+    lists = [value if isinstance(value, list) else [value] for value in parameters.values()]
     for name in table.name:
         with _name_in_errors(where):
             if imports or ":" not in name:
-                complete_parameters(name, given)
+                complete_parameters(name, parameters)
         for values in product(*lists):
-            chosen = dict(zip(given, values, strict=True))
-            label = ", ".join([name, *(f"{key} = {chosen[key]}" for key in swept)])
+            combination = dict(zip(parameters, values, strict=True))
+            label = ", ".join([name, *(f"{key} = {combination[key]}" for key in varied_keys)])
             if table.label is not None:
-                label = _fill_label(table.label, where, {"name": name, **chosen})
-            yield AlgorithmConfiguration(label, name, chosen)
+                label = _fill_label(table.label, where, {"name": name, **combination})
+            yield AlgorithmConfiguration(label, name, combination)
 
 
 def _fill_label(text: str, where: str, values: Mapping[str, Any]) -> str:
-    """Replace each ``{name}`` in a label by the value of that name."""
-    # not str.format, which looks into objects: {name.__class__}, {name:>999999999}
+    # str.format would evaluate attributes and widths, as in {name.__class__} or {name:>999999999}.
     parts = re.split(r"\{(.*?)\}", text)
     if set(parts[1::2]) - set(values):
         raise ValueError(

@@ -1,4 +1,4 @@
-"""Quality of fronts as numbers, and the one space in which all of a comparison are measured."""
+"""Quality indicators of fronts, and the indicator space shared by all runs of a comparison."""
 
 from __future__ import annotations
 
@@ -25,33 +25,36 @@ from mgeo.runs.hypervolume import MAX_OBJECTIVES, scaled
 from mgeo.studies.record import StudyRun
 from mgeo.validation.arguments import validate_list, validate_number
 
-BEYOND_NADIR = 1.1  # reference point where the union of fronts spans 0 to 1
-REFERENCE_SIZE = 500  # points of the reference front
-_PARTS = 3  # of the front, by default
+BEYOND_NADIR = 1.1  # reference point if the space is scaled to the union of fronts
+REFERENCE_SIZE = 500  # number of points of the reference front
+_PARTS = 3  # default number of parts of the front
 
 POINTS = ("ideal", "nadir", "reference_point")
 Origin = Literal["problem", "union", "given", "objective"]
 
 
 class NothingToCompareError(ValueError):
-    """No run finished, or none found a feasible solution."""
+    """Error raised if every run failed, or no run found a feasible solution."""
 
 
 @dataclass(frozen=True, eq=False)
 class IndicatorSpace:
-    """Objectives as the indicators see them, the same for every run.
+    """Scaled objective space in which the indicators of all runs are computed.
+
+    Calling the space maps objectives into it.
 
     Attributes
     ----------
-    ideal, nadir : (n_obj,) what is at 0 and at 1, in the problem's own objectives, or zeros and
-        ones where the problem's `indicator_space` does the scaling.
-    reference_point : (n_obj,) of the hypervolume, in this space.
-    reference_front : (m, n_obj) for IGD+ and the additive epsilon, in this space.
-    origin : where it comes from: the "problem", the "union" of the fronts, or "given"; or the
-        single "objective", in its own units.
-    transform : the problem's `indicator_space`, if it has one.
-    parts : where the first objective parts the front, ascending, in the problem's own unit; and in
-        this space, `cuts`. None of a single objective.
+    ideal, nadir : (n_obj,) points that are mapped to 0 and 1, in the problem's objectives; zeros
+        and ones if the problem's `indicator_space` does the scaling.
+    reference_point : (n_obj,) reference point of the hypervolume, in this space.
+    reference_front : (m, n_obj) reference front of IGD+ and the additive epsilon, in this space.
+    origin : source of the scaling: "problem" (its `indicator_space`), "union" (extent of all
+        fronts), "given" (by the caller), or "objective" (a single objective, which is not scaled).
+    transform : the problem's `indicator_space`, if `origin` is "problem".
+    parts : ascending values of the first objective that divide the front into parts, in the
+        problem's unit; empty for a single objective.
+    cuts : values of `parts`, in this space.
     """
 
     ideal: FloatArray
@@ -64,14 +67,14 @@ class IndicatorSpace:
     cuts: tuple[float, ...] = ()
 
     def __call__(self, F: FloatArray) -> FloatArray:
-        """Objectives, shape (n, n_obj), in this space."""
+        """Return objectives, shape (n, n_obj), mapped into this space."""
         if not len(F):
             return np.empty((0, len(self.ideal)))
         F = F if self.transform is None else np.asarray(self.transform(F), dtype=float)
         return scaled(F, self.ideal, self.nadir)
 
     def describe(self) -> dict[str, Any]:
-        """What a reader must know to compute the same indicators, as JSON's types."""
+        """Return the definition of the space as JSON values, for reproduction of the indicators."""
         if self.origin == "objective":
             return {"origin": self.origin}
         points = {key: getattr(self, key).tolist() for key in POINTS}
@@ -92,40 +95,42 @@ def indicator_space(
     reference_front: ArrayLike | None = None,
     parts: Sequence[float] | None = None,
 ) -> IndicatorSpace:
-    """The space of a comparison.
+    """Build the indicator space of a comparison.
 
-    With `bounds` (ideal, nadir), or else from the problem's `indicator_space`, either with the
-    reference point (1, ..., 1); or else with the extent of the nondominated union of all fronts
-    (and of the reference front, if given) between 0 and 1, and the reference point at
-    `BEYOND_NADIR`.
+    The scaling comes from `bounds` if given, otherwise from the problem's `indicator_space` if it
+    has one; the reference point is then (1, ..., 1). Otherwise, the nondominated union of all
+    fronts and of the given reference front is scaled to [0, 1], and each coordinate of the
+    reference point is `BEYOND_NADIR`.
 
-    The reference front is the one given, or else the nondominated union, truncated to
-    `REFERENCE_SIZE` evenly spaced points: otherwise an algorithm that crowds its points would also
-    decide where the indicators look. The problem's ``pareto_front()`` is not asked for: pymoo
-    draws some of them at random, and downloads others. Where it is good, pass it.
+    The default reference front is the nondominated union of all fronts, truncated to
+    `REFERENCE_SIZE` evenly spaced points, so that an algorithm with crowded points does not
+    determine the weight of each region. The problem's ``pareto_front()`` is not used, because pymoo
+    samples some of these fronts at random and downloads others; pass it as `reference_front` if it
+    is suitable.
 
-    A single objective is its own space.
+    A single objective is not scaled.
 
     Parameters
     ----------
-    fronts : (n, n_obj) objectives each, of all runs.
-    bounds, reference_front : in the problem's own objectives.
-    parts : values of the first objective, ascending, at which the front is parted; default: those
-        that leave a third of the reference front's points in each part.
+    problem : the compared problem.
+    fronts : objectives of the front of each run, shape (n, n_obj) each.
+    bounds : ideal and nadir point, in the problem's objectives.
+    reference_front : reference front, in the problem's objectives.
+    parts : ascending values of the first objective that divide the front into parts; by default,
+        each part has a third of the points of the reference front.
 
     Raises
     ------
     NothingToCompareError
-        If there is nothing to take the space from.
+        If no front has a point.
     ValueError
-        If a shape does not fit, or bounds, a reference front or parts are given for a single
-        objective.
+        If an argument is invalid, is given for a single objective, or the problem is dynamic.
     """
-    ends, known, given = check_space(problem, bounds, reference_front, parts)
+    ends, reference, part_values = check_space(problem, bounds, reference_front, parts)
     n_obj = problem.n_obj
     union = np.concatenate([np.empty((0, n_obj)), *fronts])
-    everything = union if known is None else np.concatenate([union, known])
-    best = everything[nondominated(everything)]
+    candidates = union if reference is None else np.concatenate([union, reference])
+    best = candidates[nondominated(candidates)]
     if not len(best):
         raise NothingToCompareError("no run found a feasible solution")
     if n_obj == 1:
@@ -138,14 +143,14 @@ def indicator_space(
     elif transform is None:
         origin, ideal, nadir = "union", best.min(axis=0), best.max(axis=0)
         reference_point = np.full(n_obj, BEYOND_NADIR)
-    bare = IndicatorSpace(ideal, nadir, reference_point, np.empty((0, n_obj)), origin, transform)
-    whole = best if known is None else known
-    points = bare(whole)
-    if known is None:
+    space = IndicatorSpace(ideal, nadir, reference_point, np.empty((0, n_obj)), origin, transform)
+    front = best if reference is None else reference
+    points = space(front)
+    if reference is None:
         rows = truncate(points, max(REFERENCE_SIZE, 2 * n_obj))
-        whole, points = whole[rows], points[rows]
-    own, cuts = _parted(bare, whole, points, given)
-    return replace(bare, reference_front=points, parts=own, cuts=cuts)
+        front, points = front[rows], points[rows]
+    divisions, cuts = _divide_front(space, front, points, part_values)
+    return replace(space, reference_front=points, parts=divisions, cuts=cuts)
 
 
 def check_space(
@@ -154,19 +159,23 @@ def check_space(
     reference_front: ArrayLike | None = None,
     parts: Sequence[float] | None = None,
 ) -> tuple[tuple[FloatArray, FloatArray] | None, FloatArray | None, list[float] | None]:
-    """Return the arguments of `indicator_space` as numbers, before any run is made.
+    """Validate the arguments of `indicator_space` before any run is made.
+
+    Returns
+    -------
+    bounds, reference front and parts as numbers, None for those that are not given.
 
     Raises
     ------
     ValueError
-        As `indicator_space`, or if the values of the problem change with time.
+        If an argument is invalid, is given for a single objective, or the problem is dynamic.
     """
-    n_obj, ends, front, given = problem.n_obj, None, None, None
+    n_obj, ends, front, part_values = problem.n_obj, None, None, None
     if is_dynamic(problem):
         raise ValueError(
             f"{type(problem).__name__} is a dynamic problem: its values change with time, so that "
-            "no indicator can compare those of different generations; expected a problem whose "
-            "values stay, such as one problem for each time"
+            "fronts of different generations cannot be compared; expected a static problem, such "
+            "as one problem for each time"
         )
     if n_obj == 1 and not (bounds is None and reference_front is None and parts is None):
         raise ValueError("bounds, reference_front, parts: expected none for a single objective")
@@ -184,41 +193,49 @@ def check_space(
         if not np.isfinite(front).all():
             raise ValueError("reference_front: expected finite values")
     if parts is not None:
-        given = validate_list("parts", parts, validate_number)
-        if not given or any(low >= high for low, high in pairwise(given)):
-            raise ValueError(f"parts = {given}: expected one or more ascending values")
-    return ends, front, given
+        part_values = validate_list("parts", parts, validate_number)
+        if not part_values or any(low >= high for low, high in pairwise(part_values)):
+            raise ValueError(f"parts = {part_values}: expected one or more ascending values")
+    return ends, front, part_values
 
 
-def _parted(
-    space: IndicatorSpace, own: FloatArray, points: FloatArray, given: list[float] | None
+def _divide_front(
+    space: IndicatorSpace, front: FloatArray, points: FloatArray, part_values: list[float] | None
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Where to part the front: in the first objective's own unit, and in the space.
+    """Return the values that divide the front, in the first objective's unit and in the space.
 
-    A value that is given is mapped beside the reference front's other objectives: a space treats
-    each objective by itself.
+    A given value is mapped together with the other objectives of a point of the reference front,
+    because a space scales each objective separately.
     """
-    if given is None:
+    if part_values is None:
         order = np.argsort(points[:, 0], kind="stable")
         rows = order[[len(order) * k // _PARTS for k in range(1, _PARTS)]]
-        cuts = dict(zip(points[rows, 0], own[rows, 0], strict=True))  # each once, ascending
+        cuts = dict(zip(points[rows, 0], front[rows, 0], strict=True))  # distinct, ascending
         return tuple(map(float, cuts.values())), tuple(map(float, cuts))
-    beside = np.repeat(own[:1], len(given), axis=0)
-    beside[:, 0] = given
-    return tuple(given), tuple(space(beside)[:, 0].tolist())
+    rows_at_values = np.repeat(front[:1], len(part_values), axis=0)
+    rows_at_values[:, 0] = part_values
+    return tuple(part_values), tuple(space(rows_at_values)[:, 0].tolist())
 
 
-#: The space of a single objective: its values as they are.
+#: Indicator space of a single objective, which is not scaled.
 OBJECTIVE_SPACE = IndicatorSpace(np.zeros(1), np.ones(1), np.ones(1), np.empty((0, 1)), "objective")
 
 
-#: Value of a front, shape (n, n_obj), n >= 1, in a space.
+#: Function that returns the indicator of a front, shape (n, n_obj) with n >= 1, in a space.
 Measure = Callable[[FloatArray, IndicatorSpace], float]
 
 
 @dataclass(frozen=True)
 class Indicator:
-    """A number for a front in an `IndicatorSpace`; `larger` says which way is better."""
+    """Quality indicator of a front in an `IndicatorSpace`.
+
+    Attributes
+    ----------
+    name : name of the table column.
+    title : name in texts and figures.
+    larger : whether larger values are better.
+    measure : function that returns the value of a front that is not empty.
+    """
 
     name: str
     title: str
@@ -226,18 +243,18 @@ class Indicator:
     measure: Measure
 
     def value(self, points: FloatArray, space: IndicatorSpace) -> float:
-        """Return the value of a front, shape (n, n_obj), in the space; the worst if it is empty."""
+        """Return the indicator of a front, shape (n, n_obj); the worst value if n is 0."""
         if not len(points):
             return 0.0 if self.larger else np.inf
         return float(self.measure(points, space))
 
     @property
     def direction(self) -> str:
-        """Which way is better, in words."""
+        """Text that states which values are better."""
         return "higher is better" if self.larger else "lower is better"
 
     def better(self, values: Any) -> Any:
-        """Values turned so that larger is better."""
+        """Return the values with the sign for which larger is better."""
         return values if self.larger else -values
 
 
@@ -245,10 +262,10 @@ def _to_reference_front(measure: Callable[..., float]) -> Measure:
     return lambda points, space: measure(points, ref=space.reference_front)
 
 
-def _slab(
+def _hypervolume_between(
     points: FloatArray, space: IndicatorSpace, low: float = -np.inf, high: float = np.inf
 ) -> float:
-    """Return the hypervolume between two values of the first objective, by default the whole."""
+    """Return the hypervolume between two values of the first objective."""
     end = space.reference_point.copy()
     end[0] = min(high, end[0])
     within = points[points[:, 0] < end[0]].copy()
@@ -258,26 +275,31 @@ def _slab(
     return float(HV(ref_point=end)(within))
 
 
-#: Of a single objective: the least value found.
+#: Indicator of a single objective: the minimum of all evaluations.
 BEST_VALUE = Indicator("best_value", "best value", False, lambda points, space: points.min())
 
-#: Of several objectives.
-#: Hypervolume: how much of the space up to the reference point is dominated; an empty front has 0.
-#: IGD+ (Ishibuchi et al. 2015): mean over the reference front of how far the nearest point of the
-#: front is from dominating it. Additive epsilon (Zitzler et al. 2003): by how much the front must
-#: be moved to weakly dominate the whole reference front. An empty front is infinitely far.
+#: Indicators of several objectives.
+#: Hypervolume: dominated volume up to the reference point; 0 for an empty front.
+#: IGD+ (Ishibuchi et al. 2015): mean distance from each point of the reference front to the region
+#: that the front dominates. Additive epsilon (Zitzler et al. 2003): least translation of the front
+#: that weakly dominates the reference front. Both are infinite for an empty front.
 INDICATORS = (
-    Indicator("hypervolume", "hypervolume", True, _slab),
+    Indicator("hypervolume", "hypervolume", True, _hypervolume_between),
     Indicator("igd_plus", "IGD+", False, _to_reference_front(moocore.igd_plus)),
     Indicator("epsilon", "additive epsilon", False, _to_reference_front(moocore.epsilon_additive)),
 )
 
 
 def parts_of(space: IndicatorSpace, objective: str) -> list[Indicator]:
-    """The hypervolume by parts of the front along the first objective, which add up to the whole.
+    """Return the hypervolume indicator of each part of the front.
 
-    That of a part is the dominated volume between its ends; that of the last ends at the reference
-    point.
+    A part is a range of the first objective. The values of all parts add up to the hypervolume; the
+    last part ends at the reference point.
+
+    Parameters
+    ----------
+    space : indicator space with the `cuts` between the parts.
+    objective : name of the first objective, for the titles.
     """
     edges = [-np.inf, *space.cuts, float("inf")]
     names = [f"{value:.6g}" for value in space.parts]
@@ -289,14 +311,17 @@ def parts_of(space: IndicatorSpace, objective: str) -> list[Indicator]:
             f"hypervolume_{i + 1}",
             f"hypervolume, {objective} {title}",
             True,
-            partial(_slab, low=edges[i], high=edges[i + 1]),
+            partial(_hypervolume_between, low=edges[i], high=edges[i + 1]),
         )
         for i, title in enumerate(titles)
     ]
 
 
 def applicable(n_obj: int) -> list[Indicator]:
-    """The indicators for so many objectives: the exact hypervolume up to `MAX_OBJECTIVES`."""
+    """Return the indicators for a number of objectives.
+
+    The hypervolume, which is computed exactly, is included up to `MAX_OBJECTIVES` objectives.
+    """
     if n_obj == 1:
         return [BEST_VALUE]
     return [i for i in INDICATORS if n_obj <= MAX_OBJECTIVES or i.name != "hypervolume"]
@@ -305,11 +330,11 @@ def applicable(n_obj: int) -> list[Indicator]:
 def trace(
     problem: Problem, record: StudyRun, grid: Sequence[int], space: IndicatorSpace
 ) -> list[dict[str, Any]]:
-    """One row per number of evaluations in `grid`.
+    """Return the table rows of a run, one per evaluation count in `grid`.
 
-    Its columns are ``evaluations``, the indicators, the hypervolume by parts, ``points`` of the
-    front (of a single objective 1, or 0 where nothing feasible was found), and what
-    ``front_summary(F)`` of the problem's view makes of the front in the problem's own objectives.
+    Each row has ``evaluations``, the indicators, the hypervolume of each part, the number of
+    ``points`` on the front (at most 1 for a single objective), and the values of
+    ``front_summary(F)`` of the problem's view.
     """
     indicators = applicable(problem.n_obj)
     if problem.n_obj <= MAX_OBJECTIVES:

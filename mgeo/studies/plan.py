@@ -1,4 +1,4 @@
-"""Plan of a study, by which an interrupted study is recognized, and the folder that holds it."""
+"""Plan of a study, which identifies an interrupted study, and the lock of its folder."""
 
 from __future__ import annotations
 
@@ -27,25 +27,26 @@ from mgeo.store.reading import read_json
 PLAN = "study.json"
 
 _ALWAYS = ("mgeo", "pymoo", "numpy", "scipy", "moocore")
-_DEPTH = 4  # levels of objects: algorithm, mating, crossover, its parameter
-_LONGEST = 100  # values of an array that is written out
+_DEPTH = 4  # levels of nested objects: algorithm, mating, crossover, parameter
+_LONGEST = 100  # size of an array up to which its values are listed
 
 
 @contextmanager
 def claim(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[None]:
-    """Hold the lock of a folder for one study, whose plan is recorded there.
+    """Lock a folder for one study and record the plan of the study there.
 
     Parameters
     ----------
+    folder : folder of the study, created if it does not exist.
     plan : names, options, parameters, seeds, budget and versions, as JSON values.
-    resume : whether to continue a study of the same plan.
+    resume : whether to continue a study of an equal plan.
 
     Raises
     ------
     FileExistsError
         If the folder holds a study and `resume` is false.
     ValueError
-        If the plans differ, with the first difference, or another process uses the folder.
+        If the folder holds a study of another plan, or another process uses the folder.
     """
     path, content = folder / PLAN, to_json(plan)
     folder.mkdir(parents=True, exist_ok=True)
@@ -66,24 +67,28 @@ def claim(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[No
 
 
 def describe_algorithm(algorithm: Algorithm) -> dict[str, Any]:
-    """Return class and public attributes of an algorithm, without those of every algorithm."""
-    every = vars(Algorithm())
-    found: dict[str, Any] = describe(algorithm)
-    return {key: each for key, each in found.items() if key not in every}
+    """Return the class and the public attributes that distinguish an algorithm, as JSON values."""
+    common = vars(Algorithm())
+    description: dict[str, Any] = describe(algorithm)
+    return {key: each for key, each in description.items() if key not in common}
 
 
 def describe_problem(problem: Problem) -> dict[str, Any]:
-    """Return class and options of a problem; its public attributes where it has no options."""
+    """Return the class and options of a problem as JSON values, or its public attributes."""
     options = protocol.options(problem)
-    found: dict[str, Any] = describe(problem, depth=1)
-    return found if options is None else {"class": found["class"], "options": describe(options)}
+    description: dict[str, Any] = describe(problem, depth=1)
+    return (
+        description
+        if options is None
+        else {"class": description["class"], "options": describe(options)}
+    )
 
 
 def describe(value: Any, depth: int = _DEPTH) -> Any:
-    """Return JSON values that name an object and its public attributes, to some depth.
+    """Return JSON values that identify an object by its class and public attributes.
 
-    Equal descriptions do not prove equal behavior: they show the changes of a study that its
-    author would call another study.
+    Attributes are described recursively to `depth` levels. Equal descriptions do not prove equal
+    behavior.
     """
     if isinstance(value, np.generic):
         value = value.item()
@@ -111,11 +116,11 @@ _distributions = cache(packages_distributions)  # reads the metadata of all pack
 
 
 def installed_versions(*parts: Any) -> dict[str, str]:
-    """Return versions of Python, of mgeo's dependencies, and of packages that define `parts`."""
+    """Return the versions of Python, mgeo's dependencies, and the packages that define `parts`."""
     modules = {cls.__module__ for part in parts for cls in type(part).__mro__}
     owners = _distributions()
     names = {name for module in modules for name in owners.get(module.partition(".")[0], ())}
     if "mgeo.benchmarks.coco" in modules:
         names.add(COCO)
-    found = {name: version(name) for name in sorted({*_ALWAYS, *names})}
-    return {"python": platform.python_version()} | found | plugin_versions(modules)
+    versions = {name: version(name) for name in sorted({*_ALWAYS, *names})}
+    return {"python": platform.python_version()} | versions | plugin_versions(modules)

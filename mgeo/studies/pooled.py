@@ -1,4 +1,4 @@
-"""Results over problems: ranks after each budget, and runtimes to targets of the hypervolume."""
+"""Results over several problems: average ranks, and runtimes to hypervolume targets."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import scipy  # its `stats` takes long to import, and only when it is used
+import scipy  # imports the slow scipy.stats only at first use
 from numpy.typing import NDArray
 
 from mgeo._typing import FloatArray
@@ -17,58 +17,70 @@ from mgeo.studies.statistics import Friedman, friedman, holm, ranks_of_blocks
 
 KEYS = ("problem", "function", "variables", "evaluations")
 
-#: Shares of the best value by which a run may fall short of it: ten to a power of ten, to 1e-5.
+#: Relative distances of the targets below the best hypervolume, from 0.79 to 1e-5.
 SHORTFALLS = 10.0 ** np.linspace(-0.1, -5.0, 50)
 
 
 def problem_values(results: Mapping[str, Comparison], per_variable: bool = False) -> pd.DataFrame:
-    """What each algorithm reaches on each problem after each number of evaluations.
+    """Return the median indicator of each algorithm on each problem after each evaluation count.
 
-    A problem's value for an algorithm is the median over its runs of the first indicator, larger
-    being better. A run whose hypervolume is zero counts by the negative of its additive epsilon
-    instead: fronts that are all too far to dominate anything still differ. Runs that failed are
-    left out; an algorithm of which all runs of a problem failed has minus infinity there, as one
-    that found nothing feasible.
+    The value is the median of the first indicator over the finished runs, larger being better. For
+    a run with zero hypervolume, the negative additive epsilon is used instead, so that fronts
+    beyond the reference point still differ. Algorithms without a finished run on a problem have
+    minus infinity.
 
     Parameters
     ----------
-    results : by problem.
-    per_variable : whether evaluations are counted per variable.
+    results : comparisons by problem.
+    per_variable : whether to divide evaluation counts by the number of variables.
 
     Returns
     -------
-    A row per ``problem``, with the ``function`` that it is an instance of (its own label for a
-    problem that does not say, see ``docs/plugins.md``), its number of ``variables``, and
-    ``evaluations``; a column per algorithm. Tables of several studies can be concatenated.
+    A row per ``problem`` and ``evaluations``, with the ``function`` of the problem (its
+    label if the problem declares none, see ``docs/plugins.md``), its number of ``variables``, and a
+    column per algorithm. Tables of several studies can be concatenated.
     """
-    rows = [row for label, each in results.items() for row in _values(label, each, per_variable)]
+    rows = [
+        row
+        for label, each in results.items()
+        for row in _rows_of_problem(label, each, per_variable)
+    ]
     return pd.DataFrame(rows)
 
 
 def ranks_over_problems(values: pd.DataFrame, control: str | None = None) -> pd.DataFrame:
-    """Average ranks over problems after each number of evaluations that all of them have.
+    """Return average ranks over problems after each evaluation count that all problems have.
 
-    Instances and sizes of one function are no independent problems. So each function counts once:
-    ranks are averaged over its problems first, then over functions; and the two algorithms of a
-    test are compared by the signed ranks of their differences on all problems, averaged over those
-    of a function. Where each function has one problem, that is the usual test.
+    Instances and sizes of one function are not independent problems, so each function counts once:
+    ranks are averaged over the problems of a function first, then over functions. For the tests,
+    the signed ranks of the differences on all problems are averaged over each function. With one
+    problem per function, this is Wilcoxon's signed-rank test (1945), as recommended by Demsar
+    (2006).
 
     Parameters
     ----------
-    values : as of `problem_values`. Algorithms that were not run on every problem (NaN, where
-        tables of several studies were concatenated) are left out.
-    control : the algorithm that is tested against each other one; None, or one that is left out,
-        for the best of each row. Named before there are results it makes a test of these alone.
+    values : table of `problem_values`. Algorithms with a missing value (NaN) are left out.
+    control : label of the algorithm that is tested against each other algorithm; None, or an
+        algorithm that is left out, for the best algorithm of each evaluation count. Choose it
+        before results are available.
 
     Returns
     -------
     A row per number of ``variables`` (0 for all problems together), ``evaluations`` and
-    ``algorithm``, the best first, with the number of ``problems``, the ``average_rank`` (1 is the
-    best), ``behind``, the share of problems on which the control, or the best, is better than it
-    (ties count half), ``functions``, their number, ``functions_behind``, on how many the control
-    is better on most of their problems (ties count half), and ``p_holm`` of Wilcoxon's signed-rank
-    test (1945) of the two over functions, corrected for all of the row's rivals. Demsar (2006)
-    recommends test and ranks.
+    ``algorithm``, best first, with these columns:
+
+    problems
+        Number of problems.
+    average_rank
+        Average rank; 1 is the best.
+    behind
+        Share of problems on which the control is better; ties count half.
+    functions
+        Number of functions.
+    functions_behind
+        Number of functions on most of whose problems the control is better; ties count half.
+    p_holm
+        p of the signed-rank test against the control, with Holm's correction.
     """
     table = values.dropna(axis="columns")
     columns = [name for name in table.columns if name not in KEYS]
@@ -80,18 +92,20 @@ def ranks_over_problems(values: pd.DataFrame, control: str | None = None) -> pd.
         for evaluations in sorted(counts.index[counts == counts.max()]):
             now = of_size[of_size["evaluations"] == evaluations]
             standing = {"variables": variables, "evaluations": evaluations}
-            rows += [standing | row for row in _ranked(now[columns], now["function"], control)]
+            rows += [
+                standing | row for row in _rank_algorithms(now[columns], now["function"], control)
+            ]
     return pd.DataFrame(rows)
 
 
 def friedman_over_problems(values: pd.DataFrame) -> Friedman | None:
-    """Friedman's test with functions as blocks, by their values after most evaluations.
+    """Return Friedman's test of the values after most evaluations, with functions as blocks.
 
-    None for fewer than two functions or algorithms.
+    Returns None for fewer than two functions or algorithms.
 
     Parameters
     ----------
-    values : as of `problem_values`; see `ranks_over_problems`.
+    values : table of `problem_values`.
     """
     last = values.loc[values.groupby("problem", sort=False)["evaluations"].idxmax()]
     table = last.drop(columns=list(KEYS)).dropna(axis="columns")
@@ -101,18 +115,18 @@ def friedman_over_problems(values: pd.DataFrame) -> Friedman | None:
 
 
 def runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]:
-    """Return the evaluations per variable that each run on each problem took to each target.
+    """Return the evaluations per variable needed to reach each target, by algorithm.
 
-    A problem's targets are hypervolumes that fall short of the best final one of all runs by
-    `SHORTFALLS`. Runs are examined where their indicators were measured (the study's grid). A run
-    that failed reached no target. No run reached any where the best hypervolume is zero.
+    The targets of a problem are `SHORTFALLS` below the best final hypervolume of all runs. Runtimes
+    are resolved to the evaluation counts of the study. Failed runs reach no target, and no run
+    reaches a target if the best hypervolume is zero.
 
     Returns
     -------
-    By algorithm, (n_problems x n_runs x n_targets,) numbers, ascending; infinite where a target
-    was not reached. Without algorithms if a problem has no hypervolume.
+    Ascending runtimes by algorithm, shape (n_problems x n_runs x n_targets,), infinite for targets
+    that were not reached. Empty if a problem has no hypervolume.
     """
-    found: dict[str, list[FloatArray]] = {}
+    times_by_algorithm: dict[str, list[FloatArray]] = {}
     for each in results.values():
         if each.indicator().name != "hypervolume":
             return {}
@@ -125,21 +139,23 @@ def runtimes(results: Mapping[str, Comparison]) -> dict[str, FloatArray]:
             if len(rows):
                 wide = rows.pivot(index="seed", columns="evaluations", values="hypervolume")
                 evaluations = wide.columns.to_numpy(float)
-                # a front that grew may measure less in its last digit
+                # Rounding can decrease the hypervolume of a growing front by its last digit.
                 so_far = np.maximum.accumulate(wide.to_numpy(float), axis=1)
                 reached = (so_far[:, :, None] >= targets) & (best > 0.0)
                 first = np.where(reached.any(axis=1), evaluations[reached.argmax(axis=1)], np.inf)
                 times[: len(first)] = first
-            found.setdefault(name, []).append(times.ravel() / each.problem.n_var)
-    return {name: np.sort(np.concatenate(times)) for name, times in found.items()}
+            times_by_algorithm.setdefault(name, []).append(times.ravel() / each.problem.n_var)
+    return {name: np.sort(np.concatenate(times)) for name, times in times_by_algorithm.items()}
 
 
 def targets_reached(results: Mapping[str, Comparison]) -> pd.DataFrame:
-    """Return the empirical distribution of `runtimes`: steps of each algorithm's curve.
+    """Return the empirical runtime distribution of each algorithm, see `runtimes`.
 
-    Columns ``algorithm``, ``evaluations`` per variable, ascending, and ``share``, that of all
-    targets, of all runs on all problems, that are reached within them; a row of zeros for an
-    algorithm that reached none. Empty if a problem has no hypervolume.
+    Returns
+    -------
+    Columns ``algorithm``, ``evaluations`` (per variable, ascending), and ``share``, the
+    share of all targets, runs and problems reached within this number of evaluations. An algorithm
+    that reached no target has one row of zeros. Empty if a problem has no hypervolume.
     """
     rows: list[tuple[str, float, float]] = []
     for name, times in runtimes(results).items():
@@ -150,8 +166,9 @@ def targets_reached(results: Mapping[str, Comparison]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["algorithm", "evaluations", "share"])
 
 
-def _values(label: str, each: Comparison, per_variable: bool) -> list[dict[Hashable, object]]:
-    """Of a problem: a row per number of evaluations, with the value of each algorithm."""
+def _rows_of_problem(
+    label: str, each: Comparison, per_variable: bool
+) -> list[dict[Hashable, object]]:
     first, table = each.indicator(), each.table
     value = first.better(table[first.name].to_numpy(float))
     if first.name == "hypervolume":
@@ -161,44 +178,44 @@ def _values(label: str, each: Comparison, per_variable: bool) -> list[dict[Hasha
         table.assign(value=value).groupby(["evaluations", "algorithm"])["value"].median().unstack()
     )
     counts = medians.index.to_numpy(float) / (n_var if per_variable else 1)
-    known = medians.reindex(columns=list(each.algorithms), fill_value=-np.inf).to_dict("records")
+    rows = medians.reindex(columns=list(each.algorithms), fill_value=-np.inf).to_dict("records")
     return [
         dict(zip(KEYS, (label, function, n_var, count), strict=True)) | row
-        for count, row in zip(counts, known, strict=True)
+        for count, row in zip(counts, rows, strict=True)
     ]
 
 
-def _ranked(
+def _rank_algorithms(
     values: pd.DataFrame, functions: pd.Series[str], control: str | None
 ) -> list[dict[str, object]]:
-    """Algorithms of (problems, algorithms) values, larger being better, the best first."""
+    """Return the rows of `ranks_over_problems` for values of shape (problems, algorithms)."""
     table, blocks = values.to_numpy(float), functions.to_numpy()
     ranks = ranks_of_blocks(table, blocks).mean(axis=0)
     order = np.argsort(ranks, kind="stable")
     names = list(values.columns)
-    one = names.index(control) if control in names else int(order[0])
-    own = table[:, one]
-    ahead = (own[:, None] > table) + 0.5 * (own[:, None] == table)
-    of_functions = pd.DataFrame(ahead).groupby(blocks).mean().to_numpy()
-    most = ((of_functions > 0.5) + 0.5 * (of_functions == 0.5)).sum(axis=0)
-    rivals, p = order[order != one], np.full(len(order), np.nan)
-    p[rivals] = holm([_signed_ranks(own, table[:, i], blocks) for i in rivals])
+    control_index = names.index(control) if control in names else int(order[0])
+    control_values = table[:, control_index]
+    share_ahead = (control_values[:, None] > table) + 0.5 * (control_values[:, None] == table)
+    function_shares = pd.DataFrame(share_ahead).groupby(blocks).mean().to_numpy()
+    n_functions_behind = ((function_shares > 0.5) + 0.5 * (function_shares == 0.5)).sum(axis=0)
+    rivals, p = order[order != control_index], np.full(len(order), np.nan)
+    p[rivals] = holm([_signed_rank_test(control_values, table[:, i], blocks) for i in rivals])
     return [
         {
             "algorithm": names[i],
             "problems": len(table),
             "average_rank": ranks[i],
-            "behind": np.nan if i == one else ahead[:, i].mean(),
-            "functions": len(of_functions),
-            "functions_behind": np.nan if i == one else most[i],
+            "behind": np.nan if i == control_index else share_ahead[:, i].mean(),
+            "functions": len(function_shares),
+            "functions_behind": np.nan if i == control_index else n_functions_behind[i],
             "p_holm": p[i],
         }
         for i in order
     ]
 
 
-def _signed_ranks(a: FloatArray, b: FloatArray, blocks: NDArray[Any]) -> float:
-    """Two-sided p of Wilcoxon's test that paired values are equally often larger, over blocks."""
+def _signed_rank_test(a: FloatArray, b: FloatArray, blocks: NDArray[Any]) -> float:
+    """Return the two-sided p value of Wilcoxon's test with signed ranks averaged over blocks."""
     differ = a != b
     differences = a[differ] - b[differ]
     signed = np.sign(differences) * scipy.stats.rankdata(np.abs(differences))

@@ -1,4 +1,4 @@
-"""Progress of the runs of a comparison, on stderr."""
+"""Progress display of the runs of a comparison, on stderr."""
 
 from __future__ import annotations
 
@@ -6,20 +6,26 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-#: Receives algorithm, seed and error (empty if none) of each run that ended.
+#: Callback for each ended run, with algorithm, seed, and error message (empty on success).
 Done = Callable[[str, int, str], None]
 
 
 @contextmanager
 def show_progress(title: str, total: int, reused: int | None, *, shown: bool) -> Iterator[Done]:
-    """Show a bar on a terminal, a line per failed run, and how many runs were reused.
+    """Show a progress bar on a terminal, each failed run, and the number of reused runs.
 
     Without rich, which comes with ``mgeo[cli]``, only the number of reused runs is shown.
 
     Parameters
     ----------
-    reused : number of runs that were reused; None for a new study.
-    shown : False to show nothing.
+    title : name of the problem.
+    total : number of runs.
+    reused : number of runs read from the folder; None for a new study.
+    shown : whether to show anything.
+
+    Yields
+    ------
+    Function to call when a run ends.
     """
     if shown and reused is not None:
         print(f"{title}: reused {reused} of {total} runs", file=sys.stderr)

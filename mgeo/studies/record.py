@@ -1,4 +1,4 @@
-"""Record of one run: enough for its front after any number of evaluations."""
+"""Record of one run of a study, from which its front after any evaluation count is computed."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ from mgeo.store.reading import from_npz
 
 @dataclass(frozen=True, eq=False)
 class StudyRun:
-    """One finished run.
+    """Finished run of a study.
 
     Attributes
     ----------
-    numbers : (k,) number of the evaluation, from 1, that found each point of `F`; ascending.
-    F : (k, n_obj) all feasible points that were on the front of all evaluations at some time.
-    front : (n,) rows of `F` that are the front after `n_eval` evaluations.
-    X : (n, n_var) solutions of that front; (n, 0) if the variables are not numbers.
-    n_eval : number of evaluations that count.
+    numbers : (k,) evaluation numbers of the points in `F`, counted from 1, ascending.
+    F : (k, n_obj) objectives of the feasible points that no earlier batch weakly dominates; every
+        front of the run is a subset.
+    front : (n,) rows of `F` that form the front after `n_eval` evaluations.
+    X : (n, n_var) variables of the front; (n, 0) if the variables are not numbers.
+    n_eval : budget of evaluations.
     evaluations : number of evaluations made; the last generation may exceed `n_eval`.
     failed : number of failures among the first `n_eval` evaluations.
     wall_time : duration of the run [s].
@@ -44,15 +45,15 @@ class StudyRun:
 
     @property
     def front_F(self) -> FloatArray:
-        """(n, n_obj) front after `n_eval` evaluations."""
+        """Objectives of the front after `n_eval` evaluations, shape (n, n_obj)."""
         return self.F[self.front]
 
     def fronts(self, grid: Sequence[int]) -> Iterator[FloatArray]:
-        """Yield the nondominated set of all evaluations after each number of evaluations.
+        """Yield the front after each evaluation count in `grid`, shape (n, n_obj) each.
 
         Parameters
         ----------
-        grid : ascending numbers of evaluations, at most `n_eval`.
+        grid : ascending evaluation counts, at most `n_eval`.
         """
         front, start = self.F[:0], 0
         for end in np.searchsorted(self.numbers, grid, side="right"):
@@ -61,21 +62,21 @@ class StudyRun:
             yield front
 
     def write(self, path: Path) -> None:
-        """Write a compressed NumPy archive without pickles; equal records give equal bytes."""
+        """Write the run as a compressed NumPy archive; equal runs give equal bytes."""
         buffer = io.BytesIO()
         np.savez_compressed(buffer, **vars(self))
         write_file(path, buffer.getvalue())
 
     @classmethod
     def read(cls, path: Path) -> StudyRun:
-        """Read the archive that `write` wrote; nothing is unpickled.
+        """Read an archive of `write`; nothing is unpickled.
 
         Raises
         ------
         FileNotFoundError
             If there is no such file.
         ValueError
-            If the file is not such an archive.
+            If the file is not the record of a run.
         """
         try:
             arrays: dict[str, Any] = from_npz(path.read_bytes())

@@ -1,4 +1,4 @@
-"""The page of a comparison, that of a study of several problems, and all figures by name."""
+"""HTML pages of a study and of its problems, and all figures by name."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from mgeo.validation.arguments import did_you_mean
 
 
 def problem_page(study: Study, label: str, comparison: Comparison) -> str:
-    """Everything about one problem: conclusions, tables, figures, and how it was measured.
+    """Return the HTML page of one problem: conclusions, tables, figures and method.
 
-    Where the study has several problems, their pages share the plotting library in its folder.
+    If the study has several problems, the page loads the plotting library from the study's folder.
     """
     runs, tests = comparison.runs, comparison.tests()
     published = published_table(study, comparison)
@@ -58,12 +58,14 @@ def study_page(
     standings: pd.DataFrame,
     remarks: Sequence[str],
 ) -> str:
-    """Several problems: means of the first indicator each, ranks, and targets reached.
+    """Return the HTML page over all problems: means of the first indicator, ranks and runtimes.
 
     Parameters
     ----------
-    standings : as of `mgeo.studies.pooled.ranks_over_problems`.
-    remarks : sentences on what failed, and the notes of the comparisons.
+    study : the study.
+    comparisons : finished comparisons by problem.
+    standings : table of `mgeo.studies.pooled.ranks_over_problems`.
+    remarks : sentences on failures, and the notes of the comparisons.
     """
     problems = render(
         "studies/assets/problems.html",
@@ -79,9 +81,10 @@ def study_page(
 
 
 def average_ranks(standings: pd.DataFrame, per_variable: bool) -> pd.DataFrame:
-    """Average rank of each algorithm (columns) over problems after each number of evaluations.
+    """Return the average ranks as text, one row per evaluation count and one column per algorithm.
 
-    A star marks what does not differ at 5 % from the best of its row, or from the control.
+    A star marks ranks without a significant difference (5 %) from the best algorithm of the row, or
+    from the control.
     """
     each = " each" if per_variable else ""
     sizes = standings["variables"].map(lambda n: f"{n} variables" if n else "all")
@@ -103,42 +106,42 @@ def average_ranks(standings: pd.DataFrame, per_variable: bool) -> pd.DataFrame:
 def study_figures(
     comparisons: Mapping[str, Comparison], only: Sequence[str] = ()
 ) -> dict[str, go.Figure]:
-    """Return the figures of a study, under names that files can have.
+    """Return the figures of a study by names that are valid file names.
 
-    Of several problems they are ``ranks`` and ``targets``, and those of each problem by the name of
-    its folder: ``zdt1-anytime``. Indicators but the first have figures of their own:
-    ``anytime-igd_plus``.
+    For several problems, the names are ``ranks``, ``targets``, and the figures of each problem with
+    the name of its folder, such as ``zdt1-anytime``. The anytime figure of each further indicator
+    has its own name, such as ``anytime-igd_plus``.
 
     Parameters
     ----------
-    only : names of figures; the name of a problem's figure without the problem stands for the
-        figures of all problems. Empty for all figures.
+    comparisons : finished comparisons by problem.
+    only : names of figures to return; a name without the problem selects the figure of all
+        problems. Empty for all figures.
 
     Raises
     ------
     ValueError
-        For the name of no figure.
+        If there is no figure of a name.
     """
-    found = _pooled_figures(comparisons) if len(comparisons) > 1 else {}
-    named = {name: [name] for name in found}
+    all_figures = _pooled_figures(comparisons) if len(comparisons) > 1 else {}
+    full_names = {name: [name] for name in all_figures}
     for label, comparison in comparisons.items():
         prefix = f"{folder_name(label)}-" if len(comparisons) > 1 else ""
         figures = comparison.figures()
         for indicator in comparison.indicators[1:]:
             figures[f"anytime-{indicator.name}"] = anytime_figure(comparison, indicator.name)
         for name, figure in figures.items():
-            found[f"{prefix}{name}"] = figure
-            named.setdefault(name, []).append(f"{prefix}{name}")
-    known = named | {name: [name] for name in found}
+            all_figures[f"{prefix}{name}"] = figure
+            full_names.setdefault(name, []).append(f"{prefix}{name}")
+    selection = full_names | {name: [name] for name in all_figures}
     for name in only:
-        if name not in known:
-            expected = f"expected {', '.join(named)}{did_you_mean(name, known)}"
+        if name not in selection:
+            expected = f"expected {', '.join(full_names)}{did_you_mean(name, selection)}"
             raise ValueError(f"the study has no figure {name!r}: {expected}")
-    return {full: found[full] for name in only or found for full in known[name]}
+    return {full: all_figures[full] for name in only or all_figures for full in selection[name]}
 
 
 def _pooled_figures(comparisons: Mapping[str, Comparison]) -> dict[str, go.Figure]:
-    """Return the figures over all problems that apply: ranks and targets."""
     algorithms = next(iter(comparisons.values())).algorithms
     ranked = friedman_over_problems(problem_values(comparisons))
     reached = targets_reached(comparisons)

@@ -1,6 +1,7 @@
-"""One run of a comparison, observed from outside the algorithm.
+"""Execution of one run of a study, recorded from outside the algorithm.
 
-The record is the same for every pymoo algorithm, whatever the algorithm keeps or returns.
+The evaluations are logged instead of the population, so that the record has the same meaning for
+every pymoo algorithm.
 """
 
 from __future__ import annotations
@@ -29,15 +30,16 @@ from mgeo.evaluation.individuals import succeeded
 from mgeo.runs.algorithms import IDLE_STEPS, set_up
 from mgeo.studies.record import StudyRun
 
-#: Receives problem, population and algorithm of each batch that was evaluated.
+#: Callback for each evaluated batch, with problem, population and algorithm.
 Watch = Callable[[Any, Population, Any], object]
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A run to be made.
+    """Arguments of one run.
 
-    Without weak references (slots): joblib's Dask backend would store the task on one worker only.
+    The class has slots and no weak references, because joblib's Dask backend would otherwise store
+    the task on one worker only.
     """
 
     problem: Problem
@@ -47,19 +49,20 @@ class Task:
 
 
 def run(task: Task) -> StudyRun | str:
-    """Make a run; return an exception as a message, so that other runs continue."""
+    """Make a run; return the error message if it fails, so that other runs continue."""
     try:
         return record(task)
-    except Exception as error:  # algorithms and problems of others may raise anything
+    except Exception as error:  # External algorithms and problems may raise any error.
         return f"{type(error).__name__}: {one_line(str(error))}"
 
 
 def record(task: Task) -> StudyRun:
-    """Run copies of algorithm and problem for `n_eval` evaluations and finish that generation.
+    """Run copies of the algorithm and the problem, and return the record of all evaluations.
 
-    The algorithm draws from its own generator, seeded by `Task.seed`. The global states of NumPy
-    and Python are seeded as well and restored afterwards; algorithms that draw from them do not
-    repeat where runs share a process in threads.
+    The run ends with the generation that completes `n_eval` evaluations. The algorithm uses its own
+    random generator, seeded by `Task.seed`. The global generators of NumPy and Python are seeded as
+    well and restored afterwards; algorithms that use them are not reproducible if runs share a
+    process in threads.
 
     Raises
     ------
@@ -71,7 +74,8 @@ def record(task: Task) -> StudyRun:
     start = time.perf_counter()
     log = EvaluationLog(task.problem.n_obj, task.n_eval)
     with global_state(task.seed), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "the first generation of")  # the comparison notes it
+        # The comparison reports this condition in its notes.
+        warnings.filterwarnings("ignore", "the first generation of")
         problem = copy.deepcopy(task.problem)
         for algorithm in generations(task, problem, lambda _, *batch: log(*batch)):
             evaluator = algorithm.evaluator.inner
@@ -85,12 +89,13 @@ def record(task: Task) -> StudyRun:
 def generations(task: Task, problem: Problem, watch: Watch) -> Iterator[Any]:
     """Yield a copy of the algorithm after each generation, until `n_eval` evaluations are made.
 
-    Its own termination is not used: some end a generation early.
+    The algorithm's own termination is not used, because some terminations end a generation early.
 
     Parameters
     ----------
-    problem : a copy of that of the task.
-    watch : see `WatchedEvaluator`.
+    task : the run to be made.
+    problem : copy of the problem of the task.
+    watch : function called with each evaluated batch, see `WatchedEvaluator`.
 
     Raises
     ------
@@ -113,13 +118,13 @@ def generations(task: Task, problem: Problem, watch: Watch) -> Iterator[Any]:
 
 
 class EvaluationLog:
-    """Log of every evaluation that no earlier batch weakly dominates: all that a front can need.
+    """Log of every evaluation that no earlier batch weakly dominates.
 
-    Infeasible solutions, failed ones (see `mgeo.TolerantEvaluator`) and those with a value that is
-    not finite count as evaluations and are not logged; nor is anything after the first `n_eval`.
-    Low-fidelity values of a staged run (see `mgeo.MGEOStaged`) are not logged either: the front is
-    empty until the run evaluates its candidates by the objectives themselves. That evaluation
-    proposes nothing new, so it counts as a whole, as if it were the last of the first `n_eval`.
+    The log contains every point that can be on the front after any evaluation count up to `n_eval`.
+    Infeasible solutions, failed evaluations (see `mgeo.TolerantEvaluator`) and values that are not
+    finite are counted, but not logged. Low-fidelity values of `mgeo.MGEOStaged` are not logged
+    either: its front is empty until the final high-fidelity evaluation. This final evaluation
+    proposes no new candidates and counts as part of the first `n_eval` evaluations.
 
     Parameters
     ----------
@@ -128,8 +133,8 @@ class EvaluationLog:
 
     Attributes
     ----------
-    seen : evaluations so far, including those beyond `n_eval`.
-    failed : failures among the first `n_eval`.
+    seen : number of evaluations so far, including those beyond `n_eval`.
+    failed : number of failures among the first `n_eval` evaluations.
     """
 
     def __init__(self, n_obj: int, n_eval: int) -> None:
@@ -143,7 +148,7 @@ class EvaluationLog:
         self._X: list[Any] = []
 
     def __call__(self, population: Population, algorithm: Algorithm | None = None) -> None:
-        """Log a batch that was just evaluated for `algorithm`, in the order of evaluation."""
+        """Log a batch of evaluated candidates, in the order of evaluation."""
         F = population.get("F").astype(float)
         numbers = np.arange(self.seen + 1, self.seen + 1 + len(F))
         self.seen += len(F)
@@ -153,26 +158,31 @@ class EvaluationLog:
             return
         if isinstance(algorithm, MGEOStaged) and algorithm.judging:
             numbers = np.minimum(numbers, self.n_eval)
-        kept = population.get("feas") & np.isfinite(F).all(axis=1) & (numbers <= self.n_eval)
-        kept &= ~failed
-        kept[kept] = not_weakly_dominated(F[kept], self._archive.F)
-        if not kept.any():
+        is_logged = population.get("feas") & np.isfinite(F).all(axis=1) & (numbers <= self.n_eval)
+        is_logged &= ~failed
+        is_logged[is_logged] = not_weakly_dominated(F[is_logged], self._archive.F)
+        if not is_logged.any():
             return
-        rows = np.arange(self._rows, self._rows + np.count_nonzero(kept))
+        rows = np.arange(self._rows, self._rows + np.count_nonzero(is_logged))
         self._rows += len(rows)
-        self._archive.add(F[kept], rows.astype(object))
-        self._numbers.append(numbers[kept])
-        self._F.append(F[kept])
-        self._X.append(np.array(population[kept].get("X")))
+        self._archive.add(F[is_logged], rows.astype(object))
+        self._numbers.append(numbers[is_logged])
+        self._F.append(F[is_logged])
+        self._X.append(np.array(population[is_logged].get("X")))
 
     def record(self, wall_time: float) -> StudyRun:
-        """Return the record of the run, which took `wall_time` seconds."""
+        """Return the record of the run.
+
+        Parameters
+        ----------
+        wall_time : duration of the run [s].
+        """
         rows = np.array(self._archive.individuals, dtype=np.int64)
         return StudyRun(
             numbers=np.concatenate([np.empty(0, dtype=np.int64), *self._numbers]),
             F=np.concatenate(self._F),
             front=rows,
-            X=_numeric(self._X, rows),
+            X=_numeric_rows(self._X, rows),
             n_eval=self.n_eval,
             evaluations=self.seen,
             failed=self.failed,
@@ -181,11 +191,15 @@ class EvaluationLog:
 
 
 class WatchedEvaluator(Evaluator):
-    """Evaluator that passes the problem, each batch it evaluates, and the algorithm to `watch`.
+    """Evaluator that reports each evaluated batch to a callback.
+
+    Parameters
+    ----------
+    inner : evaluator that evaluates the batch.
+    watch : function called with problem, population and algorithm after each batch.
 
     Attributes
     ----------
-    inner : the evaluator that evaluates.
     seen : number of evaluations so far.
     """
 
@@ -201,8 +215,8 @@ class WatchedEvaluator(Evaluator):
         self._watch(problem, pop, kwargs.get("algorithm"))
 
 
-def _numeric(X: list[Any], rows: Any) -> Any:
-    """Return (n, n_var) floats of the given rows; no columns if variables are not numbers."""
+def _numeric_rows(X: list[Any], rows: Any) -> Any:
+    """Return the given rows as floats, shape (n, n_var), or no columns if they are not numbers."""
     if not X or X[0].ndim != 2 or X[0].dtype == object:
         return np.empty((len(rows), 0))
     return np.concatenate(X)[rows].astype(float)
@@ -210,7 +224,7 @@ def _numeric(X: list[Any], rows: Any) -> Any:
 
 @contextmanager
 def global_state(seed: int) -> Iterator[None]:
-    """Seed the global generators of NumPy and Python, and restore them afterwards."""
+    """Seed the global generators of NumPy and Python, and restore them on exit."""
     numpy_state, python_state = np.random.get_state(), random.getstate()  # noqa: NPY002
     np.random.seed(seed % 2**32)  # noqa: NPY002
     random.seed(seed)

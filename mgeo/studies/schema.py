@@ -1,4 +1,4 @@
-"""What a study file may say; editors read it as a JSON Schema."""
+"""Schema of study files; editors use it as a JSON Schema."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from mgeo.validation.arguments import validate_integer
 from mgeo.validation.tables import Table
 
 
-def _listed(value: Any) -> Any:
+def _as_list(value: Any) -> Any:
     return [value] if isinstance(value, str) else value
 
 
-def _steps(value: Any) -> int | tuple[int, ...]:
+def _validate_grid(value: Any) -> int | tuple[int, ...]:
     if isinstance(value, list | tuple) and value:
         return tuple(validate_integer(f"grid[{i}]", step, low=1) for i, step in enumerate(value))
     return validate_integer("grid", value, low=1)
@@ -27,75 +27,93 @@ T = TypeVar("T")
 Some = Annotated[list[T], Field(min_length=1)]
 Count = Annotated[int, Field(ge=1)]
 Seed = Annotated[int, Field(ge=0)]
-Names = Annotated[Some[str], BeforeValidator(_listed, str | Some[str])]
-Grid = Annotated[int | tuple[int, ...], PlainValidator(_steps, Count | Some[Count])]
+Names = Annotated[Some[str], BeforeValidator(_as_list, str | Some[str])]
+Grid = Annotated[int | tuple[int, ...], PlainValidator(_validate_grid, Count | Some[Count])]
 Seeds = Annotated[tuple[int, ...], PlainValidator(seed_numbers, Count | Some[Seed])]
 
 
 class ProblemTable(Table):
-    """One problem, or several that differ in name or scenario."""
+    """One problem, or several problems that differ in name or scenario."""
 
     name: Names = Field(
-        description="of an installed problem, or of a collection: pymoo:NAME, shifted:NAME for one "
-        "of pymoo's with its optimum off the bounds, or COCO's coco:SUITE/fN/dN/iN with ranges"
+        description="Installed problem, or problem of a collection: pymoo:NAME; shifted:NAME, a "
+        "pymoo problem with its optimum moved off the bounds; or coco:SUITE/fN/dN/iN, where "
+        "numbers may be ranges."
     )
-    label: str | None = Field(None, description="braces hold name, an option, or scenario")
-    scenario: Names | None = Field(None, description="files relative to this one, or presets")
-    options: dict[str, Any] | None = Field(None, description="options of the problem")
+    label: str | None = Field(
+        None, description="Label; {name}, {scenario} and {option} are replaced by their values."
+    )
+    scenario: Names | None = Field(
+        None, description="Scenario files, relative to this file, or presets."
+    )
+    options: dict[str, Any] | None = Field(None, description="Options of the problem.")
     parts: Some[float] | None = Field(
         None,
-        description="values of the first objective, ascending, at which the front is parted for "
-        "the hypervolume by parts; without them by thirds of the reference front",
+        description="Ascending values of the first objective that divide the front into parts, for "
+        "the hypervolume of each part. By default, each part has a third of the points of the "
+        "reference front.",
     )
 
 
 class AlgorithmTable(Table):
-    """One algorithm and its parameters; a list of values stands for an algorithm with each.
+    """One algorithm with its parameters, or one algorithm per combination of listed values.
 
-    So a parameter that is a pair is a list in a list: momentum = [[0.6, 0.4]].
+    A parameter whose value is a list is written as a list in a list: momentum = [[0.6, 0.4]].
     """
 
     model_config = ConfigDict(extra="allow")
 
     name: Names = Field(
-        description=f"one of {', '.join(ALGORITHMS)}; or of an installed plugin, or module:Class"
+        description=f"One of {', '.join(ALGORITHMS)}; an algorithm of an installed plugin; or "
+        "module:Class."
     )
-    label: str | None = Field(None, description="braces hold name, or a parameter")
+    label: str | None = Field(
+        None, description="Label; {name} and {parameter} are replaced by their values."
+    )
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """All but name and label."""
+        """Parameters of the algorithm: all keys except name and label."""
         return self.model_extra or {}
 
 
 class PublishedTable(Table):
-    """Values of a publication, to be compared with the study's."""
+    """Published values for comparison with the results of the study."""
 
     source: str
     evaluations: int | None = Field(
-        None, ge=1, description="of the published runs; of another budget they are not compared"
+        None,
+        ge=1,
+        description="Evaluations of each published run. The values are listed only beside runs "
+        "with this number of evaluations.",
     )
-    table: dict[str, dict[str, float]] = Field(description="by label, then by column")
+    table: dict[str, dict[str, float]] = Field(
+        description="Values by algorithm label, then by column."
+    )
 
 
 class StudyKeys(Table):
-    """Keys of a study but for its problems and algorithms."""
+    """Keys of a study except its problems and algorithms."""
 
     title: str
     about: str = ""
-    evaluations: int = Field(ge=1, description="of each run")
+    evaluations: int = Field(ge=1, description="Evaluations of each run.")
     per_variable: bool = Field(
-        False, description="evaluations and grid are for each variable of a problem"
+        False,
+        description="Whether evaluations and grid are multiplied by the number of variables of the "
+        "problem.",
     )
-    seeds: Seeds = Field(description="how many (1, 2, ...), or a list")
+    seeds: Seeds = Field(description="Number of seeds (1, 2, ...), or a list of seeds.")
     grid: Grid = Field(
-        GRID_POINTS, description="numbers of evaluations at which to measure: how many, or a list"
+        GRID_POINTS,
+        description="Number of equal steps, or a list of evaluation counts, at which fronts are "
+        "measured.",
     )
     control: str | None = Field(
         None,
-        description="label of an algorithm that is compared with every other one, on each problem "
-        "and over all; p values of that are corrected for its rivals alone, so it is named before "
-        "results are seen",
+        description="Label of the control algorithm, which is compared with each other algorithm. "
+        "The p values are corrected for these comparisons only, so choose the control before "
+        "results are available.",
     )
     published: PublishedTable | None = None
 
@@ -108,6 +126,6 @@ class StudyTable(StudyKeys):
 
 
 def study_schema() -> str:
-    """The JSON Schema of a study file, as text."""
+    """Return the JSON Schema of study files as text."""
     version = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     return json.dumps(version | StudyTable.model_json_schema(), indent=2)

@@ -1,4 +1,4 @@
-"""Tests of whether algorithms differ, and by how much."""
+"""Statistical tests and effect sizes for differences between algorithms."""
 
 from __future__ import annotations
 
@@ -8,26 +8,27 @@ from itertools import combinations
 
 import numpy as np
 import pandas as pd
-import scipy  # its `stats` takes long to import, and only when it is used
+import scipy  # imports the slow scipy.stats only at first use
 from numpy.typing import ArrayLike
 
 from mgeo._typing import FloatArray
 
-#: Of significance: a difference is called significant where p is below it.
+#: Significance level of all tests.
 LEVEL = 0.05
 
-# Vargha & Delaney (2000): A of at least so much is called that.
+# Lower bounds of A for each magnitude (Vargha & Delaney 2000).
 _MAGNITUDES = ((0.71, "large"), (0.64, "medium"), (0.56, "small"))
 
 
 @dataclass(frozen=True, eq=False)
 class KruskalWallis:
-    """Kruskal and Wallis' test (1952) of independent samples: whether any of them differ.
+    """Result of the Kruskal-Wallis test (1952) for a difference between independent samples.
 
     Attributes
     ----------
-    statistic, p : chi-square with k - 1 degrees of freedom, corrected for ties.
-    ranks : see `mean_ranks`.
+    statistic : chi-square with k - 1 degrees of freedom, corrected for ties.
+    p : p value of the statistic.
+    ranks : mean rank of each sample, see `mean_ranks`.
     """
 
     statistic: float
@@ -37,18 +38,20 @@ class KruskalWallis:
 
 @dataclass(frozen=True, eq=False)
 class Friedman:
-    """Friedman's test over problems, with ranks; 1 is the best.
+    """Result of Friedman's test over problems; rank 1 is the best.
 
-    Values of a block must belong together: those of one problem do, those of one seed do not,
-    because every run is independent of every other. Problems that belong together, as instances
-    of one function do, are one block.
+    The values of a block must be related, as the values of all algorithms on one problem are. Runs
+    of equal seeds are not related, because runs are independent. Instances of one function form one
+    block.
 
     Attributes
     ----------
-    statistic, p : chi-square with k - 1 degrees of freedom, corrected for ties.
+    statistic : chi-square with k - 1 degrees of freedom, corrected for ties.
+    p : p value of the statistic.
     ranks : average rank of each algorithm, best first.
-    problems, blocks : how many.
-    critical_difference : of average ranks, at 5 %: Nemenyi's test for all pairs (Demsar 2006).
+    problems, blocks : number of problems and of blocks.
+    critical_difference : critical difference of average ranks at 5 %, for all pairs (Nemenyi's
+        test, Demsar 2006).
     """
 
     statistic: float
@@ -60,10 +63,10 @@ class Friedman:
 
 
 def mann_whitney(a: ArrayLike, b: ArrayLike) -> float:
-    """Two-sided p value that two independent samples come from one distribution.
+    """Return the two-sided p value of the Mann-Whitney test of two independent samples.
 
-    Exact for small samples without ties, or else the normal approximation corrected for ties. 1 if
-    all values are the same: of ranks that do not vary scipy 1.18 gives NaN.
+    The p value is exact for small samples without ties, and otherwise from the normal approximation
+    with a correction for ties. It is 1 if all values are equal, for which scipy 1.18 returns NaN.
     """
     values = np.concatenate([np.asarray(a, dtype=float), np.asarray(b, dtype=float)])
     if len(values) and (values == values[0]).all():
@@ -72,7 +75,7 @@ def mann_whitney(a: ArrayLike, b: ArrayLike) -> float:
 
 
 def holm(p: ArrayLike) -> FloatArray:
-    """p values corrected for their number by Holm's step-down procedure."""
+    """Return the p values corrected by Holm's step-down procedure."""
     values = np.asarray(p, dtype=float)
     order = np.argsort(values, kind="stable")
     corrected = np.maximum.accumulate(values[order] * np.arange(len(values), 0, -1))
@@ -80,21 +83,27 @@ def holm(p: ArrayLike) -> FloatArray:
 
 
 def vargha_delaney(a: ArrayLike, b: ArrayLike) -> float:
-    """A: probability that a value of `a` is larger than one of `b`, ties counting half."""
+    """Return the Vargha-Delaney effect size A.
+
+    A is the probability that a value of `a` is larger than a value of `b`; ties count half.
+    """
     x, y = np.asarray(a, dtype=float)[:, None], np.asarray(b, dtype=float)[None, :]
     return float(np.mean((x > y) + 0.5 * (x == y)))
 
 
 def magnitude(effect: float) -> str:
-    """Vargha and Delaney's word for an A: negligible, small, medium or large."""
+    """Return the magnitude of an effect size A: negligible, small, medium or large."""
     return next((w for least, w in _MAGNITUDES if max(effect, 1.0 - effect) >= least), "negligible")
 
 
 def pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.DataFrame:
-    """All pairs of samples, larger values being better.
+    """Compare all pairs of samples by the Mann-Whitney test, larger values being better.
 
-    Columns: ``a``, ``b``; ``A``, the probability that a run of a beats one of b, with its
-    ``magnitude``; ``p`` of the Mann-Whitney test and ``p_holm``, corrected for all pairs.
+    Returns
+    -------
+    A row per pair with the names ``a`` and ``b``; ``A``, the probability that a run of a
+    beats a run of b; its ``magnitude``; ``p`` of the Mann-Whitney test; and ``p_holm``, corrected
+    for all pairs.
     """
     table = pd.DataFrame(combinations(samples, 2), columns=["a", "b"])
     pairs = [(samples[a], samples[b]) for a, b in combinations(samples, 2)]
@@ -105,10 +114,10 @@ def pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.DataFram
 
 
 def mean_ranks(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.Series[float]:
-    """Mean rank of each sample's values among those of all samples, the best first.
+    """Return the mean rank of each sample among all values, best first.
 
-    Rank 1 has the largest value; equal values share the mean of their ranks. Of two samples the
-    one with the better mean rank is the one of which `vargha_delaney` is above one half.
+    The largest value has rank 1; equal values share the mean of their ranks. For two samples, the
+    one with the better mean rank has `vargha_delaney` above one half.
     """
     names = np.repeat(list(samples), [len(values) for values in samples.values()])
     values = np.concatenate([np.empty(0), *samples.values()])
@@ -117,12 +126,12 @@ def mean_ranks(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.Series
 
 
 def kruskal_wallis(samples: Mapping[str, Sequence[float] | FloatArray]) -> KruskalWallis:
-    """Kruskal and Wallis' test of independent samples, larger values being better.
+    """Return the Kruskal-Wallis test of independent samples, larger values being better.
 
     Raises
     ------
     ValueError
-        For fewer than two samples, or an empty one.
+        If there are fewer than two samples, or a sample is empty.
     """
     sizes = {name: len(values) for name, values in samples.items()}
     if len(sizes) < 2 or 0 in sizes.values():
@@ -130,13 +139,18 @@ def kruskal_wallis(samples: Mapping[str, Sequence[float] | FloatArray]) -> Krusk
     ranks = mean_ranks(samples)
     if np.unique(np.concatenate(list(samples.values()))).size == 1:
         return KruskalWallis(0.0, 1.0, ranks)
-    found = scipy.stats.kruskal(*samples.values())
-    return KruskalWallis(float(found.statistic), float(found.pvalue), ranks)
+    result = scipy.stats.kruskal(*samples.values())
+    return KruskalWallis(float(result.statistic), float(result.pvalue), ranks)
 
 
 def ranks_of_blocks(values: ArrayLike, blocks: ArrayLike) -> FloatArray:
-    """Ranks of values (problems, algorithms) on each problem, the largest 1, averaged over those
-    of a block: (blocks, algorithms)."""
+    """Return the average rank of each algorithm in each block, shape (blocks, algorithms).
+
+    Parameters
+    ----------
+    values : (problems, algorithms) values; the largest value of a problem has rank 1.
+    blocks : (problems,) block of each problem.
+    """
     ranks = pd.DataFrame(scipy.stats.rankdata(-np.asarray(values, dtype=float), axis=1))
     return ranks.groupby(np.asarray(blocks)).mean().to_numpy()
 
@@ -144,30 +158,36 @@ def ranks_of_blocks(values: ArrayLike, blocks: ArrayLike) -> FloatArray:
 def friedman(
     values: ArrayLike, names: Sequence[str], blocks: Sequence[str] | None = None
 ) -> Friedman:
-    """Friedman's test of values (problems, algorithms), larger ones being better.
+    """Return Friedman's test of values by problem and algorithm, larger values being better.
 
     Parameters
     ----------
-    blocks : of each problem, the name of its block, over which ranks are averaged; None if each
-        is one. Means vary less than ranks, so that the critical difference is on the safe side.
+    values : (problems, algorithms).
+    names : labels of the algorithms.
+    blocks : block of each problem, over which ranks are averaged; None for one block per problem.
+        Averaged ranks vary less than ranks, so the critical difference is conservative.
 
     Raises
     ------
     ValueError
-        For fewer than two algorithms or two blocks.
+        If there are fewer than two algorithms or two blocks.
     """
     table = np.asarray(values, dtype=float)
-    of = np.arange(len(table)) if blocks is None else np.asarray(blocks)
-    if table.ndim != 2 or table.shape[1] != len(names) or min(len(set(of)), len(names)) < 2:
+    block_names = np.arange(len(table)) if blocks is None else np.asarray(blocks)
+    if (
+        table.ndim != 2
+        or table.shape[1] != len(names)
+        or min(len(set(block_names)), len(names)) < 2
+    ):
         raise ValueError(
             f"values of shape {table.shape} for {len(names)} algorithms: expected (problems, "
             "algorithms), two or more of each, and two blocks or more"
         )
-    ranks = ranks_of_blocks(table, of)
+    ranks = ranks_of_blocks(table, block_names)
     n, k = ranks.shape
     mean = pd.Series(ranks.mean(axis=0), index=list(names), name="average rank")
-    # scipy's wants three algorithms or more, and ranks. The sum of squares of all ranks is smaller
-    # where there are ties or means, which is the correction.
+    # scipy's test requires three algorithms and ranks of single problems. Ties and averages reduce
+    # the sum of squared ranks, so dividing by this sum corrects for both.
     spread = np.sum((ranks - (k + 1) / 2) ** 2) / (n * (k - 1))
     statistic = float(n * np.sum((mean - (k + 1) / 2) ** 2) / spread) if spread > 0 else 0.0
     p = float(scipy.stats.chi2.sf(statistic, k - 1))
@@ -176,7 +196,7 @@ def friedman(
 
 
 def critical_difference(k: int, blocks: int, alpha: float = LEVEL) -> float:
-    """Nemenyi's critical difference of average ranks of k algorithms over so many problems."""
+    """Return Nemenyi's critical difference of the average ranks of `k` algorithms."""
     q = scipy.stats.studentized_range.ppf(1.0 - alpha, k, np.inf) / np.sqrt(2.0)
     return float(q * np.sqrt(k * (k + 1) / (6.0 * blocks)))
 
@@ -184,19 +204,22 @@ def critical_difference(k: int, blocks: int, alpha: float = LEVEL) -> float:
 def bootstrap_band(
     samples: FloatArray, level: float = 0.95, resamples: int = 2000, seed: int = 0
 ) -> tuple[FloatArray, FloatArray]:
-    """Percentile bootstrap interval of the mean over runs.
+    """Return the percentile bootstrap interval of the mean over runs.
 
     Parameters
     ----------
-    samples : (runs, points); whole runs are drawn again, so the band belongs to whole curves.
+    samples : (runs, points). Whole runs are resampled, so that the band applies to whole curves.
+    level : confidence level.
+    resamples : number of bootstrap samples.
+    seed : seed of the random generator.
 
     Returns
     -------
     Lower and upper bound, (points,) each.
     """
     runs = len(samples)
-    drawn = np.random.default_rng(seed).integers(0, runs, (resamples, runs))
-    weights = np.stack([np.bincount(row, minlength=runs) for row in drawn]) / runs
+    resampled = np.random.default_rng(seed).integers(0, runs, (resamples, runs))
+    weights = np.stack([np.bincount(row, minlength=runs) for row in resampled]) / runs
     tail = (1.0 - level) / 2.0
     low, high = np.quantile(weights @ samples, [tail, 1.0 - tail], axis=0)
     return low, high

@@ -1,4 +1,4 @@
-"""Tables of a comparison as CSV files, and its provenance; what `mgeo.studies` writes and reads."""
+"""Files of a finished comparison: tables in CSV and provenance in JSON, written and read back."""
 
 from __future__ import annotations
 
@@ -26,18 +26,23 @@ from mgeo.validation.entries import errors_of
 TABLE, RUNS, FRONTS = "table.csv", "runs.csv", "fronts.csv"
 PROVENANCE = "provenance.json"
 
-_LONGEST = 60  # characters of a folder's name, but for what makes it unique
-_TAKEN = ("runs",)  # what else is in a study's folder
+_LONGEST = 60  # maximum length of a folder name without the unique suffix
+_TAKEN = ("runs",)  # names that a study's folder uses for other content
 
 
 def write_comparison(
     folder: Path, comparison: Comparison, plan: Mapping[str, Any], more: Mapping[str, bytes] = {}
 ) -> None:
-    """Write what `read_comparison` reads, and more files; the provenance last.
+    """Write the files that `read_comparison` reads, and further files.
+
+    The provenance is written last and marks the comparison as complete.
 
     Parameters
     ----------
-    plan : the provenance but for the space of the indicators, the notes, and counts of the runs.
+    folder : folder of the problem.
+    comparison : the finished comparison.
+    plan : provenance without indicator space, notes and run statistics, which are added.
+    more : contents of further files by name.
     """
     columns = list(comparison.objectives)
     parts = {key: pd.DataFrame(r.front_F, columns=columns) for key, r in comparison.records.items()}
@@ -59,18 +64,19 @@ def write_comparison(
 def read_comparison(
     folder: Path | str, *, problem: Problem | None = None, named: Collection[str] = ()
 ) -> Comparison:
-    """Read a finished comparison from its folder; nothing is run.
+    """Read a finished comparison from its folder, without running anything.
 
-    Tables, tests and figures are those of the original. The records hold only the final fronts,
-    and the space has no reference front. Without ``fronts.csv`` there are no records and no
-    figures of fronts.
+    Tables, tests and figures equal the original ones. The records contain only the final fronts,
+    and the indicator space has no reference front. Without ``fronts.csv``, there are no records and
+    no figures of fronts.
 
     Parameters
     ----------
-    folder : folder of one problem, with ``table.csv`` in it.
-    problem : the problem that was compared, where `mgeo.compare` was called in Python; None for the
-        problem that a study file named.
-    named : problems ``module:Class`` whose modules may be imported; files import no other.
+    folder : folder of one problem, which contains ``table.csv``.
+    problem : the compared problem, if `mgeo.compare` was called from Python; None to load the
+        problem specified in the study file.
+    named : problems ``module:Class`` whose modules may be imported; no other modules are imported
+        on behalf of a file.
 
     Raises
     ------
@@ -101,7 +107,7 @@ def read_comparison(
         try:
             if problem is None:
                 problem = _load_problem(about["problem"], named)
-            space = _space(problem, about["space"])
+            space = _read_space(problem, about["space"])
             algorithms, n_eval = tuple(about["algorithms"]), int(about["evaluations"])
         except KeyError as error:
             raise ValueError(f"{error} is missing") from error
@@ -112,7 +118,7 @@ def read_comparison(
     if (folder / FRONTS).exists():
         fronts = _read_table(folder / FRONTS, protocol.column_names(problem)[1])
         records = {
-            (str(row["algorithm"]), int(row["seed"])): _record(row, fronts, n_eval)
+            (str(row["algorithm"]), int(row["seed"])): _read_record(row, fronts, n_eval)
             for row in runs.to_dict("records")
             if row["status"] == "finished"
         }
@@ -121,19 +127,19 @@ def read_comparison(
 
 
 def read_comparisons(folder: Path | str, *, named: Collection[str] = ()) -> dict[str, Comparison]:
-    """Read the finished comparisons of a study's folder by problem, in the study's order.
+    """Read the finished comparisons in the folder of a study, by problem in the order of the study.
 
     Parameters
     ----------
-    folder : into which `run_study` wrote.
-    named : as for `read_comparison`.
+    folder : folder of `run_study`.
+    named : problems ``module:Class`` whose modules may be imported, see `read_comparison`.
 
     Raises
     ------
     FileNotFoundError
-        If the folder holds none.
+        If the folder holds no finished comparison.
     ValueError, TypeError
-        As `read_comparison`.
+        If a problem is not installed, or a file is damaged.
 
     Examples
     --------
@@ -155,16 +161,16 @@ def read_comparisons(folder: Path | str, *, named: Collection[str] = ()) -> dict
 
 
 def problem_folder(folder: Path, label: str, n_problems: int) -> Path:
-    """Return the folder of a problem: that of the study, or one below if it has several."""
+    """Return the folder of a problem: the study's folder, or its subfolder for several problems."""
     return folder if n_problems == 1 else folder / folder_name(label)
 
 
 def folder_name(label: str) -> str:
-    """Return the name of a label's folder; different labels have different folders.
+    """Return a unique folder name for a label.
 
-    The name of a label of lower-case words, digits and underscores is these words with hyphens
-    between them. The name of any other label lacks its other characters, and ends in ``~`` and
-    eight hexadecimal digits.
+    Labels of lower-case words, digits and underscores only have their spaces replaced by hyphens.
+    In other labels, further characters are replaced as well, and the name ends in ``~`` and eight
+    hexadecimal digits of a hash.
     """
     plain = re.fullmatch(r"[a-z0-9_]+( [a-z0-9_]+)*", label) and len(label) <= _LONGEST
     if plain and label not in _TAKEN:
@@ -179,7 +185,7 @@ def _load_problem(about: Mapping[str, Any], named: Collection[str]) -> Problem:
     return load_problem(about["name"], about["options"], named=named)
 
 
-def _space(problem: Problem, about: Mapping[str, Any]) -> IndicatorSpace:
+def _read_space(problem: Problem, about: Mapping[str, Any]) -> IndicatorSpace:
     origin, n_obj = about["origin"], problem.n_obj
     if (origin == "objective") != (n_obj == 1):
         raise ValueError(f"space.origin = {origin!r} with {n_obj} objective(s)")
@@ -196,12 +202,11 @@ def _space(problem: Problem, about: Mapping[str, Any]) -> IndicatorSpace:
     )
 
 
-_TEXTS = ("algorithm", "status", "error", "versions")  # columns that are not numbers
+_TEXTS = ("algorithm", "status", "error", "versions")  # columns of text
 _TYPES: dict[str, Any] = dict.fromkeys(_TEXTS, str)
 
 
 def _read_table(path: Path, columns: Collection[str]) -> pd.DataFrame:
-    """Read a table of runs; floats exactly."""
     with errors_of(path):
         table: pd.DataFrame = pd.read_csv(
             path,
@@ -219,9 +224,9 @@ def _read_table(path: Path, columns: Collection[str]) -> pd.DataFrame:
     return table
 
 
-def _record(run: Mapping[Any, Any], fronts: pd.DataFrame, n_eval: int) -> StudyRun:
-    own = (fronts["algorithm"] == run["algorithm"]) & (fronts["seed"] == run["seed"])
-    F = fronts[own].drop(columns=["algorithm", "seed"]).to_numpy(float)
+def _read_record(run: Mapping[Any, Any], fronts: pd.DataFrame, n_eval: int) -> StudyRun:
+    is_own_row = (fronts["algorithm"] == run["algorithm"]) & (fronts["seed"] == run["seed"])
+    F = fronts[is_own_row].drop(columns=["algorithm", "seed"]).to_numpy(float)
     return StudyRun(
         numbers=np.full(len(F), n_eval),
         F=F,

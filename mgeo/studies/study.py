@@ -1,4 +1,4 @@
-"""Run of a study file: one comparison per problem, with tables and pages."""
+"""Execution of a study file: one comparison per problem, with tables and report pages."""
 
 from __future__ import annotations
 
@@ -39,24 +39,26 @@ def run_study(
     n_jobs: int | None = None,
     progress: bool = True,
 ) -> dict[str, Comparison]:
-    """Make the runs of a study, and write tables and pages.
+    """Make the runs of a study, and write tables and report pages.
 
-    The tables of a problem are written when its runs are done: ``table.csv`` (indicators over
+    The tables of a problem are written when its runs are finished: ``table.csv`` (indicators over
     evaluations), ``fronts.csv``, ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``,
-    ``report.html`` and ``provenance.json``. They are in `folder`, or with several problems in a
-    folder each below it. Then `folder` also has ``report.html``, ``summary.md``, ``summary.tex``,
-    ``values.csv``, ``ranks.csv`` and ``targets.csv`` (see `mgeo.studies.pooled`), and the plotting
-    library that the pages share. ``runs/`` has each run as it finishes.
+    ``report.html`` and ``provenance.json``. They are in `folder`, or in one subfolder per problem
+    if there are several. In this case, `folder` also contains ``report.html``, ``summary.md``,
+    ``summary.tex``, ``values.csv``, ``ranks.csv`` and ``targets.csv`` (see `mgeo.studies.pooled`),
+    and the plotting library of all pages. Each run is stored in ``runs/`` as it finishes.
 
     Parameters
     ----------
-    resume : whether to continue the study that the folder holds. Its problems, algorithms,
-        options, parameters, seeds, evaluations and versions must be the recorded ones.
+    study : the study, see `read_study`.
+    folder : folder to write into, created if it does not exist.
+    resume : whether to continue the study in the folder. Its problems, algorithms, options,
+        parameters, seeds, evaluations and versions must be equal to the recorded ones.
     n_jobs, progress : as for `mgeo.compare`.
 
     Returns
     -------
-    A comparison per problem, by its label.
+    Comparisons by problem label.
 
     Raises
     ------
@@ -65,9 +67,10 @@ def run_study(
     ValueError, TypeError
         If a problem or an algorithm cannot be built, or the folder holds another study.
     OSError
-        If the folder cannot be written.
+        If a file cannot be written.
     NothingToCompareError
-        If all runs of a problem failed, or none found a feasible solution; the others are done.
+        If all runs of a problem failed, or none found a feasible solution. The error is raised
+        after the other problems are finished.
 
     Examples
     --------
@@ -89,7 +92,7 @@ def run_study(
     folder = Path(folder)
     places = {p.label: problem_folder(folder, p.label, len(study.problems)) for p in study.problems}
     how = {"resume": resume, "n_jobs": n_jobs, "progress": progress}
-    experiments = _experiments(study, places, how)
+    experiments = _build_experiments(study, places, how)
     parts = [part for e in experiments.values() for part in (e.problem, *e.algorithms.values())]
     plan = study.plan() | {"versions": installed_versions(*parts)}
     with claim(folder, plan, resume=resume):
@@ -110,23 +113,25 @@ def run_study(
                 "seeds": plan["seeds"],
                 "versions": plan["versions"],
             }
-            write_comparison(places[label], comparison, about, _files(study, label, comparison))
+            write_comparison(
+                places[label], comparison, about, _files_of_problem(study, label, comparison)
+            )
         if len(study.problems) > 1 and comparisons:
-            write_files(folder, _over_problems(study, comparisons, without))
+            write_files(folder, _files_over_problems(study, comparisons, without))
     if without:
         raise NothingToCompareError("; ".join(without))
     return comparisons
 
 
-def _experiments(
+def _build_experiments(
     study: Study, places: Mapping[str, Path], how: Mapping[str, Any]
 ) -> dict[str, Experiment]:
-    """Build problems and algorithms, all before any is used: no error should come after hours.
+    """Build all problems and algorithms before the first run, so that errors appear early.
 
     Raises
     ------
     ValueError, TypeError
-        If one cannot be built.
+        If a problem or an algorithm cannot be built.
     """
     experiments = {}
     for configuration in study.problems:
@@ -150,10 +155,9 @@ def _experiments(
     return experiments
 
 
-def _over_problems(
+def _files_over_problems(
     study: Study, comparisons: Mapping[str, Comparison], without: list[str]
 ) -> dict[str, bytes]:
-    """Return the files about all problems together."""
     values = problem_values(comparisons, study.per_variable)
     standings = ranks_over_problems(values, study.control)
     marked = problems_table(comparisons)
@@ -171,8 +175,7 @@ def _over_problems(
     }
 
 
-def _files(study: Study, label: str, comparison: Comparison) -> dict[str, bytes]:
-    """Return the files about one problem, besides the tables that are read back."""
+def _files_of_problem(study: Study, label: str, comparison: Comparison) -> dict[str, bytes]:
     pairs = {each.name: comparison.tests(each.name).pairs for each in comparison.measures}
     tests = pd.concat(pairs, names=["indicator"])
     summary = comparison.to_markdown() + "".join(f"\n{text}\n" for text in comparison.notes)

@@ -1,7 +1,6 @@
-"""Tables of a comparison for a paper, in Markdown and LaTeX.
+"""Tables of a comparison for publications, in Markdown and LaTeX.
 
-The best mean is bold. What does not differ significantly from the best is marked, which a note
-below the table says.
+The best mean is bold, and values without a significant difference from the best are marked.
 """
 
 from __future__ import annotations
@@ -41,15 +40,15 @@ _LATEX = {
     **{character: f"\\{character}" for character in "&%$#_{}"},
 }
 
-#: (row, column) of cells.
+#: Cells by (row, column).
 Cells = Collection[tuple[str, str]]
 
 
 @dataclass(frozen=True, eq=False)
 class MarkedTable:
-    """A table of text with marked cells: the `best`, and those `alike`.
+    """Table of text in which the `best` cells are bold and the `alike` cells are marked.
 
-    Rows and columns have different names each.
+    Row names and column names are unique.
     """
 
     table: pd.DataFrame
@@ -58,16 +57,16 @@ class MarkedTable:
 
     @property
     def note(self) -> str:
-        """Explanation of the marks; empty if there are none."""
+        """Explanation of the marks; empty if no cell is marked."""
         return _NOTE if self.best else ""
 
     def markdown(self) -> str:
-        """Return the table in Markdown, with the note below."""
+        """Return the table in Markdown, followed by the note."""
         text = markdown(self._marked("**{}**", str))
         return f"{text}\n{self.note}\n" if self.note else text
 
     def latex(self) -> str:
-        """Return a booktabs ``tabular`` with the note below, for a ``table`` environment."""
+        """Return a booktabs ``tabular`` and the note, for use in a ``table`` environment."""
         cells = self._marked(r"\textbf{{{}}}", escape).rename(index=escape, columns=escape)
         cells = cells.rename_axis(escape(cells.index.name or "")).reset_index()
         columns = "l" + "r" * len(self.table.columns)
@@ -85,32 +84,32 @@ class MarkedTable:
 
 
 def problem_table(comparison: Comparison) -> MarkedTable:
-    """Return the `overview` of a comparison, each column of an indicator marked."""
+    """Return the `overview` of a comparison with marks in each indicator column."""
     best, alike = [], []
     for indicator in comparison.measures:
-        first, others = marks(comparison, indicator)
+        first, equivalent = marks(comparison, indicator)
         best += [(name, indicator.title) for name in first]
-        alike += [(name, indicator.title) for name in others]
+        alike += [(name, indicator.title) for name in equivalent]
     return MarkedTable(comparison.overview(), best, alike)
 
 
 def problems_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
-    """Return mean ± sd of each problem's first indicator, problems by algorithms, rows marked."""
+    """Return mean ± sd of the first indicator, problems in rows, with marks in each row."""
     rows, best, alike = {}, [], []
     for label, comparison in comparisons.items():
         indicator = comparison.indicator()
         row = f"{label} ({indicator.title})"
         rows[row] = comparison.overview()[indicator.title]
-        first, others = marks(comparison, indicator)
+        first, equivalent = marks(comparison, indicator)
         best += [(row, name) for name in first]
-        alike += [(row, name) for name in others]
+        alike += [(row, name) for name in equivalent]
     return MarkedTable(pd.DataFrame(rows).T.rename_axis("problem"), best, alike)
 
 
 def marks(comparison: Comparison, indicator: Indicator) -> tuple[list[str], list[str]]:
-    """Return the algorithms with the best mean, and those that do not differ from it.
+    """Return the algorithms with the best mean, and those without a significant difference from it.
 
-    Both are empty where fewer than two have finished runs, or no mean is finite.
+    Both lists are empty if fewer than two algorithms have finished runs, or no mean is finite.
     """
     order = comparison.order(indicator.name)
     means = indicator.better(comparison.summary().loc[order, (indicator.name, "mean")])
@@ -124,7 +123,7 @@ def marks(comparison: Comparison, indicator: Indicator) -> tuple[list[str], list
 
 
 def markdown(table: pd.DataFrame) -> str:
-    """Format a table in Markdown, with its index as the first column."""
+    """Return a table in Markdown, with the index as the first column."""
     shown = table.rename_axis(str(table.index.name or "")).reset_index()
     lines = [[str(name) for name in shown], ["---", *["---:"] * len(table.columns)]]
     lines += shown.map(str).to_numpy().tolist()

@@ -1,4 +1,4 @@
-"""Trial of an algorithm before its runs: whether they repeat, and whether the problem is noisy."""
+"""Trial runs before a comparison: reproducibility of algorithms and noise of the problem."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from mgeo.algorithms.variables import kind_of_type
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.studies.run import Task, generations, global_state
 
-# With these, 20 of 20 trials find that PatternSearch, NicheGA, SRES and ISRES of pymoo 0.6.2 do not
-# follow the seed on a problem with a constraint; with 4 levels it is 11 of 20 for ISRES.
-_GENERATIONS, _EVALUATIONS = 12, 100  # of a short run, at least
-_UNLIMITED = 10**9  # budget of a short run: a small one may cut the first generation
-_LEVELS = 10  # different values of an objective
-_EXCESS = 1.1  # times the budget
-_ROUNDING = 1e-9  # of the largest value, which is no noise
+# With these values, 20 of 20 trials detect that PatternSearch, NicheGA, SRES and ISRES of
+# pymoo 0.6.2 are not reproducible on a constrained problem. With 4 levels, 11 of 20 detect ISRES.
+_GENERATIONS, _EVALUATIONS = 12, 100  # minimum length of a short run
+_UNLIMITED = 10**9  # budget of a short run, because a small one may cut the first generation
+_LEVELS = 10  # number of different values of an objective
+_EXCESS = 1.1  # tolerated ratio of the first generation to the budget
+_ROUNDING = 1e-9  # differences below this share of the largest value are rounding errors
 
 
 @dataclass(frozen=True)
 class Trial:
-    """Result of two short runs of one algorithm with one seed.
+    """Result of two short runs of one algorithm with equal seeds.
 
     Attributes
     ----------
-    repeats : whether both proposed the same candidates.
-    noise : largest difference of a value between two evaluations of the same points.
+    repeats : whether both runs proposed the same candidates.
+    noise : largest difference between two evaluations of the same points.
     first_generation : number of evaluations of the first generation.
-    fraction : a value that was proposed for an integer or binary variable and is no integer, or
+    fraction : a fractional value that the algorithm proposed for an integer or binary variable, or
         None.
     """
 
@@ -47,71 +47,70 @@ class Trial:
 
 
 def try_out(task: Task) -> Trial | None:
-    """Make two short runs of a task; return None if one fails, as the run itself may.
+    """Make two short runs of a task; return None if a run fails.
 
-    A short run is twelve generations with 100 evaluations or more, or `n_eval` evaluations if these
-    are fewer. Random values with many ties take the place of the problem's: they cost nothing, and
-    they make an algorithm break ties. The problem itself evaluates three points before the second
-    run and again after it.
+    A short run has at least twelve generations and 100 evaluations, or `n_eval` evaluations if that
+    is less. Its objectives are random values with many ties: they cost no time, and algorithms must
+    break ties. The problem itself evaluates three points, before and after the second run.
     """
     problem = copy.deepcopy(task.problem)
     problem.callback = None
     try:
-        sizes, candidates = _short_run(task, copy.deepcopy(problem))
+        sizes, candidates = _make_short_run(task, copy.deepcopy(problem))
         points = candidates[0][[0, len(candidates[0]) // 2, -1]]
-        with global_state(task.seed + 1):  # other noise than afterwards
-            first = _values(problem, points)
-        again = _short_run(task, problem)[1]
+        with global_state(task.seed + 1):  # so that the noise differs from the second evaluation
+            first = _evaluate(problem, points)
+        repeated_candidates = _make_short_run(task, problem)[1]
         with global_state(task.seed):
-            second = _values(problem, points)
-    except Exception:  # algorithms and problems of others may raise anything
+            second = _evaluate(problem, points)
+    except Exception:  # External algorithms and problems may raise any error.
         return None
     change = np.abs(first - second)
     differs = change > _ROUNDING * np.abs(first).max(axis=0)
     noise = float(change.max(initial=0.0, where=differs))
-    repeats = joblib.hash(candidates) == joblib.hash(again)
-    return Trial(repeats, noise, sizes[0], _fraction(problem, candidates))
+    repeats = joblib.hash(candidates) == joblib.hash(repeated_candidates)
+    return Trial(repeats, noise, sizes[0], _find_fraction(problem, candidates))
 
 
 def notes(trials: Mapping[str, Trial], title: str, n_eval: int) -> list[str]:
-    """Return a sentence on each reason to read a comparison with care.
+    """Return one sentence for each condition that limits the validity of a comparison.
 
     Parameters
     ----------
-    trials : by the label of the algorithm.
+    trials : trials by algorithm label.
     title : name of the problem.
     n_eval : budget of each run.
     """
-    found = []
+    sentences = []
     noise = max((trial.noise for trial in trials.values()), default=0.0)
     if noise:
-        found.append(
+        sentences.append(
             f"{title} is noisy: two evaluations of the same point differ by up to {noise:.2g}. The "
             "best values of a run are partly luck: evaluate final fronts again, or let the problem "
             "average over several evaluations."
         )
     unseeded = [label for label, trial in trials.items() if not trial.repeats]
     if unseeded:
-        found.append(
+        sentences.append(
             f"{title}: two runs of {', '.join(unseeded)} with the same seed differ. Their runs "
             "cannot be repeated, and none is reused: expected algorithms that draw all random "
             "numbers from their random_state."
         )
     for label, trial in trials.items():
         if trial.first_generation > _EXCESS * n_eval:
-            found.append(
+            sentences.append(
                 f"{title}: the first generation of {label} has {trial.first_generation:,} "
                 f"evaluations, of which the first {n_eval:,} count: expected a larger budget, or "
                 "an algorithm of smaller generations."
             )
-    return found
+    return sentences
 
 
 def require_integers(trials: Mapping[str, Trial], title: str) -> None:
-    """Raise ValueError if an algorithm proposes fractions for integer or binary variables.
+    """Raise ValueError if an algorithm proposes fractional values of integer or binary variables.
 
-    pymoo's default operators are those of real variables: the problem would be relaxed for one
-    algorithm and not for the others.
+    pymoo's default operators are for real variables, so that one algorithm would solve a relaxed
+    problem and the others would not.
     """
     for label, trial in trials.items():
         if trial.fraction is not None:
@@ -122,8 +121,7 @@ def require_integers(trials: Mapping[str, Trial], title: str) -> None:
             )
 
 
-def _fraction(problem: Problem, batches: Iterable[Any]) -> float | None:
-    """Return a value of an integer or binary variable that is no integer, if there is one."""
+def _find_fraction(problem: Problem, batches: Iterable[Any]) -> float | None:
     if kind_of_type(problem.vtype) not in ("integer", "binary"):
         return None
     values = np.concatenate([np.asarray(X, float).ravel() for X in batches])
@@ -131,13 +129,15 @@ def _fraction(problem: Problem, batches: Iterable[Any]) -> float | None:
     return float(fractions[0]) if len(fractions) else None
 
 
-def _short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]:
-    """Return the number of evaluations of each generation, and the X of each batch."""
+def _make_short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]:
+    """Return the number of evaluations of each generation, and the candidates X of each batch."""
     batches: list[Any] = []
     sizes: list[int] = []
-    whole = replace(task, n_eval=_UNLIMITED)
-    with global_state(task.seed), _random_values(problem):
-        for _ in generations(whole, problem, lambda _, pop, __: batches.append(pop.get("X"))):
+    unlimited_task = replace(task, n_eval=_UNLIMITED)
+    with global_state(task.seed), _replace_values(problem):
+        for _ in generations(
+            unlimited_task, problem, lambda _, pop, __: batches.append(pop.get("X"))
+        ):
             sizes.append(sum(map(len, batches)) - sum(sizes))
             is_enough = len(sizes) >= _GENERATIONS and sum(sizes) >= _EVALUATIONS
             if is_enough or sum(sizes) >= task.n_eval:
@@ -146,11 +146,8 @@ def _short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]:
 
 
 @contextmanager
-def _random_values(problem: Problem) -> Iterator[None]:
-    """Let a problem give random values with many ties, the same ones in the same order.
-
-    So does the problem at each stage of `MGEOStaged`.
-    """
+def _replace_values(problem: Problem) -> Iterator[None]:
+    """Replace the values of a problem at all fidelity levels by a reproducible random sequence."""
     random_state, is_elementwise = np.random.default_rng(0), problem.elementwise
 
     def evaluate(X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
@@ -172,8 +169,8 @@ def _random_values(problem: Problem) -> Iterator[None]:
         problem.elementwise = is_elementwise
 
 
-def _values(problem: Problem, X: Any) -> FloatArray:
-    """Return F, G and H of some points side by side."""
+def _evaluate(problem: Problem, X: Any) -> FloatArray:
+    """Return F, G and H of the points side by side."""
     population = Population.new("X", X)
     TolerantEvaluator(warn=False).eval(problem, population)
     return np.column_stack(population.get("F", "G", "H"))

@@ -1,1 +1,1 @@
-"""Figures of a comparison: indicators over evaluations and runs, fronts, attainment, ranks."""
+"""Figures of comparisons: indicators over evaluations, fronts, attainment, and ranks."""

@@ -1,4 +1,4 @@
-"""Fronts of the runs of each algorithm, and how often the runs attain a part of the objectives."""
+"""Figures of the fronts of all runs, and of the share of runs that attain each point."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _ROW_HEIGHT = 300
 _COORDINATES = ("x", "y", "z")
 
 _SURFACES = ((50, "half of the runs", 2.0), (0, "the best run", 1.0), (100, "every run", 1.0))
-_CELLS = 300  # of the difference, along each objective
+_CELLS = 300  # maximum number of heat-map cells along each objective
 
 
 def fronts_figure(comparison: Comparison) -> go.Figure:
-    """Draw the front of each algorithm's run with the median first indicator.
+    """Draw, for each algorithm, the front of the run with the median first indicator.
 
     Raises
     ------
@@ -47,13 +47,13 @@ def fronts_figure(comparison: Comparison) -> go.Figure:
             line = {"shape": "hv", "width": 1, "color": look.faint(0.5), "dash": look.dash}
             marker = {"size": 6, "color": look.color, "symbol": look.symbol, "opacity": 0.8}
             style = {"mode": "lines+markers", "marker": marker, "line": line}
-        figure.add_trace(_points(F, name, f"seed {seed}", comparison.objectives, **style))
+        figure.add_trace(_points_trace(F, name, f"seed {seed}", comparison.objectives, **style))
         figure.data[-1].name = literal(f"{name}, seed {seed}")
-    everything = np.concatenate(drawn)
+    points = np.concatenate(drawn)
     if n_obj == 2:
-        set_axes(figure, comparison.objectives, everything)
+        set_axes(figure, comparison.objectives, points)
     else:
-        axes = zip(_COORDINATES, comparison.objectives, everything.T, strict=True)
+        axes = zip(_COORDINATES, comparison.objectives, points.T, strict=True)
         scene = {f"{key}axis": axis(name, values, in_space=True) for key, name, values in axes}
         figure.update_scenes(scene)
     return finished(
@@ -65,7 +65,7 @@ def fronts_figure(comparison: Comparison) -> go.Figure:
 
 
 def each_figure(comparison: Comparison) -> go.Figure:
-    """Draw one panel per algorithm on equal axes: all runs in gray, the median run in color.
+    """Draw one panel per algorithm with all fronts in gray and the median run in color.
 
     Raises
     ------
@@ -96,7 +96,9 @@ def each_figure(comparison: Comparison) -> go.Figure:
             layers.append((median, f"seed {seed}", 5, style[name].color))
         for F, run, size, color in layers:
             marker = {"size": size, "color": color}
-            trace = _points(F, name, run, comparison.objectives, mode="markers", marker=marker)
+            trace = _points_trace(
+                F, name, run, comparison.objectives, mode="markers", marker=marker
+            )
             figure.add_trace(trace, row=i // _COLUMNS + 1, col=i % _COLUMNS + 1)
     set_axes(figure, ("", ""), np.concatenate(drawn))
     figure.update_xaxes(showticklabels=True)
@@ -111,7 +113,7 @@ def each_figure(comparison: Comparison) -> go.Figure:
 
 
 def attainment_figure(comparison: Comparison) -> go.Figure:
-    """Draw the surfaces that one run, half of the runs and all runs of each algorithm attain.
+    """Draw the best, median and worst attainment surface of each algorithm.
 
     Raises
     ------
@@ -121,7 +123,7 @@ def attainment_figure(comparison: Comparison) -> go.Figure:
     require_objectives(comparison.problem, 2)
     figure, drawn = go.Figure(), [np.empty((0, 2))]
     for name, look in looks(comparison.algorithms).items():
-        # an empty front is a point at infinity: a run that counts, and attains nothing
+        # A run with an empty front counts but attains no point, like a point at infinity.
         fronts = [f if len(f) else np.full((1, 2), np.inf) for f in comparison.fronts(name)]
         points = np.concatenate([np.empty((0, 2)), *fronts])
         if not np.isfinite(points).any():
@@ -137,7 +139,9 @@ def attainment_figure(comparison: Comparison) -> go.Figure:
             if level == 50:
                 line = {"color": look.color, "dash": look.dash}
             style = {"mode": "lines", "line": {"shape": "hv", "width": width, **line}}
-            trace = _points(surface, name, f"{meaning} attained", comparison.objectives, **style)
+            trace = _points_trace(
+                surface, name, f"{meaning} attained", comparison.objectives, **style
+            )
             group = {"legendgroup": name, "showlegend": level == 50}
             figure.add_trace(trace.update(name=literal(name), **group))
     set_axes(figure, comparison.objectives, np.concatenate(drawn))
@@ -150,7 +154,7 @@ def attainment_figure(comparison: Comparison) -> go.Figure:
 
 
 def difference_figure(comparison: Comparison, first: str, second: str) -> go.Figure:
-    """Draw where the runs of one of two algorithms attain more than those of the other.
+    """Draw the difference of the attainment shares of two algorithms over the objective space.
 
     Raises
     ------
@@ -163,7 +167,7 @@ def difference_figure(comparison: Comparison, first: str, second: str) -> go.Fig
     if not (all(pair) and fronts):
         raise ValueError(f"{first!r} and {second!r}: expected a finished run of each, and a front")
     points = np.concatenate(fronts)
-    x, y = (_grid(values) for values in points.T)
+    x, y = (_cell_edges(values) for values in points.T)
     shares = [attained_shares(each, x[:-1], y[:-1]) for each in pair]
     figure = go.Figure(
         go.Heatmap(
@@ -187,9 +191,10 @@ def difference_figure(comparison: Comparison, first: str, second: str) -> go.Fig
 
 
 def attained_shares(fronts: list[FloatArray], x: FloatArray, y: FloatArray) -> FloatArray:
-    """Return the share of fronts that attain each point of a grid, shape (len(y), len(x)).
+    """Return the share of fronts that attain each grid point, shape (len(y), len(x)).
 
-    A front attains a point that one of its points, shape (n, 2), weakly dominates.
+    A front attains a grid point if one of its points, shape (n, 2), weakly dominates the grid
+    point.
     """
     attained = np.zeros((len(y), len(x)))
     for front in fronts:
@@ -199,18 +204,18 @@ def attained_shares(fronts: list[FloatArray], x: FloatArray, y: FloatArray) -> F
     return attained / len(fronts)
 
 
-def _grid(values: FloatArray) -> FloatArray:
-    """Return ascending coordinates of cells: all values, or quantiles of many, and an end."""
-    found = np.unique(values)
-    if len(found) > _CELLS:
-        found = np.unique(np.quantile(found, np.linspace(0.0, 1.0, _CELLS), method="nearest"))
-    return np.append(found, found[-1] + 0.05 * (np.ptp(found) or 1.0))
+def _cell_edges(values: FloatArray) -> FloatArray:
+    """Return ascending cell edges: the distinct values, or their quantiles if there are many."""
+    edges = np.unique(values)
+    if len(edges) > _CELLS:
+        edges = np.unique(np.quantile(edges, np.linspace(0.0, 1.0, _CELLS), method="nearest"))
+    return np.append(edges, edges[-1] + 0.05 * (np.ptp(edges) or 1.0))
 
 
-def _points(
+def _points_trace(
     F: FloatArray, name: str, run: str, objectives: tuple[str, ...], **style: Any
 ) -> go.Scatter | go.Scatter3d:
-    """Return a trace of points, shape (n, 2) or (n, 3), that names the run and the objectives."""
+    """Return a scatter trace of points, shape (n, 2) or (n, 3), with a hover text."""
     shown = zip(objectives, _COORDINATES, strict=False)
     lines = [f"{literal(title)}: %{{{key}:.6g}}" for title, key in shown]
     hover = "<br>".join([f"<b>{literal(name)}</b>, {run}", *lines]) + "<extra></extra>"

@@ -1,7 +1,4 @@
-"""Indicators over evaluations and at the end, and algorithms over several problems.
-
-Of these average ranks are drawn, and how soon targets are reached.
-"""
+"""Figures of indicator values, and of average ranks and runtimes over several problems."""
 
 from __future__ import annotations
 
@@ -20,10 +17,11 @@ from mgeo.studies.statistics import Friedman, bootstrap_band
 
 
 def anytime_figure(comparison: Comparison, indicator: str | None = None) -> go.Figure:
-    """Mean over runs with a 95 % bootstrap band, against evaluations.
+    """Draw the mean indicator over evaluations with a 95 % bootstrap band, per algorithm.
 
-    A curve begins where all its runs have a finite value (an empty front has none but of the
-    hypervolume). The axis is logarithmic where lower is better and all means are positive.
+    A curve begins at the first evaluation count with finite values of all runs, because an empty
+    front has a finite hypervolume only. The vertical axis is logarithmic if lower values are better
+    and all means are positive.
 
     Raises
     ------
@@ -54,7 +52,7 @@ def anytime_figure(comparison: Comparison, indicator: str | None = None) -> go.F
 
 
 def boxes_figure(comparison: Comparison) -> go.Figure:
-    """A box of each algorithm for each indicator, with the runs as points."""
+    """Draw box plots of the final indicators, with one point per run."""
     figure = make_subplots(rows=1, cols=len(comparison.indicators), shared_yaxes=True)
     final = comparison.final()
     for name, look in looks(comparison.algorithms).items():
@@ -125,11 +123,12 @@ def _curve(name: str, look: Look, x: FloatArray, values: FloatArray) -> list[go.
 
 
 def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...]) -> go.Figure:
-    """Critical-difference diagram over problems (Demsar 2006).
+    """Draw the critical-difference diagram of average ranks (Demsar 2006).
 
     Parameters
     ----------
-    algorithms : in the order that gives them their looks.
+    ranked : Friedman's test over problems.
+    algorithms : labels in the order that determines their colors.
     """
     names, ranks = list(ranked.ranks.index), ranked.ranks.to_numpy(float)
     style = looks(algorithms)
@@ -178,7 +177,13 @@ def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...]) -> go.Figure:
 
 
 def alike(ranks: list[float], difference: float) -> list[tuple[int, int]]:
-    """First and last of each largest group within the difference, ranks ascending."""
+    """Return the (first, last) index of each maximal group of ranks within the critical difference.
+
+    Parameters
+    ----------
+    ranks : average ranks, ascending.
+    difference : critical difference.
+    """
     groups: list[tuple[int, int]] = []
     for low, rank in enumerate(ranks):
         high = max(i for i, other in enumerate(ranks) if other - rank < difference)
@@ -188,12 +193,12 @@ def alike(ranks: list[float], difference: float) -> list[tuple[int, int]]:
 
 
 def targets_figure(reached: pd.DataFrame, n_problems: int) -> go.Figure:
-    """Empirical distribution of runtimes, as COCO's users know it.
+    """Draw the empirical runtime distribution, as in COCO.
 
     Parameters
     ----------
-    reached : as of `mgeo.studies.pooled.targets_reached`.
-    n_problems : how many problems it is of.
+    reached : table of `mgeo.studies.pooled.targets_reached`.
+    n_problems : number of problems, for the title.
     """
     figure = go.Figure()
     for name, look in looks(tuple(reached["algorithm"].unique())).items():
@@ -201,7 +206,7 @@ def targets_figure(reached: pd.DataFrame, n_problems: int) -> go.Figure:
         figure.add_scatter(
             x=steps["evaluations"],
             y=steps["share"],
-            mode="lines+markers",  # at the budgets that were measured
+            mode="lines+markers",  # markers at the measured evaluation counts
             line=look.line(2),
             marker={"symbol": look.symbol, "size": 6},
             name=literal(name),

@@ -41,7 +41,7 @@ def test_a_full_disk_is_one_error_and_costs_no_more_than_the_file(mgeo, monkeypa
         assert done.exit_code == 2
         assert done.stderr.splitlines()[-1] == f"Error: {error}"
     if name == "front.csv":
-        assert "To go on once that is put right: mgeo resume a" in done.stderr
+        assert "To continue after correcting the error: mgeo resume a" in done.stderr
         assert mgeo("resume", "a").exit_code == 0
     else:
         assert ", knee: " in done.stdout.splitlines()[0]

@@ -41,7 +41,7 @@ def test_a_dry_run_of_a_study_imports_no_module_that_it_names(mgeo):
     assert done.exit_code == 0, done.output
     assert "algorithms  nsga2, of_a_stranger:Search" in done.stdout
     (note,) = done.stderr.splitlines()
-    assert note.startswith("Note: of_a_stranger:Search: a dry run has no module")
+    assert note.startswith("Note: of_a_stranger:Search: not checked")
     assert "RuntimeError: imported" in mgeo("study", "one.toml", "--jobs", 1).stderr
 
 

@@ -134,7 +134,7 @@ def test_a_run_goes_on_after_a_kill_and_after_ctrl_c(
     assert not Path("a/run.json").exists()
     refused = mgeo(*arguments)
     assert refused.exit_code == 2
-    assert "or go on with mgeo resume a" in refused.stderr
+    assert "or continue its run by mgeo resume a" in refused.stderr
 
     evaluate = resolve_name("stand_in:Cantilever._evaluate")
     batches = []
@@ -149,7 +149,7 @@ def test_a_run_goes_on_after_a_kill_and_after_ctrl_c(
     stopped = mgeo("resume", "a")
     assert stopped.exit_code == 130, stopped.output
     assert "interrupted after" in stopped.stdout
-    assert stopped.stdout.splitlines()[-1] == "to go on: mgeo resume a"
+    assert stopped.stdout.splitlines()[-1] == "to continue: mgeo resume a"
     assert 0 < json.loads(Path("a/run.json").read_text())["evaluations"] < 240
     done = mgeo("resume", "a")
     assert done.exit_code == 0, done.output

@@ -46,7 +46,7 @@ def test_where_nothing_can_keep_all_limits_nothing_is_searched(mgeo, monkeypatch
     monkeypatch.setattr("stand_in.CantileverView.impossible", lambda self: [why], raising=False)
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     assert done.exit_code == 3
-    assert done.stdout == f"nothing can keep all limits\n  {why}\n"
+    assert done.stdout == f"no solution can satisfy all constraints\n  {why}\n"
     assert not Path("a").exists()
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--json")
     assert (done.exit_code, json.loads(done.stdout)) == (3, {"impossible": [why]})
@@ -94,7 +94,7 @@ def test_a_run_ends_after_its_longest_time_and_can_be_continued(mgeo):
     done = mgeo("solve", "cantilever", *flags, "--max-time", "0.003m", "--out", "a")
     assert done.exit_code == 0, done.output
     assert "stopped by --max-time after" in done.stdout
-    assert done.stdout.splitlines()[-1] == "to go on: mgeo resume a"
+    assert done.stdout.splitlines()[-1] == "to continue: mgeo resume a"
     first = read_run("a").outcome
     assert (first.stop_reason, first.wall_time_s >= 0.18) == ("max_time", True)
     assert mgeo("resume", "a", "--max-time", 0.1).exit_code == 0
@@ -102,7 +102,7 @@ def test_a_run_ends_after_its_longest_time_and_can_be_continued(mgeo):
     for text in ("soon", "0", "-1m", "inf"):
         refused = mgeo("solve", "cantilever", "--max-time", text)
         assert refused.exit_code == 2
-        assert "expected seconds above 0, or as 10m or 2h" in refused.stderr
+        assert "expected a positive time, such as 90, 10m or 2h" in refused.stderr
 
 
 def test_what_the_problem_says_of_each_solution_is_stored(mgeo, monkeypatch):
@@ -200,7 +200,7 @@ def test_a_run_without_feasible_solutions_says_so(mgeo, monkeypatch):
         flags = ("--algorithm", algorithm, "--evaluations", "400", "--out", algorithm)
         done = mgeo("solve", "bnh", *flags)
         assert done.exit_code == 3, done.output
-        assert "nothing that was found keeps all limits" in done.stdout
+        assert "no feasible solution was found; the nearest" in done.stdout
         outcome = read_run(algorithm).outcome
         assert outcome.X.shape == (0, 2)
         # the first constraint is x1 + 1, at least 1

@@ -57,7 +57,8 @@ def test_a_problem_with_several_options_needs_labels():
     study = parse(SMALL.replace('name = "pymoo:zdt1"', f"{two}[[problems]]\n{three}"))
     assert [p.label for p in study.problems] == ["dtlz2", "dtlz2 3D"]
     assert [p.build().n_obj for p in study.problems] == [2, 3]
-    with pytest.raises(ValueError, match=r"problems: 'dtlz2' is there twice; .* by the key label"):
+    message = r"problems: 'dtlz2' is there twice; set different labels by the key label"
+    with pytest.raises(ValueError, match=message):
         parse(SMALL.replace('name = "pymoo:zdt1"', f"{two}[[problems]]\n{two}"))
 
 
@@ -82,7 +83,7 @@ def test_it_can_be_reduced_and_extended():
         (
             "population = 20",
             "[published]\nsource = 'a'\ntable = { b = { points = 3 } }",
-            "'b' is no algorithm of this study, which are nsga2",
+            "'b' is no algorithm of this study: expected one of nsga2",
         ),
         ("seeds = 2", "seeds = 2\ncontrol = 'b'", "control: 'b' is no algorithm of this study"),
         ("seeds = 2", "seeds = ", "Invalid value"),

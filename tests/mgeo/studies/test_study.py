@@ -166,7 +166,7 @@ def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
     monkeypatch.setattr("mgeo.studies.execute.run", failing)
     done = mgeo("mine.toml", "--jobs", 1, "--evaluations", 60)
     assert done.exit_code == 3
-    assert "4 runs failed; --resume makes them again" in done.stderr
+    assert "4 runs failed; --resume repeats them" in done.stderr
 
 
 @pytest.mark.parametrize(
