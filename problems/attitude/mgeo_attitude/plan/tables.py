@@ -1,4 +1,4 @@
-"""Tables about one plan, declared once for the terminal, for reviews and for JSON."""
+"""Tables of one plan for the terminal, for reviews and for JSON."""
 
 from __future__ import annotations
 
@@ -17,24 +17,26 @@ from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.plans import MOST_SAMPLES
 from mgeo_attitude.view.satellite import facts, instruments
 
-_SECONDS = 19  # characters of a date and time to the second
+_SECONDS = 19  # length of a date and time in seconds precision
 
 
 @dataclass(frozen=True)
 class PlanTable:
-    """A table about a plan.
+    """Table of a plan.
 
     Attributes
     ----------
     title : str
     table : function of a plan
-        All columns, as JSON has them.
-    columns : function of that table
-        What the terminal and a review have of it.
-    note, text : function of a plan
-        A line below the table, and lines on what it means.
+        Return the table with all columns, as in JSON.
+    columns : function of a table
+        Return the columns that the terminal and a review show.
+    note : function of a plan
+        Return a line below the table.
+    text : function of a plan
+        Return lines that interpret the table.
     is_wide : bool
-        Whether a terminal shows its rows as columns.
+        Whether a terminal shows rows as columns.
     """
 
     title: str
@@ -45,7 +47,7 @@ class PlanTable:
     is_wide: bool = False
 
     def section(self, plan: ManeuverPlan) -> Section | None:
-        """Return the table with its texts, for people; None if it has no row."""
+        """Return the table with its texts as a section of a review; None if it has no rows."""
         table = self.columns(self.table(plan))
         if table.empty:
             return None
@@ -53,7 +55,7 @@ class PlanTable:
 
 
 def review(plan: ManeuverPlan) -> Review:
-    """Return a plan as a document for a review: satellite, instruments and all tables."""
+    """Return a review document of a plan with satellite, instruments and all tables."""
     scenario = plan.scenario
     start, end = (
         text[:_SECONDS] for text in utc_texts(scenario.epoch, np.array([0.0, plan.duration]))
@@ -78,7 +80,7 @@ def _lower_bound(plan: ManeuverPlan) -> pd.DataFrame:
 
 
 def _command_columns(table: pd.DataFrame) -> pd.DataFrame:
-    """Phases with rates and attitudes, to six digits as times need them."""
+    """Return phases with rates and attitudes as text of six digits."""
     rates = [f"rate {axis} [deg/s]" for axis in "xyz"]
     attitude = [f"end q{part}" for part in "123c"]
     numbers = ["start [s]", "duration [s]", *rates, "swept [deg]", *attitude]
@@ -87,7 +89,7 @@ def _command_columns(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _worst_axis_columns(table: pd.DataFrame) -> pd.DataFrame:
-    """The largest 1-sigma of the three axes of each error."""
+    """Return the largest 1-sigma of the three axes of each error."""
     errors = table.iloc[:, 3:].T.groupby(lambda name: re.sub(" [xyz] ", " ", name), sort=False)
     return table.iloc[:, :3].join(errors.max().T)
 
