@@ -30,7 +30,7 @@ class Picked:
     def doubts(self) -> list[str]:
         """Return warnings about the plan, one line each."""
         hardly = self.plan.uncalibrated()
-        found = [f"this plan hardly calibrates {', '.join(hardly)}"] if hardly else []
+        found = [f"this plan hardly reduces the error of {', '.join(hardly)}"] if hardly else []
         return [f"Note: {line}" for line in (*found, *self.plan.scenario.assumed)]
 
     def lateness(self) -> list[str]:
@@ -50,8 +50,8 @@ class Picked:
         may_hold = kept < math.inf and not plan.slew_back and not plan.scenario.turned_by_coils
         hold = ": hold the last rate until then" if may_hold else ""
         return [
-            f"Note: {ends} after {span(plan.t_end)}, when the filter has converged if the plan is "
-            f"flown exactly; {within(kept)}{hold}"
+            f"Note: {ends} after {span(plan.t_end)}, when the filter has converged in the nominal "
+            f"run; {within(kept)}{hold}"
         ]
 
 
@@ -83,17 +83,17 @@ def load_plan(
         reason = f", {choice}" if isinstance(choice, str) and solution is None else ""
         name = f"solution {number} of {len(front.X)}{reason}"
         if not front.feasible:
-            name = f"no plan of this run keeps all limits; nearest solution {number}"
+            name = f"no plan of this run satisfies all constraints; nearest solution {number}"
         return Picked(front.solution(number), name, number)
     if not source.exists():
-        raise FileNotFoundError(f"there is neither a run folder nor a plan {source}")
+        raise FileNotFoundError(f"{source}: expected a run folder or a plan file, found neither")
     if source.suffix != ".json":
         raise ValueError(
-            f"{source}: expected the folder of a run by mgeo solve attitude, or a .json by mgeo "
+            f"{source}: expected the run folder of mgeo solve attitude, or a .json file of mgeo "
             "attitude export"
         )
     if flags:
-        raise ValueError(f"{source} is one plan: {flags[0]} is for run folders")
+        raise ValueError(f"{source} is a single plan: {flags[0]} applies to run folders only")
     return Picked(read_json(source), source.name)
 
 

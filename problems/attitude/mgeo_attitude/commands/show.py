@@ -51,7 +51,7 @@ def _ended(plan: ManeuverPlan) -> str:
         ended = "ended"
     else:
         ended = "converged" if plan.converged else "not converged at the end of the run,"
-    return f"flown exactly, {ended}" if plan.scenario.flight else ended
+    return f"nominal run {ended}" if plan.scenario.flight else ended
 
 
 def plan_document(picked: Picked) -> dict[str, Any]:

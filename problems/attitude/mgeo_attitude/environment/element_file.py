@@ -98,8 +98,8 @@ def read_element_set(
         names = list(dict.fromkeys(map(str, fitting or entries)))
         more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
         raise ValueError(
-            f"{len(fitting)} objects fit object = {wanted!r}: expected the name or number of one "
-            f"of {', '.join(names[:_LISTED])}{more}"
+            f"object = {wanted!r} matches {len(fitting)} entries: expected the name or number of "
+            f"one of {', '.join(names[:_LISTED])}{more}"
         )
     entry = min(fitting, key=lambda each: abs(each.epoch - epoch))
     source = f"{file}, {entry}"

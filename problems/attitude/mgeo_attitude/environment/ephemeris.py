@@ -87,7 +87,7 @@ class EphemerisOrbit(Settings):
                 f"{_FARTHEST:g} m, not {radius[k]:.6g} m"
             )
             expect(False, f"position[{k}]", self.position[k], reach)
-        held = "a position and a speed with which the Earth holds the satellite"
+        held = "a position and a speed of a bound orbit about the Earth"
         for k in np.flatnonzero(self._energies >= 0.0)[:1]:
             expect(False, f"position[{k}]", self.position[k], held)
 
@@ -131,8 +131,8 @@ class EphemerisOrbit(Settings):
         agreement = (
             f"polynomials of degree {self.degree} through neighboring samples that agree to "
             f"{_LARGEST_ERROR:g} m, not {error[worst]:.3g} m: a sample is wrong, samples are too "
-            "far apart, velocities have another unit or frame, or there is a maneuver. Begin "
-            "after it, or cut the samples"
+            "far apart, velocities have another unit or frame, or there is a maneuver. Start the "
+            "run after the maneuver, or remove the samples after it"
         )
         expect(error[worst] < _LARGEST_ERROR, "times", f"{begin} to {stop}", agreement)
         return self

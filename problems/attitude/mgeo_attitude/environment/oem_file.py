@@ -77,7 +77,9 @@ def read_oem(
         if meta["CENTER_NAME"].upper() != "EARTH":
             raise ValueError(f"CENTER_NAME = {meta['CENTER_NAME']!r}: expected EARTH")
         if "REF_FRAME_EPOCH" in meta:
-            raise ValueError("REF_FRAME_EPOCH: expected none, and axes of date")
+            raise ValueError(
+                "REF_FRAME_EPOCH: expected no entry, since only axes of date are supported"
+            )
         states = list(segment.states)
         times = _seconds([state.epoch for state in states], run.epoch, meta["TIME_SYSTEM"])
     frame = frame_name(meta["REF_FRAME"])
@@ -131,7 +133,7 @@ def _object_of(segments: list[Any], wanted: str) -> str:
     """Return name and designator of the object of a message, after checking the requested name."""
     name = " ".join(str(segments[0].metadata[key]) for key in ("OBJECT_NAME", "OBJECT_ID"))
     if wanted and wanted.casefold() not in (name.casefold(), *name.casefold().rsplit(" ", 1)):
-        raise ValueError(f"object = {wanted!r}: expected {name}, as the message says")
+        raise ValueError(f"object = {wanted!r}: expected {name}, the object of the message")
     return name
 
 
@@ -147,9 +149,8 @@ def _segment_of(segments: list[Any], run: Run) -> Any:
         spans.append(run.span_text(start, end))
     raise ValueError(
         f"expected the whole run, {run.span_text(0.0, run.duration)}, in one segment; found "
-        f"{', '.join(spans[:3])}{' ...' if len(spans) > 3 else ''}. No orbit is interpolated from "
-        "one segment to the next, between which there may be a maneuver: begin later, or shorten "
-        "the run"
+        f"{', '.join(spans[:3])}{' ...' if len(spans) > 3 else ''}. Orbits are not interpolated "
+        "across segments, between which there may be a maneuver: start the run later, or shorten it"
     )
 
 
@@ -177,6 +178,6 @@ def _select_coast(times: Floats, position: Floats, velocity: Floats, run: Run) -
             raise ValueError(
                 f"a maneuver, or wrong samples, from {run.span_text(thrust.start, thrust.end)} "
                 f"({thrust.acceleration:.2g} m/s² that gravity does not explain): expected a run "
-                "without one. Begin after it, or cut the file before it and shorten the run"
+                "without maneuvers. Start the run after the maneuver, or shorten the run"
             )
     return coasting

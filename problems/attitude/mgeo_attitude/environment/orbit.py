@@ -164,7 +164,7 @@ class OrbitFile(Settings):
         from mgeo_attitude.environment.oem_file import Run, read_oem
 
         path = Path(self.file)
-        expect(path.is_file(), "file", self.file, "a file, and there is none")
+        expect(path.is_file(), "file", self.file, "an existing file")
         try:
             with gzip.open(path, "rt") if path.suffix == ".gz" else path.open() as file:
                 text = file.read()

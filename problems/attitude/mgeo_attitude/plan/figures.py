@@ -94,7 +94,7 @@ def _correlation(plan: ManeuverPlan) -> go.Figure:
     finished(
         figure,
         "Correlation of the errors at t_end",
-        "far from zero: the two are known better together than each by itself",
+        "a combination of strongly correlated errors is known better than either error",
     )
     figure.update_layout(height=260 + 30 * len(table), margin={"l": 150, "b": 150})
     figure.update_xaxes(tickangle=-60, showgrid=False)

@@ -149,7 +149,9 @@ class ManeuverPlan(Settings):
         """
         t_end = float(self.view.exactly.t_end[0])
         if math.isnan(t_end):
-            raise ValueError(f"design {list(self.design)}: its covariance loses positivity")
+            raise ValueError(
+                f"design {list(self.design)}: the covariance of the filter loses positivity"
+            )
         return t_end
 
     @property
@@ -240,9 +242,9 @@ class ManeuverPlan(Settings):
         if self.held_until <= self.t_end:
             return []
         return [
-            f"flown exactly the filter has converged after {span(self.t_end)} ({self.t_end:.6g} "
-            f"s); the last rate is held until {span(self.held_until)} ({self.held_until:.6g} s) "
-            "for late flights"
+            f"the filter has converged after {span(self.t_end)} ({self.t_end:.6g} s) in the "
+            f"nominal run; the last rate is held until {span(self.held_until)} "
+            f"({self.held_until:.6g} s) for runs that converge later"
         ]
 
     def timeline(self) -> pd.DataFrame:
@@ -302,7 +304,7 @@ class ManeuverPlan(Settings):
         try:
             found = self.problem.limit_curves
         except NoLimit as reason:
-            return [f"how good a plan can be at best is not known: {reason}"]
+            return [f"no lower bound of the trace: {reason}"]
         return list(lower_bound.describe_bound(found, self.t_end, self.trace))
 
     def uncalibrated(self) -> list[str]:

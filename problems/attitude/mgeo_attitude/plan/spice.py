@@ -148,4 +148,4 @@ def sclk_text(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
 
 def _check(naif_id: int) -> None:
     if naif_id >= 0:
-        raise ValueError(f"naif_id = {naif_id!r}: expected an integer below 0, as of a spacecraft")
+        raise ValueError(f"naif_id = {naif_id!r}: expected an integer below 0")

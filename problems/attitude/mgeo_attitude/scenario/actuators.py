@@ -102,8 +102,8 @@ def inertia_matrix(
     least, middle, most = np.linalg.eigvalsh(J)
     expect(least > 0.0, "products_of_inertia", products, definite)
     possible = (
-        f"moments of which no body has more than the sum of the other two; the principal ones are "
-        f"{least:.4g}, {middle:.4g} and {most:.4g}"
+        f"principal moments of which none exceeds the sum of the other two, not {least:.4g}, "
+        f"{middle:.4g} and {most:.4g}"
     )
     expect(most <= (least + middle) * (1.0 + 1e-9), "inertia", moments, possible)
     return J
@@ -162,11 +162,11 @@ class Wheels(Settings):
         if self.budgeted and self.max_torque is not None:
             rest = (
                 "less than 1: with initial_momentum, residual_dipole or gravity_gradient wheels of "
-                f"max_torque = {self.max_torque!r} N m need some of it besides that of ramps"
+                f"max_torque = {self.max_torque!r} N m need a part of it for disturbances"
             )
             expect(self.ramp_share < 1.0, "ramp_share", self.ramp_share, rest)
         if self.max_torque is None and self.max_momentum is None:
-            limit, dipole = "max_momentum or max_torque to hold it against", self.residual_dipole
+            limit, dipole = "zero, or a max_momentum or max_torque", self.residual_dipole
             expect(not any(dipole), "residual_dipole", dipole, limit)
             expect(not self.gravity_gradient, "gravity_gradient", self.gravity_gradient, limit)
 
@@ -271,27 +271,27 @@ def check_coils(
         return
     slow = f"{2.0 * step:g} or more, two steps of {step:g} s, for which a dipole is held"
     if wheels is not None:
-        own = "nothing beside wheels.inertia, which is the satellite's"
+        own = "no value with [wheels]: wheels.inertia is the inertia of the satellite"
         expect(coils.inertia is None, "coils.inertia", coils.inertia, own)
         if coils.unloads:
             held = (
                 "false, or wheels.initial_momentum, residual_dipole or gravity_gradient: without "
-                "them the satellite's momentum is zero"
+                "them the wheels store no total momentum to unload"
             )
             expect(wheels.budgeted, "coils.unloads", coils.unloads, held)
             expect(coils.response >= 2.0 * step, "coils.response", coils.response, slow)
         return
     expect(not coils.unloads, "coils.unloads", coils.unloads, "false without [wheels]")
     if coils.inertia is None:
-        expected = "expected moments of inertia [kg m²] of what coils turn, or a [wheels] table"
+        expected = "expected the satellite's moments of inertia [kg m²], or a [wheels] table"
         raise InvalidValue("coils.inertia", None, expected)
     expect(coils.response >= 2.0 * step, "coils.response", coils.response, slow)
     key, acceleration = "maneuvers.max_acceleration_deg_s2", maneuvers.max_acceleration_deg_s2
     unlimited = (
-        "nothing with coils and no wheels: torque follows from coils.max_dipole and the field"
+        "no value with coils and no wheels: torque follows from coils.max_dipole and the field"
     )
     expect(acceleration is None, key, acceleration, unlimited)
-    back = "false with coils and no wheels: they cannot bring it to an attitude at a given time"
+    back = "false with coils and no wheels: coils cannot reach an attitude at a given time"
     expect(not maneuvers.slew_back, "maneuvers.slew_back", maneuvers.slew_back, back)
 
 
@@ -299,13 +299,13 @@ def assumed(wheels: Wheels | None, coils: Coils | None) -> tuple[str, ...]:
     """Return the assumptions about the rotation of the satellite, one line each."""
     if wheels is None and coils is None:
         return (
-            "body rates are assumed to be free: the scenario has neither [wheels] nor [coils] that "
-            "would limit them",
+            "body rates are assumed to be independent of actuators: the scenario has neither "
+            "[wheels] nor [coils]",
         )
     if wheels is not None and coils is not None and wheels.budgeted and not coils.unloads:
         return (
-            "the wheels' budget holds all momentum: none is dumped by the coils during a plan, as "
-            "coils.unloads = true would",
+            "the wheels are assumed to store all momentum: coils unload them during a plan only "
+            "with coils.unloads = true",
         )
     return ()
 

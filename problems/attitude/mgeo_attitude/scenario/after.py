@@ -73,7 +73,7 @@ def going_on(table: Mapping[str, Any], read: Callable[[Any], Any]) -> Table:
     _check_support(document, overrides.pop(ACCEPT, False))
     for key in GIVEN:
         if key in overrides:
-            expected = f"expected no {key} beside a calibration to go on from, which has its own"
+            expected = f"expected no {key} with 'after': the calibration determines it"
             raise InvalidValue(key, overrides[key], expected)
     try:
         before = read(document["scenario"])
@@ -167,7 +167,8 @@ def _check_document(document: Any) -> Mapping[str, Any]:
             raise KeyProblem(f"after.{key}", None, "missing; expected a calibration's document")
         found = document[key]
         if not isinstance(found, kind) or isinstance(found, bool):
-            raise InvalidValue(f"after.{key}", found, "expected what a calibration's document has")
+            names = " or ".join(each.__name__ for each in getattr(kind, "__args__", (kind,)))
+            raise InvalidValue(f"after.{key}", found, f"expected {names}")
     time = document["time_s"]
     expect(0.0 <= time <= _LATEST, "after.time_s", time, f"a number in [0, {_LATEST:g}] s")
     return document
@@ -179,7 +180,7 @@ def _check_support(document: Mapping[str, Any], accept: Any) -> None:
         raise InvalidValue(ACCEPT, accept, "expected true or false")
     conclusion = document.get("conclusion", SUPPORTED)
     if conclusion != SUPPORTED and not accept:
-        expected = f"expected {SUPPORTED!r}; {ACCEPT} = true goes on all the same"
+        expected = f"expected {SUPPORTED!r}; set {ACCEPT} = true to continue nevertheless"
         raise InvalidValue("after.conclusion", conclusion, expected)
 
 

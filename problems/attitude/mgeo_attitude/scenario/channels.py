@@ -52,14 +52,14 @@ class Channel(Settings):
         table = bool(self.times or self.values)
         for key in ("in_sunlight", "in_shadow", "time_constant"):
             value = getattr(self, key)
-            expected = "nothing beside a table" if table else "a number, or a table"
+            expected = "no value with a table" if table else "a number, or a table"
             expect((value is None) == table, key, value, f"{expected}: times and values")
         if table:
-            expect(self.initial is None, "initial", self.initial, "nothing beside a table")
-            found, count = f"{len(self.values)} of them", f"as many as times: {len(self.times)}"
+            expect(self.initial is None, "initial", self.initial, "no value with a table")
+            found, count = f"{len(self.values)} values", f"as many as times: {len(self.times)}"
             expect(len(self.values) == len(self.times), "values", found, count)
             expect((np.diff(self.times) > 0.0).all(), "times", self.times, "times that increase")
-        expect(self.name != "time", "name", self.name, "another name than that of the times")
+        expect(self.name != "time", "name", self.name, "a name other than 'time'")
 
     def at(self, times: Floats, sunlit: Bools) -> Floats:
         """Return the values at n samples, shape (n,).
@@ -87,7 +87,7 @@ def check_followed(channels: Sequence[Channel], suite: Suite) -> None:
         name = influence.channel
         if name not in known:
             hint = known_names(name, known) if known else ": there are no [[channels]]"
-            way = "give its values along the plan in [[channels]], or take the influence out"
+            way = "define its values along the plan in [[channels]], or remove the influence"
             raise InvalidValue(f"{key}.channel", name, f"unknown channel{hint}; {way}")
 
 

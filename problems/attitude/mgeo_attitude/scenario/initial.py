@@ -90,9 +90,9 @@ class InitialConditions(Settings):
         foreign = ("axis", "clock_deg") if fixed else ("quaternion", "axes")
         for key in foreign:
             value = getattr(self, key)
-            expect(value is None, key, value, f"nothing with pointing = {self.pointing!r}")
+            expect(value is None, key, value, f"no value with pointing = {self.pointing!r}")
         if self.axes is not None:
-            expect(self.quaternion is None, "axes", self.axes, "nothing beside a quaternion")
+            expect(self.quaternion is None, "axes", self.axes, "no value with a quaternion")
             expect(_are_axes(self.axes), "axes", self.axes, "three right-handed unit vectors")
         for key in ("quaternion", "axis"):
             if (value := getattr(self, key)) is not None:

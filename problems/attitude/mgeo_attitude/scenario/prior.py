@@ -138,7 +138,7 @@ def check_covariance(matrix: Sequence[Sequence[float]] | ArrayLike, n: int) -> N
     rows = [len(row) for row in matrix]  # type: ignore[union-attr, arg-type]
     square = len(rows) == n and set(rows) == {n}
     shape = f"{len(rows)} rows of {', '.join(map(str, sorted(set(rows)))) or 0}"
-    expect(square, "covariance", shape, f"{n} x {n} numbers, three a block and axis")
+    expect(square, "covariance", shape, f"{n} x {n} numbers, three rows per block")
     found = np.array(matrix, dtype=float)
     scale = np.sqrt(np.abs(np.diag(found)))
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -72,8 +72,8 @@ def _check_rate(scenario: Scenario) -> None:
     # Samples half a turn apart leave the sense of rotation ambiguous.
     fastest = 180.0 / (math.sqrt(3.0) * scenario.step)
     slow = (
-        f"less than {fastest:.4g}, so that turned at about all axes it is less than 180 deg in "
-        f"{step}; or a step below {180.0 / (math.sqrt(3.0) * rate):.4g} s"
+        f"less than {fastest:.4g}, so that a rotation at this rate about all axes is less than 180 "
+        f"deg in {step}; or a step below {180.0 / (math.sqrt(3.0) * rate):.4g} s"
     )
     expect(rate < fastest, "maneuvers.max_rate_deg_s", rate, slow)
     gyro_range = scenario.gyro.range_deg_per_s
@@ -92,7 +92,7 @@ def _check_samples(scenario: Scenario) -> None:
         expect((interval or 0.0) <= scenario.duration, key, interval, most)
     expect(window <= scenario.duration, "convergence.window", window, most)
     possible = scenario.required_sigma or scenario.convergence.rule != "required"
-    others = "another rule, or something in required_sigma"
+    others = "another rule, or a value in required_sigma"
     expect(possible, "convergence.rule", scenario.convergence.rule, others)
 
 
@@ -100,11 +100,11 @@ def _check_epoch(scenario: Scenario) -> None:
     """Check that the field model covers the run, if the scenario needs the field."""
     epoch, start, end = scenario.epoch, FIELD_MODEL_START, FIELD_MODEL_END
     inside = start <= epoch <= end and scenario.latest_end <= (end - epoch).total_seconds()
-    late = ", begun as late as it may be," if scenario.latest_end > scenario.duration else ""
+    late = ", with the largest start delay," if scenario.latest_end > scenario.duration else ""
     years = (
         f"a run of duration = {scenario.duration!r} s{late} inside the field model IGRF-14, from "
-        f"{start:%Y-%m-%d} to {end:%Y-%m-%d} UTC, or nothing that needs the field, as "
-        "magnetometers, coils that turn the satellite and a residual dipole do"
+        f"{start:%Y-%m-%d} to {end:%Y-%m-%d} UTC, or a scenario that does not need the field "
+        "(without magnetometers, coils that rotate the satellite and residual dipole)"
     )
     expect(inside or not scenario.needs_field, "epoch", epoch.isoformat(), years)
 
@@ -136,8 +136,9 @@ def _check_limits(scenario: Scenario) -> None:
         fewest = room / scenario.initial.attitude_deg
         far = (
             f"less than {fewest:.4g}: with initial.attitude_deg = "
-            f"{scenario.initial.attitude_deg!r} no attitude is that far "
-            f"{'inside' if limit.keep_in else 'from'} half_angle_deg = {limit.half_angle_deg!r}"
+            f"{scenario.initial.attitude_deg!r} the margin leaves no attitude "
+            f"{'inside' if limit.keep_in else 'outside'} half_angle_deg = "
+            f"{limit.half_angle_deg!r}"
         )
         # For a disc, the admissible range depends on its apparent radius.
         fits = limit.attitude_sigmas < fewest or limit.cone().disc
@@ -170,8 +171,8 @@ def _unusual(settings: Any, place: str = "") -> Iterator[str]:
             if isinstance(each, Settings):
                 yield from _unusual(each, f"{key}[{i}]." if values is value else f"{key}.")
             elif usual and each and not usual.low <= each <= usual.high:
-                expected = f"usual is {usual.low:g} to {usual.high:g}{text}"
-                yield f"{key} = {each:g}{text}: {expected}; is it of another unit?"
+                expected = f"the usual range is {usual.low:g} to {usual.high:g}{text}"
+                yield f"{key} = {each:g}{text}: {expected}; check the unit"
                 break
 
 
@@ -182,8 +183,8 @@ def _out_of_range(scenario: Scenario) -> Iterator[str]:
     distance = np.linalg.norm(scenario.orbit.propagate(scenario.epoch, times)[0], axis=1)
     if (most := float(distance.max()) / EARTH_RADIUS) > _HIGHEST:
         yield (
-            f"orbit: {most:.1f} Earth radii from the Earth's center: above {_HIGHEST:g} the field "
-            "is not IGRF's, which knows of no currents outside the Earth"
+            f"orbit: {most:.1f} Earth radii from the Earth's center: above {_HIGHEST:g}, IGRF is "
+            "inaccurate, since it neglects currents outside the Earth"
         )
     if (least := float(distance.min()) - EARTH_RADIUS) < _LOWEST:
         yield f"orbit: down to {1e-3 * least:.0f} km: nothing orbits below {1e-3 * _LOWEST:g} km"
@@ -197,7 +198,7 @@ def _too_old(scenario: Scenario) -> Iterator[str]:
     if age > MAX_AGE:
         yield (
             f"orbit: at the end of the run the element set is {age / timedelta(days=1):.1f} days "
-            f"old, and tens of kilometers off: it is good for {MAX_AGE.days}"
+            f"old, with an error of tens of kilometers: use a set of at most {MAX_AGE.days} days"
         )
 
 
@@ -268,7 +269,7 @@ def validity(scenario: Scenario) -> tuple[str, ...]:
     if scenario.prior is not None:  # a calibration leaves smaller errors than these bounds
         return ()
     return tuple(
-        f"{key} = {value:g}: the linear covariance was found true up to {limit:g}"
+        f"{key} = {value:g}: the linear covariance was found to be consistent up to {limit:g}"
         for key, value, limit in examined(scenario)
         if value > limit
     )

@@ -195,7 +195,7 @@ Nonorthogonality = Annotated[
 def check_influences(influences: Sequence[Influence], states: Collection[str], kind: str) -> None:
     """Raise InvalidValue if an influence is repeated or refers to an error that does not exist."""
     for i, influence in enumerate(influences):
-        none = f"none: {kind} has no {influence.error} that follows it"
+        none = f"no influence: {kind} has no {influence.error} that could depend on it"
         there = {influence.state, influence.error} <= set(states)
         expect(there, f"influences[{i}].channel", influence.channel, none)
     expect_unique("influences[{}].channel", [influence.state for influence in influences])

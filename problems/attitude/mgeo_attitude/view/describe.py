@@ -47,31 +47,31 @@ def _answer(
     known = _describe_sigma(plans.problem.model.suite, sigma, by_coils)
     late = None if math.isnan(kept) else within(kept)
     if math.isfinite(kept_sigma):
-        late = f"{MOST_SAMPLES} keep attitude {two_digits(kept_sigma)} deg"
+        late = f"attitude {two_digits(kept_sigma)} deg in {MOST_SAMPLES}"
     converged, after = t_end < plans.problem.model.too_late, span(t_end)
     if math.isnan(robust):
         nominal = f"{after}; then {known}" if converged else f"not converged; after {after} {known}"
         return "; ".join(filter(None, [nominal, late]))
     own = f"robust time {span(robust)}" if robust < math.inf else "no robust time"
     nominal = f"{after}, then {known}" if converged else f"not converged, after {after} {known}"
-    return "; ".join(filter(None, [own, late, nominal if by_coils else f"flown exactly {nominal}"]))
+    return "; ".join(filter(None, [own, late, nominal if by_coils else f"nominal {nominal}"]))
 
 
 def _describe_sigma(suite: Suite, sigma: Floats, of_flights: bool) -> str:
     """Return the 1-sigmas of the attitude and of each bias as text."""
     if not np.isfinite(sigma).all():  # a run with a lost covariance makes the mean undefined
-        return f"{LOST} in Monte Carlo samples"
+        return f"{LOST} in Monte Carlo runs"
     parts, worsts = [], sigma.reshape(-1, 3).max(axis=1)
     for block, name, worst in zip(block_units(suite), suite.blocks, worsts, strict=True):
         if name == "attitude" or name.endswith(".bias"):
             parts.append(f"{block.label} {two_digits(worst * block.factor)} {block.unit}")
-    flights = " of Monte Carlo samples" if of_flights else ""
+    flights = " of Monte Carlo runs" if of_flights else ""
     return f"{', '.join(parts)} (1-sigma{flights}, worst body axis)"
 
 
 def exactly(scenario: Scenario) -> str:
     """Return a suffix that marks titles as nominal if the scenario also has Monte Carlo results."""
-    return ", flown exactly" if scenario.flight or scenario.turned_by_coils else ""
+    return ", nominal" if scenario.flight or scenario.turned_by_coils else ""
 
 
 def within(kept: float) -> str:
@@ -102,12 +102,12 @@ def describe(plans: Plans) -> pd.DataFrame:
     runs satisfy (see `Plans.promises`). If the scenario has Monte Carlo runs, the predicted values
     and the values in the runs come first. For magnetorquers, 1-sigmas are those of `Plans.sigma`.
     """
-    table, over_flights = glance(plans), plans.promises()
+    table, promises = glance(plans), plans.promises()
     if plans.problem.scenario.turned_by_coils:  # the nominal run is not representative
         table = table.assign(**worst_axes(plans.problem.model.suite, plans.sigma))
     if not plans.problem.scenario.flight:  # predicted values equal the nominal ones
-        return table.join(over_flights.filter(regex="^kept (?!/)"))
-    return over_flights.filter(regex="^(promised|kept) (?!/)").join(table)
+        return table.join(promises.filter(regex="^kept (?!/)"))
+    return promises.filter(regex="^(promised|kept) (?!/)").join(table)
 
 
 def glance(plans: Plans) -> pd.DataFrame:

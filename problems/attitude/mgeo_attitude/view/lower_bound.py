@@ -83,7 +83,7 @@ def remarks(plans: Plans, some: Plans, these: str) -> list[str]:
     try:
         found = problem.limit_curves
     except NoLimit as reason:
-        return [f"how good a plan can be at best is not known: {reason}"]
+        return [f"no lower bound of the trace: {reason}"]
     ratios = some.exactly.trace / found.at(some.exactly.t_end)
     rows = np.flatnonzero(np.isfinite(plans.F).all(axis=1))
     if not len(rows) or np.isnan(ratios).all():
@@ -92,9 +92,9 @@ def remarks(plans: Plans, some: Plans, these: str) -> list[str]:
     shown = plans.take([row]).exactly
     (least,) = found.at(shown.t_end)
     return [
-        f"no maneuver can have a trace of less than {least:.3g} after {span(shown.t_end[0])}: "
-        f"solution {row} has {shown.trace[0] / least:.2f} times that limit, half of {these} have "
-        f"{np.nanmedian(ratios):.2f} times theirs or less"
+        f"the lower bound of the trace after {span(shown.t_end[0])} is {least:.3g}: solution {row} "
+        f"has {shown.trace[0] / least:.2f} times its bound; the median of {these} is "
+        f"{np.nanmedian(ratios):.2f} times"
     ]
 
 
@@ -153,11 +153,11 @@ def describe_bound(found: LimitCurves, t_end: float, trace: float) -> Iterator[s
     """Yield lines on a plan's trace relative to the lower bound, and on the bound's relaxations."""
     (least,) = found.at(np.array([t_end]))
     yield (
-        f"the trace is {trace / least:.2f} times the limit: no maneuver can have less than "
-        f"{least:.3g} after {span(t_end)}"
+        f"the trace is {trace / least:.2f} times its lower bound, which is {least:.3g} after "
+        f"{span(t_end)}"
     )
     if found.given_away:
-        yield f"the limit gives away: {'; '.join(found.given_away)}"
+        yield f"relaxation of the lower bound: {'; '.join(found.given_away)}"
 
 
 def _round_up(value: float) -> str:

@@ -133,7 +133,7 @@ def _summarize_robustness(plans: Plans, these: str) -> str:
     keep = in_time.all(axis=1) & ~np.isinf(plans.kept_t_end)
     ratio = plans.promises()[f"kept / promised {names[0]}"]
     return (
-        f"{keep.sum()} of {these} keep their objectives in {MOST_SAMPLES}, to {TOLERANCE:.0%}; "
-        f"{names[0]} of these samples is {ratio.median():.3g} times the plan's in the median, "
-        f"{ratio.max():.3g} at most"
+        f"{keep.sum()} of {these} reach their objectives within {TOLERANCE:.0%} in {MOST_SAMPLES}; "
+        f"the ratio of {names[0]} in these runs to the plan's is {ratio.median():.3g} in the "
+        f"median, {ratio.max():.3g} at most"
     )

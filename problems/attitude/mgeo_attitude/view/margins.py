@@ -142,9 +142,9 @@ def remarks(plans: Plans, these: str) -> list[str]:
         for after in all_after(plans)
     ]
     keep = sum(not each for each in exceeded)
-    line = f"{keep} of {these} keep all limits after they have converged"
+    line = f"{keep} of {these} satisfy all constraints after convergence"
     if labels := sorted(set().union(*exceeded)):
-        line += f"; the others exceed {', '.join(labels)}"
+        line += f"; the other plans violate {', '.join(labels)}"
     return [line]
 
 

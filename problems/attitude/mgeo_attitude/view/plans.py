@@ -25,7 +25,7 @@ from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 
 #: Share of Monte Carlo runs in which a plan's ``kept`` values hold, as a number and in words.
-MOST, MOST_SAMPLES = 0.9, "9 of 10 Monte Carlo samples"
+MOST, MOST_SAMPLES = 0.9, "9 of 10 Monte Carlo runs"
 #: Largest number of plans that remarks and figures evaluate; 200 runs of each take 1 to 2 s.
 _LOOKED_AT = 50
 
@@ -266,4 +266,4 @@ def spread(n: int) -> Ints:
 
 def looked_at(rows: Ints, n: int) -> str:
     """Return a phrase with the number of evaluated plans of a front of n."""
-    return f"{len(rows)} plans" if len(rows) == n else f"{len(rows)} plans looked at"
+    return f"{len(rows)} plans" if len(rows) == n else f"{len(rows)} evaluated plans"

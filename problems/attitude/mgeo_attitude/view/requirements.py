@@ -36,9 +36,9 @@ def ways_out(plans: Plans) -> list[str]:
         if source is not None:
             name = units[source].label
             lines.append(
-                f"required 1-sigma of {unit.label}: most of it is the error of {name}, of which "
-                f"these plans learn nothing ({left:.0%} of its initial 1-sigma is left): know "
-                f"{name} better at the start, or relax the requirement"
+                f"required 1-sigma of {unit.label}: most of the error is caused by {name}, which "
+                f"these plans do not observe ({left:.0%} of its initial 1-sigma is left): reduce "
+                f"the initial uncertainty of {name}, or relax the requirement"
             )
     return lines
 

@@ -92,7 +92,7 @@ def _sun(scenario: Scenario, around: Environment) -> str:
     beta = np.degrees(np.arcsin(around.sun[0] @ normal / np.linalg.norm(normal)))
     text = f"{beta:+.1f} deg from the orbit's plane"
     if not scenario.eclipse:
-        return f"{text}; the Earth's shadow is left out"
+        return f"{text}; eclipses are not modeled"
     shown = around.times <= _until(scenario)
     dark = np.concatenate([[False], ~around.sunlit[shown], [False]])
     edges = np.flatnonzero(np.diff(dark)).reshape(-1, 2)
@@ -115,7 +115,7 @@ def _turns(scenario: Scenario) -> str:
     text = f"{limits.count} maneuvers of at most {limits.max_rate_deg_s:g} deg/s about each axis"
     if limits.max_acceleration_deg_s2 is not None:
         text += f", {limits.max_acceleration_deg_s2:g} deg/s²"
-    by = "coils" if scenario.turned_by_coils else "wheels" if scenario.wheels else ""
+    by = "magnetorquers" if scenario.turned_by_coils else "wheels" if scenario.wheels else ""
     return text + (f", by {by}" if by else "") + (", and a slew back" if limits.slew_back else "")
 
 
@@ -128,7 +128,7 @@ def margins_at_rest(problem: AttitudeManeuverProblem) -> Iterator[str]:
     scenario, model = problem.scenario, problem.model
     wheels = scenario.wheels
     limited = bool(scenario.path_limits) or (wheels is not None and wheels.budgeted)
-    if not limited or scenario.turned_by_coils:  # which do not hold an attitude
+    if not limited or scenario.turned_by_coils:  # magnetorquers do not hold an attitude
         return
     until = model.step * min(int(_until(scenario) / model.step), model.n_steps)
     still = np.zeros(VARIABLES_PER_MANEUVER * scenario.maneuvers.count)
@@ -146,12 +146,12 @@ def margins_at_rest(problem: AttitudeManeuverProblem) -> Iterator[str]:
 def _describe_validity(scenario: Scenario) -> str:
     """Return whether the initial errors are in the range for which the covariance was validated."""
     if scenario.prior is not None:
-        return "the errors that a calibration leaves are small: it is believed"
+        return "valid: the errors after a calibration are small"
     beyond = validity(scenario)
     if beyond:
         return f"{'; '.join(beyond)}: verify a plan"
     known = [f"{key} = {value:g} (to {at:g})" for key, value, at in examined(scenario) if value]
-    return f"was found true with initial errors as large as these: {', '.join(known)}"
+    return f"valid for the initial errors: {', '.join(known)}"
 
 
 def instruments(scenario: Scenario) -> pd.DataFrame:

@@ -106,7 +106,7 @@ def maneuvers_figure(
     finished(
         figure,
         "Body rates of the plans",
-        "on gray, after the last maneuver, its rate is held"
+        "gray: the last rate is held"
         + (", then the slew back" if problem.scenario.maneuvers.slew_back else ""),
     )
     limit = 1.1 * problem.scenario.maneuvers.max_rate_deg_s

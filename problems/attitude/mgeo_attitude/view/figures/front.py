@@ -92,10 +92,10 @@ def front_figure(
             points = _points(values[group][:, at], name) | {"marker": look | {"line": {"width": 0}}}
             traces.append(points | more | {"hoverinfo": "text"})
         drawn.append([*traces, *_lines(scale, kept, least, knee, span)])
-    state = ", none of which keeps all limits" if dead_end else ""
+    state = ", none of which satisfies all constraints" if dead_end else ""
     figure = finished(
         go.Figure(drawn[0]),
-        f"Calibration maneuvers: what is known against {scenario.convergence.time}",
+        f"Calibration maneuvers: accuracy against {scenario.convergence.time}",
         f"scenario {literal(scenario.name)}; {len(values)} plans{state}{HOVER}",
     )
     _mark_times(figure, scenario, span)
@@ -124,10 +124,10 @@ def _lines(
     """Yield all traces except the solutions."""
     at = [0, scale.column]
     line = {"width": 1.5, "color": COLORS[2], "dash": "dot"}
-    yield _stairs(kept[:, at], f"kept by {MOST_SAMPLES}", line)
+    yield _stairs(kept[:, at], f"in {MOST_SAMPLES}", line)
     yield {
-        **_line(least[:, at], "no maneuver can beat", {"width": 1.5, "color": GRAY}),
-        "hovertemplate": "no maneuver can beat %{y:.4g} after %{x:.6g} s<extra></extra>",
+        **_line(least[:, at], "lower bound", {"width": 1.5, "color": GRAY}),
+        "hovertemplate": "lower bound %{y:.4g} after %{x:.6g} s<extra></extra>",
     }
     required = np.array([[time, scale.required] for time in span if scale.required < math.inf])
     line = {"width": 1.5, "color": COLORS[3], "dash": "dash"}
@@ -213,7 +213,7 @@ def _hover_text(solutions: Solutions, i: int, scenario: Scenario, kept: Floats) 
     ]
     if np.isfinite(kept).all():
         lines.append(
-            f"{MOST_SAMPLES} keep t_end {kept[0]:.6g} s, trace {kept[1]:.4g}, attitude "
+            f"in {MOST_SAMPLES}: t_end {kept[0]:.6g} s, trace {kept[1]:.4g}, attitude "
             f"{kept[2]:.3g} deg"
         )
     lines.append("maneuvers, x / y / z [deg/s] for duration [s]:")
