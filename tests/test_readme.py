@@ -28,7 +28,7 @@ def test_python(monkeypatch, capsys):
     shown = []
     monkeypatch.setattr(go.Figure, "show", lambda figure: shown.append(figure))
     exec(code.replace("20_000", "1_080"), {})
-    assert "9 of 10 Monte Carlo samples keep attitude" in capsys.readouterr().out
+    assert "deg in 9 of 10 Monte Carlo runs" in capsys.readouterr().out
     assert len(shown) == 1
 
 

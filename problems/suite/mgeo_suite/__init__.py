@@ -1,4 +1,4 @@
-"""Which attitude sensors to fly, chosen together with how to calibrate them, as a pymoo problem."""
+"""Joint selection of attitude sensors and their calibration maneuvers as a pymoo problem."""
 
 from importlib import import_module
 from importlib.metadata import version
@@ -13,8 +13,8 @@ __all__ = [
     "SensorSuiteProblem",
 ]
 
-#: Modules of the public names. A name is imported when it is first used, so that the command
-#: line starts quickly.
+#: Modules of the public names. A name is imported on first use, so that the command line starts
+#: quickly.
 _MODULES = {
     "Catalog": "mgeo_suite.catalog",
     "SensorSuiteProblem": "mgeo_suite.problem",

@@ -1,4 +1,4 @@
-"""The catalog: classes of sensors that can be bought, with what they cost and how good they are."""
+"""Catalog of sensor grades with cost and performance."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pydantic import Field
 
 from mgeo.validation.entries import errors_of
 
-#: Outward normals of the faces of a satellite, body axes.
+#: Outward normals of a satellite's faces, body axes.
 FACES: dict[str, tuple[float, float, float]] = {
     "+x": (1.0, 0.0, 0.0),
     "-x": (-1.0, 0.0, 0.0),
@@ -28,21 +28,21 @@ FACES: dict[str, tuple[float, float, float]] = {
     "+z": (0.0, 0.0, 1.0),
     "-z": (0.0, 0.0, -1.0),
 }
-NONE = "none"  # the option of having no such sensor
+NONE = "none"  # option without a sensor
 _NEEDED = ("gyros", "magnetometers")
-_OF_PLACE = ("kind", "name", "boresight")  # what the place decides where a sensor is put
+_OF_PLACE = ("kind", "name", "boresight")  # keys that the mounting place determines
 
 
 @pydantic.dataclasses.dataclass(frozen=True)
 class SunHead(SunSensor):
-    """A Sun sensor on a face, whose bias states can be left out.
+    """A Sun sensor on a face with optional bias states.
 
-    Within the cone that a head sees, a bias of the vector can hardly be told from a misalignment:
-    one of them is enough.
+    Within the field of view of one face, a bias and a misalignment are hardly distinguishable, so
+    that one of them suffices.
     """
 
     initial_bias: float = Field(default=0.0, ge=0.0)
-    """initial bias of the unit vector, 1-sigma per axis; 0 leaves the states out"""
+    """initial bias of the unit vector, 1-sigma per axis; 0 omits the states"""
 
 
 #: Class of the instruments of each section.
@@ -56,7 +56,7 @@ SECTIONS: Mapping[str, type[Any]] = {
 
 @pydantic.dataclasses.dataclass(frozen=True, kw_only=True)
 class Entry(Settings):
-    """What a grade costs, and who says so."""
+    """Cost of a grade, with its source."""
 
     name: str
     """name of the grade, unique in its section"""
@@ -67,12 +67,12 @@ class Entry(Settings):
     power_mw: Annotated[float, Unit("mW")] = Field(ge=0.0)
     """average power"""
     source: str
-    """where the figures are from"""
+    """source of the figures"""
 
 
 @dataclass(frozen=True)
 class Grade:
-    """A grade of an instrument: what it costs, and the instrument itself."""
+    """A grade of an instrument, with its cost."""
 
     entry: Entry
     instrument: Any
@@ -84,15 +84,15 @@ class Grade:
 
 @dataclass(frozen=True)
 class Catalog:
-    """Grades of each kind of instrument, in the file's order; hashable.
+    """Grades of each kind of instrument, in the order of the file; hashable.
 
     Attributes
     ----------
     gyros, magnetometers, sun_sensors, star_trackers : tuples of Grade
-        A suite has one of each of the first two, at most one Sun sensor a face, and one or no star
-        tracker.
+        A suite has one gyro, one magnetometer, at most one Sun sensor per face, and at most one
+        star tracker.
     faces : tuple of str
-        Where Sun sensors can be, of `FACES`.
+        Faces of `FACES` that may have a Sun sensor.
 
     Examples
     --------
@@ -110,17 +110,18 @@ class Catalog:
     @staticmethod
     @cache
     def default() -> Catalog:
-        """Classes of sensors for cubesats; the file says where each figure is from."""
+        """Return the catalog of cubesat sensors; its file lists the sources."""
         return Catalog.from_toml(Path(__file__).with_name("catalog.toml"))
 
     @staticmethod
     def from_toml(path: str | os.PathLike[str]) -> Catalog:
-        """Read a file.
+        """Read a catalog from a TOML file.
 
         Raises
         ------
         ValueError
-            Naming the file and the key, or the line where it is no TOML.
+            If the file is invalid; the message names the file and the key, or the line of a syntax
+            error.
         OSError
             If the file cannot be read.
         """
@@ -129,14 +130,14 @@ class Catalog:
 
     @staticmethod
     def from_dict(table: Mapping[str, Any]) -> Catalog:
-        """A catalog from nested dicts and lists, as TOML gives them.
+        """Construct a catalog from nested dicts and lists.
 
         Raises
         ------
-        InvalidValue, InvalidValue
-            (ValueError) Naming the full key, ``gyros[1].mass_g``: unknown, missing or of a bad
-            value; names that occur twice, a section that needs a grade and has none, or Sun sensors
-            of which only some see everywhere, or only some have bias states.
+        InvalidValue
+            (ValueError) If a key is unknown, missing or invalid, if a name is repeated, if a
+            section lacks a required grade, or if the grades of a section differ in states, sample
+            intervals or fields of view. The message has the full key, such as ``gyros[1].mass_g``.
         """
         known = [*SECTIONS, "faces"]
         for key, value in table.items():
@@ -147,11 +148,11 @@ class Catalog:
             expect(grades[section], section, [], f"at least one entry [[{section}]]")
         faces = _faces(table.get("faces", list(FACES)))
         for section, entries in grades.items():
-            _check_alike(section, entries)
+            _check_traits(section, entries)
         return Catalog(**grades, faces=faces)
 
     def to_dict(self) -> dict[str, Any]:
-        """Inverse of `from_dict`, of JSON's types."""
+        """Return the catalog as nested dicts and lists of JSON types; see `from_dict`."""
         found: dict[str, Any] = {"faces": list(self.faces)}
         for section in SECTIONS:
             found[section] = [
@@ -197,8 +198,8 @@ def _faces(given: Any) -> tuple[str, ...]:
     return tuple(given)
 
 
-def _check_alike(section: str, grades: tuple[Grade, ...]) -> None:
-    """One kernel and its tables serve all: the same states at the same samples, and views alike."""
+def _check_traits(section: str, grades: tuple[Grade, ...]) -> None:
+    """Check that the grades of a section can share one kernel of the filter."""
     for i, grade in enumerate(grades[1:], 1):
         first, own = (_kernel_traits(each.instrument) for each in (grades[0], grade))
         for name, value in own.items():
@@ -207,7 +208,7 @@ def _check_alike(section: str, grades: tuple[Grade, ...]) -> None:
 
 
 def _kernel_traits(instrument: Any) -> dict[str, Any]:
-    """Properties of an instrument for which a kernel is made, by name."""
+    """Return the properties of an instrument that determine its kernel, by name."""
     views = instrument.views() if hasattr(instrument, "views") else ()
     return {
         "states": list(instrument.states()),

@@ -1,4 +1,4 @@
-"""Pictures of fronts of suites, and of the plan behind a point."""
+"""Figures of fronts of sensor suites, and of single solutions."""
 
 from __future__ import annotations
 
@@ -15,15 +15,26 @@ from mgeo.figures.style import COLORS, SYMBOLS, finished, literal, log_axis
 from mgeo_suite.catalog import NONE
 from mgeo_suite.suites import SuiteModels
 
-_SAMPLES = 200  # of a curve against time
+_SAMPLES = 200  # number of samples of a curve against time
 
 
 def figures(
     suites: SuiteModels, choices: Ints, maneuvers: Floats, price: Floats, result: Evaluation
 ) -> dict[str, go.Figure]:
-    """``front``, price against accuracy by star tracker, and ``sensors``, which appear where.
+    """Return ``front``, price against accuracy by star tracker, and ``sensors``, their selection.
 
-    Points and columns are numbered by their rows; designs without result are left out.
+    Solutions are numbered by their rows. Designs whose covariance was lost are left out.
+
+    Parameters
+    ----------
+    suites : SuiteModels
+    choices : array, shape (n, n_places)
+        Option indices.
+    maneuvers : array, shape (n, 4 m)
+    price : array, shape (n,)
+        [kEUR].
+    result : Evaluation
+        Filter runs of the designs.
     """
     accuracy = attitude_accuracy_deg(result.covariance)
     rows = np.flatnonzero(np.isfinite(result.t_end) & np.isfinite(accuracy))
@@ -79,7 +90,7 @@ def _front(
 
 
 def _sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints) -> go.Figure:
-    """Which option each place has, a column a solution, the cheapest first."""
+    """Draw the option of each place, one column per solution in ascending order of price."""
     places = suites.places[::-1]
     numbers = choices[order][:, ::-1].T
     texts = [
@@ -105,12 +116,13 @@ def _sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints) -> 
 
 
 def solution_figures(model: FilterModel, result: Evaluation) -> dict[str, go.Figure]:
-    """Draw the body rates and the 1-sigma of the attitude of a design until t_end.
+    """Draw the body rates and the attitude 1-sigma of a design until t_end.
 
     Parameters
     ----------
+    model : FilterModel
     result : Evaluation
-        Of the design alone, with its history.
+        Evaluation of a single design, with its history.
     """
     t_end = result.t_end[0]
     end = round(t_end / model.step) if np.isfinite(t_end) else 0
@@ -136,5 +148,5 @@ def _against_time(text: str, times: Floats, lines: dict[str, Floats], shape: str
         figure.add_scatter(x=times, y=values, name=name, mode="lines", line=look)
     figure.update_traces(hovertemplate="%{x:.6g} s: %{y:.4g}")
     figure.update_xaxes(title="time [s]", tickformat="d")
-    # without 7 kB of a template
+    # Omitting the template saves 7 kB per figure.
     return figure.update_layout(small_layout(text), showlegend=len(lines) > 1, template="none")

@@ -1,4 +1,4 @@
-"""What of a suite and its plan can be minimized, by name."""
+"""Objectives of a sensor suite and its plan, by name."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from mgeo_attitude.criteria.objectives import OBJECTIVES as OF_PLANS
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.settings.errors import InvalidValue, known_names
 
-_DECADES = 4.0  # of accuracy and of resources that an indicator sees
+_DECADES = 4.0  # decades of accuracy that map to one unit of an indicator
 _FINEST_DEG = 1e-3
 
 
 @dataclass(frozen=True)
 class SuiteObjective:
-    """Something to minimize.
+    """An objective to minimize.
 
     Attributes
     ----------
     label : str
-        With its unit.
+        Name with unit.
     value : function of model, evaluation and resources (n, 3)
-        Values, shape (n,).
-    indicator : function of values, scenario and the greatest resources (3,)
-        Values as indicators should see them, of order one.
+        Return the values of n designs, shape (n,).
+    indicator : function of values, scenario and largest resources (3,)
+        Return the values scaled to order one for indicators of studies.
     """
 
     label: str
@@ -36,7 +36,13 @@ class SuiteObjective:
 
 
 def check_objectives(names: Sequence[str], required: bool) -> tuple[str, ...]:
-    """The names as a tuple, or an InvalidValue that says what is wrong with them."""
+    """Return the names of objectives as a tuple.
+
+    Raises
+    ------
+    InvalidValue
+        If a name is unknown or repeated, or needs required 1-sigmas that the scenario lacks.
+    """
     if isinstance(names, str) or not names:
         raise InvalidValue("objectives", names, "expected a list of at least one name")
     for i, name in enumerate(names):
@@ -59,7 +65,7 @@ def _resource(label: str, column: int) -> SuiteObjective:
 
 
 def _of_plan(name: str) -> SuiteObjective:
-    """One of the attitude problem."""
+    """Return an objective of the attitude problem."""
     own = OF_PLANS[name]
     return SuiteObjective(
         own.label,

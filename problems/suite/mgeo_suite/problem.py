@@ -1,4 +1,4 @@
-"""The choice of sensors for pymoo: which suite, calibrated how, at what price."""
+"""Selection of a sensor suite and its calibration maneuvers as a pymoo problem."""
 
 from __future__ import annotations
 
@@ -36,39 +36,40 @@ _OPTIONS = ("preset", "scenario", "catalog", "objectives")
 
 
 def scenario_table() -> dict[str, Any]:
-    """The scenario of the presets, as `Scenario.from_dict` takes it."""
+    """Return the scenario of the presets as a table for `Scenario.from_dict`."""
     text = Path(__file__).with_name("cubesat.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
 
 
 class SensorSuiteProblem(ProblemMixin, Problem):
-    """Minimize what a suite of attitude sensors costs and how well it knows the attitude.
+    """Minimize the cost of a suite of attitude sensors and the attitude error after calibration.
 
-    Variables are pymoo's `Choice` of a grade of gyro, magnetometer, star tracker (or none) and of a
-    Sun sensor on each face (or none), then the reals of the maneuvers: ωx, ωy, ωz [deg/s] and
-    duration [s] of each in turn, as in `mgeo_attitude.AttitudeManeuverProblem`. A design is a dict
-    of them, or a row of numbers, of a choice that of its option. Limits of the scenario are
-    inequality constraints: see `constraint_names`.
+    Variables are pymoo's `Choice` of a grade of gyro, magnetometer, star tracker (or none) and Sun
+    sensor on each face (or none), followed by the real variables of the maneuvers: ωx, ωy, ωz
+    [deg/s] and duration [s] of each maneuver, as in `mgeo_attitude.AttitudeManeuverProblem`. A
+    design is a dict of the variables, or a row of numbers in which a choice is the index of its
+    option. Constraints of the scenario are inequality constraints, see `constraint_names`.
 
     Parameters
     ----------
     scenario : Scenario, optional
-        Orbit, limits and criteria; its own gyro and sensors do not matter. Default: a cubesat in
-        the orbit of `Scenario.cubesat_6u`, with one orbit to calibrate in.
+        Orbit, constraints and criteria; its gyro and sensors are ignored. Default: a cubesat in the
+        orbit of `Scenario.cubesat_6u`, with one orbit for the calibration.
     catalog : Catalog, optional
         Default: `Catalog.default()`.
     objectives : sequence of str
-        What to minimize, of "price", "mass", "power", "attitude" (1-sigma of the angle by which the
-        attitude is off after calibration), "t_end", "t_required" and "trace".
+        Objectives, of "price", "mass", "power", "attitude" (attitude 1-sigma after calibration),
+        "t_end", "t_required" and "trace".
     threads : int, optional
-        Threads of one evaluation; default: the processors this process may use. The result does
-        not depend on it.
+        Number of threads of an evaluation; default: the processors available to the process. The
+        result does not depend on it.
 
     Raises
     ------
     TypeError, ValueError
-        For arguments of another type, an objective that is not known, or a scenario with flights,
-        with requirements on sensors that a suite may not have, or with a start that breaks a limit.
+        If an argument has the wrong type or an objective is unknown, or if the scenario has Monte
+        Carlo runs, requirements on sensors that a suite may lack, or a start that violates a
+        constraint.
 
     Examples
     --------
@@ -117,12 +118,15 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         )
 
     def split(self, X: ArrayLike) -> tuple[Ints, Floats]:
-        """Numbers of options (n, n_places) and maneuvers (n, 4 m) of designs.
+        """Split designs into option indices, shape (n, n_places), and maneuvers, shape (n, 4 m).
 
-        ValueError or TypeError for what is neither (n,) dicts nor (n, n_var) numbers in range.
+        Raises
+        ------
+        TypeError, ValueError
+            If the designs are neither (n,) dicts nor (n, n_var) numbers within the bounds.
         """
         k, numbers = len(self.suites.places), self.numbers(X)
-        with np.errstate(invalid="ignore"):  # of what is no number
+        with np.errstate(invalid="ignore"):  # NaN is reported below
             choices = numbers[:, :k].astype(np.int64)
         for j, place in enumerate(self.suites.places):
             wrong = (numbers[:, j] != choices[:, j]) | (choices[:, j] < 0)
@@ -135,17 +139,17 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         return choices, numbers[:, k:]
 
     def evaluation(self, X: ArrayLike, history: bool = False) -> Evaluation:
-        """Filter runs of designs; of states only those that all suites have in common."""
+        """Run the filter for designs; the results contain only states that all suites have."""
         return evaluated(self.suites, *self.split(X), self.threads, history)
 
     def _evaluate(self, X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         numbers = self.numbers(X)
-        decode(self.split(numbers)[1])  # tells of a bad design by its place among all of them
+        decode(self.split(numbers)[1])  # reports an invalid design by its index in the whole batch
         values = self._cache.complete(numbers, self._run)
         out["F"], out["G"] = np.split(values, [self.n_obj], axis=1)
 
     def _run(self, numbers: Floats) -> Floats:
-        """Objectives and constraints, side by side, shape (n, n_obj + n_ieq_constr)."""
+        """Return objectives and constraints side by side, shape (n, n_obj + n_ieq_constr)."""
         result = self.evaluation(numbers)
         resources = self.suites.resources(self.split(numbers)[0])
         columns = [
@@ -158,7 +162,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         return [OBJECTIVES[name] for name in self.objectives]
 
     def numbers(self, X: ArrayLike) -> Floats:
-        """Designs as numbers (n, n_var), of a choice that of its option; see `split`."""
+        """Convert designs to numbers, shape (n, n_var), with options as their indices."""
         designs = np.asarray(X)
         if designs.dtype == object and designs.ndim == 1:
             rows = []
@@ -175,10 +179,10 @@ class SensorSuiteProblem(ProblemMixin, Problem):
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any]) -> SensorSuiteProblem:
-        """Build it from options: ``preset``, and what differs from it.
+        """Construct the problem from options, a ``preset`` and overrides.
 
-        ``scenario`` and ``catalog`` are tables (`Scenario.from_dict`, `Catalog.from_dict`),
-        ``objectives`` a list of names.
+        ``scenario`` and ``catalog`` are tables (`Scenario.from_dict`, `Catalog.from_dict`);
+        ``objectives`` is a list of names.
         """
         for key, value in options.items():
             if key not in _OPTIONS:
@@ -199,7 +203,14 @@ class SensorSuiteProblem(ProblemMixin, Problem):
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-        """Options of a file in `folder`, with the scenario and the catalog that it names read."""
+        """Return options with the scenario and catalog files that they name replaced by tables.
+
+        Parameters
+        ----------
+        options : mapping
+        folder : Path
+            Folder to which the file names are relative.
+        """
         found = dict(options)
         if isinstance(name := found.get("scenario"), str):
             found["scenario"] = Scenario.from_toml(folder / name).to_dict()
@@ -208,11 +219,11 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         return found
 
     def options(self) -> dict[str, Any]:
-        """Scenario, catalog and objectives as nested dicts of JSON's types."""
+        """Return scenario, catalog and objectives as nested dicts of JSON types."""
         scenario = dataclasses.replace(
             self.scenario,
             gyro=self.suites.places[0].instruments[0],
-            sensors=(self.suites.places[1].instruments[0],),  # any: the catalog's count
+            sensors=(self.suites.places[1].instruments[0],),  # placeholder; the catalog is used
         )
         return {
             "scenario": scenario.to_dict(),
@@ -221,10 +232,11 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         }
 
     def indicator_space(self, F: ArrayLike) -> Floats:
-        """Objectives as indicators see them, of order one, shape (n, n_obj).
+        """Scale objectives to order one for indicators, shape (n, n_obj).
 
-        Resources as shares of the most expensive suite's, accuracy as decades above 0.001 deg out
-        of four, others as the attitude problem does.
+        Resources are divided by those of the most expensive suite. Accuracy is the logarithm of the
+        ratio to 0.001 deg, divided by four decades. All other objectives are scaled as in the
+        attitude problem.
         """
         greatest = np.sum([place.resources.max(axis=0) for place in self.suites.places], axis=0)
         greatest = np.where(greatest > 0.0, greatest, 1.0)
@@ -236,14 +248,14 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         return np.column_stack(columns)
 
     def view(self, X: ArrayLike) -> SuiteView:
-        """What people are shown of designs, each evaluated once."""
+        """Return the view of designs, which evaluates each design once."""
         from mgeo_suite.view import SuiteView
 
         return SuiteView(self, X)
 
 
 def _number(place: Place, option: Any) -> int:
-    """Of an option of a place, by its name."""
+    """Return the index of an option of a place."""
     if option not in place.options:
         known = known_names(str(option), place.options)
         raise InvalidValue(place.name, option, f"unknown option{known}")

@@ -1,8 +1,8 @@
-"""Suites of a catalog as variants of a few filter models, so that few kernels serve all of them.
+"""Filter models of all suites of a catalog, with few compiled kernels.
 
-A form is a filter model with so many Sun sensors, and with a star tracker or without; a suite is a
-variant of one: its grades are numbers of the kernel, and no place of a form is a face's own.
-Designs of one form run together.
+A form is a filter model with a number of Sun sensors, with or without a star tracker. A suite is a
+variant of a form: the parameters of its grades are inputs of the kernel, and the Sun sensors of a
+form are not tied to faces. Designs of the same form are evaluated together.
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ from mgeo_attitude.settings.errors import InvalidValue
 
 from mgeo_suite.catalog import FACES, NONE, Catalog, Grade
 
-_MOST_KEPT = 20_000  # variants of a search; each has a suite and a few short arrays
+_MOST_KEPT = 20_000  # cached variants; each has a suite and a few short arrays
 RESOURCES = ("price_keur", "mass_g", "power_mw")
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where an instrument is chosen: its name as a variable, and the options.
+    """Mounting place of an instrument, with its options.
 
     Attributes
     ----------
     name : str
-        Of the variable.
+        Name of the variable.
     options : tuple of str
-        Names of grades, "none" before them where there need not be one.
+        Names of grades, preceded by "none" if the instrument is optional.
     instruments : tuple
-        The gyro or sensor of each option; None for "none".
+        Gyro or sensor of each option; None for "none".
     on_face : bool
-        Whether it is one of the places of Sun sensors, which come last.
+        Whether the place is for a Sun sensor on a face. These places come last.
     resources : array, shape (n_options, 3)
         Price [kEUR], mass [g] and power [mW] of each option.
     """
@@ -52,41 +52,45 @@ class Place:
 
 
 class SuiteModels:
-    """The filter models of all suites of a catalog in a scenario.
+    """Filter models of all suites of a catalog in a scenario.
 
-    A choice is an array of the numbers of options, one for each of the `places`.
+    A choice is an array of option indices, one for each of the `places`.
     """
 
     def __init__(self, scenario: Scenario, catalog: Catalog) -> None:
         self.catalog, self.places = catalog, tuple(places(catalog))
         gyro, *sensors = (place.instruments[-1] for place in self.places)
-        self.scenario = _complete(scenario, gyro, tuple(sensors))
+        self.scenario = _add_instruments(scenario, gyro, tuple(sensors))
         on_face: Bools = np.array([place.on_face for place in self.places])
         self._n_single = int(np.sum(~on_face))
-        # digits of a form: a bit for each of the places that are on no face, and how many are
+        # The number of a form has the count of Sun sensors as its lowest digit, and a bit for each
+        # of the other places.
         self._digits: Ints = np.where(on_face, 1, (np.sum(on_face) + 1) << np.arange(len(on_face)))
         self._optional: Bools = np.array([place.options[0] == NONE for place in self.places])
         self._forms: dict[int, FilterModel] = {}
         self._known: dict[bytes, FilterModel] = {}
 
     def __reduce__(self) -> tuple[type[SuiteModels], tuple[Scenario, Catalog]]:
-        # a copy, in another process or a history, knows no models yet
+        # A copy, in another process or a history, computes its models again.
         return SuiteModels, (self.scenario, self.catalog)
 
     @cached_property
     def model(self) -> FilterModel:
-        """The form of the complete suite."""
+        """Form of the suite with all instruments."""
         return self.form_of(np.array([len(place.options) - 1 for place in self.places]))
 
     def forms(self, choices: Ints) -> Ints:
-        """The number of the form of each choice (n, n_places), shape (n,)."""
-        return self._filled(choices) @ self._digits
+        """Return the form number of each choice, shape (n,), for choices of shape (n, n_places)."""
+        return self._has_instrument(choices) @ self._digits
 
     def form_of(self, choice: Ints) -> FilterModel:
-        """The form of a choice, shape (n_places,); computed when first needed."""
+        """Return the form of a choice, shape (n_places,), computed on first use."""
         number = int(self.forms(choice))
         if number not in self._forms:
-            filled, single = self._filled(choice), self._n_single - 1  # sensors that are on no face
+            filled, single = (
+                self._has_instrument(choice),
+                self._n_single - 1,
+            )  # sensors not on a face
             sensors, n_heads = self.scenario.sensors, np.sum(filled[self._n_single :])
             own = [sensor for n, sensor in enumerate(sensors[:single]) if filled[1 + n]]
             own.extend(sensors[single : single + n_heads])
@@ -94,8 +98,8 @@ class SuiteModels:
             self._forms[number] = FilterModel.from_scenario(scenario, self._environment)
         return self._forms[number]
 
-    def _filled(self, choices: Ints) -> Bools:
-        """Which places of choices (..., n_places) have an instrument."""
+    def _has_instrument(self, choices: Ints) -> Bools:
+        """Return which places of choices, shape (..., n_places), have an instrument."""
         return (choices > 0) | ~self._optional
 
     @cached_property
@@ -103,30 +107,30 @@ class SuiteModels:
         return Environment.from_scenario(self.scenario)
 
     def resources(self, choices: Ints) -> Floats:
-        """Price [kEUR], mass [g] and power [mW] of choices (n, n_places), shape (n, 3)."""
+        """Return price [kEUR], mass [g] and power [mW] of choices (n, n_places), shape (n, 3)."""
         parts = [place.resources[choices[:, k]] for k, place in enumerate(self.places)]
         total: Floats = np.sum(parts, axis=0)
         return total
 
     def variant(self, choice: Ints) -> FilterModel:
-        """The model of a choice, shape (n_places,)."""
+        """Return the filter model of a choice, shape (n_places,)."""
         key = choice.tobytes()
         found = self._known.get(key)
         if found is None:
             if len(self._known) >= _MOST_KEPT:
                 self._known.clear()
-            found = self._known[key] = self._made(choice)
+            found = self._known[key] = self._build_variant(choice)
         return found
 
     def names(self, choice: Ints) -> dict[str, str]:
-        """The option of each place."""
+        """Return the option of each place by name."""
         return {
             place.name: place.options[number]
             for place, number in zip(self.places, choice, strict=True)
         }
 
     def text(self, choice: Ints) -> str:
-        """A suite in words: ``mems gyro, boom magnetometer, 2 fine Sun sensors (+x, -z)``."""
+        """Describe a suite, such as ``mems gyro, boom magnetometer, 1 fine Sun sensor (+x)``."""
         names = self.names(choice)
         parts = [f"{names['gyro']} gyro", f"{names['magnetometer']} magnetometer"]
         if (tracker := names.get("star tracker", NONE)) != NONE:
@@ -140,25 +144,25 @@ class SuiteModels:
             parts.append(f"{len(faces)} {grade} Sun sensor{many} ({', '.join(faces)})")
         return ", ".join(parts)
 
-    def _made(self, choice: Ints) -> FilterModel:
+    def _build_variant(self, choice: Ints) -> FilterModel:
         form = self.form_of(choice)
         chosen = (p.instruments[n] for p, n in zip(self.places, choice, strict=True))
         gyro, *sensors = (each for each in chosen if each is not None)
         named = zip(form.suite.sensors, sensors, strict=True)
         suite = Suite(
-            gyro, tuple(_called(sensor, place.name) for place, sensor in named), form.suite.world
+            gyro, tuple(_rename(sensor, place.name) for place, sensor in named), form.suite.world
         )
         sigma = suite.initial_sigma(np.radians(self.scenario.initial.attitude_deg))
         return dataclasses.replace(form, suite=suite, initial_sigma=sigma)
 
 
 @cache
-def _called(sensor: Sensor, name: str) -> Sensor:
+def _rename(sensor: Sensor, name: str) -> Sensor:
     return sensor if sensor.name == name else dataclasses.replace(sensor, name=name)
 
 
 def places(catalog: Catalog) -> Iterator[Place]:
-    """Gyro, magnetometer, star tracker and a Sun sensor a face, in the order of the filter."""
+    """Yield the places of all instruments in the order of the filter's states."""
     yield _place("gyro", catalog.gyros)
     yield _place("magnetometer", catalog.magnetometers, name="mag")
     if catalog.star_trackers:
@@ -181,8 +185,15 @@ def _place(variable: str, grades: Sequence[Grade], optional: bool = False, **whe
     return Place(variable, tuple(options), tuple(instruments), np.array(resources))
 
 
-def _complete(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -> Scenario:
-    """The scenario with all instruments of the catalog, if what it asks for fits any suite."""
+def _add_instruments(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -> Scenario:
+    """Return the scenario with all instruments of the catalog.
+
+    Raises
+    ------
+    InvalidValue
+        If a requirement or weight refers to an instrument that a suite may lack, or if the scenario
+        has Monte Carlo runs.
+    """
     always = ("attitude", "gyro.", "mag.")
     for section in ("required_sigma", "trace_weights"):
         for key, value in getattr(scenario, section).items():
@@ -195,7 +206,7 @@ def _complete(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -> Scena
                 )
     if scenario.flight is not None:
         raise InvalidValue(
-            "flight", "...", "expected none: suites are judged by plans that are flown exactly"
+            "flight", "...", "expected none: suites are evaluated in the nominal run"
         )
     return dataclasses.replace(scenario, gyro=gyro, sensors=sensors)
 
@@ -203,9 +214,9 @@ def _complete(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -> Scena
 def evaluated(
     suites: SuiteModels, choices: Ints, maneuvers: Floats, threads: int | None, history: bool
 ) -> Evaluation:
-    """Runs of n choices, each with its maneuvers (n, 4 m), in their order.
+    """Run the filter for n choices with their maneuvers, shape (n, 4 m).
 
-    Of the states, those that all forms begin with: attitude and gyro.
+    The results contain only the states that all forms share: attitude and gyro.
     """
     if not len(choices):
         return evaluate(suites.model, maneuvers, covariance=True)
@@ -225,21 +236,21 @@ def evaluated(
             variants=[suites.variant(choice) for choice in distinct[same]],
             which=np.searchsorted(same, which[rows]),
         )
-        parts.append((rows, _of_states(result, form.suite.n_kinematic)))
-    return _joined(parts, suites, maneuvers)
+        parts.append((rows, _truncate_states(result, form.suite.n_kinematic)))
+    return _concatenate(parts, suites, maneuvers)
 
 
-def _of_states(result: Evaluation, n: int) -> Evaluation:
-    """The leading states of a result alone."""
+def _truncate_states(result: Evaluation, n: int) -> Evaluation:
+    """Return a result with its n leading states only."""
     return dataclasses.replace(
         result, covariance=result.covariance[:, :n, :n], variances=result.variances[..., :n]
     )
 
 
-def _joined(
+def _concatenate(
     parts: list[tuple[Ints, Evaluation]], suites: SuiteModels, maneuvers: Floats
 ) -> Evaluation:
-    """Results of some rows each, as one."""
+    """Concatenate results in the order of their rows."""
     order = np.argsort(np.concatenate([rows for rows, _ in parts]))
     joined = {}
     for field in dataclasses.fields(Evaluation):

@@ -1,4 +1,4 @@
-"""Suites and their plans in an engineer's terms, each evaluated once for all that is told of it."""
+"""View of sensor suites and their plans that the command line and reports of mgeo display."""
 
 from __future__ import annotations
 
@@ -22,26 +22,23 @@ from mgeo_suite.problem import SensorSuiteProblem
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-#: Accuracies [deg] of which a front's least price is told.
+#: Accuracies [deg] for which the least price of a front is reported.
 BUDGETED_DEG = (1.0, 0.1, 0.03)
 
 
 class SuiteView(View):
-    """Designs, shape (n, n_var), suites and their plans, as people are shown them.
-
-    See `mgeo.View`.
-    """
+    """View of n designs, shape (n, n_var), each evaluated once; see `mgeo.View`."""
 
     problem: SensorSuiteProblem
 
     @cached_property
     def choices(self) -> Ints:
-        """Numbers of options, shape (n, n_places)."""
+        """Option indices, shape (n, n_places)."""
         return self.problem.split(self.X)[0]
 
     @cached_property
     def maneuvers(self) -> Floats:
-        """Shape (n, 4 m)."""
+        """Maneuvers, shape (n, 4 m), in deg/s and s."""
         return self.problem.split(self.X)[1]
 
     @cached_property
@@ -51,14 +48,14 @@ class SuiteView(View):
 
     @cached_property
     def result(self) -> Evaluation:
-        """Filter runs."""
+        """Filter runs of the designs."""
         return self.problem.evaluation(self.X)
 
     def describe(self) -> pd.DataFrame:
-        """One row per design.
+        """Return a table with one row per design.
 
-        Columns: price, mass and power; the attitude's 1-sigma at t_end about the worst of all axes;
-        t_end; the suite in words, and the option of each place; one text per maneuver.
+        Columns: price, mass and power; the attitude 1-sigma at t_end about the worst of all axes;
+        t_end; the suite as text, and the option of each place; one text per maneuver.
         """
         import pandas as pd
 
@@ -81,7 +78,7 @@ class SuiteView(View):
         return pd.DataFrame(columns)
 
     def answers(self) -> list[str]:
-        """What each design costs and comes to know, and with which sensors, in one line."""
+        """Return a line on cost, accuracy and sensors of each design."""
         lines = []
         for i, choice in enumerate(self.choices):
             t_end = self.result.t_end[i]
@@ -96,20 +93,19 @@ class SuiteView(View):
         return lines
 
     def limits(self) -> list[pd.DataFrame]:
-        """For each design a table with a row per limit, see `mgeo_attitude.view.margins.tables`."""
         found = [each for asked in constraints(self.problem.scenario) for each in asked.limits]
         excesses = np.array([limit.excess(self.result) for limit in found]).T
         return tables(found, excesses.reshape(len(self.X), len(found)))
 
     def figures(self) -> dict[str, go.Figure]:
-        """``front`` by suite, and which sensors appear where."""
+        """Return ``front``, price against accuracy, and ``sensors``, the selected options."""
         from mgeo_suite.figures import figures
 
         price = self.resources[:, 0]
         return figures(self.problem.suites, self.choices, self.maneuvers, price, self.result)
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
-        """For each design its plan and how the attitude comes to be known along it."""
+        """Return figures of the body rates and of the attitude 1-sigma of each design."""
         from mgeo_suite.figures import solution_figures
 
         model = self.problem.suites.model
@@ -119,7 +115,7 @@ class SuiteView(View):
         return [solution_figures(model, each) for each in results]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
-        """The least price at which each of `BUDGETED_DEG` is reached, where it is."""
+        """Return the least price at which a front reaches each of `BUDGETED_DEG`, if it does."""
         objectives = self.problem.objectives
         if not {"price", "attitude"} <= set(objectives):
             return {}
@@ -132,10 +128,21 @@ class SuiteView(View):
 
 
 def conclusions(problem: SensorSuiteProblem, X: ArrayLike, F: Floats, budgets: Floats) -> list[str]:
-    """What a front of price against accuracy says, in sentences.
+    """Summarize a front of price against accuracy in sentences.
 
-    For each budget [kEUR] the best suite within it; and for each of the accuracies `BUDGETED_DEG`
-    the least price, and whether a suite without star tracker reaches it.
+    Parameters
+    ----------
+    problem : SensorSuiteProblem
+    X : array_like, shape (n, n_var)
+    F : array, shape (n, n_obj)
+    budgets : array
+        Budgets [kEUR].
+
+    Returns
+    -------
+    list of str
+        The most accurate suite within each budget; then, for each accuracy of `BUDGETED_DEG`, the
+        least price, with and without a star tracker.
     """
     choices, _ = problem.split(X)
     price, accuracy = (F[:, problem.objectives.index(n)] for n in ("price", "attitude"))
@@ -158,10 +165,10 @@ def conclusions(problem: SensorSuiteProblem, X: ArrayLike, F: Floats, budgets: F
             lines.append(f"Nothing that was found reaches {least:g} deg.")
             continue
         cheapest = np.flatnonzero(reach)[np.argmin(price[reach])]
-        told = f"{least:g} deg takes {price[cheapest]:.4g} kEUR"
+        sentence = f"{least:g} deg takes {price[cheapest]:.4g} kEUR"
         if (reach & blind).any():
-            told += f", and no star tracker from {price[reach & blind].min():.4g} kEUR on"
+            sentence += f", and no star tracker from {price[reach & blind].min():.4g} kEUR on"
         else:
-            told += "; nothing without a star tracker reaches it"
-        lines.append(f"{told}.")
+            sentence += "; nothing without a star tracker reaches it"
+        lines.append(f"{sentence}.")
     return lines

@@ -32,7 +32,7 @@ def test_every_table_of_the_knee(run, folder, front, monkeypatch):
         assert (f"\n{each.title}\n" in text) == (len(each.table(plan)) > 0)
     after = plan.accuracy().loc["mag bias x", "after"]
     assert table(text, "Predicted 1-sigma")["mag bias x"][:3] == ["nT", "2000", f"{after:.4g}"]
-    others = table(text, "Beside plans that need no optimizer")
+    others = table(text, "Comparison with plans that need no optimizer")
     assert others["trace [-]"][0] == f"{plan.trace:.4g}"
     assert "\x1b" not in text
 
@@ -51,7 +51,7 @@ def test_a_plan_that_calibrates_nothing_says_so(run, front, tmp_path):
     assert any(text.startswith("sun misalignment (") for text in still.uncalibrated())
     path = tmp_path / "still.json"
     path.write_text(to_json(still), encoding="utf-8")
-    note = f"Note: this plan hardly calibrates {', '.join(still.uncalibrated())}\n"
+    note = f"Note: this plan hardly reduces the error of {', '.join(still.uncalibrated())}\n"
     assert note in run("show", path).stdout
     assert run("export", path, tmp_path / "still.csv").stderr.startswith(note)
     assert run("export", path, tmp_path / "quiet.csv", "--quiet").stderr == ""
@@ -65,7 +65,7 @@ def test_of_a_run_without_a_feasible_plan_the_nearest_is_shown(run, tmp_path):
     write_run(tmp_path / "run", made)
     nearest = made.outcome.nearest
     text = run("show", tmp_path / "run").stdout
-    assert text.startswith("no plan of this run keeps all limits; nearest solution 0: ")
+    assert text.startswith("no plan of this run satisfies all constraints; nearest solution 0: ")
     found = table(text, "Constraints")["wheel momentum"]
     excess = nearest.violation[0, 0]
     assert float(found[1]) == pytest.approx(1e-9 * (1.0 + excess), rel=1e-3)
@@ -105,11 +105,11 @@ def test_bad_arguments(run, folder, arguments, message):
 
 
 def test_bad_sources(run, folder, tmp_path):
-    assert "neither a run folder nor a plan" in run("show", tmp_path / "x", code=2).stderr
+    assert "expected a run folder or a plan file" in run("show", tmp_path / "x", code=2).stderr
     plan = tmp_path / "plan.json"
     plan.write_text("{}")
     assert "plan.json: format = None" in run("show", plan, code=2).stderr
     other = tmp_path / "sat.toml"
     other.write_text('preset = "paper"\n')
-    assert "expected the folder of a run by mgeo solve" in run("show", other, code=2).stderr
-    assert "--pick is for run folders" in run("show", plan, "--pick", "knee", code=2).stderr
+    assert "expected the run folder of mgeo solve" in run("show", other, code=2).stderr
+    assert "--pick applies to run folders" in run("show", plan, "--pick", "knee", code=2).stderr

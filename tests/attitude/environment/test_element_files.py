@@ -105,9 +105,9 @@ def test_notations_and_the_choice_of_an_object(tmp_path: Path, name: str) -> Non
         found = orbit_of(path, object=wanted)
         assert dataclasses.replace(found, source=expected.source) == expected
     assert " NEW " in orbit_of(path, object="799501234").source
-    with pytest.raises(InvalidValue, match=r"2 objects fit object = '': .* of NEW .* COSMOS"):
+    with pytest.raises(InvalidValue, match=r"object = '' matches 2 entries: .* of NEW .* COSMOS"):
         orbit_of(path)
-    with pytest.raises(InvalidValue, match=r"0 objects fit object = 'ISS': .* of NEW .*COSMOS"):
+    with pytest.raises(InvalidValue, match=r"object = 'ISS' matches 0 entries: .* of NEW .*COSMOS"):
         orbit_of(path, object="ISS")
 
 
@@ -131,7 +131,7 @@ def test_files_of_lines(tmp_path: Path) -> None:
     found = orbit_of(path, ISS_EPOCH, object="old (a)")
     assert (found.line1, found.line2) == (ISS_1, ISS_2)
     for wanted in ("", "1998-067A"):
-        with pytest.raises(InvalidValue, match=r"objects fit .*: expected the name or number of"):
+        with pytest.raises(InvalidValue, match=r"entries: expected the name or number of"):
             orbit_of(path, ISS_EPOCH, object=wanted)
 
 

@@ -78,7 +78,7 @@ def test_samples_that_do_not_agree_with_their_neighbors_are_refused_to_runs(chan
     del table["propagator"], table["source"]
     orbit = EphemerisOrbit(**{**table, "epoch": SCENARIO.epoch} | change(table))
     with pytest.raises(
-        InvalidValue, match=r"^orbit\.times = '2018.* agree to 1000 m, not \d.* Begin"
+        InvalidValue, match=r"^orbit\.times = '2018.* agree to 1000 m, not \d.* Start"
     ):
         dataclasses.replace(SCENARIO, orbit=orbit)
 
@@ -100,7 +100,7 @@ def test_samples_that_do_not_agree_with_their_neighbors_are_refused_to_runs(chan
                 "times": (np.array(o["times"]) / 6.0).tolist(),
                 "velocity": (6.0 * np.array(o["velocity"])).tolist(),
             },
-            "expected a position and a speed with which the Earth holds the satellite",
+            "expected a position and a speed of a bound orbit about the Earth",
         ),
     ],
 )

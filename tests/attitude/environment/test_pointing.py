@@ -104,10 +104,10 @@ def test_a_fixed_attitude_is_the_same_in_both_words(at: Place) -> None:
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"clock_deg": 5}, "clock_deg = 5.0: expected nothing with pointing = 'inertial'"),
+        ({"clock_deg": 5}, "clock_deg = 5.0: expected no value with pointing = 'inertial'"),
         (
             {"pointing": "sun", "quaternion": (0, 0, 0, 1)},
-            "quaternion = (0.0, 0.0, 0.0, 1.0): expected nothing with pointing = 'sun'",
+            "quaternion = (0.0, 0.0, 0.0, 1.0): expected no value with pointing = 'sun'",
         ),
         (
             {"axes": ((1, 0, 0), (0, 1, 0), (0, 0, -1))},

@@ -104,7 +104,7 @@ def test_an_influence_of_no_channel_is_refused_with_the_way_out():
     of = scenario(mag=(Influence("tmp", 1.0),))
     message = (
         r"sensors\[1\]\.influences\[0\]\.channel = 'tmp': unknown channel; did you mean 'temp'\?.*"
-        r"give its values along the plan in \[\[channels\]\], or take the influence out"
+        r"define its values along the plan in \[\[channels\]\], or remove the influence"
     )
     with pytest.raises(InvalidValue, match=message):
         FilterModel.from_scenario(of)

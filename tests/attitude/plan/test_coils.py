@@ -63,7 +63,7 @@ def test_what_it_promises_is_what_flights_of_it_know(plan):
     assert plan.attitude_sigma_deg == pytest.approx(worst)
     assert f"attitude {two_digits(worst)} deg" in plan.answer
     assert plan.answer == problem.view(X).answers()[0]
-    assert "(1-sigma of Monte Carlo samples, worst body axis)" in plan.answer
+    assert "(1-sigma of Monte Carlo runs, worst body axis)" in plan.answer
     (row,) = problem.view(X).describe()["attitude 1-sigma [deg]"]
     assert row == pytest.approx(worst)
     assert plan.accuracy().loc[[f"attitude {axis}" for axis in "xyz"], "after"].max() == row

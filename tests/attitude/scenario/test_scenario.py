@@ -45,8 +45,8 @@ def test_times_are_multiples_of_the_step() -> None:
         ),
         (
             {"step": 10.0, "duration": 12000.0, "maneuvers": ManeuverLimits(max_rate_deg_s=30.0)},
-            "maneuvers.max_rate_deg_s = 30.0: expected less than 10.39, so that turned at about "
-            "all axes it is less than 180 deg in step = 10.0 s; or a step below 3.464 s",
+            "maneuvers.max_rate_deg_s = 30.0: expected less than 10.39, so that a rotation at "
+            "this rate about all axes is less than 180 deg in step = 10.0 s; or a step below 3.464",
         ),
         ({"name": "a\nb"}, "name = 'a\\nb': expected printable characters on one line"),
         ({"sensors": ()}, "sensors = (): expected a list of at least 1 x (a"),

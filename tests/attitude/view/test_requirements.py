@@ -30,13 +30,13 @@ def designs(problem, n=6, longest=100.0):
     [
         (
             {"attitude_deg": 0.08},
-            r"required 1-sigma of attitude: most of it is the error of gyro misalignment, of which "
-            r"these plans learn nothing \((9\d|100)% of its initial 1-sigma is left\)",
+            r"required 1-sigma of attitude: most of the error is caused by gyro misalignment, "
+            r"which these plans do not observe \((9\d|100)% of its initial 1-sigma is left\)",
         ),
         (
             {"gyro.misalignment_deg": 0.02},
-            r"required 1-sigma of gyro misalignment: most of it is the error of gyro misalignment, "
-            r"of which these plans learn nothing \((9\d|100)% of its initial",
+            r"required 1-sigma of gyro misalignment: most of the error is caused by gyro "
+            r"misalignment, which these plans do not observe \((9\d|100)% of its initial",
         ),
     ],
 )

@@ -38,6 +38,6 @@ def test_tables_are_those_of_the_plan(plan, sections, key):
 
 
 def test_the_worst_axis_stands_for_all_three(plan, sections):
-    shown, own = sections["What each phase bought"].table, plan.contributions()
+    shown, own = sections["Uncertainty reduction by phase"].table, plan.contributions()
     axes = [f"attitude {axis} [deg]" for axis in "xyz"]
     np.testing.assert_array_equal(shown["attitude [deg]"], own[axes].max(axis=1))

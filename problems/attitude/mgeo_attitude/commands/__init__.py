@@ -1,1 +1,1 @@
-"""``mgeo attitude``: from a front to a plan that is flown."""
+"""Commands ``mgeo attitude``: select, analyze and export a plan."""

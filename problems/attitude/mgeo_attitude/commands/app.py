@@ -1,4 +1,7 @@
-"""Commands and flags; each command imports what it needs only when it is run."""
+"""Commands and options of ``mgeo attitude``.
+
+Each command imports its modules when it is run, so that the command line starts quickly.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +17,7 @@ from mgeo.cli.options import Debug, Json, Quiet, among
 from mgeo.terminal import Output, json_text
 from mgeo_attitude.export_formats import FORMATS
 
-app = typer.Typer(
-    help="Calibration maneuvers: pick a plan from a front, look at it, verify it, export it."
-)
+app = typer.Typer(help="Calibration maneuvers: select a plan of a front, analyze it and export it.")
 
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "show": (
@@ -37,28 +38,27 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
 
 
 Source = Annotated[
-    Path, typer.Argument(metavar="RUN|PLAN.json", help="Folder of `mgeo solve`, or a plan's file.")
+    Path, typer.Argument(metavar="RUN|PLAN.json", help="Run folder of `mgeo solve`, or plan file.")
 ]
 Pick = Annotated[
     str | None,
     typer.Option(
         metavar="knee|fastest|best",
-        help="Solution of the run: where its front bends, its least t_end, its least trace "
-        "[default: knee].",
+        help="Solution of the run: knee of the front, least t_end, or least trace [default: knee].",
         autocompletion=among(("knee", "fastest", "best")),
     ),
 ]
 Time = Annotated[
     float | None,
-    typer.Option(metavar="SECONDS", help="Solution of the run whose t_end is nearest to this."),
+    typer.Option(metavar="SECONDS", help="Solution of the run with the nearest t_end."),
 ]
 Solution = Annotated[
     int | None,
-    typer.Option(metavar="N", help="Solution of the run by its number, as reports show it."),
+    typer.Option(metavar="N", help="Number of the solution, as shown in reports."),
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 
-#: Of what a plan is made from everything is the user's: files, scenarios, extras to install.
+#: Exceptions caused by the user's input: files, scenarios and missing extras.
 USERS = (ValueError, TypeError, OSError, ImportError)
 
 #: Largest relative difference of a variance between the compiled filter and filterpy.
@@ -79,10 +79,10 @@ def show(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Print a plan: its timeline, and what it teaches the filter.
+    """Print a plan: timeline, accuracy, error budget and observability.
 
-    Beside it stands what simpler plans would teach, after the plan's own time, with maneuvers as
-    long as the plan's in all.
+    A comparison lists simple maneuvers that need no optimizer, with the total maneuver time of the
+    plan and evaluated at its end.
     """
     from mgeo_attitude.commands.files import check_targets, load_plan
     from mgeo_attitude.commands.show import plan_document, print_plan, write_figures
@@ -107,7 +107,7 @@ def export(
         list[Path],
         typer.Argument(
             metavar="FILE...",
-            help="What to write, by suffix: "
+            help="Files to write; the suffix selects the format: "
             + ", ".join(f"{each.suffix} ({each.name})" for each in FORMATS)
             + ".",
         ),
@@ -116,10 +116,10 @@ def export(
     time: Time = None,
     solution: Solution = None,
     object_name: Annotated[
-        str, typer.Option(metavar="TEXT", help="AEM: OBJECT_NAME, the spacecraft.")
+        str, typer.Option(metavar="TEXT", help="AEM: OBJECT_NAME, name of the spacecraft.")
     ] = "UNKNOWN",
     object_id: Annotated[
-        str, typer.Option(metavar="TEXT", help="AEM: OBJECT_ID, its international designator.")
+        str, typer.Option(metavar="TEXT", help="AEM: OBJECT_ID, international designator.")
     ] = "UNKNOWN",
     originator: Annotated[
         str, typer.Option(metavar="TEXT", help="AEM: ORIGINATOR, agency or operator.")
@@ -129,31 +129,31 @@ def export(
     ] = "1.0",
     aem_rates: Annotated[
         str,
-        typer.Option(metavar="given|none", help="AEM: none for readers of plain quaternions."),
+        typer.Option(metavar="given|none", help="AEM: none omits the body rates."),
     ] = "given",
     aem_frame: Annotated[
-        str, typer.Option(metavar="GCRF|EME2000", help="AEM: the frame that attitudes are from.")
+        str, typer.Option(metavar="GCRF|EME2000", help="AEM: REF_FRAME_A, the inertial frame.")
     ] = "GCRF",
     naif_id: Annotated[
-        int, typer.Option(metavar="N", help="SPICE: the spacecraft's, below 0.")
+        int, typer.Option(metavar="N", help="SPICE: spacecraft identifier, below 0.")
     ] = -999,
     spacing: Annotated[
-        float, typer.Option(metavar="SECONDS", help="Greatest time between attitudes.")
+        float, typer.Option(metavar="SECONDS", help="Largest time between attitudes.")
     ] = 1.0,
     overwrite: Overwrite = False,
     force: Annotated[
         bool,
         typer.Option(
-            "--force", help="Write a plan that violates constraints, too; its files then say so."
+            "--force", help="Also write a plan that violates constraints; its files list them."
         ),
     ] = False,
     quiet: Quiet = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Write a plan to files, each as a whole or not at all.
+    """Write a plan to files, each one atomically.
 
-    A plan that violates a constraint of its scenario is refused, unless told otherwise.
+    A plan that violates a constraint of its scenario is rejected, unless --force is given.
     """
     from mgeo.store.atomic import write_file
     from mgeo_attitude.commands.files import check_constraints, check_targets, load_plan
@@ -176,8 +176,8 @@ def export(
         }
         contents = {path: plan_content(picked.plan, path, options) for path in files}
         output = Output(quiet, json)
-        for told in () if quiet else picked.doubts() + picked.lateness():
-            output.note(told)
+        for line in () if quiet else picked.doubts() + picked.lateness():
+            output.note(line)
         for path, content in contents.items():
             write_file(path, content)
             output.print(f"wrote {path}")
@@ -190,15 +190,15 @@ def check(
         str,
         typer.Argument(metavar="FILE.toml|PRESET", help="Satellite and orbit."),
     ],
-    plans: Annotated[int, typer.Option(min=1, help="Random plans, a second each.")] = 10,
+    plans: Annotated[int, typer.Option(min=1, help="Random plans, about 1 s each.")] = 10,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the plans.")] = 1,
     quiet: Quiet = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Check the compiled filter of a scenario against filterpy, on random plans.
+    """Check the compiled filter of a scenario against filterpy, with random plans.
 
-    If they differ, the exit code is 3.
+    The exit code is 3 if the results differ.
     """
     import numpy as np
 
@@ -220,10 +220,7 @@ def check(
 
 @app.command(epilog=epilog("schema", EXAMPLES))
 def schema(debug: Debug = False) -> None:
-    """Print the JSON Schema of scenario files.
-
-    Editors complete and check them by it.
-    """
+    """Print the JSON Schema of scenario files, for completion and validation in editors."""
     from mgeo_attitude.scenario.schema import scenario_schema
 
     typer.echo(json_text(scenario_schema()))

@@ -1,4 +1,4 @@
-"""Files that commands read and write."""
+"""Input and output files of the commands."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mgeo_attitude.view.describe import span, within
 
 @dataclass(frozen=True)
 class Picked:
-    """A plan, its name for people, and its number on the front of a run, if it is of one."""
+    """A plan with its display name, and its solution number if it is from a run folder."""
 
     plan: ManeuverPlan
     name: str
@@ -24,20 +24,20 @@ class Picked:
 
     @property
     def answer(self) -> str:
-        """What it is worth, in one line."""
+        """One-line summary of the plan."""
         return f"{self.name}: {self.plan.answer}"
 
     def doubts(self) -> list[str]:
-        """Return reasons not to fly it, a line each."""
+        """Return warnings about the plan, one line each."""
         hardly = self.plan.uncalibrated()
-        found = [f"this plan hardly calibrates {', '.join(hardly)}"] if hardly else []
+        found = [f"this plan hardly reduces the error of {', '.join(hardly)}"] if hardly else []
         return [f"Note: {line}" for line in (*found, *self.plan.scenario.assumed)]
 
     def lateness(self) -> list[str]:
-        """Return how long to hold the last rate, in a line or none.
+        """Return a line on the duration of the constant-rate hold, if it matters.
 
-        Commands of a plan without a robust time are those of its nominal run; most Monte Carlo runs
-        may take longer.
+        The commands of a plan without a robust time are those of its nominal run; most Monte Carlo
+        runs may take longer.
         """
         plan = self.plan
         if plan.scenario.flight:
@@ -46,12 +46,12 @@ class Picked:
         if not kept > plan.t_end:
             return []
         ends = "the slew back begins" if plan.slew_back else "commands end"
-        # with magnetorquers the body moves freely, whatever is commanded
+        # With magnetorquers, the body moves freely after the last maneuver.
         may_hold = kept < math.inf and not plan.slew_back and not plan.scenario.turned_by_coils
         hold = ": hold the last rate until then" if may_hold else ""
         return [
-            f"Note: {ends} after {span(plan.t_end)}, when the filter has converged if the plan is "
-            f"flown exactly; {within(kept)}{hold}"
+            f"Note: {ends} after {span(plan.t_end)}, when the filter has converged in the nominal "
+            f"run; {within(kept)}{hold}"
         ]
 
 
@@ -61,14 +61,14 @@ def load_plan(
     time: float | None = None,
     solution: int | None = None,
 ) -> Picked:
-    """Read a plan from its file, or pick one from a run folder, by default the knee.
+    """Read a plan from its file, or select a plan of a run folder, by default the knee.
 
     Raises
     ------
     OSError
-        If there is no such file or folder, or it cannot be read.
+        If the file or folder does not exist or cannot be read.
     ValueError
-        For more than one choice, or as `read_front`, `Front.solution` and `read_json`.
+        If more than one choice is given, or as in `read_front`, `Front.solution` and `read_json`.
     """
     given = {"--pick": pick, "--time": time, "--solution": solution}
     flags = [flag for flag, value in given.items() if value is not None]
@@ -83,31 +83,31 @@ def load_plan(
         reason = f", {choice}" if isinstance(choice, str) and solution is None else ""
         name = f"solution {number} of {len(front.X)}{reason}"
         if not front.feasible:
-            name = f"no plan of this run keeps all limits; nearest solution {number}"
+            name = f"no plan of this run satisfies all constraints; nearest solution {number}"
         return Picked(front.solution(number), name, number)
     if not source.exists():
-        raise FileNotFoundError(f"there is neither a run folder nor a plan {source}")
+        raise FileNotFoundError(f"{source}: expected a run folder or a plan file, found neither")
     if source.suffix != ".json":
         raise ValueError(
-            f"{source}: expected the folder of a run by mgeo solve attitude, or a .json by mgeo "
+            f"{source}: expected the run folder of mgeo solve attitude, or a .json file of mgeo "
             "attitude export"
         )
     if flags:
-        raise ValueError(f"{source} is one plan: {flags[0]} is for run folders")
+        raise ValueError(f"{source} is a single plan: {flags[0]} applies to run folders only")
     return Picked(read_json(source), source.name)
 
 
 def check_targets(
     paths: Sequence[Path | None], overwrite: bool, suffixes: Sequence[str] = ()
 ) -> None:
-    """Refuse files that could not be written, before time is spent on what goes into them.
+    """Check that files can be written, before any results are computed.
 
     Raises
     ------
     ValueError
-        For another suffix than those given.
+        If a suffix is not supported.
     OSError
-        For a folder, an existing file unless `overwrite`, or a place that cannot be written.
+        If a path is a folder, exists without `overwrite`, or cannot be written.
     """
     for path in filter(None, paths):
         if suffixes and not path.name.endswith(tuple(suffixes)):
@@ -120,7 +120,7 @@ def check_targets(
 
 
 def check_constraints(plan: ManeuverPlan) -> None:
-    """Refuse, with a ValueError, a plan that violates constraints."""
+    """Raise ValueError if a plan violates constraints."""
     found = plan.violations()
     if found:
         raise ValueError(

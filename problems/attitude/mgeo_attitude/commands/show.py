@@ -1,4 +1,4 @@
-"""``mgeo attitude show``."""
+"""Output of ``mgeo attitude show``."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from mgeo_attitude.plan.tables import TABLES, PlanTable
 
 
 def print_plan(picked: Picked, output: Output) -> None:
-    """Print the answer, what to know before one flies the plan, and all tables."""
+    """Print the summary of a plan, warnings and all tables."""
     plan = picked.plan
     orbits = plan.t_end / plan.scenario.orbit.period
     output.print(
@@ -36,7 +36,7 @@ def print_plan(picked: Picked, output: Output) -> None:
 
 
 def render_table(table: PlanTable, plan: ManeuverPlan) -> Iterator[RenderableType | str]:
-    """Yield a table of a plan with its texts for a terminal; nothing if it has no row."""
+    """Yield a table of a plan with its texts for a terminal; nothing if the table is empty."""
     section = table.section(plan)
     if section is None or section.table is None:
         return
@@ -51,11 +51,11 @@ def _ended(plan: ManeuverPlan) -> str:
         ended = "ended"
     else:
         ended = "converged" if plan.converged else "not converged at the end of the run,"
-    return f"flown exactly, {ended}" if plan.scenario.flight else ended
+    return f"nominal run {ended}" if plan.scenario.flight else ended
 
 
 def plan_document(picked: Picked) -> dict[str, Any]:
-    """Return the document of ``mgeo attitude show``; tables as lists of rows."""
+    """Return the JSON document of ``mgeo attitude show``, with tables as lists of rows."""
     plan = picked.plan
     tables = {key: rows(each.table(plan)) for key, each in TABLES.items() if key != "worst_axis"}
     return {
@@ -78,7 +78,7 @@ def plan_document(picked: Picked) -> dict[str, Any]:
 
 
 def _limit(plan: ManeuverPlan) -> dict[str, Any]:
-    """The lower bound at the plan's end, or the reason why it is not known."""
+    """Return the lower bound at the plan's end, or the reason for a missing bound."""
     try:
         found = plan.problem.limit_curves
     except NoLimit as reason:
@@ -93,6 +93,6 @@ def _limit(plan: ManeuverPlan) -> dict[str, Any]:
 
 
 def write_figures(plan: ManeuverPlan, path: Path) -> None:
-    """Write `plan_figures` as one page."""
+    """Write the figures of a plan as one HTML page."""
     html = report_page(f"plan, {plan.scenario.name}", list(plan_figures(plan).values()))
     write_file(path, html.encode())

@@ -1,1 +1,1 @@
-"""Orbit, Sun, geomagnetic field and shadow of a run, all in GCRS."""
+"""Orbit, Sun, Moon, geomagnetic field and eclipses of a run, in GCRS axes."""

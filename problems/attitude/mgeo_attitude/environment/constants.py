@@ -23,6 +23,6 @@ SUN_RADIUS: Final = 6.957e8
 #: Astronomical unit [m]: IAU 2012 resolution B2.
 ASTRONOMICAL_UNIT: Final = 149597870700.0
 
-#: Validity of the field model IGRF-14 (IAGA 2024): after its end not even a prediction is given.
+#: Validity of the field model IGRF-14 (IAGA 2024), including its predictive part.
 FIELD_MODEL_START: Final = datetime(1900, 1, 1, tzinfo=UTC)
 FIELD_MODEL_END: Final = datetime(2030, 1, 1, tzinfo=UTC)

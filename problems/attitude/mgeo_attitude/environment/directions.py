@@ -1,7 +1,7 @@
-"""Directions that body axes are pointed at, or kept off or on, and that blind sensors.
+"""Reference directions for pointing laws, path constraints and sensor exclusions.
 
-To add one to be kept off or on is to add an entry of `DIRECTIONS`: scenario files, filter, its
-kernel, simulation and reports take it from there.
+A new direction for path constraints is an entry of `DIRECTIONS`. Scenario files, filter, simulation
+and reports use the entries.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from mgeo_attitude.environment.sun_moon import (
 )
 from mgeo_attitude.environment.times import instants
 
-#: Sine of the least angle between a target and what the clock angle is counted from.
+#: Sine of the least angle between a target and the reference of the clock angle.
 _LEAST_SINE = 1e-3
-#: Body z gives the clock angle up to this cosine of its angle to the pointing axis, then body x.
+#: Body z defines the clock angle up to this cosine of its angle to the pointing axis, body x above.
 _NEAR_Z = np.sqrt(0.5)
 
 
 class Place(NamedTuple):
-    """Where a satellite is at n instants, as an `Environment` has it.
+    """State of the satellite and the Sun at n instants.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Place(NamedTuple):
 
     @classmethod
     def at(cls, course: Course, times: Floats) -> Self:
-        """At `times` [s] after the epoch of a scenario, which may be later than its run ends."""
+        """Compute the state at `times` [s] after a scenario's epoch, also after its run."""
         position, velocity = course.orbit.propagate(course.epoch, times)
         center = sun_position(instants(course.epoch, times))
         lit = lit_fraction(position, center) >= 0.5
@@ -60,31 +60,32 @@ class Place(NamedTuple):
 
     @classmethod
     def row(cls, of: Environment | Place) -> Self:
-        """Return the place of the first row of tables."""
+        """Return the state in the first row of tables."""
         return cls(*(getattr(of, name)[:1] for name in cls._fields))
 
     def without_shadow(self) -> Self:
-        """The same with the Sun shining always."""
+        """Return the state without eclipses."""
         return self._replace(sunlit=np.ones_like(self.sunlit))
 
 
 def pointed(axis: Floats, target: Floats, toward: Floats, clock: float) -> Floats:
-    """Attitudes at which a body axis points at a target, GCRS to body, shape (n, 3, 3).
+    """Return the attitudes that point a body axis at a target, GCRS to body, shape (n, 3, 3).
 
-    Two vectors of the body, of which the first is exactly where it should be, and two in space:
-    H. D. Black, A Passive System for Determining the Attitude of a Satellite, AIAA Journal 2 (1964)
-    1350-1351. Body z, or x if the axis is within 45 degrees of ±z, is the second one.
+    The attitude follows from two vectors in the body and two in space, of which the first pair is
+    aligned exactly: H. D. Black, A Passive System for Determining the Attitude of a Satellite, AIAA
+    Journal 2 (1964) 1350-1351. The second body vector is z, or x if the axis is within 45 degrees
+    of ±z.
 
     Parameters
     ----------
     axis : array, shape (3,)
-        Unit vector, body axes.
+        Pointing axis, unit vector in body axes.
     target : array, shape (n, 3)
-        What it points at, GCRS, any length.
+        Target direction, GCRS, any length.
     toward : array, shape (n, 3)
-        What the second body axis is nearest to at no clock angle, GCRS, any length.
+        Direction closest to the second body vector at a clock angle of zero, GCRS, any length.
     clock : float
-        Angle by which the body is then turned about `axis` [rad].
+        Rotation of the body about `axis` [rad].
 
     Raises
     ------
@@ -100,13 +101,15 @@ def pointed(axis: Floats, target: Floats, toward: Floats, clock: float) -> Float
 
 
 def _triads(first: Floats, second: Floats) -> Floats:
-    """Right-handed unit vectors, row by row, shape (..., 3, 3): the first vector's, and the part
-    of the second that is across it."""
+    """Return right-handed orthonormal axes, row by row, shape (..., 3, 3).
+
+    The first axis is along the first vector, the second in the plane of both vectors.
+    """
     one = first / np.linalg.norm(first, axis=-1, keepdims=True)
     normal = np.cross(one, second / np.linalg.norm(second, axis=-1, keepdims=True))
     sine = np.linalg.norm(normal, axis=-1, keepdims=True)
     if (sine < _LEAST_SINE).any():
-        raise ValueError("the target is parallel to what the clock angle is counted from")
+        raise ValueError("the target is parallel to the reference direction of the clock angle")
     three = normal / sine
     return np.stack([one, np.cross(three, one), three], axis=-2)
 
@@ -118,12 +121,12 @@ class Direction:
     Attributes
     ----------
     label : str
-        What it is called for people.
+        Name for display.
     vectors : function of Environment or Place, and epoch
-        Unit vectors at its times, GCRS, shape (n, 3); zero where there is nothing to be seen.
+        Return unit vectors, GCRS, shape (n, 3); zero where the direction is not visible.
     radius : function of Environment or Place, optional
-        Apparent radius of a disc [rad], shape (n,), from whose limb angles count; without it they
-        count from the direction itself.
+        Return the apparent radius of a disc [rad], shape (n,). Angles are measured from the limb of
+        a disc, or from the direction itself without a radius.
     """
 
     label: str
@@ -133,18 +136,18 @@ class Direction:
 
 @dataclass(frozen=True)
 class Cone:
-    """A cone about a body axis that a direction has to be inside of, or outside.
+    """A cone about a body axis that must contain or exclude a direction.
 
     Attributes
     ----------
     direction : str
-        One of `DIRECTIONS`; empty for what a sensor looks at.
+        Key of `DIRECTIONS`; empty for the reference vector of a sensor.
     axis : tuple of three float
         Unit vector, body axes.
     half_angle : float
-        [rad]; of a disc it counts from the limb.
+        [rad], measured from the limb of a disc.
     inside : bool
-        Whether the direction has to be inside.
+        Whether the cone must contain the direction.
     """
 
     direction: str
@@ -159,18 +162,21 @@ class Cone:
 
 
 class Passage(NamedTuple):
-    """A direction in n steps of a run, each of which leads to a sample; its first has no step.
+    """A direction during n steps of a run.
+
+    Each step leads to a sample. The first sample has no step before it.
 
     Attributes
     ----------
     before, after : arrays, shape (n, 3)
-        Unit vectors at the beginning of the step and at its end; zero where there is nothing to be
-        seen. What is seen at one end alone, as the Sun where a shadow begins or ends, counts in the
-        whole step.
+        Unit vectors at the start and at the end of each step; zero if not visible. A direction that
+        is visible at one end only, such as the Sun at the edge of an eclipse, counts for the whole
+        step.
     radius_before, radius_after : arrays, shape (n,)
         Apparent radius of a disc [rad].
     appears : array of bool, shape (n,)
-        Whether it is seen at the end alone: the step before does not judge this one's beginning.
+        Whether the direction is visible at the end of the step only, so that the previous step does
+        not evaluate the start.
     """
 
     before: Floats
@@ -181,7 +187,7 @@ class Passage(NamedTuple):
 
     @classmethod
     def of(cls, vectors: Floats, radius: Floats) -> Passage:
-        """Of what is given at samples, shapes (n, 3) and (n,)."""
+        """Return the passage for directions, shape (n, 3), and radii, shape (n,), at samples."""
         before, radius_before = (np.concatenate([v[:1], v[:-1]]) for v in (vectors, radius))
         starts: Bools = np.any(before, axis=-1)
         ends: Bools = np.any(vectors, axis=-1)
@@ -194,18 +200,17 @@ class Passage(NamedTuple):
         )
 
     def rows(self, of: slice | Ints) -> Passage:
-        """Some of its steps."""
+        """Return a selection of the steps."""
         before, after, radius_before, radius_after, appears = self
         return Passage(before[of], after[of], radius_before[of], radius_after[of], appears[of])
 
     def seen(self, attitude: Floats) -> Passage:
-        """The same in body axes of the samples, for attitudes, GCRS to body, shape (n, 3, 3)."""
+        """Rotate the passage to body axes by the attitudes at the samples, shape (n, 3, 3)."""
         before, after = (np.einsum("kij,kj->ki", attitude, v) for v in (self.before, self.after))
         return self._replace(before=before, after=after)
 
 
 def _sun(at: Environment | Place, epoch: datetime) -> Floats:
-    """While it shines."""
     return at.sun * at.sunlit[:, None]
 
 
@@ -214,19 +219,17 @@ def _nadir(at: Environment | Place, epoch: datetime) -> Floats:
 
 
 def _earth_radius(at: Environment | Place) -> Floats:
-    """Of a sphere without an atmosphere, as it casts the shadow."""
     distance = np.linalg.norm(at.position, axis=1)
     return np.asarray(np.arcsin(EARTH_RADIUS / distance))
 
 
 def _moon(at: Environment | Place, epoch: datetime) -> Floats:
-    """From the satellite, whether the Earth hides it or not."""
+    """Return the direction of the Moon, even where the Earth hides it."""
     moon = moon_position(instants(epoch, at.times))
     return _unit(moon - at.position)
 
 
 def _velocity(at: Environment | Place, epoch: datetime) -> Floats:
-    """Relative to GCRS."""
     return _unit(at.velocity)
 
 
@@ -234,7 +237,7 @@ def _unit(vectors: Floats) -> Floats:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
 
 
-#: Directions by the ``reference`` that names them in a scenario file.
+#: Directions by the value of ``reference`` in a scenario file.
 DIRECTIONS: dict[str, Direction] = {
     "sun": Direction("Sun", _sun),
     "earth": Direction("Earth", _nadir, _earth_radius),
@@ -245,13 +248,13 @@ DIRECTIONS: dict[str, Direction] = {
 
 
 def directions(names: tuple[str, ...], environment: Environment, epoch: datetime) -> Floats:
-    """Some of `DIRECTIONS` along a run, shape (n, m, 3)."""
+    """Return the unit vectors of several `DIRECTIONS` along a run, shape (n, m, 3)."""
     vectors = [DIRECTIONS[name].vectors(environment, epoch) for name in names]
     return np.stack(vectors, axis=1) if names else np.zeros((len(environment.times), 0, 3))
 
 
 def radii(names: tuple[str, ...], environment: Environment) -> Floats:
-    """Their apparent radii [rad], zero for what is no disc; shape (n, m)."""
+    """Return the apparent radii of several `DIRECTIONS` [rad], shape (n, m)."""
     found = np.zeros((len(environment.times), len(names)))
     for index, name in enumerate(names):
         radius = DIRECTIONS[name].radius

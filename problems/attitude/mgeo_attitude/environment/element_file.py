@@ -1,4 +1,7 @@
-"""Files of element sets: messages (OMM of CCSDS 502.0-B in KVN, XML, JSON or CSV), or lines."""
+"""Reader of element sets: mean-elements messages (OMM of CCSDS 502.0-B) and two-line sets.
+
+Messages may be in KVN, XML, JSON or CSV.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ from mgeo_attitude.settings.errors import InvalidValue
 
 Fields = Mapping[str, Any]
 
-#: Values of metadata that SGP4 can use; a table omits most of the keys.
+#: Supported values of metadata. Tables of elements omit most of the keys.
 _SUPPORTED = {
     "CENTER_NAME": ("EARTH",),
     "REF_FRAME": ("TEME",),
@@ -23,7 +26,7 @@ _SUPPORTED = {
     "MEAN_ELEMENT_THEORY": ("SGP4", "SGP", "SGP/SGP4", "SGP4/SGP"),
     "EPHEMERIS_TYPE": ("0", "2", "SGP", "SGP4"),
 }
-#: Keywords of a message by the fields of `MeanElements`.
+#: Keywords of a message by field of `MeanElements`.
 _KEYWORDS = {
     "mean_motion_rev_day": "MEAN_MOTION",
     "eccentricity": "ECCENTRICITY",
@@ -33,12 +36,12 @@ _KEYWORDS = {
     "mean_anomaly_deg": "MEAN_ANOMALY",
     "bstar": "BSTAR",
 }
-_LISTED = 10  # objects that an error names
+_LISTED = 10  # largest number of objects in an error message
 
 
 @dataclass(frozen=True)
 class Entry:
-    """An unchecked element set of a file: which object it belongs to, and its epoch."""
+    """An unchecked element set of a file, with its object and epoch."""
 
     name: str
     designator: str
@@ -50,8 +53,8 @@ class Entry:
         return " ".join(filter(None, (self.name, self.designator, self.number)))
 
     def is_of(self, wanted: str) -> bool:
-        """Return whether a name, designator or catalog number means the object; empty means any."""
-        written = self.content.get("line1", "")[2:7]  # of which the first digits may be a letter
+        """Return whether a name, designator or catalog number matches; empty matches any."""
+        written = self.content.get("line1", "")[2:7]  # may contain a letter (Alpha-5)
         names = ("", self.name, self.designator, self.number, written)
         same = wanted.casefold() in {name.casefold() for name in names}
         return same or wanted.lstrip("0") == self.number.lstrip("0")
@@ -60,13 +63,14 @@ class Entry:
 def read_element_set(
     text: str, wanted: str, epoch: datetime, file: str
 ) -> TLEOrbit | MeanElements | None:
-    """Return the element set nearest to an epoch in the text of a file.
+    """Return the element set closest to an epoch from the text of a file.
 
     Parameters
     ----------
     text : str
     wanted : str
-        Name, international designator or catalog number of the object; empty for a file of one.
+        Name, international designator or catalog number of the object; empty for a file of one
+        object.
     epoch : datetime with UTC offset
     file : str
         Name of the file, for the element set's ``source``.
@@ -79,11 +83,11 @@ def read_element_set(
     Raises
     ------
     ValueError
-        If an entry is invalid, or several objects fit.
+        If an entry is invalid, or if several objects match.
     """
     try:
         entries = [_entry(fields) for fields in _messages(text)] or _lines(text)
-    except Exception as error:  # of many kinds, as the readers of the package do not check
+    except Exception as error:  # the package raises many kinds for invalid text
         raise ValueError(
             f"expected mean-elements messages (OMM) or pairs of lines: {error}"
         ) from error
@@ -94,8 +98,8 @@ def read_element_set(
         names = list(dict.fromkeys(map(str, fitting or entries)))
         more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
         raise ValueError(
-            f"{len(fitting)} objects fit object = {wanted!r}: expected the name or number of one "
-            f"of {', '.join(names[:_LISTED])}{more}"
+            f"object = {wanted!r} matches {len(fitting)} entries: expected the name or number of "
+            f"one of {', '.join(names[:_LISTED])}{more}"
         )
     entry = min(fitting, key=lambda each: abs(each.epoch - epoch))
     source = f"{file}, {entry}"
@@ -108,7 +112,7 @@ def read_element_set(
 
 
 def _messages(text: str) -> list[Fields]:
-    """Fields of each message in a text, by keyword; none if it contains no messages."""
+    """Return the fields of each message in a text by keyword; empty without messages."""
     from sgp4 import omm
 
     start = text.lstrip()[:1]
@@ -125,7 +129,7 @@ def _messages(text: str) -> list[Fields]:
 
 
 def _key_values(text: str) -> Fields:
-    """Fields of a message in KVN, whose units in brackets are dropped."""
+    """Return the fields of a message in KVN, without units in brackets."""
     pairs = (line.partition("=") for line in text.splitlines()[1:] if "=" in line)
     return {key.strip(): value.partition("[")[0].strip() for key, _, value in pairs}
 
@@ -142,7 +146,7 @@ def _utc(stamp: str) -> datetime:
 
 
 def _lines(text: str) -> list[Entry]:
-    """Return the pairs of lines, each of which may be below a line with the object's name."""
+    """Return the pairs of lines, each optionally preceded by a line with the object's name."""
     from sgp4.alpha5 import from_alpha5
 
     lines = [line.rstrip() for line in text.splitlines()]
@@ -161,7 +165,13 @@ def _lines(text: str) -> list[Entry]:
 
 
 def _mean_elements(fields: Fields, source: str) -> MeanElements:
-    """Element set of a message; another theory, frame or time system is a ValueError."""
+    """Return the element set of a message.
+
+    Raises
+    ------
+    ValueError
+        If theory, frame or time system is not supported, or if a number is invalid.
+    """
     for key, supported in _SUPPORTED.items():
         value = str(fields.get(key) or supported[0])
         if value.upper() not in supported:

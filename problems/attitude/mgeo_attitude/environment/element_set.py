@@ -1,7 +1,7 @@
-"""Orbits by an element set, given as two lines or as numbers, propagated by SGP4 in GCRS.
+"""Orbits from two-line or mean element sets, propagated by SGP4 to GCRS.
 
-SGP4 (package `sgp4`) is good to about 1 km at the epoch of the set and loses 1 to 3 km a day; the
-rotation from its frame adds less than 1 m.
+SGP4 (package `sgp4`) has an error of about 1 km at the epoch of the elements, which grows by 1 to 3
+km per day. The rotation from its frame adds less than 1 m.
 """
 
 from __future__ import annotations
@@ -25,29 +25,29 @@ from mgeo_attitude.settings.types import Degrees, Instant, Unit
 if TYPE_CHECKING:
     from sgp4.api import Satrec
 
-#: An element set older than this places the satellite tens of kilometers off and more.
+#: Age of an element set beyond which the position error exceeds tens of kilometers.
 MAX_AGE = timedelta(days=30)
 
-_PROBE = 10.0  # s between the instants at which a run is tried; a dive into the ground takes longer
+_PROBE = 10.0  # s between test instants of a run; shorter than a descent to the ground
 _LENGTH = 69  # characters of a line
-_FIRST_YEAR = 57  # two-digit years from 57 on are 19yy (the first satellite flew in 1957)
+_FIRST_YEAR = 57  # two-digit years from 57 on are 19yy, since the first satellite flew in 1957
 #: Epoch of the days that `Satrec.sgp4init` takes.
 _SGP4_EPOCH = datetime(1949, 12, 31, tzinfo=UTC)
 
 
-#: An angle of up to one revolution either way.
+#: Angle of up to one revolution in either direction.
 Angle = Annotated[float, Unit("deg"), Field(ge=-360.0, le=360.0)]
 
 
 class SGP4Error(ArithmeticError):
-    """SGP4 cannot propagate an element set to the requested instant."""
+    """Failure of SGP4 to propagate an element set to the requested instant."""
 
 
 class ElementSet(Settings):
-    """Mean elements for SGP4 with an epoch of their own; subclasses define how they are given."""
+    """Base class of mean elements for SGP4 with their own epoch."""
 
     selector: ClassVar[str] = "propagator"
-    #: The key that contains the epoch.
+    #: Name of the key that contains the epoch.
     epoch_key: ClassVar[str]
 
     @property
@@ -56,21 +56,21 @@ class ElementSet(Settings):
         raise NotImplementedError
 
     def satellite(self) -> Satrec:
-        """Return the satellite that the package sgp4 propagates."""
+        """Return the satellite for the package sgp4."""
         raise NotImplementedError
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
-        """Position [m] and velocity [m/s], GCRS, shape (n, 3), at `times` [s] after the epoch."""
+        """Return position [m] and velocity [m/s], GCRS, (n, 3), at `times` [s] after an epoch."""
         return gcrs_of(self.satellite(), instants(epoch, times))
 
     def for_run(self, epoch: datetime, duration: float) -> Self:
-        """Return the element set itself after checking that SGP4 propagates it through a run.
+        """Check that SGP4 propagates the element set through a run, and return the set.
 
         Raises
         ------
         InvalidValue
-            If the set is too old or too new for the epoch, or SGP4 reports an error in the run,
-            such as a satellite that decays.
+            If the epochs of set and run differ by more than `MAX_AGE`, or if SGP4 reports an error
+            during the run, such as a decayed satellite.
         """
         key, value = self.epoch_key, getattr(self, self.epoch_key)
         value = value.isoformat() if isinstance(value, datetime) else value
@@ -91,14 +91,14 @@ class ElementSet(Settings):
         return self
 
     def later(self, time: float) -> Self:
-        """Return the element set itself, which has an epoch of its own."""
+        """Return the element set, whose epoch does not depend on the scenario."""
         return self
 
 
 def gcrs_of(satellite: Satrec, at: Instants) -> tuple[Floats, Floats]:
-    """Position [m] and velocity [m/s], GCRS, shape (n, 3), by SGP4.
+    """Return position [m] and velocity [m/s] in GCRS by SGP4, shape (n, 3).
 
-    The velocity takes TEME as inertial, which costs 1e-4 m/s in a low orbit.
+    TEME is treated as inertial for the velocity, an error of 1e-4 m/s in a low orbit.
 
     Raises
     ------
@@ -111,7 +111,15 @@ def gcrs_of(satellite: Satrec, at: Instants) -> tuple[Floats, Floats]:
 
 
 def teme_of(satellite: Satrec, at: Instants) -> tuple[Floats, Floats]:
-    """Return the states of `gcrs_of` in SGP4's own frame, true equator and mean equinox of date."""
+    """Return position [m] and velocity [m/s] in TEME by SGP4, shape (n, 3).
+
+    TEME is SGP4's own frame, true equator and mean equinox of date.
+
+    Raises
+    ------
+    SGP4Error
+        If SGP4 reports an error.
+    """
     codes, position, velocity = _states(satellite, at)
     for k in np.flatnonzero(codes)[:1]:
         code = int(codes[k])
@@ -133,20 +141,20 @@ def _error_text(code: int) -> str:
 
 
 def _most_revolutions(eccentricity: float) -> float:
-    """Revolutions a day of an orbit whose perigee is at the Earth's surface."""
+    """Return the revolutions per day of an orbit whose perigee is at the Earth's surface."""
     return DAY * math.sqrt(EARTH_MU * ((1.0 - eccentricity) / EARTH_RADIUS) ** 3) / math.tau
 
 
 @dataclass(frozen=True, kw_only=True)
 class TLEOrbit(ElementSet):
-    """A NORAD two-line element set, propagated by SGP4 from the set's own epoch.
+    """NORAD two-line element set, propagated by SGP4 from the epoch of the set.
 
-    Blanks at the ends of the lines, which files often have, are dropped.
+    Trailing blanks of the lines are removed.
 
     Raises
     ------
     InvalidValue
-        For lines that the package sgp4 refuses, such as one with a wrong checksum, or a perigee
+        If the package sgp4 rejects a line, for example for a wrong checksum, or if the perigee is
         below the Earth's surface.
 
     Examples
@@ -167,13 +175,13 @@ class TLEOrbit(ElementSet):
     line2: str
     """second line of the element set"""
     source: str | None = None
-    """where they come from"""
+    """origin of the lines"""
 
     def __post_init__(self) -> None:
         for key in ("line1", "line2"):
             object.__setattr__(self, key, getattr(self, key).rstrip())
         _check_lines(self.line1, self.line2)
-        # not only decayed satellites: the usual mistake is a line shifted by a column
+        # A line that is shifted by a column also causes an impossible mean motion.
         most = _most_revolutions(float(f"0.{self.line2[26:33]}"))
         above = f"a perigee above the Earth's surface, at most {most:.6g} revolutions a day"
         expect(most * self.period > DAY, "line2", self.line2, f"{above} (columns 53-63)")
@@ -185,7 +193,6 @@ class TLEOrbit(ElementSet):
 
     @property
     def instant(self) -> datetime:
-        """Epoch of the element set, UTC."""
         return self.epoch
 
     @property
@@ -194,14 +201,14 @@ class TLEOrbit(ElementSet):
         return DAY / float(self.line2[52:63])
 
     def satellite(self) -> Satrec:
-        """Return the satellite with the constants of WGS72, for which element sets are made."""
+        """Return the satellite with the constants of WGS72, on which element sets are based."""
         from sgp4.api import Satrec
 
         return Satrec.twoline2rv(self.line1, self.line2)
 
 
 def epoch_of(line1: str) -> datetime:
-    """Epoch of an element set, UTC, from columns 19 to 32.
+    """Return the epoch of an element set in UTC, from columns 19 to 32 of its first line.
 
     Raises
     ------
@@ -217,7 +224,7 @@ def epoch_of(line1: str) -> datetime:
 
 
 def _check_lines(line1: str, line2: str) -> None:
-    """Refuse lines of another length, or whose columns or checksums the package sgp4 refuses."""
+    """Raise InvalidValue if a line has the wrong length or is rejected by the package sgp4."""
     from sgp4.earth_gravity import wgs72
     from sgp4.io import twoline2rv, verify_checksum
 
@@ -238,12 +245,12 @@ def _check_lines(line1: str, line2: str) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class MeanElements(ElementSet):
-    """Mean elements of SGP4 (TEME, mean motion of Kozai), propagated from their own epoch.
+    """Mean elements of SGP4 (TEME, Kozai mean motion), propagated from the epoch of the elements.
 
     Raises
     ------
     InvalidValue
-        For an element out of its range, or a perigee below the Earth's surface.
+        If an element is out of range or the perigee is below the Earth's surface.
 
     Examples
     --------
@@ -266,7 +273,7 @@ class MeanElements(ElementSet):
     epoch_key: ClassVar[str] = "epoch"
 
     source: str | None = None
-    """where they come from"""
+    """origin of the elements"""
     epoch: Instant
     """instant of the elements, with its UTC offset"""
     mean_motion_rev_day: Annotated[float, Unit("rev/day")] = Field(gt=0.0)
@@ -292,7 +299,6 @@ class MeanElements(ElementSet):
 
     @property
     def instant(self) -> datetime:
-        """Epoch of the elements, UTC."""
         return self.epoch
 
     @property
@@ -301,9 +307,10 @@ class MeanElements(ElementSet):
         return DAY / self.mean_motion_rev_day
 
     def satellite(self) -> Satrec:
-        """Return the satellite with the constants of WGS72, for which element sets are made.
+        """Return the satellite with the constants of WGS72, on which element sets are based.
 
-        The catalog number, which changes nothing, is 0: the package has none above 339999.
+        The catalog number is set to 0, since the package supports none above 339999; it has no
+        effect.
         """
         from sgp4.api import WGS72, Satrec
 

@@ -1,4 +1,4 @@
-"""What surrounds the satellite during a run, sampled at every step of the filter."""
+"""Tables of orbit, Sun, field and eclipses at every step of the filter."""
 
 from __future__ import annotations
 
@@ -19,14 +19,15 @@ from mgeo_attitude.environment.sun_moon import lit_fraction, sun_direction, sun_
 from mgeo_attitude.environment.times import instants
 from mgeo_attitude.settings.base import require_same
 
-#: What the tables follow from, of a `Scenario`.
+#: Fields of a `Scenario` that determine the tables.
 KEYS = ("epoch", "duration", "step", "orbit")
 
 
 class Course(Protocol):
-    """Where the satellite is and when; a `Scenario` says more.
+    """Protocol of an object with an orbit and sample times, such as a `Scenario`.
 
-    One that says that it `needs_field` not is known beyond the years of the field's model.
+    An object with an attribute `needs_field` that is false is valid beyond the years of the field
+    model.
     """
 
     @property
@@ -41,7 +42,7 @@ class Course(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Environment:
-    """Tables of a run in GCRS axes, one row a sample; copies that cannot be written to.
+    """Read-only tables of a run in GCRS axes, one row per sample.
 
     Attributes
     ----------
@@ -56,19 +57,19 @@ class Environment:
     sunlit : array (n,) of bool
         False where the Earth covers more than half of the Sun (umbra and half the penumbra).
     origin : Course, optional
-        What the tables were computed from; None for tables of one's own.
+        Object from which the tables were computed; None for user-defined tables.
     earthlight : array (n, 3), optional
-        What light from the Earth adds to the Sun's unit vector; see `World.around`.
+        Albedo as an addition to the Sun's unit vector; see `World.around`.
     shadow : bool
-        Whether the Earth throws one; without it the Sun shines always.
+        Whether eclipses are modeled. Without them, all samples are sunlit.
     epoch : datetime, optional
-        What `times` count from if the field is IGRF's; None for a field of one's own.
+        Epoch of `times` if the field is that of IGRF; None for a user-defined field.
 
     Raises
     ------
     ValueError
-        For an array of another shape, with NaN or infinity, times that do not increase, or a
-        `sun` that is not of unit length.
+        If an array has the wrong shape, NaN or infinity, if times do not increase, or if `sun` is
+        not of unit length.
 
     Examples
     --------
@@ -109,15 +110,15 @@ class Environment:
 
     @classmethod
     def from_scenario(cls, scenario: Course) -> Self:
-        """Compute the tables of a scenario at its `times`, about 0.7 s for two orbits at 1 s.
+        """Compute the tables at the `times` of a scenario, in about 0.7 s for two orbits at 1 s.
 
         Raises
         ------
         ValueError
-            If a run that needs the field leaves the years of its model, or the orbit enters the
+            If a run that needs the field leaves the years of its model, or if the orbit enters the
             Earth.
         ImportError, SGP4Error
-            From an orbit by an element set; see `ElementSet`.
+            If an element set cannot be propagated; see `ElementSet`.
         """
         return cls.at(scenario, scenario.times, origin=scenario)
 
@@ -133,11 +134,12 @@ class Environment:
 
         Parameters
         ----------
+        scenario : Course
         times : array, shape (n,)
         position : array, shape (n, 3), optional
             Satellite [m], GCRS; default: on the scenario's orbit.
         origin : Course, optional
-            See the class.
+            Value of the attribute `origin`.
 
         Raises
         ------
@@ -162,9 +164,9 @@ class Environment:
         )
 
     def field_gradient(self) -> Floats:
-        """Derivative of the field by the position [nT/m], GCRS, shape (n, 3, 3): `field_gradient`.
+        """Return the derivative of the field by position [nT/m], GCRS, shape (n, 3, 3).
 
-        Of a field of one's own it is that of the dipole which has its value; `dipole_gradient`.
+        A user-defined field has the gradient of a dipole, see `dipole_gradient`.
         """
         if self.epoch is None:
             return dipole_gradient(self.position, self.field)
@@ -176,18 +178,19 @@ class Environment:
         return 1e-9 * self.field
 
     def without_shadow(self) -> Self:
-        """The same with the Sun shining always."""
+        """Return the environment without eclipses."""
         return dataclasses.replace(self, sunlit=np.ones_like(self.sunlit), shadow=False)
 
     def require(self, scenario: Course) -> None:
-        """Refuse a scenario that these tables are not of.
+        """Check that the tables belong to a scenario.
 
-        Tables of one's own need only have its `times`.
+        User-defined tables need only have the scenario's `times`.
 
         Raises
         ------
         ValueError
-            Naming the first of `KEYS` that differs and both values, or the times.
+            If a field of `KEYS` or the times differ. The message names the first difference and
+            both values.
         """
         if self.origin is not None:
             require_same("environment", self.origin, scenario, KEYS)
@@ -204,45 +207,57 @@ def _bytes(table: Floats) -> bytes:
 
 
 def _middle(epoch: datetime, times: Floats) -> datetime:
-    """The date of the field's model for all of them."""
     return epoch + timedelta(seconds=0.5 * float(times[0] + times[-1]))
 
 
 def sun_and_field(
     epoch: datetime, times: Floats, position: Floats, needs_field: bool = True
 ) -> tuple[Floats, Floats]:
-    """Earth to Sun [m] and field [nT] at positions [m], all (n, 3) in GCRS; what takes long.
+    """Compute Sun position [m] and field [nT] at positions, the most expensive tables.
 
-    Times [s] do not fall. A field that nothing needs but figures is outside the years of its model
-    that of their end.
+    If only figures use the field, dates outside of the model's years are replaced by the nearest
+    one inside.
+
+    Parameters
+    ----------
+    epoch : datetime
+    times : array, shape (n,)
+        [s], nondecreasing.
+    position : array, shape (n, 3)
+        Satellite [m], GCRS.
+    needs_field : bool
+        Whether the accuracy of the field matters.
+
+    Returns
+    -------
+    sun, field : arrays, shape (n, 3)
+        Vectors from Earth to Sun [m] and field [nT], GCRS.
     """
     at = instants(epoch, times)
     to_itrs = gcrs_to_itrs(at)
     middle = _middle(epoch, times)
     if not needs_field:
         middle = min(max(middle, FIELD_MODEL_START), FIELD_MODEL_END)
-    # before the Sun, of which other dates would only warn
+    # The field raises an error for dates for which the Sun position would only warn.
     field = geomagnetic_field(rotate(to_itrs, position), middle)
     return sun_position(at), rotate(np.swapaxes(to_itrs, 1, 2), field)
 
 
-# A problem, its plans and their flights ask for the same run, each for itself.
+# A problem, its plans and their Monte Carlo runs request the same tables independently.
 @lru_cache(maxsize=16)
 def _sun_and_field(
     epoch: datetime, times: bytes, position: bytes, needs_field: bool
 ) -> tuple[Floats, Floats]:
-    """`sun_and_field`."""
     after, where = np.frombuffer(times), np.frombuffer(position).reshape(-1, 3)
     found = sun_and_field(epoch, after, where, needs_field)
     for table in found:
-        table.flags.writeable = False  # all who ask share it
+        table.flags.writeable = False  # the cached table is shared
     return found
 
 
-# Each magnetometer asks for it, too.
+# Each magnetometer requests the gradient.
 @lru_cache(maxsize=16)
 def _field_gradient(epoch: datetime, times: bytes, position: bytes) -> Floats:
-    """`Environment.field_gradient` of IGRF."""
     after, where = np.frombuffer(times), np.frombuffer(position).reshape(-1, 3)
     to_itrs = gcrs_to_itrs(instants(epoch, after))
     found = field_gradient(rotate(to_itrs, where), _middle(epoch, after))

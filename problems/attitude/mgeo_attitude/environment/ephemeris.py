@@ -1,4 +1,4 @@
-"""An orbit computed by another tool: positions at instants, interpolated in between."""
+"""Orbit from sampled positions of another tool, with interpolation."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
 from mgeo_attitude.settings.types import Instant, Unit, Vector
 
-#: Degree of the polynomials by default: through 8 positions, or 4 with velocities.
+#: Default degree of the polynomials: 8 positions, or 4 positions with velocities.
 DEFAULT_DEGREE = 7
 MOST_DEGREE = 15
-#: Instants this near [s] are the same: files round theirs, mostly to a microsecond.
+#: Tolerance for equal instants [s], since files round times, usually to a microsecond.
 SAME_INSTANT = 2e-6
 
-_FARTHEST = 1e9  # m; the Earth's gravity rules as far as 9.2e8 m (its sphere of influence)
-_LARGEST_ERROR = 1000.0  # m, as much as the best element sets are off
+_FARTHEST = 1e9  # m; the radius of the Earth's sphere of influence is 9.2e8 m
+_LARGEST_ERROR = 1000.0  # m, the error of the best element sets
 
 
 @dataclass(frozen=True, kw_only=True)
 class EphemerisOrbit(Settings):
-    """Samples of a position in GCRS: Hermite's polynomials with velocities, Lagrange's without.
+    """Interpolated samples of position in GCRS: Hermite with velocities, Lagrange without.
 
     Raises
     ------
     InvalidValue
-        For times that do not increase, too few samples, unequal numbers of them, a position below
-        ground or beyond the Earth's reach, or a satellite that the Earth does not hold.
+        If times do not increase, if there are too few samples or arrays of different length, if a
+        position is below ground or too far from the Earth, or if the orbit is not bound.
 
     Examples
     --------
@@ -59,17 +59,17 @@ class EphemerisOrbit(Settings):
     propagator: ClassVar[str] = "ephemeris"
 
     source: str = ""
-    """where the samples come from"""
+    """origin of the samples"""
     epoch: Instant
-    """instant from which the times count, with its UTC offset"""
+    """reference instant of the times, with UTC offset"""
     degree: int = Field(default=DEFAULT_DEGREE, ge=1, le=MOST_DEGREE)
-    """degree of the polynomials"""
+    """degree of the interpolating polynomials"""
     times: Annotated[tuple[float, ...], Unit("s")]
     """SI seconds after the epoch, increasing"""
     position: Annotated[tuple[Vector, ...], Unit("m")]
     """positions, GCRS"""
     velocity: Annotated[tuple[Vector, ...], Unit("m/s")] = ()
-    """velocities, GCRS, if known"""
+    """velocities, GCRS; without them, Lagrange interpolation is used"""
 
     def __post_init__(self) -> None:
         n, need = len(self.times), max(3, points(self.degree, bool(self.velocity)) + 1)
@@ -87,28 +87,31 @@ class EphemerisOrbit(Settings):
                 f"{_FARTHEST:g} m, not {radius[k]:.6g} m"
             )
             expect(False, f"position[{k}]", self.position[k], reach)
-        held = "a position and a speed with which the Earth holds the satellite"
+        held = "a position and a speed of a bound orbit about the Earth"
         for k in np.flatnonzero(self._energies >= 0.0)[:1]:
             expect(False, f"position[{k}]", self.position[k], held)
 
     @property
     def period(self) -> float:
-        """Keplerian period [s] of the mean of the samples' osculating semi-major axes."""
+        """Keplerian period [s] of the mean osculating semi-major axis of the samples."""
         return orbital_period(float(np.mean(-0.5 * EARTH_MU / self._energies)))
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
-        """Position [m] and its slope [m/s], GCRS, shape (n, 3), at `times` [s] after the epoch."""
+        """Return position [m] and velocity [m/s], GCRS, (n, 3), at `times` [s] after an epoch.
+
+        The velocity is the derivative of the interpolated position.
+        """
         return self._at(times + elapsed(self.epoch, epoch))
 
     def for_run(self, epoch: datetime, duration: float) -> Self:
-        """Return the orbit itself after checking that its samples give the positions of a run.
+        """Check that the samples cover a run consistently, and return the orbit.
 
         Raises
         ------
         InvalidValue
-            If the samples do not reach the run's ends, or polynomials through neighboring samples
-            differ by 1 km or more in the run: a sample is wrong, samples are too far apart, the
-            velocities are not those of the positions, or there is a maneuver.
+            If the samples do not cover the run, or if polynomials through neighboring samples
+            differ by 1 km or more during the run. Possible causes are a wrong sample, too few
+            samples, velocities that do not match the positions, and a maneuver.
         """
         start = elapsed(self.epoch, epoch)
         end, (first, *_, last) = start + duration, self.times
@@ -128,14 +131,14 @@ class EphemerisOrbit(Settings):
         agreement = (
             f"polynomials of degree {self.degree} through neighboring samples that agree to "
             f"{_LARGEST_ERROR:g} m, not {error[worst]:.3g} m: a sample is wrong, samples are too "
-            "far apart, velocities have another unit or frame, or there is a maneuver. Begin "
-            "after it, or cut the samples"
+            "far apart, velocities have another unit or frame, or there is a maneuver. Start the "
+            "run after the maneuver, or remove the samples after it"
         )
         expect(error[worst] < _LARGEST_ERROR, "times", f"{begin} to {stop}", agreement)
         return self
 
     def later(self, time: float) -> Self:
-        """Return the orbit itself, which has an epoch of its own."""
+        """Return the orbit, whose epoch does not depend on the scenario."""
         return self
 
     def _at(self, at: Floats, shift: int = 0) -> tuple[Floats, Floats]:
@@ -149,7 +152,7 @@ class EphemerisOrbit(Settings):
 
     @cached_property
     def _energies(self) -> Floats:
-        """Kinetic and potential energy of each sample [m²/s²], shape (n,)."""
+        """Specific orbital energy of each sample [m²/s²], shape (n,)."""
         times, position, velocity = self._samples
         velocity = self._at(times)[1] if velocity is None else velocity
         kinetic = 0.5 * np.einsum("ni,ni->n", velocity, velocity)
@@ -157,5 +160,5 @@ class EphemerisOrbit(Settings):
 
 
 def points(degree: int, velocities: bool) -> int:
-    """Number of samples of a polynomial; with velocities each counts twice."""
+    """Return the number of samples of a polynomial; a sample with velocity counts twice."""
     return (degree + 2) // 2 if velocities else degree + 1

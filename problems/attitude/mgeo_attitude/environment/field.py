@@ -1,4 +1,4 @@
-"""Geomagnetic field: IGRF-14 (IAGA), evaluated by ppigrf, and how it changes with the place."""
+"""Geomagnetic field of IGRF-14 (IAGA), evaluated by ppigrf, and its gradient."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from mgeo_attitude._typing import Complexes, Floats
 from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
 from mgeo_attitude.environment.times import as_utc
 
-# East and south are undefined on the axis. 1e-7° beside it (1 cm) they are, and the field vector
-# is the same to 1e-4 nT as long as these directions are taken at the same point.
+# East and south are undefined at the poles. Positions are moved 1e-7° (1 cm) away from them, which
+# changes the field vector by less than 1e-4 nT.
 _NEAREST_TO_POLE = np.radians(1e-7)
 
-# ppigrf takes 13 kB a point: of so few at once the tables stay in the cache, in half the time.
+# ppigrf needs 13 kB per point. Blocks of this size fit in the cache, which halves the run time.
 _AT_ONCE = 4096
 
-# In several threads BLAS adds in another order: the last bit of the field, and with it what a seed
-# finds, would differ with the number of processors. The limit is one of the whole process.
+# The order of BLAS sums depends on the number of threads. One thread makes the last bit of the
+# field, and with it the result of a seed, independent of the number of processors. The limit
+# applies to the process, so that concurrent calls must wait.
 _one_by_one = Lock()
 
 #: Degree and order of IGRF, and its reference radius [m].
@@ -30,29 +31,37 @@ FIELD_RADIUS = 6371200.0
 
 
 def geomagnetic_field(position: Floats, date: datetime) -> Floats:
-    """Field [nT] at positions [m], both ITRS and of shape (n, 3), on one date for all of them.
+    """Return the field [nT] at positions [m], both ITRS and of shape (n, 3), on one date.
 
-    The field drifts by some 0.3 nT a day, so the middle of a run stands for all of it. A date
-    without UTC offset, or outside the model's years, is a ValueError.
+    The field drifts by about 0.3 nT per day, so that the middle of a run represents the whole run.
+
+    Raises
+    ------
+    ValueError
+        If the date has no UTC offset or is outside of the model's years.
     """
-    utc = _covered(date)
+    utc = _check_date(date)
     pieces = range(0, max(len(position), 1), _AT_ONCE)
     with _one_by_one, threadpool_limits(1, user_api="blas"):
         return np.concatenate([_field(position[k : k + _AT_ONCE], utc) for k in pieces])
 
 
 def field_gradient(position: Floats, date: datetime) -> Floats:
-    """Derivative of the field by the position [nT/m], ITRS: row of the field, column of the place.
+    """Return the derivative of the field with respect to position [nT/m], ITRS, shape (n, 3, 3).
 
-    Shape (n, 3, 3); else as `geomagnetic_field`.
+    Rows belong to the field and columns to the position. Parameters and exceptions are those of
+    `geomagnetic_field`.
     """
-    coefficients = gauss_coefficients(_covered(date))
+    coefficients = gauss_coefficients(_check_date(date))
     pieces = range(0, max(len(position), 1), _AT_ONCE)
     return np.concatenate([_gradient(position[k : k + _AT_ONCE], coefficients) for k in pieces])
 
 
 def gauss_coefficients(date: datetime) -> Complexes:
-    """Schmidt quasi-normalized g + ih of IGRF-14 [nT] on a date, by degree and order."""
+    """Return the Schmidt quasi-normalized coefficients g + ih of IGRF-14 [nT] on a date.
+
+    The array is indexed by degree and order.
+    """
     import ppigrf
 
     g, h = ppigrf.ppigrf.read_shc()
@@ -65,8 +74,8 @@ def gauss_coefficients(date: datetime) -> Complexes:
     return found
 
 
-def _covered(date: datetime) -> datetime:
-    """The date in UTC, if it is in the years of the model."""
+def _check_date(date: datetime) -> datetime:
+    """Return the date in UTC after checking that it is within the years of the model."""
     utc = as_utc(date)
     if not FIELD_MODEL_START <= utc <= FIELD_MODEL_END:
         raise ValueError(
@@ -77,7 +86,7 @@ def _covered(date: datetime) -> datetime:
 
 
 def _field(position: Floats, utc: datetime) -> Floats:
-    import ppigrf  # it takes pandas a third of a second
+    import ppigrf  # imports pandas, which takes a third of a second
 
     x, y, z = position.T
     radius = np.linalg.norm(position, axis=1)
@@ -101,15 +110,16 @@ def _field(position: Floats, utc: datetime) -> Floats:
 
 
 def _gradient(position: Floats, coefficients: Complexes) -> Floats:
-    """Second derivatives of the potential a Σ (a/r)ⁿ⁺¹ (g cos mλ + h sin mλ) P_n^m, negative.
+    """Return the negative second derivatives of a Σ (a/r)ⁿ⁺¹ (g cos mλ + h sin mλ) P_n^m.
 
-    Of solid harmonics I_n^m = (n - m)! P_n^m(cos θ) exp(imλ) / rⁿ⁺¹ derivatives are such again:
-    ∂z I_n^m = -I_{n+1}^m and (∂x + i∂y) I_n^m = -I_{n+1}^{m+1}, with I_n^-m = (-1)^m conj(I_n^m).
+    The derivatives of solid harmonics I_n^m = (n - m)! P_n^m(cos θ) exp(imλ) / rⁿ⁺¹ are solid
+    harmonics: ∂z I_n^m = -I_{n+1}^m and (∂x + i∂y) I_n^m = -I_{n+1}^{m+1}, with I_n^-m = (-1)^m
+    conj(I_n^m).
     """
     N = FIELD_DEGREE
     x, y, z = position.T / FIELD_RADIUS
     r2 = x * x + y * y + z * z
-    # by degree and order, from -(N + 2) to N + 2, of which the middle is 0
+    # The second axis has the orders from -(N + 2) to N + 2.
     solid = np.zeros((N + 3, 2 * N + 5, len(position)), dtype=np.complex128)
     own = solid[:, N + 2 :]
     own[0, 0] = 1.0 / np.sqrt(r2)
@@ -139,12 +149,12 @@ def _gradient(position: Floats, coefficients: Complexes) -> Floats:
 
 
 def dipole_gradient(position: Floats, field: Floats) -> Floats:
-    """Derivative of the field by the position of the one dipole at the origin that has this field.
+    """Return the gradient of the field of a dipole at the origin that matches given field values.
 
     A dipole m has B = (3 (m·n) n - m) / r³ with n = position / r, so that its moment follows from
-    the field at one place. Its gradient is symmetric and of trace zero, as in every field without
-    currents. It stands for a field of which only values are known; that of IGRF at 750 km
-    differs from it by 12 % (root mean square).
+    one field vector. The gradient is symmetric and has zero trace, as in every current-free field.
+    It approximates fields that are known by their values only; its difference from IGRF at 750 km
+    is 12 % (root mean square).
 
     Parameters
     ----------
@@ -154,7 +164,8 @@ def dipole_gradient(position: Floats, field: Floats) -> Floats:
     Returns
     -------
     array, shape (n, 3, 3)
-        Row of the field, column of the position; unit of the field per unit of the position.
+        Rows belong to the field, columns to the position; unit of the field per unit of the
+        position.
     """
     r = np.linalg.norm(position, axis=1)[:, None, None]
     n = (position / r[:, 0])[:, :, None]

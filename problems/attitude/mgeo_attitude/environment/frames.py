@@ -1,7 +1,7 @@
-"""Rotations between GCRS, EME2000, equator and equinox of date, the rotating Earth and LVLH.
+"""Rotations between GCRS, EME2000, TOD, TEME, ITRS and LVLH.
 
-No Earth orientation parameters are used: UT1 = UTC (they differ by less than 0.9 s, 0.004° of
-Earth rotation) and no polar motion (below 1 arc second). On the ground that is up to 420 m.
+Earth orientation parameters are neglected: UT1 = UTC (the difference is below 0.9 s, or 0.004° of
+Earth rotation) and no polar motion (below 1 arc second). The error on the ground is at most 420 m.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from mgeo_attitude.environment.times import Instants
 
 
 def gcrs_to_itrs(at: Instants) -> Floats:
-    """Rotation matrices, shape (n, 3, 3), that take GCRS vectors to ITRS."""
+    """Return the rotation matrices from GCRS to ITRS, shape (n, 3, 3)."""
     return np.asarray(erfa.rz(erfa.era00(at.midnight, at.ut), _gcrs_to_cirs(at)))
 
 
 def teme_to_gcrs(at: Instants) -> Floats:
-    """Rotation matrices, shape (n, 3, 3), that take TEME vectors (SGP4) to GCRS.
+    """Return the rotation matrices from TEME (the frame of SGP4) to GCRS, shape (n, 3, 3).
 
     TEME has no official definition. As in Vallado et al., "Revisiting Spacetrack Report #3" (AIAA
     2006-6753), its x axis lies GMST (1982) west of the Earth's prime meridian, in the equator of
-    date. Going through the Earth's rotation needs no equation of the equinoxes, and the angle used
-    (GMST less Earth rotation angle) hardly depends on UT1.
+    date. A rotation by way of the Earth-fixed frame avoids the equation of the equinoxes, and its
+    angle (GMST minus Earth rotation angle) hardly depends on UT1.
     """
     angle = erfa.gmst82(at.midnight, at.ut) - erfa.era00(at.midnight, at.ut)
     cirs_to_gcrs = np.swapaxes(_gcrs_to_cirs(at), -1, -2)
@@ -35,30 +35,30 @@ def teme_to_gcrs(at: Instants) -> Floats:
 
 
 def rotate(matrices: Floats, vectors: Floats) -> Floats:
-    """Apply matrices (n, 3, 3) to vectors (n, 3), one by one."""
+    """Multiply matrices, shape (n, 3, 3), by vectors, shape (n, 3), row by row."""
     rotated: Floats = np.einsum("nij,nj->ni", matrices, vectors)
     return rotated
 
 
 def _gcrs_to_cirs(at: Instants) -> Floats:
-    """Matrices of IAU 2006/2000A, shape (n, 3, 3), see `_interpolated`.
+    """Return the matrices of IAU 2006/2000A, shape (n, 3, 3), by linear interpolation.
 
-    The 2000A series takes 0.04 ms an instant. A chord differs from it by 2e-10 rad over a few
-    hours, 3e-8 over a day and 1e-6 over two weeks (the fortnightly nutation).
+    The 2000A series takes 0.04 ms per instant. The interpolation error is 2e-10 rad over a few
+    hours, 3e-8 rad over a day and 1e-6 rad over two weeks (fortnightly nutation).
     """
-    return _interpolated(erfa.c2i06a, at)
+    return _interpolate(erfa.c2i06a, at)
 
 
-def _interpolated(matrix: Callable[[float, float], Floats], at: Instants) -> Floats:
-    """Matrices of two-part dates, shape (n, 3, 3), linear between the first and last instant."""
+def _interpolate(matrix: Callable[[float, float], Floats], at: Instants) -> Floats:
+    """Interpolate a matrix linearly between the first and last instant, shape (n, 3, 3)."""
     first, last = (matrix(at.midnight, at.tt[k]) for k in (0, -1))
     span = at.tt[-1] - at.tt[0]
     weight = (at.tt - at.tt[0]) / (span or 1.0)  # a single instant has no span
     return np.asarray(first + weight[:, None, None] * (last - first))
 
 
-#: Reference frames by the names that files have for them, as regular expressions: upper case and
-#: without hyphens, blanks and underscores. The realizations of one frame differ by centimeters.
+#: Patterns of the names of reference frames in files, in upper case and without hyphens, blanks and
+#: underscores. Realizations of one frame differ by centimeters and are not distinguished.
 _NAMES = {
     "GCRF": r"(GCRF|GCRS|ICRF)\d*",
     "EME2000": r"EME2000|J2000",
@@ -72,7 +72,13 @@ _EARTH_RATE = 2.0 * np.pi * 1.00273781191135448 / erfa.DAYSEC
 
 
 def frame_name(text: str) -> str:
-    """Return GCRF, EME2000, TOD, TEME or ITRF for any name of it; another is a ValueError."""
+    """Return GCRF, EME2000, TOD, TEME or ITRF for a name of the frame in a file.
+
+    Raises
+    ------
+    ValueError
+        If the frame is not supported.
+    """
     plain = re.sub(r"[-_ ]", "", text.upper())
     for name, pattern in _NAMES.items():
         if re.fullmatch(pattern, plain):
@@ -86,9 +92,10 @@ def frame_name(text: str) -> str:
 def to_gcrs(
     frame: str, at: Instants, position: Floats, velocity: Floats | None
 ) -> tuple[Floats, Floats | None]:
-    """Rotate position [m] and velocity [m/s], shape (n, 3), from a frame by `frame_name` to GCRS.
+    """Convert position [m] and velocity [m/s], shape (n, 3), from a frame of `frame_name` to GCRS.
 
-    The velocity is relative to the frame. TEME counts as inertial, as in `gcrs_of`; ITRF rotates.
+    The velocity is relative to the frame. ITRF rotates; TEME is treated as inertial, as in
+    `gcrs_of`.
     """
     rotation = rotation_to_gcrs(frame, at)
     if velocity is not None:
@@ -100,23 +107,23 @@ def to_gcrs(
 
 
 def rotation_to_gcrs(frame: str, at: Instants) -> Floats:
-    """Return matrices, shape (n, 3, 3), that take vectors of a frame by `frame_name` to GCRS."""
+    """Return the matrices from a frame of `frame_name` to GCRS, shape (n, 3, 3)."""
     if frame == "TEME":
         return teme_to_gcrs(at)
     if frame == "ITRF":
         return np.swapaxes(gcrs_to_itrs(at), -1, -2)
     if frame == "TOD":  # true equator and equinox of date, IAU 2006/2000A
-        return np.swapaxes(_interpolated(erfa.pnm06a, at), -1, -2)
-    # EME2000's axes are 0.02 arc seconds from those of GCRS: the frame bias
+        return np.swapaxes(_interpolate(erfa.pnm06a, at), -1, -2)
+    # The frame bias between EME2000 and GCRS is 0.02 arc seconds.
     fixed = np.eye(3) if frame == "GCRF" else erfa.bp06(at.midnight, at.tt[0])[0].T
     return np.broadcast_to(fixed, (len(at.tt), 3, 3))
 
 
 def lvlh_to_gcrs(position: Floats, velocity: Floats) -> Floats:
-    """Return matrices, shape (n, 3, 3), that take vectors of LVLH to GCRS.
+    """Return the matrices from LVLH to GCRS, shape (n, 3, 3).
 
-    LVLH (local vertical, local horizontal) has z toward the Earth's center, y against the orbit's
-    angular momentum, and x = y × z, forward.
+    LVLH (local vertical, local horizontal) has z toward the Earth's center, y opposite to the
+    orbital angular momentum, and x = y × z, forward.
     """
     z = -position / np.linalg.norm(position, axis=1, keepdims=True)
     y = -np.cross(position, velocity)

@@ -1,9 +1,9 @@
-"""Polynomials through the samples around each instant: Hermite's with slopes, Lagrange's without.
+"""Piecewise polynomial interpolation of samples: Hermite with slopes, Lagrange without.
 
-Newton's divided differences, where a sample with a slope is a double node (Burden & Faires,
-Numerical Analysis, section 3.4), of all instants at once: a polynomial of scipy's for each window
-takes seconds for samples of a few hours at 1 s. Which samples a polynomial goes through is as CCSDS
-502.0-B and most tools have it: as many before as after the instant, but near either end.
+The polynomials use Newton's divided differences, in which a sample with a slope is a double node
+(Burden & Faires, Numerical Analysis, section 3.4). All instants are evaluated at once, since one
+scipy polynomial per window takes seconds for samples of a few hours at 1 s. As in CCSDS 502.0-B and
+most tools, the samples are centered at the instant, except near either end.
 """
 
 from __future__ import annotations
@@ -21,27 +21,29 @@ def interpolate(
     at: Floats,
     shift: int = 0,
 ) -> tuple[Floats, Floats]:
-    """Return value and slope, both (k, 3), at times `at` (k,).
+    """Return value and derivative of the interpolated function, both of shape (k, 3).
 
     Parameters
     ----------
     times : array, shape (n,)
-        Increasing.
+        Times of the samples, increasing.
     values : array, shape (n, 3)
     slopes : array, shape (n, 3), optional
+        Derivatives of the values.
     count : int
-        Number of samples that each polynomial goes through, at most n; its degree is count - 1,
-        with slopes 2 count - 1.
+        Number of samples per polynomial, at most n. The degree is count - 1, or 2 count - 1 with
+        slopes.
     at : array, shape (k,)
+        Times of the results.
     shift : int
-        Number of samples by which to move the windows, toward the other side where they would
-        leave the samples.
+        Number of samples by which the windows are shifted forward. Windows that would leave the
+        samples are shifted backward.
     """
     first, last = _first_samples(times, at, count), len(times) - count
     first = np.where(first + shift <= last, first + shift, np.maximum(first - shift, 0))
     rows = first[:, None] + np.arange(count)
     repeats = 1 if slopes is None else 2
-    nodes = np.repeat(times[rows] - at[:, None], repeats, axis=1)  # the wanted instant is at zero
+    nodes = np.repeat(times[rows] - at[:, None], repeats, axis=1)  # results are taken at zero
     terms = np.repeat(values[rows], repeats, axis=1)
     for order in range(1, nodes.shape[1]):
         span = (nodes[:, order:] - nodes[:, :-order])[:, :, None]

@@ -1,4 +1,4 @@
-"""Two-body motion and the first-order secular effect of J2, on arrays of times."""
+"""Two-body motion and first-order secular drift by J2."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_J2, EARTH_MU, EARTH_RADIUS
 
-_TOLERANCE = 1e-14  # rad, last Newton step
-_MAX_ITERATIONS = 50  # 6 are enough even at e = 1 - 1e-16; this only bounds the loop
-_SERIES_BELOW = 0.5  # rad; there E - sin E cancels and 8 terms of its series are exact
+_TOLERANCE = 1e-14  # rad, largest final Newton step
+_MAX_ITERATIONS = 50  # 6 iterations suffice even at e = 1 - 1e-16
+_SERIES_BELOW = 0.5  # rad; below it, E - sin E cancels and 8 terms of its series are exact
 
 
 class Elements(NamedTuple):
-    """Keplerian elements of an ellipse about the Earth: meters and radians."""
+    """Keplerian elements of an elliptic orbit about the Earth, in meters and radians."""
 
     semi_major_axis: float
     eccentricity: float
@@ -28,23 +28,32 @@ class Elements(NamedTuple):
 
 
 def orbital_period(semi_major_axis: float) -> float:
-    """Keplerian period [s] for a semi-major axis [m]."""
+    """Return the Keplerian period [s] for a semi-major axis [m]."""
     return math.tau * math.sqrt(semi_major_axis**3 / EARTH_MU)
 
 
 def two_body(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
-    """Position [m] and velocity [m/s], shape (n, 3), at `times` [s] after the elements' epoch.
+    """Propagate elements by two-body motion.
 
-    They refer to the inertial axes of the elements.
+    Parameters
+    ----------
+    elements : Elements
+    times : array_like, shape (n,)
+        Seconds after the epoch of the elements.
+
+    Returns
+    -------
+    position, velocity : arrays, shape (n, 3)
+        [m] and [m/s], in the inertial axes of the elements.
     """
     return _propagate(elements, times, (0.0, 0.0, 0.0))
 
 
 def j2_secular(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
-    """As `two_body`, with mean elements that drift by `secular_rates`.
+    """Propagate mean elements with the secular drift by J2; parameters as in `two_body`.
 
-    The velocity is the Keplerian one of the drifting elements: it leaves out the motion of the
-    node and the perigee, of relative size J2. The axis of J2 is the z axis of the elements.
+    The velocity is the Keplerian velocity of the drifting elements, which neglects the motion of
+    node and perigee (of relative size J2). The symmetry axis of J2 is the z axis of the elements.
     """
     rates = secular_rates(elements.semi_major_axis, elements.eccentricity, elements.inclination)
     return _propagate(elements, times, rates)
@@ -53,11 +62,11 @@ def j2_secular(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
 def secular_rates(
     semi_major_axis: float, eccentricity: float, inclination: float
 ) -> tuple[float, float, float]:
-    """Drift of node, argument of perigee and mean anomaly by J2 [rad/s], to first order.
+    """Return the J2 drift of node, argument of perigee and mean anomaly [rad/s].
 
-    The mean anomaly's drift is what J2 adds to the Keplerian mean motion. Source: Kozai, The
-    motion of a close Earth satellite (Astron. J. 64, 1959), equation 14, where the node and the
-    perigee drift in proportion to the disturbed mean motion.
+    The drift of the mean anomaly is relative to the Keplerian mean motion. Source: Kozai, The
+    motion of a close Earth satellite (Astron. J. 64, 1959), equation 14, in which node and perigee
+    drift in proportion to the perturbed mean motion.
     """
     eta_squared = 1.0 - eccentricity**2
     parameter = semi_major_axis * eta_squared
@@ -74,15 +83,15 @@ def secular_rates(
 
 
 def eccentric_anomaly(mean_anomaly: ArrayLike, eccentricity: float) -> Floats:
-    """Solve Kepler's equation M = E - e sin E for E [rad], any shape, e up to the last below 1.
+    """Solve Kepler's equation M = E - e sin E for E [rad], for any shape of M and e < 1.
 
-    Newton's method from above the root, where the equation is convex and each step falls short of
-    it, so that it cannot diverge. The revolution of M is kept.
+    Newton's method starts above the root, where the equation is convex, so that it converges
+    monotonically. The number of revolutions of M is preserved.
     """
     mean = np.asarray(mean_anomaly, dtype=np.float64)
     revolutions = math.tau * np.round(mean / math.tau)
     folded = np.abs(mean - revolutions)  # in [0, pi]; the equation is odd in M
-    # Bounds of the root: sin E <= 1 and sin E <= E, and E - sin E >= E³/pi² for e near 1.
+    # Upper bounds of the root from sin E <= 1, sin E <= E, and E - sin E >= E³/pi² for e near 1.
     anomaly = np.minimum(folded + eccentricity, folded / (1.0 - eccentricity))
     if eccentricity > 0.5:
         anomaly = np.minimum(anomaly, np.cbrt(math.pi**2 * folded / eccentricity))
@@ -97,7 +106,21 @@ def eccentric_anomaly(mean_anomaly: ArrayLike, eccentricity: float) -> Floats:
 
 
 def advanced(elements: Elements, time: float, rates: tuple[float, float, float]) -> Elements:
-    """The elements `time` [s] later, of drifts as of `secular_rates`; angles are not folded."""
+    """Return the elements at a later time, with drift rates as those of `secular_rates`.
+
+    Parameters
+    ----------
+    elements : Elements
+    time : float
+        [s].
+    rates : tuple of three float
+        Drift of node, argument of perigee and mean anomaly [rad/s].
+
+    Returns
+    -------
+    Elements
+        Angles are not reduced to one revolution.
+    """
     a, e, i, raan, perigee, true_anomaly = elements
     raan_rate, perigee_rate, mean_rate = rates
     mean = mean_from_true(true_anomaly, e) + (math.tau / orbital_period(a) + mean_rate) * time
@@ -109,7 +132,7 @@ def advanced(elements: Elements, time: float, rates: tuple[float, float, float])
 
 
 def mean_from_true(true_anomaly: float, eccentricity: float) -> float:
-    """Mean anomaly [rad] in [-pi, pi] of a true anomaly [rad]."""
+    """Return the mean anomaly [rad] in [-pi, pi] for a true anomaly [rad]."""
     half = 0.5 * math.remainder(true_anomaly, math.tau)
     eccentric = 2.0 * math.atan2(
         math.sqrt(1.0 - eccentricity) * math.sin(half),
@@ -137,7 +160,7 @@ def _propagate(
 
 
 def _perifocal_axes(raan: Floats, perigee: Floats, inclination: float) -> tuple[Floats, Floats]:
-    """Unit vectors toward perigee and 90° after it, shape (n, 3)."""
+    """Return unit vectors toward perigee and 90° ahead of it, shape (n, 3)."""
     cos_r, sin_r, zero = np.cos(raan), np.sin(raan), np.zeros_like(raan)
     cos_i, sin_i = math.cos(inclination), math.sin(inclination)
     node = np.stack([cos_r, sin_r, zero], axis=1)
@@ -147,12 +170,12 @@ def _perifocal_axes(raan: Floats, perigee: Floats, inclination: float) -> tuple[
 
 
 def _mean_anomaly(eccentric: Floats, eccentricity: float) -> Floats:
-    """M = E - e sin E, written (1 - e) E + e (E - sin E) to keep its digits as e nears 1."""
+    """Return M = E - e sin E as (1 - e) E + e (E - sin E), which is accurate for e near 1."""
     return (1.0 - eccentricity) * eccentric + eccentricity * _minus_sine(eccentric)
 
 
 def _minus_sine(angle: Floats) -> Floats:
-    """The difference of an angle and its sine, without cancellation at small angles."""
+    """Return an angle minus its sine without cancellation at small angles."""
     square = np.minimum(angle * angle, _SERIES_BELOW**2)
     series = np.ones_like(square)
     for k in range(8, 0, -1):

@@ -1,4 +1,4 @@
-"""Orbit ephemeris messages (OEM of CCSDS 502.0-B, in KVN or XML), read by the package oem."""
+"""Reader of orbit ephemeris messages (OEM of CCSDS 502.0-B, KVN or XML), by the package oem."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from mgeo_attitude.environment.frames import frame_name, to_gcrs
 from mgeo_attitude.environment.thrust import find_thrust
 from mgeo_attitude.environment.times import as_utc, instants, utc_text
 
-#: Time scales by their names in messages, as astropy calls them; GPS time is 19 s behind TAI.
+#: Names of time scales in astropy, by their names in messages; GPS time is 19 s behind TAI.
 _SCALES = {"UTC": "utc", "TAI": "tai", "TT": "tt", "GPS": "tai"}
 _GPS_BEHIND_TAI = 19.0
-_AROUND = 3600.0  # s before and after a run in which maneuvers are looked for
+_AROUND = 3600.0  # s before and after a run that are searched for maneuvers
 
 
 class Run(NamedTuple):
-    """The run that an orbit is read for.
+    """Time span of a run.
 
     Attributes
     ----------
@@ -40,14 +40,14 @@ class Run(NamedTuple):
     duration: float
 
     def span_text(self, start: float, end: float) -> str:
-        """Two instants [s] after the epoch, in UTC."""
+        """Format an interval, given in seconds after the epoch, in UTC."""
         return f"{utc_text(self.epoch, start)} to {utc_text(self.epoch, end)}"
 
 
 def read_oem(
     path: Path, wanted: str, run: Run, interpolation: str | None, degree: int | None
 ) -> EphemerisOrbit:
-    """Read the samples of a run, with those before and after it that interpolation takes.
+    """Read the samples that interpolation needs during a run.
 
     Parameters
     ----------
@@ -57,27 +57,29 @@ def read_oem(
         Name or designator of the object; empty for any.
     run : Run
     interpolation : {"hermite", "lagrange"}, optional
-        In place of the method that the message names, or else Hermite's.
+        Interpolation method; default: the method in the message, or else Hermite.
     degree : int, optional
-        In place of the degree that the message names, or else 7.
+        Degree of the polynomials; default: the degree in the message, or else 7.
 
     Raises
     ------
     ValueError
-        If the message is invalid, is of another object, or uses a frame or time system that is not
-        supported, if the run is not within one segment, or if there is a maneuver in it.
+        If the message is invalid, describes another object, or uses an unsupported frame or time
+        system; if no segment covers the whole run; or if a maneuver occurs during the run.
     ImportError
-        If the package oem is not installed, with what to install.
+        If the package oem is not installed.
     """
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of GPS time, and of years whose leap seconds are unknown
+        warnings.simplefilter("ignore")  # GPS time, and years with unknown leap seconds
         segments = _open(path)
         segment, name = _segment_of(segments, run), _object_of(segments, wanted)
         meta = segment.metadata
         if meta["CENTER_NAME"].upper() != "EARTH":
             raise ValueError(f"CENTER_NAME = {meta['CENTER_NAME']!r}: expected EARTH")
         if "REF_FRAME_EPOCH" in meta:
-            raise ValueError("REF_FRAME_EPOCH: expected none, and axes of date")
+            raise ValueError(
+                "REF_FRAME_EPOCH: expected no entry, since only axes of date are supported"
+            )
         states = list(segment.states)
         times = _seconds([state.epoch for state in states], run.epoch, meta["TIME_SYSTEM"])
     frame = frame_name(meta["REF_FRAME"])
@@ -101,7 +103,7 @@ def read_oem(
     first, last = np.searchsorted(times, [SAME_INSTANT, run.duration - SAME_INSTANT])
     number = np.arange(len(times))
     needed = (number >= first - 1 - margin) & (number <= last + margin)
-    kept = needed & _coasting(times, position, velocity, run)
+    kept = needed & _select_coast(times, position, velocity, run)
     orbit = EphemerisOrbit(
         source=f"{path.name}, {name}",
         epoch=run.epoch,
@@ -114,7 +116,7 @@ def read_oem(
 
 
 def _open(path: Path) -> list[Any]:
-    """Segments of a message, as `oem.components.EphemerisSegment`."""
+    """Return the segments of a message, as `oem.components.EphemerisSegment`."""
     try:
         from oem import OrbitEphemerisMessage
     except ImportError as error:
@@ -122,21 +124,21 @@ def _open(path: Path) -> list[Any]:
         raise ImportError(f"an ephemeris file needs the package oem: {install}") from error
     try:
         segments: list[Any] = OrbitEphemerisMessage.open(path).segments
-    except Exception as error:  # of many kinds, as the library does not check everything
+    except Exception as error:  # the library raises many kinds for invalid messages
         raise ValueError(f"expected an orbit ephemeris message (OEM): {error}") from error
     return segments
 
 
 def _object_of(segments: list[Any], wanted: str) -> str:
-    """Name and designator of the object of a message."""
+    """Return name and designator of the object of a message, after checking the requested name."""
     name = " ".join(str(segments[0].metadata[key]) for key in ("OBJECT_NAME", "OBJECT_ID"))
     if wanted and wanted.casefold() not in (name.casefold(), *name.casefold().rsplit(" ", 1)):
-        raise ValueError(f"object = {wanted!r}: expected {name}, as the message says")
+        raise ValueError(f"object = {wanted!r}: expected {name}, the object of the message")
     return name
 
 
 def _segment_of(segments: list[Any], run: Run) -> Any:
-    """Return the segment in whose usable time a run is."""
+    """Return the segment whose usable time span contains a run."""
     spans = []
     for segment in segments:
         system = segment.metadata["TIME_SYSTEM"]
@@ -147,26 +149,25 @@ def _segment_of(segments: list[Any], run: Run) -> Any:
         spans.append(run.span_text(start, end))
     raise ValueError(
         f"expected the whole run, {run.span_text(0.0, run.duration)}, in one segment; found "
-        f"{', '.join(spans[:3])}{' ...' if len(spans) > 3 else ''}. No orbit is interpolated from "
-        "one segment to the next, between which there may be a maneuver: begin later, or shorten "
-        "the run"
+        f"{', '.join(spans[:3])}{' ...' if len(spans) > 3 else ''}. Orbits are not interpolated "
+        "across segments, between which there may be a maneuver: start the run later, or shorten it"
     )
 
 
 def _seconds(epochs: list[Any], since: datetime, system: str) -> Floats:
-    """SI seconds from an epoch to epochs of a message, of a time system by its name."""
+    """Return the SI seconds from an epoch to epochs of a message in a named time system."""
     from astropy.time import Time
 
     if system.upper() not in _SCALES:
         raise ValueError(f"TIME_SYSTEM = {system!r}: expected {', '.join(_SCALES)}")
-    # the package gives datetimes for a time system that astropy does not know
+    # The package returns datetimes for GPS time, which astropy does not support.
     times = Time(epochs, scale=_SCALES[system.upper()])
     seconds: Floats = (times - Time(as_utc(since).replace(tzinfo=None), scale="utc")).sec
     return np.round(seconds + (_GPS_BEHIND_TAI if system.upper() == "GPS" else 0.0), 9)
 
 
-def _coasting(times: Floats, position: Floats, velocity: Floats, run: Run) -> Bools:
-    """Mask of the samples between the thrust before a run and the one after it."""
+def _select_coast(times: Floats, position: Floats, velocity: Floats, run: Run) -> Bools:
+    """Return a mask of the samples between the last thrust before a run and the first after it."""
     coasting = np.ones(len(times), dtype=bool)
     for thrust in find_thrust(times, position, velocity):
         if thrust.end <= SAME_INSTANT:
@@ -177,6 +178,6 @@ def _coasting(times: Floats, position: Floats, velocity: Floats, run: Run) -> Bo
             raise ValueError(
                 f"a maneuver, or wrong samples, from {run.span_text(thrust.start, thrust.end)} "
                 f"({thrust.acceleration:.2g} m/s² that gravity does not explain): expected a run "
-                "without one. Begin after it, or cut the file before it and shorten the run"
+                "without maneuvers. Start the run after the maneuver, or shorten the run"
             )
     return coasting

@@ -1,4 +1,4 @@
-"""How the satellite moves: elements, an element set, an ephemeris, or a file of another tool."""
+"""Orbits of a scenario: Keplerian elements, element sets, ephemerides and files."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ from mgeo_attitude.settings.base import Kinds, Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
 from mgeo_attitude.settings.types import Degrees, Unit, one_of
 
-#: Functions of Keplerian elements and times, by the ``propagator`` that names them.
+#: Analytic propagators by the value of ``propagator`` in a scenario file.
 ANALYTIC = {"two-body": two_body, "j2": j2_secular}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Orbit(Settings):
-    """Osculating (two-body) or mean (J2) Keplerian elements at the scenario's epoch, GCRS axes.
+    """Keplerian elements at the scenario's epoch, GCRS axes: osculating (two-body) or mean (J2).
 
     Raises
     ------
     InvalidValue
-        For an element out of its range, or a perigee below the Earth's surface.
+        If an element is out of range or the perigee is below the Earth's surface.
 
     Examples
     --------
@@ -57,7 +57,7 @@ class Orbit(Settings):
     """
 
     propagator: Annotated[str, one_of(ANALYTIC)] = "two-body"
-    """unperturbed, or with the secular effects of J2"""
+    """two-body motion, or secular drift by J2"""
     semi_major_axis: Annotated[float, Unit("m")] = Field(gt=0.0)
     """semi-major axis"""
     eccentricity: float = Field(ge=0.0, lt=1.0)
@@ -85,11 +85,11 @@ class Orbit(Settings):
         return orbital_period(self.semi_major_axis)
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
-        """Position [m] and velocity [m/s], shape (n, 3), at `times` [s] after the epoch."""
+        """Return position [m] and velocity [m/s], shape (n, 3), at `times` [s] after the epoch."""
         return ANALYTIC[self.propagator](self._elements(), times)
 
     def later(self, time: float) -> Self:
-        """The same orbit with the elements of an epoch `time` [s] later."""
+        """Return the orbit with its elements propagated by a time [s]."""
         elements = self._elements()
         rates = secular_rates(*elements[:3]) if self.propagator == "j2" else (0.0, 0.0, 0.0)
         _, _, _, *angles = advanced(elements, time, rates)
@@ -99,7 +99,7 @@ class Orbit(Settings):
         )
 
     def for_run(self, epoch: datetime, duration: float) -> Self:
-        """Itself: the elements are those of the epoch, whatever it is."""
+        """Return the orbit, whose elements refer to the epoch of any run."""
         return self
 
     def _elements(self) -> Elements:
@@ -114,15 +114,15 @@ class Orbit(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class OrbitFile(Settings):
-    """A file of element sets (OMM, or two lines), or an orbit ephemeris message (OEM).
+    """File of element sets (OMM or two-line), or an orbit ephemeris message (OEM).
 
-    Either may be compressed (``.gz``). A scenario keeps the elements or samples that `for_run`
-    gives, and not the file, which may change.
+    Files may be compressed (``.gz``). A scenario stores the elements or samples from `for_run` and
+    does not refer to the file, which may change.
 
     Raises
     ------
     InvalidValue
-        For a value out of its range.
+        If a value is out of range.
 
     Examples
     --------
@@ -135,29 +135,36 @@ class OrbitFile(Settings):
     propagator: ClassVar[str] = "file"
 
     file: str
-    """element sets or an ephemeris, in the scenario file's folder"""
+    """file of element sets or an ephemeris, relative to the scenario file"""
     object: str = ""
-    """which of several objects: name, designator or catalog number"""
+    """name, designator or catalog number of the object, if the file has several"""
     interpolation: Literal["hermite", "lagrange"] | None = None
-    """through velocities too, or positions only, if not as the file says"""
+    """interpolation with velocities (hermite) or of positions only (lagrange); default: as in the
+    file"""
     degree: int | None = Field(default=None, ge=1, le=MOST_DEGREE)
-    """degree of the polynomials, if not as the file says"""
+    """degree of the interpolating polynomials; default: as in the file"""
 
     def for_run(self, epoch: datetime, duration: float) -> EphemerisOrbit | TLEOrbit | MeanElements:
-        """Return the orbit of a run of `duration` [s] from an epoch with a UTC offset.
+        """Read the orbit of a run.
+
+        Parameters
+        ----------
+        epoch : datetime with UTC offset
+        duration : float
+            [s].
 
         Raises
         ------
         OSError
             If the file cannot be read.
         InvalidValue
-            Naming the file and what is wrong in it or missing, such as a part of the run.
+            If the file is invalid or does not cover the run; the message names the file.
         """
         from mgeo_attitude.environment.element_file import read_element_set
         from mgeo_attitude.environment.oem_file import Run, read_oem
 
         path = Path(self.file)
-        expect(path.is_file(), "file", self.file, "a file, and there is none")
+        expect(path.is_file(), "file", self.file, "an existing file")
         try:
             with gzip.open(path, "rt") if path.suffix == ".gz" else path.open() as file:
                 text = file.read()
@@ -175,8 +182,8 @@ class OrbitFile(Settings):
 
 AnyOrbit = Orbit | TLEOrbit | MeanElements | EphemerisOrbit
 
-#: Orbit classes by the ``propagator`` that names them in a scenario file; some keys imply it.
-#: `for_run` gives the orbit of a run, which has a `period` and `propagate`.
+#: Orbit classes by the value of ``propagator`` in a scenario file, which some keys imply. `for_run`
+#: returns an orbit with `period` and `propagate`.
 ORBITS = Kinds(
     "propagator",
     dict.fromkeys(ANALYTIC, Orbit)

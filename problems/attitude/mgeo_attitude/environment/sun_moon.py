@@ -1,12 +1,12 @@
-"""Where Sun and Moon are, how much of the Sun the Earth covers, and what light it throws back.
+"""Positions of Sun and Moon, eclipses and albedo.
 
-The Sun: IAU SOFA's planetary theory (VSOP2000, as epv00), in GCRS axes. The direction is
-geometric: light time and the aberration by the Earth's motion (0.0057°) are not in it, as an ideal
-Sun sensor model would remove them. The Earth is a sphere without an atmosphere.
+Sun: planetary theory of IAU SOFA (VSOP2000, epv00), in GCRS axes. The direction is geometric: light
+time and the aberration by the Earth's motion (0.0057°) are omitted, as an ideal Sun sensor model
+would remove them. The Earth is a sphere without atmosphere.
 
-The Moon: the truncated lunar theory of Meeus (Astronomical Algorithms, 2nd edition, 1998, chapter
-47), as erfa's moon98, in GCRS axes. Against ELP/MPP02 its direction is off by 2.9 arcsec rms and 18
-at worst (1950 to 2100), which is less than a hundredth of the disc.
+Moon: truncated lunar theory of Meeus (Astronomical Algorithms, 2nd edition, 1998, chapter 47), as
+in erfa's moon98, in GCRS axes. Its direction differs from ELP/MPP02 by 2.9 arcsec rms and by at
+most 18 arcsec (1950 to 2100), less than a hundredth of the disc.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT, DAY, EARTH_RADIUS, SUN_RADIUS
 from mgeo_attitude.environment.times import Instants
 
-_INCIDENCES = 32  # points of the integral over the lit Earth, which is then good to 1e-4
-_MANY = 20000  # instants
+_INCIDENCES = 32  # points of the integral over the lit Earth, whose relative error is then 1e-4
+_MANY = 20000  # instants above which the Sun's position is interpolated
 _NODES = 600.0 / DAY
-_SMALLEST_SEPARATION = 1e-9  # rad; keeps the division by it finite on the shadow's axis
+_SMALLEST_SEPARATION = 1e-9  # rad; avoids a division by zero on the shadow's axis
 
 
 def sun_position(at: Instants) -> Floats:
-    """Vectors from the Earth's center to the Sun [m], GCRS, shape (n, 3).
+    """Return the vectors from the Earth's center to the Sun [m], GCRS, shape (n, 3).
 
-    The theory takes 0.04 ms an instant. Of many it is evaluated every ten minutes, with Hermite's
-    cubics between, which are nearer to it than its own rounding.
+    The theory takes 0.04 ms per instant. For many instants, it is evaluated every ten minutes, with
+    cubic Hermite interpolation whose error is below the rounding error.
     """
     span = float(at.tt[-1] - at.tt[0]) if len(at.tt) else 0.0
     nodes = int(span / _NODES) + 2
@@ -44,17 +44,26 @@ def sun_position(at: Instants) -> Floats:
 
 
 def sun_direction(position: Floats, sun: Floats) -> Floats:
-    """Unit vectors from satellites at `position` to the Sun at `sun`, both (n, 3) in m."""
+    """Return unit vectors from satellites at `position` to the Sun at `sun`, both (n, 3) [m]."""
     to_sun = sun - position
     return np.asarray(to_sun / np.linalg.norm(to_sun, axis=-1, keepdims=True))
 
 
 def lit_fraction(position: Floats, sun: Floats) -> Floats:
-    """Visible fraction of the Sun's disc, shape (n,): 1 in sunlight, 0 in the umbra.
+    """Return the visible fraction of the Sun's disc, shape (n,): 1 in sunlight, 0 in the umbra.
 
-    Satellite and Sun are (n, 3) in m from the Earth's center; a position below the surface is a
-    ValueError. Their discs are circles on the sky that overlap in a lens (Montenbruck & Gill,
-    Satellite Orbits, section 3.4.2): exact for where the shadow's cones are.
+    The discs of Sun and Earth are circles on the celestial sphere (Montenbruck & Gill, Satellite
+    Orbits, section 3.4.2). The limits of umbra and penumbra are exact.
+
+    Parameters
+    ----------
+    position, sun : arrays, shape (n, 3)
+        Satellite and Sun relative to the Earth's center [m].
+
+    Raises
+    ------
+    ValueError
+        If a position is below the Earth's surface.
     """
     distance = np.linalg.norm(position, axis=1)
     if not (distance >= EARTH_RADIUS).all():
@@ -76,10 +85,17 @@ def lit_fraction(position: Floats, sun: Floats) -> Floats:
 
 
 def above_limb(position: Floats, sun: Floats) -> Floats:
-    """Angle of the Sun's center from the Earth's limb [rad], shape (n,); negative behind it.
+    """Return the angle of the Sun's center above the Earth's limb [rad], shape (n,).
 
-    Where it is zero, `lit_fraction` is a half to 3e-6 rad. A satellite is at `position` [m], `sun`
-    are unit vectors to the Sun, both (n, 3).
+    The angle is negative behind the Earth. Where it is zero, `lit_fraction` is one half, to within
+    3e-6 rad.
+
+    Parameters
+    ----------
+    position : array, shape (n, 3)
+        Satellite [m].
+    sun : array, shape (n, 3)
+        Unit vectors to the Sun.
     """
     distance = np.linalg.norm(position, axis=1)
     cosine = -np.einsum("ni,ni->n", position, sun) / distance
@@ -87,14 +103,14 @@ def above_limb(position: Floats, sun: Floats) -> Floats:
 
 
 def earthlight(position: Floats, sun: Floats) -> Floats:
-    """Light from the Earth as a vector, in units of direct sunlight, shape (n, 3).
+    """Return the albedo of the Earth as a vector, in units of direct sunlight, shape (n, 3).
 
-    Its part along any direction is what a flat cell looking there gets by the cosine law, less
-    what one looking the other way gets: what adds to the vector of a coarse Sun sensor. The Earth
-    is a sphere of albedo 1 that throws light back by Lambert's law: D. D. V. Bhanderi, T. Bak,
-    Modeling Earth Albedo for Satellites in Earth Orbit, AIAA GNC 2005, with one reflectivity in
-    place of maps. The Earth's is 0.29 in the mean (G. L. Stephens et al., The albedo of Earth,
-    Reviews of Geophysics 53, 2015).
+    The component along a direction is the cosine-law signal of a flat cell that faces the
+    direction, minus the signal of a cell that faces the opposite direction. The vector adds to the
+    measurement of a coarse Sun sensor. The Earth is a Lambert sphere of reflectivity 1: D. D. V.
+    Bhanderi, T. Bak, Modeling Earth Albedo for Satellites in Earth Orbit, AIAA GNC 2005, with a
+    constant reflectivity instead of maps. The mean reflectivity of the Earth is 0.29 (G. L.
+    Stephens et al., The albedo of Earth, Reviews of Geophysics 53, 2015).
 
     Parameters
     ----------
@@ -105,28 +121,28 @@ def earthlight(position: Floats, sun: Floats) -> Floats:
     """
     r = np.linalg.norm(position, axis=1, keepdims=True)
     up = position / r
-    cosine = np.sum(up * sun, axis=1, keepdims=True)  # of the Sun's zenith angle below
+    cosine = np.sum(up * sun, axis=1, keepdims=True)  # Sun zenith angle below
     ahead = sun - cosine * up
     sine = np.linalg.norm(ahead, axis=1, keepdims=True)
     ahead = ahead / np.maximum(sine, _SMALLEST_SEPARATION)
-    # over rings of the visible cap, by the angle at which their light leaves the ground: about the
-    # nadir they have the radius `nadir` seen from the satellite, `arc` from the Earth's center
+    # Integrate over rings of the visible cap by the emission angle `leaving`. A ring about nadir
+    # has the radius `nadir` seen from the satellite and `arc` seen from the Earth's center.
     nodes, weights = np.polynomial.legendre.leggauss(_INCIDENCES)
     leaving = 0.25 * np.pi * (nodes + 1.0)
     nadir = np.arcsin(EARTH_RADIUS / r * np.sin(leaving))
     arc = leaving - nadir
-    turn = EARTH_RADIUS / r * np.cos(leaving) / np.cos(nadir)  # of nadir by leaving
-    # sunlight on a ring is a + b cos φ, where that is positive: |φ| below `lit`
+    turn = EARTH_RADIUS / r * np.cos(leaving) / np.cos(nadir)  # derivative of nadir by leaving
+    # The irradiance of a ring is a + b cos φ where it is positive, that is, for |φ| below `lit`.
     a, b = cosine * np.cos(arc), sine * np.sin(arc)
     lit = np.arccos(np.clip(-a / np.maximum(b, 1e-300), -1.0, 1.0))
     whole = 2.0 * (a * lit + b * np.sin(lit))
     forward = 2.0 * a * np.sin(lit) + b * (lit + 0.5 * np.sin(2.0 * lit))
-    ring = 0.25 * weights * turn * np.sin(nadir)  # over π, of a Lambert surface
+    ring = 0.25 * weights * turn * np.sin(nadir)  # includes the factor 1/π of a Lambert surface
     down = np.sum(ring * whole * np.cos(nadir), axis=1, keepdims=True)
     along = np.sum(ring * forward * np.sin(nadir), axis=1, keepdims=True)
     return np.asarray(along * ahead - down * up)
 
 
 def moon_position(at: Instants) -> Floats:
-    """Vectors from the Earth's center to the Moon's [m], GCRS, shape (n, 3); geometric."""
+    """Return the geometric vectors from the Earth's center to the Moon [m], GCRS, shape (n, 3)."""
     return np.asarray(ASTRONOMICAL_UNIT * erfa.moon98(at.midnight, at.tt)["p"])

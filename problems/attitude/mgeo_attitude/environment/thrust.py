@@ -1,9 +1,9 @@
-"""Detection of thrust in samples of an orbit, by the motion that gravity alone would give.
+"""Detection of thrust in orbit samples by comparison with unpowered motion.
 
-From each sample the motion in the field of the Earth's point mass and J2 is integrated to a later
-one. What is left of the velocity's change belongs to other forces. In low orbits these are below
-4e-4 m/s² (higher harmonics of gravity; drag is far less); a chemical thruster makes 1e-3 m/s² and
-more. Samples of a two-body orbit are compared with the point mass alone.
+From each sample, the motion under the Earth's point mass and J2 is integrated to a later sample.
+The residual change of velocity is attributed to other forces. In low orbits, unmodeled natural
+forces are below 4e-4 m/s² (mainly higher gravity harmonics); a chemical thruster causes 1e-3 m/s²
+and more. Samples of a two-body orbit are compared with the point mass alone.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_J2, EARTH_MU, EARTH_RADIUS
 
 _SMALLEST = 8e-4  # m/s²
-_SPAN = 60.0  # s, over which a velocity rounded to 1 mm/s still tells a thrust
-_STEPS = 24  # of the integrator between two samples
+_SPAN = 60.0  # s; long enough to detect thrust in velocities that are rounded to 1 mm/s
+_STEPS = 24  # integration steps between two samples
 
 
 class Thrust(NamedTuple):
-    """Span of samples in which the satellite is accelerated by other forces than gravity.
+    """Interval of samples with acceleration by forces other than gravity.
 
     Attributes
     ----------
     start, end : float
         First and last sample [s].
     acceleration : float
-        Greatest mean acceleration between two of its samples [m/s²].
+        Largest mean acceleration between two samples of the interval [m/s²].
     """
 
     start: float
@@ -37,24 +37,27 @@ class Thrust(NamedTuple):
 
 
 def find_thrust(times: Floats, position: Floats, velocity: Floats) -> list[Thrust]:
-    """Return the spans of thrust, in their order.
+    """Return the intervals of thrust in chronological order.
 
     Parameters
     ----------
     times : array, shape (n,)
         [s], increasing.
     position, velocity : arrays, shape (n, 3)
-        [m], [m/s], in inertial axes whose z axis is near the Earth's.
+        [m] and [m/s], in inertial axes whose z axis is close to the Earth's.
     """
     n = len(times)
-    # the last sample within the span, or the next one if it is farther away
+    # Compare with the last sample within the span, or with the next sample if it is later.
     later = np.searchsorted(times, times + _SPAN, side="right") - 1
     later = np.maximum(later, np.minimum(np.arange(n) + 1, n - 1))
     whole = np.flatnonzero((times + _SPAN <= times[-1]) & (later > np.arange(n)))
     duration = (times[later] - times)[whole, None]
     start = np.stack([position[whole], velocity[whole]])
     acceleration = min(
-        (_unexplained(start, velocity[later[whole]], duration, j2) for j2 in (EARTH_J2, 0.0)),
+        (
+            _residual_acceleration(start, velocity[later[whole]], duration, j2)
+            for j2 in (EARTH_J2, 0.0)
+        ),
         key=np.median,
     )
     found: list[Thrust] = []
@@ -68,11 +71,18 @@ def find_thrust(times: Floats, position: Floats, velocity: Floats) -> list[Thrus
     return found
 
 
-def _unexplained(start: Floats, velocity: Floats, duration: Floats, j2: float) -> Floats:
-    """Mean acceleration [m/s²], shape (n,), that leads from a coast to a velocity.
+def _residual_acceleration(start: Floats, velocity: Floats, duration: Floats, j2: float) -> Floats:
+    """Return the mean acceleration [m/s²], shape (n,), that gravity does not explain.
 
-    The coast is that of states `start`, shape (2, n, 3), over `duration` [s], shape (n, 1), by
-    Runge and Kutta's method.
+    Parameters
+    ----------
+    start : array, shape (2, n, 3)
+        Initial position and velocity.
+    velocity : array, shape (n, 3)
+        Velocity at the end of the interval [m/s].
+    duration : array, shape (n, 1)
+        Length of the interval [s].
+    j2 : float
     """
     h, state = duration / _STEPS, start
     for _ in range(_STEPS):
@@ -85,7 +95,7 @@ def _unexplained(start: Floats, velocity: Floats, duration: Floats, j2: float) -
 
 
 def _slope(state: Floats, j2: float) -> Floats:
-    """Velocity and acceleration by the Earth's point mass and J2, shape (2, n, 3)."""
+    """Return velocity and acceleration by the Earth's point mass and J2, shape (2, n, 3)."""
     position, velocity = state
     radius = np.linalg.norm(position, axis=1, keepdims=True)
     polar = 5.0 * (position[:, 2:] / radius) ** 2

@@ -1,4 +1,4 @@
-"""Instants: time scales, seconds between them, and texts, ISO 8601, that files have of them."""
+"""Time scales, elapsed seconds and ISO 8601 time stamps."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ _STAMP = re.compile(
     r"(\d{4})-(?:(\d\d)-(\d\d)|(\d{3}))[T ](\d\d):(\d\d)(?::(\d\d(?:\.\d*)?))?(?:Z|\+00:00)?"
 )
 
-#: TAI less the time of each uniform time scale [s]; UTC has leap seconds.
+#: TAI minus the time of each uniform time scale [s].
 TAI_MINUS = {"TAI": 0.0, "GPS": 19.0, "TT": -erfa.TTMTAI}
 
 
 class Instants(NamedTuple):
-    """Julian dates in two parts: one midnight for all, and days after it, shape (n,).
+    """Julian dates in two parts: a common midnight, and days after it, shape (n,).
 
-    `ut` counts SI seconds from the UTC epoch, standing for UTC and UT1 alike; it runs on through a
-    leap second, as UT1 does. `tt` is terrestrial time (TDB is within 2 ms).
+    `ut` counts SI seconds from the UTC epoch and represents both UTC and UT1. It is continuous
+    through a leap second, as UT1 is. `tt` is terrestrial time, within 2 ms of TDB.
     """
 
     midnight: float
@@ -39,18 +39,24 @@ class Instants(NamedTuple):
 
 
 def as_utc(epoch: datetime) -> datetime:
-    """The epoch in UTC; without a UTC offset it is a ValueError."""
+    """Convert an epoch to UTC.
+
+    Raises
+    ------
+    ValueError
+        If the epoch has no UTC offset.
+    """
     if epoch.utcoffset() is None:
         raise ValueError(f"epoch = {epoch.isoformat()}: expected a UTC offset, such as tzinfo=UTC")
     return epoch.astimezone(UTC)
 
 
 def instants(epoch: datetime, times: ArrayLike) -> Instants:
-    """Julian dates at `times` [s], shape (n,), after an epoch with a UTC offset.
+    """Return the Julian dates at `times` [s], shape (n,), after an epoch with a UTC offset.
 
-    Leap seconds are those of erfa. It has none before 1960, when UTC did not exist, and none yet
-    announced for years to come: TT is then off by up to 40 s and by the leap seconds still to be
-    added, which turns the Sun by less than 0.0005°.
+    Leap seconds are those of erfa, which has none before 1960 and none for future years without an
+    announcement. The error of TT is then up to 40 s plus future leap seconds, which rotates the Sun
+    by less than 0.0005°.
     """
     utc = as_utc(epoch)
     midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
@@ -64,64 +70,68 @@ def instants(epoch: datetime, times: ArrayLike) -> Instants:
 
 
 def elapsed(since: datetime, until: datetime) -> float:
-    """SI seconds from one instant to another, with the leap seconds between them."""
+    """Return the SI seconds between two instants, leap seconds included."""
     start, end = as_utc(since), as_utc(until)
     return (end - start).total_seconds() + tai_minus_utc(end) - tai_minus_utc(start)
 
 
 def instant_after(epoch: datetime, seconds: float) -> datetime:
-    """The instant some SI seconds after an epoch, UTC, with the leap seconds between them."""
+    """Return the instant in UTC at a number of SI seconds after an epoch, leap seconds included."""
     instant = as_utc(epoch) + timedelta(seconds=seconds)
     return instant - timedelta(seconds=elapsed(epoch, instant) - seconds)
 
 
 def utc_text(epoch: datetime, seconds: float) -> str:
-    """An instant some seconds after an epoch, for messages: 2018-06-05T00:00:00.000Z."""
+    """Format an instant after an epoch for messages, such as 2018-06-05T00:00:00.000Z."""
     instant = as_utc(epoch) + timedelta(seconds=float(seconds))
     return instant.isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
 def tai_minus_utc(utc: datetime) -> float:
-    """Seconds by which TAI is ahead of UTC then, see `instants`."""
+    """Return TAI minus UTC [s] at an instant; see `instants`."""
     midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
-    # erfa.dat would warn of some years, and filters of warnings are shared by all threads
+    # erfa.dat warns for some years; a warning filter would affect all threads.
     fraction = (utc - midnight).total_seconds() / DAY
     return float(erfa.ufunc.dat(utc.year, utc.month, utc.day, fraction)[0])
 
 
 def seconds_after(epoch: datetime, stamps: Sequence[str], system: str = "UTC") -> Floats:
-    """Return SI seconds from an epoch with a UTC offset to time stamps, shape (n,).
+    """Return the SI seconds from an epoch with a UTC offset to time stamps, shape (n,).
 
-    Between 23:59:59 and midnight a leap second is second 60.
+    A leap second is second 60 of its minute.
 
     Parameters
     ----------
+    epoch : datetime
+    stamps : sequence of str
+        ISO 8601, with a calendar date or a day of year.
     system : str
         Time scale of the stamps: UTC or one of `TAI_MINUS`.
 
     Raises
     ------
     ValueError
-        For text that is no time stamp.
+        If a text is not a time stamp.
     """
     utc = as_utc(epoch)
-    days, clocks = zip(*map(_parts, stamps), strict=True) if stamps else ((), ())
+    days, clocks = zip(*map(_parse_stamp, stamps), strict=True) if stamps else ((), ())
     seconds = np.array([DAY * (day - utc.date()).days for day in days]) + np.array(clocks)
     dates = np.array([(day.year, day.month, day.day) for day in days]).reshape(-1, 3)
     ahead = _tai_minus(system, dates, np.minimum(np.array(clocks) / DAY, 1.0))
     midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
-    # whole numbers first: sums of hours and fractions keep the last digit of a microsecond
+    # Adding whole seconds first preserves the last digit of a microsecond.
     return np.asarray(seconds - (utc - midnight).total_seconds() + (ahead - tai_minus_utc(utc)))
 
 
 def clock_seconds_after(epoch: datetime, seconds: ArrayLike, system: str = "UTC") -> Floats:
-    """Return SI seconds from an epoch with a UTC offset to calendar instants, shape (n,).
+    """Return the SI seconds from an epoch with a UTC offset to calendar instants, shape (n,).
 
     Parameters
     ----------
+    epoch : datetime
     seconds : array_like, shape (n,)
-        Calendar seconds from the epoch's date to dates of a time scale, without leap seconds, as
-        Unix counts; NaN stays.
+        Calendar seconds from the epoch to dates of a time scale, without leap seconds, like Unix
+        time. NaN is preserved.
     system : str
         Time scale of the dates: UTC or one of `TAI_MINUS`.
     """
@@ -138,16 +148,25 @@ def clock_seconds_after(epoch: datetime, seconds: ArrayLike, system: str = "UTC"
 
 
 def _tai_minus(system: str, dates: Ints, fractions: Floats) -> Floats:
-    """TAI less a time scale [s] on dates (year, month, day), shape (n, 3), and day fractions."""
+    """Return TAI minus a time scale [s].
+
+    Parameters
+    ----------
+    system : str
+    dates : array, shape (n, 3)
+        Year, month and day.
+    fractions : array, shape (n,)
+        Fractions of the day.
+    """
     if system in TAI_MINUS:
         return np.full(len(dates), TAI_MINUS[system])
-    # erfa.dat would warn of years before 1960 and of those to come
+    # The ufunc does not warn for years before 1960 and for future years, as erfa.dat does.
     ahead: Floats = erfa.ufunc.dat(*dates.T, fractions)[0]
     return ahead
 
 
-def _parts(stamp: str) -> tuple[date, float]:
-    """The day, and seconds since its midnight."""
+def _parse_stamp(stamp: str) -> tuple[date, float]:
+    """Return the date of a time stamp and the seconds since midnight."""
     found = _STAMP.fullmatch(stamp)
     try:
         year, month, day, ordinal, hour, minute, second = found.groups("0") if found else ()
@@ -166,20 +185,20 @@ def _parts(stamp: str) -> tuple[date, float]:
 
 
 def utc_texts(epoch: datetime, times: ArrayLike) -> list[str]:
-    """ISO 8601 texts of the instants `times` [s], shape (n,), of SI seconds after an epoch.
+    """Format instants at `times` [s], shape (n,), after an epoch as UTC in ISO 8601.
 
-    Microseconds and no designator, such as ``2018-06-05T00:00:01.000000``: the calendar format of
-    CCSDS 301.0-B. A leap second is written as second 60.
+    The texts have microseconds and no designator, such as ``2018-06-05T00:00:01.000000``: the
+    calendar format of CCSDS 301.0-B. A leap second is second 60.
 
     Raises
     ------
     ValueError
-        For an epoch without UTC offset.
+        If the epoch has no UTC offset.
     """
     utc = as_utc(epoch)
     seconds = utc.second + 1e-6 * utc.microsecond
-    # No leap seconds before 1960, and none yet announced for years to come: erfa's own functions
-    # would warn of such years, and filters of warnings are shared by all threads.
+    # erfa's own functions warn for years before 1960 and for future years; a warning filter would
+    # affect all threads.
     date = utc.year, utc.month, utc.day, utc.hour, utc.minute, seconds
     *start, _ = erfa.ufunc.dtf2d("UTC", *date)
     day, fraction, _ = erfa.ufunc.utctai(*start)

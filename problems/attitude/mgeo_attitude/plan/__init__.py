@@ -1,4 +1,4 @@
-"""A plan as an artefact: picked from a front, looked at, written, read back and flown."""
+"""Plans as objects and files: selected from a front, analyzed, exported, read."""
 
 from mgeo_attitude.plan.aem import aem_text
 from mgeo_attitude.plan.attitudes import stk_text

@@ -1,13 +1,13 @@
-"""The planned attitude as a CCSDS Attitude Ephemeris Message (CCSDS 504.0-B), in KVN.
+"""Export of the planned attitude as a CCSDS Attitude Ephemeris Message (504.0-B) in KVN.
 
-Attitudes go from REF_FRAME_A to REF_FRAME_B with the scalar last. Version 1.0 (504.0-B-1, 2008)
-says so with ATTITUDE_DIR = A2B and QUATERNION_TYPE = LAST; in 2.0 (504.0-B-2, 2024) it is always
-so. Rates are the derivatives of the quaternion in 1.0, whose own rates are those of Euler angles,
-and the angular velocity in body axes in 2.0. REF_FRAME_A is GCRF, the frame of all tables here, or
-EME2000, whose axes are 0.02 arc seconds off: attitudes are then from these.
+Attitudes are rotations from REF_FRAME_A to REF_FRAME_B with the scalar part last. Version 1.0
+(504.0-B-1, 2008) states this by ATTITUDE_DIR = A2B and QUATERNION_TYPE = LAST; version 2.0
+(504.0-B-2, 2024) implies it. Rates are quaternion derivatives in version 1.0, which defines rates
+only for Euler angles, and angular velocities in body axes in version 2.0. REF_FRAME_A is GCRF, the
+frame of all tables of this package, or EME2000, whose axes differ by 0.02 arc seconds.
 
-Each phase of constant rate is a segment of its own, across whose ends nobody may interpolate
-(4.2.4.8.3), and begins at the instant at which the one before it ends.
+Each phase of constant rate is a segment, since readers must not interpolate across the ends of a
+segment (4.2.4.8.3). It starts at the instant at which the previous segment ends.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 Version = Literal["1.0", "2.0"]
 Rates = Literal["given", "none"]
 
-#: Digits of a quaternion after the point: 16 in all (6.8.4.1).
+#: Decimals of a quaternion; the standard allows 16 digits (6.8.4.1).
 _DIGITS = 15
-#: A line has 254 characters at most (6.6.1); this leaves room for any keyword.
+#: Largest length of a value: lines have at most 254 characters (6.6.1), keyword included.
 _LONGEST_VALUE = 200
 
 
@@ -43,31 +43,32 @@ def aem_text(
     rates: Rates = "given",
     frame: Frame = "GCRF",
 ) -> str:
-    """The attitude of a plan from its start to its end, slew back included.
+    """Return the attitude of a plan, slew back included, as an AEM.
 
-    Comments tell of the rate that is held for late flights, and name the constraints that the plan
-    violates.
+    Comments describe a constant-rate hold for Monte Carlo runs and list violated constraints.
 
     Parameters
     ----------
+    plan : ManeuverPlan
     object_name, object_id, originator : str
         OBJECT_NAME, OBJECT_ID (international designator) and ORIGINATOR, in upper or lower case.
     created : datetime with UTC offset, optional
         CREATION_DATE; default: now.
     version : {"1.0", "2.0"}
+        CCSDS_AEM_VERS.
     spacing : float
-        Greatest time between attitudes [s]. Readers interpolate linearly: at 1 deg/s about all axes
-        and the default 1 s they are wrong by less than 0.03 arc seconds in between.
+        Largest time between attitudes [s]. Readers interpolate linearly: the error is below 0.03
+        arc seconds at 1 deg/s about all axes and the default spacing.
     rates : {"given", "none"}
-        Whether rates are written: many readers take plain quaternions only.
+        Whether rates are written. Many readers accept quaternions without rates only.
     frame : {"GCRF", "EME2000"}
         REF_FRAME_A.
 
     Raises
     ------
     ValueError
-        For a text that the format does not allow, an unknown version, frame or kind of rates, or a
-        spacing not above zero.
+        If a text is not allowed in the format, if the version, frame or kind of rates is unknown,
+        or if the spacing is not positive.
 
     Examples
     --------
@@ -118,7 +119,7 @@ def _segment(
         )
     if not first_edition:
         lines = ["ANGVEL_FRAME = SC_BODY_1"] if rates == "given" else []
-    rows = np.hstack(columns).round(_DIGITS) + 0.0  # the format knows no -0
+    rows = np.hstack(columns).round(_DIGITS) + 0.0  # the format does not allow -0
     return [
         "META_START",
         f"COMMENT {part.phase.label}, body rates {turning} deg/s",
@@ -145,7 +146,7 @@ def _segment(
 
 
 def _comment(text: str) -> str:
-    """A line of printable text, cut where the format's lines end."""
+    """Return a comment line in ASCII, cut to the length that the format allows."""
     return f"COMMENT {text.encode('ascii', 'replace').decode()[:_LONGEST_VALUE]}"
 
 

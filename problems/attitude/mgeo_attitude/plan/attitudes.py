@@ -1,4 +1,4 @@
-"""The attitude of a plan at many instants, and as a file of STK."""
+"""Attitude of a plan as a function of time, and its export as an STK attitude file."""
 
 from __future__ import annotations
 
@@ -22,16 +22,17 @@ Frame = Literal["GCRF", "EME2000"]
 
 @dataclass(frozen=True, eq=False)
 class Attitudes:
-    """Of one phase, whose ends are its first and last instant.
+    """Attitudes during one phase, both ends included.
 
     Attributes
     ----------
+    phase : Phase
     times : array, shape (k,)
-        [s] after the epoch.
+        Seconds after the epoch.
     q : array, shape (k, 4)
-        Quaternions from an inertial frame to the body, vector first, as `geometry.quaternion`.
+        Quaternions from an inertial frame to the body, scalar last, as in `geometry.quaternion`.
     rates : array, shape (k, 3)
-        Body rates [rad/s] about the body axes.
+        Body rates about the body axes [rad/s].
     """
 
     phase: Phase
@@ -43,17 +44,20 @@ class Attitudes:
 def attitudes(
     plan: ManeuverPlan, spacing: float = 1.0, frame: Frame = "GCRF"
 ) -> Iterator[Attitudes]:
-    """Each phase of a plan, slew back included.
+    """Yield the attitudes of each phase of a plan, slew back included.
 
     Parameters
     ----------
-    spacing : greatest time between instants [s].
-    frame : that attitudes are from.
+    plan : ManeuverPlan
+    spacing : float
+        Largest time between attitudes [s].
+    frame : {"GCRF", "EME2000"}
+        Inertial frame of the quaternions.
 
     Raises
     ------
     ValueError
-        For a spacing not above zero, or an unknown frame.
+        If the spacing is not positive or the frame is unknown.
     """
     if not 0.0 < spacing < math.inf:
         raise ValueError(f"spacing = {spacing!r}: expected a number of seconds above 0")
@@ -76,9 +80,9 @@ def attitudes(
 
 
 def joined(plan: ManeuverPlan, spacing: float) -> tuple[Floats, Floats]:
-    """Times (k,) and quaternions (k, 4) from GCRF of all phases, each instant once.
+    """Return times, shape (k,), and quaternions from GCRF, shape (k, 4), of a whole plan.
 
-    The attitude does not jump where phases meet, and neither do the quaternions' signs.
+    The instants at which phases meet appear once. The signs of the quaternions are continuous.
     """
     parts = list(attitudes(plan, spacing))
     times = np.concatenate([part.times[:1] for part in parts[:1]] + [p.times[1:] for p in parts])
@@ -88,15 +92,15 @@ def joined(plan: ManeuverPlan, spacing: float) -> tuple[Floats, Floats]:
 
 
 def warnings(plan: ManeuverPlan) -> list[str]:
-    """A line of ASCII for each constraint that the plan violates, for comments in files."""
+    """Return a line in ASCII for each violated constraint, for comments in files."""
     lines = (f"VIOLATED CONSTRAINT: {each}" for each in plan.violations())
     return [line.encode("ascii", "replace").decode() for line in lines]
 
 
 def gcrf_to_eme2000() -> Floats:
-    """Matrix that takes coordinates in GCRF to EME2000: the frame bias, 0.02 arc seconds.
+    """Return the rotation matrix from GCRF to EME2000, the constant frame bias of 0.02 arc seconds.
 
-    IAU 2006, by erfa (IERS Conventions 2010, section 5.4.4); it is the same at all times.
+    Source: IAU 2006, by erfa (IERS Conventions 2010, section 5.4.4).
     """
     return np.asarray(erfa.bp06(erfa.DJ00, 0.0)[0])
 
@@ -105,18 +109,21 @@ _MONTHS = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct",
 
 
 def stk_text(plan: ManeuverPlan, *, spacing: float = 1.0) -> str:
-    """Quaternions from ICRF to the body, scalar last, from the plan's start to its end.
+    """Return the attitude of a plan as an STK attitude file.
 
-    Times are seconds after ScenarioEpoch, which is in UTC.
+    The quaternions rotate from ICRF to the body, with the scalar part last. Times are seconds after
+    ScenarioEpoch, in UTC.
 
     Parameters
     ----------
-    spacing : greatest time between attitudes [s].
+    plan : ManeuverPlan
+    spacing : float
+        Largest time between attitudes [s].
 
     Raises
     ------
     ValueError
-        For a spacing not above zero.
+        If the spacing is not positive.
 
     Examples
     --------

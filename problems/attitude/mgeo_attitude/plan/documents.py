@@ -1,7 +1,7 @@
-"""JSON documents that read back: plans, calibrations, truths.
+"""JSON documents of plans, calibrations and true parameters.
 
-Each has its ``format`` and ``version`` first, and the scenario it belongs to. What follows from
-these keys is written for people and other tools; on reading it is ignored and computed again.
+A document starts with its ``format`` and ``version`` and contains the scenario. Entries that follow
+from other entries are informative: reading ignores them and computes them again.
 """
 
 from __future__ import annotations
@@ -21,16 +21,18 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Form(Generic[T]):
-    """A format of documents.
+    """A format of JSON documents.
 
     Attributes
     ----------
-    name, version : str, int
-        Of the format.
+    name : str
+        Value of the entry ``format``.
+    version : int
+        Value of the entry ``version``.
     keys : function
-        Return the entries from which the object is made again, the scenario first.
+        Return the entries that define an object, the scenario first.
     made : function
-        Return the object of a table with these entries, and of their scenario.
+        Construct an object from a table with these entries and from their scenario.
     consequences : function
         Return the entries that follow from the others.
     """
@@ -47,30 +49,38 @@ class Form(Generic[T]):
         return {**first, **self.keys(thing), **self.consequences(thing)}
 
     def read(self, text: str) -> T:
-        """Return the object of a document.
+        """Return the object that a document describes.
 
         Raises
         ------
         ValueError, TypeError
-            If the text is no JSON or of another format or version, or an entry is missing or
-            invalid; the message names the key.
+            If the text is not JSON, if its format or version differs, or if an entry is missing or
+            invalid. The message names the key.
         """
         table = opened(text, self.name, self.version)
         return self.made(table, scenario_of(table))
 
 
 def written(document: Mapping[str, Any]) -> str:
-    """Return a document as text; floats by repr, so that they read back exactly."""
+    """Serialize a document as JSON text, from which floats are read back exactly."""
     return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def opened(text: str, kind: str, version: int) -> dict[str, Any]:
-    """Return the table of a document.
+    """Parse a document and check its format and version.
+
+    Parameters
+    ----------
+    text : str
+    kind : str
+        Expected ``format``.
+    version : int
+        Expected ``version``.
 
     Raises
     ------
     ValueError
-        If the text is no JSON, or of another format or version.
+        If the text is not JSON, or if its format or version differs.
     """
     table = json.loads(text)
     found = table.get("format") if isinstance(table, dict) else None
@@ -82,16 +92,19 @@ def opened(text: str, kind: str, version: int) -> dict[str, Any]:
 
 
 def scenario_of(table: Mapping[str, Any]) -> Scenario:
-    """Return the scenario of a document, which contains all keys: a preset's values may change.
+    """Return the scenario of a document.
+
+    The document must contain all keys instead of a preset, whose values may change between
+    versions.
 
     Raises
     ------
     ValueError, TypeError
-        Naming the key, after ``scenario``.
+        If the scenario is invalid; the message names the key, after ``scenario``.
     """
     own = entry(table, "scenario", dict)
     if "preset" in own:
-        whole = "expected all keys in place of a preset, whose values versions of it differ in"
+        whole = "expected all keys instead of a preset, whose values may change between versions"
         raise InvalidValue("scenario.preset", own["preset"], whole)
     try:
         return Scenario.from_dict(own)
@@ -100,14 +113,14 @@ def scenario_of(table: Mapping[str, Any]) -> Scenario:
 
 
 def read_document(path: Path | str, read: Callable[[str], T]) -> T:
-    """Return the object that `read` makes of the text of a file.
+    """Apply `read` to the text of a file.
 
     Raises
     ------
     OSError
         If the file cannot be read.
     ValueError
-        Naming the file, and what `read` reports.
+        If `read` raises one; the message also names the file.
     """
     with errors_of(path):
         return read(Path(path).read_text(encoding="utf-8"))

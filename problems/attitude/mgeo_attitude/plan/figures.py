@@ -1,4 +1,4 @@
-"""Figures of one plan."""
+"""Figures of one plan for its report page."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mgeo_attitude.view.figures.style import Solutions, line
 
 
 def plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
-    """Figures ``rates``, ``contributions`` (of phases), ``budget`` and ``correlation``."""
+    """Return the figures ``rates``, ``contributions``, ``budget`` and ``correlation``."""
     own = dataclasses.replace(Solutions.of(plan.view), labels=("plan",))
     return {
         "rates": maneuvers_figure(plan.problem, own),
@@ -26,7 +26,7 @@ def plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
 
 
 def _contributions(plan: ManeuverPlan) -> go.Figure:
-    """One line per 3-vector of the state: its worst axis over what that was at the start."""
+    """Draw the 1-sigma of each state block at the end of each phase, over the initial one."""
     table = plan.contributions()
     sigma = table.iloc[:, -plan.problem.model.suite.n_states :].to_numpy(float)
     worst = sigma.reshape(len(table), -1, 3).max(axis=2)
@@ -53,12 +53,12 @@ def _contributions(plan: ManeuverPlan) -> go.Figure:
 
 
 def _budget(plan: ManeuverPlan) -> go.Figure:
-    """One bar per 3-vector of the state: what share of its worst axis' variance is from where."""
+    """Draw the share of each error source in the variance of the worst axis of each state block."""
     table = plan.budget()
     share = 100.0 * (table / table.loc["all"]) ** 2
     figure = go.Figure()
     for index, source in enumerate(table.index[:-1]):
-        pattern = ("", "/", "x", ".")[index // len(COLORS) % 4]  # by which those of a color differ
+        pattern = ("", "/", "x", ".")[index // len(COLORS) % 4]  # distinguishes equal colors
         figure.add_bar(
             y=table.columns,
             x=share.loc[source],
@@ -75,7 +75,7 @@ def _budget(plan: ManeuverPlan) -> go.Figure:
 
 
 def _correlation(plan: ManeuverPlan) -> go.Figure:
-    """Heat map from -1 (blue) over 0 (white) to 1 (orange)."""
+    """Draw the correlation matrix as a heat map from -1 (blue) over 0 (white) to 1 (orange)."""
     table = plan.correlations()
     figure = go.Figure(
         go.Heatmap(
@@ -94,7 +94,7 @@ def _correlation(plan: ManeuverPlan) -> go.Figure:
     finished(
         figure,
         "Correlation of the errors at t_end",
-        "far from zero: the two are known better together than each by itself",
+        "a combination of strongly correlated errors is known better than either error",
     )
     figure.update_layout(height=260 + 30 * len(table), margin={"l": 150, "b": 150})
     figure.update_xaxes(tickangle=-60, showgrid=False)

@@ -1,8 +1,8 @@
-"""Plans as files: `write_plan` in any format, JSON that reads back, and the timeline as CSV.
+"""Files of plans: any export format by `write_plan`, JSON that is read back, and CSV.
 
-In JSON, ``scenario`` and ``design`` are the plan. ``predicted``, ``constraints``, ``timeline`` and
-``accuracy`` follow from them; on reading they are ignored and computed again. Floats are written to
-the last digit, but in commands.
+In JSON, ``scenario`` and ``design`` define the plan. ``predicted``, ``constraints``, ``timeline``
+and ``accuracy`` are informative: reading ignores them and computes them again. Floats have all
+their digits, except in commands.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ from mgeo_attitude.problem import PLAN_FORMAT
 
 
 def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
-    """Write a plan to a file, whole or not at all, in the format of its suffix.
+    """Write a plan atomically to a file in the format of its suffix.
 
     Parameters
     ----------
     plan : ManeuverPlan
     path : path
-        Ends in the suffix of one of `mgeo_attitude.export_formats.FORMATS`, such as ``.json``.
+        File with a suffix of `mgeo_attitude.export_formats.FORMATS`, such as ``.json``.
     options
-        Keyword arguments of the formats' functions, such as `aem_text`; a format ignores those of
-        others.
+        Keyword arguments of the format's function, such as `aem_text`. Arguments of other formats
+        are ignored.
 
     Raises
     ------
     ValueError
-        For another ending, or by the function.
+        If the suffix is unknown, or if the format's function raises one.
     TypeError
-        For a keyword that no format takes.
+        If no format takes a keyword.
     ImportError
         If the format needs a package that is not installed.
     OSError
@@ -59,7 +59,7 @@ def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
 
 
 def plan_content(plan: ManeuverPlan, path: Path | str, options: Mapping[str, Any]) -> bytes:
-    """Return the content of a file of this name; raises as `write_plan`."""
+    """Return the content that `write_plan` writes to a path, with its exceptions."""
     chosen = format_of(path)
     refuse_unknown(options, {key for each in FORMATS for key in each.options()}, "write_plan")
     content = chosen.load()(plan, **{k: options[k] for k in chosen.options() if k in options})
@@ -69,8 +69,8 @@ def plan_content(plan: ManeuverPlan, path: Path | str, options: Mapping[str, Any
 def to_csv(plan: ManeuverPlan) -> str:
     """Return the timeline as CSV with a header, one row per phase.
 
-    The column ``row``, such as 2/4, shows lost rows. Lines that begin with # before the header name
-    violated constraints.
+    The column ``row``, such as 2/4, makes missing rows visible. Lines before the header that begin
+    with # list violated constraints.
 
     Parameters
     ----------
@@ -91,10 +91,12 @@ def to_csv(plan: ManeuverPlan) -> str:
 
 
 def csv_text(plan: ManeuverPlan, table: pd.DataFrame, **options: Any) -> str:
-    """Return a table of a plan as CSV, after a comment for each violated constraint.
+    """Return a table as CSV, preceded by a comment for each violated constraint of the plan.
 
     Parameters
     ----------
+    plan : ManeuverPlan
+    table : DataFrame
     options
         Keyword arguments of `DataFrame.to_csv`.
     """
@@ -103,7 +105,7 @@ def csv_text(plan: ManeuverPlan, table: pd.DataFrame, **options: Any) -> str:
 
 
 def to_json(plan: ManeuverPlan) -> str:
-    """Return the plan as a JSON document; floats by repr, so that it reads back exactly.
+    """Return a plan as a JSON document, from which floats are read back exactly.
 
     Parameters
     ----------
@@ -127,11 +129,16 @@ def document(plan: ManeuverPlan) -> dict[str, Any]:
 
 
 def from_json(text: str) -> ManeuverPlan:
-    """Return the plan of a JSON document; raises as `Form.read`.
+    """Return the plan of a JSON document.
 
     Parameters
     ----------
     text : str
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `Form.read`.
 
     Examples
     --------
@@ -145,7 +152,7 @@ def from_json(text: str) -> ManeuverPlan:
 
 
 def read_json(path: Path | str) -> ManeuverPlan:
-    """Read what `write_plan` wrote to a ``.json`` file.
+    """Read a plan from a ``.json`` file that `write_plan` has written.
 
     Parameters
     ----------
@@ -154,9 +161,9 @@ def read_json(path: Path | str) -> ManeuverPlan:
     Raises
     ------
     OSError
-        If it cannot be read.
+        If the file cannot be read.
     ValueError
-        Naming the file and the key, see `from_json`.
+        If the document is invalid; the message names the file and the key. See `from_json`.
 
     Examples
     --------
@@ -183,7 +190,7 @@ def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
             **held,
             **slew_back,
         },
-        # without margins: differences of near numbers, which other libraries round otherwise
+        # Margins are differences of close numbers, whose last digits depend on libraries.
         "constraints": plan.constraints().drop(columns="margin").reset_index().to_dict("records"),
         "timeline": plan.timeline().to_dict("records"),
         "accuracy": plan.accuracy().reset_index().to_dict("records"),

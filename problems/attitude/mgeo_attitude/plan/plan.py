@@ -1,4 +1,4 @@
-"""A plan: one design flown in one scenario, and everything an engineer asks of it."""
+"""Maneuver plan: one design in one scenario, with its analyses."""
 
 from __future__ import annotations
 
@@ -30,32 +30,32 @@ from mgeo_attitude.view.describe import span
 from mgeo_attitude.view.maneuver_view import ManeuverView
 from mgeo_attitude.view.observability import alternatives, budget, covariance
 
-#: Share of an initial 1-sigma from which on an error counts as not calibrated.
+#: Remaining share of an initial 1-sigma above which an error counts as not calibrated.
 UNLEARNED = 0.5
 
 
 @dataclass(frozen=True)
 class ManeuverPlan(Settings):
-    """Maneuvers to be flown from the scenario's epoch until the filter has converged.
+    """Calibration maneuvers from the scenario's epoch until the filter has converged.
 
-    A plan that promises a time over flights goes on until then, at its last rate. If the scenario
-    asks for it, a slew back to the attitude law of the start follows.
+    With Monte Carlo runs, the last rate is held until the robust time. A slew back to the initial
+    attitude law follows if the scenario requests it.
 
-    Equal plans have equal scenarios and designs; all else is computed from them when first asked
-    for. A plan may violate the scenario's constraints: `violations` tells.
+    Plans are equal if their scenarios and designs are equal; results are computed on first access.
+    A plan may violate constraints of the scenario, see `violations`.
 
     Parameters
     ----------
     scenario : Scenario
     design : sequence of float
-        ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in turn; empty for a plan of nothing,
-        whose maneuvers hold the rate at the start for no time and then on.
+        ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in turn. An empty design holds the
+        initial rate.
 
     Raises
     ------
     InvalidValue
-        (ValueError, TypeError) For a design of another length than the scenario's maneuvers, or a
-        value outside the bounds of their rates and durations.
+        (ValueError, TypeError) If the length of the design does not match the number of maneuvers,
+        or if a value is outside the bounds of rates and durations.
 
     Examples
     --------
@@ -68,7 +68,7 @@ class ManeuverPlan(Settings):
     """
 
     scenario: Scenario
-    """what the plan is for"""
+    """scenario of the plan"""
     design: tuple[float, ...]
     """rates [deg/s] and duration [s] of each maneuver"""
 
@@ -79,7 +79,7 @@ class ManeuverPlan(Settings):
         )
         if not self.design:
             object.__setattr__(self, "design", nothing)
-        if self.design == nothing:  # a tumble may be faster than maneuvers
+        if self.design == nothing:  # a tumbling satellite may exceed the bounds of maneuver rates
             return
         if len(self.design) != problem.n_var:
             raise InvalidValue(
@@ -99,18 +99,20 @@ class ManeuverPlan(Settings):
     def from_design(
         cls, problem: AttitudeManeuverProblem, x: ArrayLike, F: Floats | None = None
     ) -> ManeuverPlan:
-        """Return the plan of a design vector, shape (n_var,), sharing the problem's tables.
+        """Return the plan of a design vector, sharing the tables of a problem.
 
         Parameters
         ----------
+        problem : AttitudeManeuverProblem
+        x : array_like, shape (n_var,)
+            Design vector.
         F : array, shape (n_obj,), optional
-            Its objectives, if they are known, as those over many Monte Carlo runs that a run has
-            stored: they are not evaluated again.
+            Known objectives, such as those stored in a run folder. They are not evaluated again.
 
         Raises
         ------
         ValueError, TypeError
-            See the class.
+            If the design is invalid, as in the constructor.
         """
         design = np.asarray(x, dtype=float)
         if design.ndim != 1:
@@ -123,36 +125,38 @@ class ManeuverPlan(Settings):
 
     @cached_property
     def problem(self) -> AttitudeManeuverProblem:
-        """The problem that this is a solution of; other plans of the scenario share it."""
+        """Problem of the scenario; equal scenarios share it."""
         return _problem(self.scenario)
 
     @cached_property
     def view(self) -> ManeuverView:
-        """What is told of it as a solution of the problem."""
+        """View of the plan as a solution of its problem."""
         return self.problem.view([self.design])
 
     @cached_property
     def history(self) -> FilterHistory:
-        """The filter's run."""
+        """Filter run of the plan."""
         return filter_history(self.problem.model, self.design)
 
     @property
     def t_end(self) -> float:
-        """When the filter has converged, or the scenario's duration [s].
+        """Time of convergence, or the scenario's duration [s].
 
         Raises
         ------
         ValueError
-            If the covariance loses positivity, so that nothing follows from it.
+            If the covariance loses positivity.
         """
         t_end = float(self.view.exactly.t_end[0])
         if math.isnan(t_end):
-            raise ValueError(f"design {list(self.design)}: its covariance loses positivity")
+            raise ValueError(
+                f"design {list(self.design)}: the covariance of the filter loses positivity"
+            )
         return t_end
 
     @property
     def converged(self) -> bool:
-        """Whether the run ended before the scenario's duration."""
+        """Whether the filter converged before the scenario's duration."""
         return self.t_end < self.problem.model.longest
 
     @property
@@ -162,7 +166,7 @@ class ManeuverPlan(Settings):
 
     @property
     def covariance(self) -> Floats:
-        """Covariance at `t_end`, shape (n_states, n_states)."""
+        """Covariance at `t_end`, shape (n_states, n_states), in the filter's units."""
         covariance: Floats = self.view.exactly.covariance[0]
         return covariance
 
@@ -174,12 +178,12 @@ class ManeuverPlan(Settings):
 
     @property
     def attitude_sigma_deg(self) -> float:
-        """1-sigma about the worst body axis at `t_end` [deg]; see `sigma`."""
+        """Attitude 1-sigma about the worst body axis at `t_end` [deg]; see `sigma`."""
         return float(DEG.factor * self.sigma[:3].max())
 
     @property
     def answer(self) -> str:
-        """What the plan is worth, in one line; see `describe.answer`."""
+        """One-line summary of the plan; see `describe.answers`."""
         (answer,) = self.view.answers()
         return answer
 
@@ -194,63 +198,60 @@ class ManeuverPlan(Settings):
 
     @cached_property
     def held_until(self) -> float:
-        """When the last rate ends [s]: at `t_end`, or later if that is only promised over flights.
-
-        See `Plans.held_until`.
-        """
+        """End of the constant-rate hold [s], at `t_end` or later; see `Plans.held_until`."""
         (held,) = self.view.held_until
         return float(held)
 
     @cached_property
     def trajectory(self) -> Trajectory:
-        """What is flown until the plan ends."""
+        """Motion of the satellite until the end of the plan."""
         design = np.array(self.design)
         return Trajectory(self.scenario, self.problem.model, design, self.t_end, self.held_until)
 
     @property
     def phases(self) -> tuple[Phase, ...]:
-        """Maneuvers flown, the time for which the last rate is held, and the slew back."""
+        """Maneuvers, constant-rate hold and slew back, in this order."""
         return self.trajectory.phases
 
     @property
     def _calibration(self) -> list[Phase]:
-        """The phases until `t_end`."""
+        """Phases until `t_end`."""
         return [phase for phase in self.phases if phase.end <= self.t_end]
 
     @property
     def slew_back(self) -> SlewBack | None:
-        """How the plan goes on after `held_until`, if the scenario asks for it."""
+        """Slew back after `held_until`, or None if the scenario does not request one."""
         return self.trajectory.back
 
     @property
     def duration(self) -> float:
-        """When the plan ends, slew back included [s]."""
+        """End of the plan, slew back included [s]."""
         return self.trajectory.end
 
     @property
     def attitude(self) -> Floats:
-        """GCRS to body at every step of the filter until the end, shape (n + 1, 3, 3)."""
+        """Attitude from GCRS to body at every filter step of the plan, shape (n + 1, 3, 3)."""
         return self.trajectory.attitude
 
     def steps(self, times: ArrayLike) -> NDArray[np.int64]:
-        """Filter steps of times [s] that are on one."""
+        """Return the filter steps at times [s], which must be multiples of the step."""
         return np.rint(np.asarray(times) / self.scenario.step).astype(np.int64)
 
     def late(self) -> list[str]:
-        """Until when the last rate is held for late flights, in a line; empty if it is not."""
+        """Return a line on the constant-rate hold beyond `t_end`, if there is one."""
         if self.held_until <= self.t_end:
             return []
         return [
-            f"flown exactly the filter has converged after {span(self.t_end)} ({self.t_end:.6g} "
-            f"s); the last rate is held until {span(self.held_until)} ({self.held_until:.6g} s) "
-            "for late flights"
+            f"the filter has converged after {span(self.t_end)} ({self.t_end:.6g} s) in the "
+            f"nominal run; the last rate is held until {span(self.held_until)} "
+            f"({self.held_until:.6g} s) for runs that converge later"
         ]
 
     def timeline(self) -> pd.DataFrame:
-        """One row per phase: when, at what rates, from which attitude to which.
+        """Return times, rates and attitudes of the plan, one row per phase.
 
-        Attitudes are quaternions from GCRF to body, scalar last (see `quaternions`); the
-        angle swept is all that is turned through, not the shortest way.
+        Attitudes are quaternions from GCRF to body, scalar last (see `quaternions`). The swept
+        angle is the integral of the rate, not the angle between the attitudes.
         """
         edges = np.array([*(phase.start for phase in self.phases), self.duration])
         texts = utc_texts(self.scenario.epoch, edges)
@@ -271,7 +272,7 @@ class ManeuverPlan(Settings):
         return pd.DataFrame(columns)
 
     def accuracy(self) -> pd.DataFrame:
-        """Predicted 1-sigma of every state at the start and at `t_end`, one row per state."""
+        """Return the predicted 1-sigma of every state before the plan and at `t_end`."""
         states = covariance.States.of(self.problem.model.suite)
         before, after = self.problem.model.initial_sigma, self.sigma
         return pd.DataFrame(
@@ -287,32 +288,33 @@ class ManeuverPlan(Settings):
     def at_best(self) -> pd.DataFrame:
         """Compare the worst axes at `t_end` with the lower bound.
 
-        See `lower_bound.compare_with_bound`.
+        The table is that of `lower_bound.compare_with_bound`.
 
         Raises
         ------
         NoLimit
-            Where no limit is proved.
+            If no lower bound is proved.
         """
         return lower_bound.compare_with_bound(
             self.problem.model, self.problem.limit_curves, self.history
         )
 
     def limit(self) -> list[str]:
-        """How near the trace comes to what no maneuver can beat, or why that is not known."""
+        """Return lines that compare the trace with the lower bound."""
         try:
             found = self.problem.limit_curves
         except NoLimit as reason:
-            return [f"how good a plan can be at best is not known: {reason}"]
+            return [f"no lower bound of the trace: {reason}"]
         return list(lower_bound.describe_bound(found, self.t_end, self.trace))
 
     def uncalibrated(self) -> list[str]:
-        """Errors of which less than half was learned, in words with the share that is left.
+        """Return the errors whose 1-sigma fell by less than half, with the remaining share.
 
-        The fast end of a front may converge because its filter has stalled.
+        The fast end of a front may converge because the filter has stalled.
         """
         suite = self.problem.model.suite
-        # not of what a calibration has left: one that teaches little more is no bad plan
+        # Compare with the uncertainty before any calibration: a plan that follows a calibration
+        # need not reduce the uncertainty much further.
         initial = suite.initial_sigma(np.radians(self.scenario.initial.attitude_deg))
         left = (np.sqrt(np.diag(self.covariance)) / initial).reshape(-1, 3).max(axis=1)
         blocks = block_units(suite)
@@ -323,17 +325,17 @@ class ManeuverPlan(Settings):
         ]
 
     def constraints(self) -> pd.DataFrame:
-        """The scenario's constraints with their margins, one row per limit.
+        """Return the scenario's constraints with their margins, one row per constraint.
 
-        Columns ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit``, ``margin``,
-        below zero where it is violated, and whether it is ``kept``; see
+        Columns: ``unit``; ``value``; ``bound`` ("at most" or "at least"); ``limit``; ``margin``,
+        which is negative if the constraint is violated; ``kept``, whether it is satisfied. See
         `ManeuverView.limits`.
         """
         (table,) = self.view.limits()
         return table.assign(kept=table["margin"].to_numpy(float) >= 0.0)
 
     def violations(self) -> list[str]:
-        """Constraints that are not kept, each in words with its numbers; none is what one wants."""
+        """Return the violated constraints with values and bounds, one line each."""
         table = self.constraints()
         return [
             f"{label} {row['value']:.6g} {row['unit']}, {row['bound']} {row['limit']:.6g} "
@@ -342,7 +344,7 @@ class ManeuverPlan(Settings):
         ]
 
     def contributions(self) -> pd.DataFrame:
-        """What each phase bought; see `budget.contributions`."""
+        """Return the uncertainty reduction by phase; see `budget.contributions`."""
         return budget.contributions(self.problem.model, self.design, self.history)
 
     @cached_property
@@ -355,44 +357,49 @@ class ManeuverPlan(Settings):
         return alternatives.remedies(self.problem.model, self.design, self.t_end, rate)
 
     def budget(self) -> pd.DataFrame:
-        """Part of each 1-sigma at `t_end` that each source causes; see `budget.budget`."""
+        """Return the error budget of the 1-sigmas at `t_end`; see `budget.budget`."""
         return self._budget.copy()
 
     def remedies(self) -> pd.DataFrame:
-        """1-sigmas at `t_end` if one thing were better; see `alternatives.remedies`."""
+        """Return the 1-sigmas at `t_end` with single improvements; see `alternatives.remedies`."""
         return self._remedies.copy()
 
     def reasons(self) -> list[str]:
-        """Name the drivers of required 1-sigmas, or of the attitude's, a line for each."""
+        """Return a line on the error drivers of each required 1-sigma; see `budget.reasons`."""
         return budget.reasons(self.problem.model, self._budget, self._remedies, self.history)
 
     def sensor_use(self) -> pd.DataFrame:
-        """For how long each sensor measured in each phase until `t_end` [s]."""
+        """Return the time during which each sensor measured in each phase until `t_end` [s]."""
         known = self._calibration, self.design, self.history
         return budget.sensor_use(self.problem.model, *known)
 
     def correlations(self) -> pd.DataFrame:
-        """Correlations of the errors at `t_end`; see `covariance.correlations`."""
+        """Return the correlations of the errors at `t_end`; see `covariance.correlations`."""
         return covariance.correlations(self.problem.model, self.covariance)
 
     def least_observable(self, count: int = 3) -> pd.DataFrame:
-        """What the plan leaves least known; see `covariance.least_observable`."""
+        """Return the least observable directions; see `covariance.least_observable`."""
         return covariance.least_observable(self.problem.model, self.covariance, count)
 
     def compare(self, designs: Mapping[str, ArrayLike] | None = None) -> pd.DataFrame:
-        """The plan, in the first row, beside others at its `t_end`; see `alternatives.compare`.
+        """Compare the plan, in the first row, with other designs at its `t_end`.
 
         Parameters
         ----------
         designs : mapping, optional
-            Default: the `alternatives.baselines` with maneuvers as long as the plan's in all.
+            Designs by name; default: `alternatives.baselines` with the total maneuver time of the
+            plan.
+
+        Returns
+        -------
+        DataFrame
+            See `alternatives.compare`.
         """
         if designs is None:
             designs = alternatives.without_optimizer(self.scenario, self._calibration)
         return alternatives.compare(self.problem, {"plan": self.design, **designs}, self.t_end)
 
 
-@lru_cache(maxsize=4)  # its tables take some MB
+@lru_cache(maxsize=4)  # the tables of a problem take some MB
 def _problem(scenario: Scenario) -> AttitudeManeuverProblem:
-    """The problem of a scenario; equal ones have the same tables, flights and results."""
     return AttitudeManeuverProblem(scenario)

@@ -1,4 +1,4 @@
-"""Fronts from the run folders of ``mgeo solve``, and the plan to fly from one."""
+"""Fronts read from the run folders of ``mgeo solve``, and selection of a plan."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ from mgeo_attitude.view.plans import Nominal
 Choice = Literal["knee", "fastest", "best"]
 
 CHOICES: tuple[Choice, ...] = get_args(Choice)
-#: Name of this problem among those of mgeo.
+#: Name under which mgeo registers the problem.
 PROBLEM = "attitude"
 
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """The solutions of a run.
+    """Solutions of a run.
 
     Attributes
     ----------
     path : Path
-        Of ``front.csv`` or ``nearest.csv``.
+        Path of ``front.csv`` or ``nearest.csv``.
     problem : AttitudeManeuverProblem
     X, F : arrays, shapes (n, n_var) and (n, n_obj)
-        n >= 1 designs, and the problem's objectives as the file has them.
+        Designs and objectives as stored in the file, n >= 1.
     nominal : Nominal, optional
         Results of the nominal runs, if the run has stored them.
     feasible : bool
-        Whether they satisfy the scenario's constraints; if not they are those of ``nearest.csv``,
-        the nearest first.
+        Whether the solutions satisfy the constraints. If not, they are the solutions of
+        ``nearest.csv``, in ascending order of violation.
 
     Examples
     --------
@@ -61,34 +61,36 @@ class Front:
     feasible: bool = True
 
     def plan(self, choice: Choice | float) -> ManeuverPlan:
-        """Pick a solution of the front.
+        """Select a solution of the front.
 
         Parameters
         ----------
         choice : {"knee", "fastest", "best"} or float
-            The bend of the front as `mgeo solve` and reports show it (the best of the first
-            objective if it does not bend, the nearest if none is feasible), its least t_end, its
-            least trace, or the solution whose t_end is nearest to a number of seconds.
+            The knee as `mgeo solve` and reports show it (without a knee, the best first objective;
+            if no solution is feasible, the nearest), the least t_end, the least trace, or the
+            solution whose t_end is nearest to a number of seconds.
 
         Raises
         ------
         ValueError
-            For another choice, or as `solution`.
+            If the choice is unknown, or as in `solution`.
         """
         return self.solution(self.row(choice))
 
     def solution(self, number: int) -> ManeuverPlan:
         """Return the plan of a solution by its number, from 0 in the order of ``front.csv``.
 
-        Its objectives and nominal results are those that the run has stored.
+        Objectives and nominal results are taken from the run folder.
 
         Raises
         ------
         ValueError
-            For a number that no solution has, or a design outside the bounds.
+            If no solution has the number, or if the design is out of bounds.
         """
         if not 0 <= number < len(self.X):
-            raise ValueError(f"solution {number}: expected 0 to {len(self.X) - 1}")
+            raise ValueError(
+                f"solution {number}: expected 0 to {len(self.X) - 1}, the solutions of {self.path}"
+            )
         with errors_of(self.path):
             plan = ManeuverPlan.from_design(self.problem, self.X[number], self.F[number])
         if self.nominal is not None:
@@ -96,7 +98,7 @@ class Front:
         return plan
 
     def row(self, choice: Choice | float) -> int:
-        """Return the number of the solution that `plan` picks."""
+        """Return the number of the solution that `plan` selects."""
         if choice == "knee":
             return default_solution(self.problem, self.F).row if self.feasible else 0
         rows, t_end = self._by_time
@@ -109,7 +111,7 @@ class Front:
 
     @cached_property
     def _by_time(self) -> tuple[Ints, Floats]:
-        """Rows that no other beats in both t_end and trace, and their t_end, ascending."""
+        """Rows that are nondominated in t_end and trace, and their t_end, ascending."""
         F = self.F
         if self.problem.objectives != PAPER:
             result = self.nominal or self.problem.run(self.X)
@@ -119,19 +121,19 @@ class Front:
 
 
 def read_front(folder: Path | str) -> Front:
-    """Read a run folder.
+    """Read the front of a run folder.
 
     Parameters
     ----------
     folder : path
-        That `mgeo solve attitude` wrote.
+        Folder written by `mgeo solve attitude`.
 
     Raises
     ------
     OSError
         If a file is missing or cannot be read.
     ValueError
-        Naming the file and what is wrong in it: the key, or the row and column.
+        If a file is invalid; the message names the file and the key, or the row and column.
 
     Examples
     --------

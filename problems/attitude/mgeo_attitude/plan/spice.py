@@ -1,7 +1,7 @@
-"""The planned attitude as a C-kernel of SPICE, and the clock kernel that goes with it.
+"""Export of the planned attitude as a SPICE C-kernel with its clock kernel.
 
-Both need the extra ``spice`` (spiceypy). SPICE's frame J2000 is ICRF, and so the frame of all
-tables here: NAIF's SPICE takes no bias between them (Frames Required Reading, "J2000").
+Both need the extra ``spice`` (spiceypy). SPICE treats its frame J2000 as ICRF, without a frame bias
+(NAIF, Frames Required Reading, "J2000"), so that it equals the frame of all tables of this package.
 """
 
 from __future__ import annotations
@@ -17,29 +17,33 @@ from mgeo_attitude.environment.times import instants, utc_texts
 from mgeo_attitude.plan.attitudes import attitudes, warnings
 from mgeo_attitude.plan.plan import ManeuverPlan
 
-#: Of a spacecraft that has none of NAIF's.
+#: Default identifier of a spacecraft without an identifier of NAIF.
 NAIF_ID = -999
 _J2000 = 2451545.0
-_TICKS = 1_000_000  # of the clock, in a second
-_SECONDS = 2**32  # which the clock counts
+_TICKS = 1_000_000  # ticks of the clock per second
+_SECONDS = 2**32  # range of the clock [s]
 
 
 def ck_bytes(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID) -> bytes:
-    """A C-kernel of type 3: attitudes and angular velocities, a segment for each phase.
+    """Return a C-kernel of type 3 with attitudes and angular velocities, one segment per phase.
 
-    Its structure is ``1000 naif_id``, its base frame J2000, its clock that of `sclk_text`.
+    The structure is ``1000 naif_id``, the base frame is J2000, and the clock is that of
+    `sclk_text`.
 
     Parameters
     ----------
-    spacing : greatest time between attitudes [s]; SPICE turns at constant rate between them.
-    naif_id : of the spacecraft, below 0.
+    plan : ManeuverPlan
+    spacing : float
+        Largest time between attitudes [s]. SPICE interpolates at constant rate.
+    naif_id : int
+        Identifier of the spacecraft, negative.
 
     Raises
     ------
     ValueError
-        For a spacing not above zero or an id not below.
+        If the spacing is not positive or the identifier is not negative.
     ImportError
-        If spiceypy is not installed, with what to install.
+        If spiceypy is not installed.
 
     Examples
     --------
@@ -84,16 +88,18 @@ def ck_bytes(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID
 
 
 def sclk_text(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
-    """The clock kernel of `ck_bytes`: microseconds since the plan's epoch.
+    """Return the clock kernel of `ck_bytes`, which counts microseconds from the plan's epoch.
 
     Parameters
     ----------
-    naif_id : of the spacecraft, below 0.
+    plan : ManeuverPlan
+    naif_id : int
+        Identifier of the spacecraft, negative.
 
     Raises
     ------
     ValueError
-        For an id not below zero.
+        If the identifier is not negative.
 
     Examples
     --------
@@ -106,7 +112,7 @@ def sclk_text(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
     """
     _check(naif_id)
     at = instants(plan.scenario.epoch, [0.0])
-    # whole days first: a Julian date in one number is good to 40 microseconds
+    # A Julian date in one number resolves only 40 microseconds: add whole days and fraction.
     begin = DAY * (at.midnight - _J2000) + DAY * float(at.tt[0])
     (epoch,) = utc_texts(plan.scenario.epoch, [0.0])
     number = -naif_id
@@ -142,4 +148,4 @@ def sclk_text(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
 
 def _check(naif_id: int) -> None:
     if naif_id >= 0:
-        raise ValueError(f"naif_id = {naif_id!r}: expected an integer below 0, as of a spacecraft")
+        raise ValueError(f"naif_id = {naif_id!r}: expected an integer below 0")

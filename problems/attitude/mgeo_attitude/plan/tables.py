@@ -1,4 +1,4 @@
-"""Tables about one plan, declared once for the terminal, for reviews and for JSON."""
+"""Tables of one plan for the terminal, for reviews and for JSON."""
 
 from __future__ import annotations
 
@@ -17,24 +17,26 @@ from mgeo_attitude.view.describe import exactly
 from mgeo_attitude.view.plans import MOST_SAMPLES
 from mgeo_attitude.view.satellite import facts, instruments
 
-_SECONDS = 19  # characters of a date and time to the second
+_SECONDS = 19  # length of a date and time in seconds precision
 
 
 @dataclass(frozen=True)
 class PlanTable:
-    """A table about a plan.
+    """Table of a plan.
 
     Attributes
     ----------
     title : str
     table : function of a plan
-        All columns, as JSON has them.
-    columns : function of that table
-        What the terminal and a review have of it.
-    note, text : function of a plan
-        A line below the table, and lines on what it means.
+        Return the table with all columns, as in JSON.
+    columns : function of a table
+        Return the columns that the terminal and a review show.
+    note : function of a plan
+        Return a line below the table.
+    text : function of a plan
+        Return lines that interpret the table.
     is_wide : bool
-        Whether a terminal shows its rows as columns.
+        Whether a terminal shows rows as columns.
     """
 
     title: str
@@ -45,7 +47,7 @@ class PlanTable:
     is_wide: bool = False
 
     def section(self, plan: ManeuverPlan) -> Section | None:
-        """Return the table with its texts, for people; None if it has no row."""
+        """Return the table with its texts as a section of a review; None if it has no rows."""
         table = self.columns(self.table(plan))
         if table.empty:
             return None
@@ -53,7 +55,7 @@ class PlanTable:
 
 
 def review(plan: ManeuverPlan) -> Review:
-    """Return a plan as a document for a review: satellite, instruments and all tables."""
+    """Return a review document of a plan with satellite, instruments and all tables."""
     scenario = plan.scenario
     start, end = (
         text[:_SECONDS] for text in utc_texts(scenario.epoch, np.array([0.0, plan.duration]))
@@ -78,7 +80,7 @@ def _lower_bound(plan: ManeuverPlan) -> pd.DataFrame:
 
 
 def _command_columns(table: pd.DataFrame) -> pd.DataFrame:
-    """Phases with rates and attitudes, to six digits as times need them."""
+    """Return phases with rates and attitudes as text of six digits."""
     rates = [f"rate {axis} [deg/s]" for axis in "xyz"]
     attitude = [f"end q{part}" for part in "123c"]
     numbers = ["start [s]", "duration [s]", *rates, "swept [deg]", *attitude]
@@ -87,7 +89,7 @@ def _command_columns(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _worst_axis_columns(table: pd.DataFrame) -> pd.DataFrame:
-    """The largest 1-sigma of the three axes of each error."""
+    """Return the largest 1-sigma of the three axes of each error."""
     errors = table.iloc[:, 3:].T.groupby(lambda name: re.sub(" [xyz] ", " ", name), sort=False)
     return table.iloc[:, :3].join(errors.max().T)
 
@@ -96,16 +98,16 @@ def _constraints_note(plan: ManeuverPlan) -> str:
     errors = plan.scenario.flight
     if errors is None:
         return ""
-    share = f"{errors.kept:.0%} of {errors.count} flights"
-    return f"values until t_end: what {share} keep; all other tables: flown exactly"
+    share = f"{errors.kept:.0%} of {errors.count} Monte Carlo runs"
+    return f"values until t_end hold in {share}; all other tables belong to the nominal run"
 
 
 def _objectives_note(plan: ManeuverPlan) -> str:
-    text = f"promised: by the plan; kept: by {MOST_SAMPLES} of 200, of the errors in [flight]"
+    text = f"promised: predicted by the plan; kept: in {MOST_SAMPLES}, of 200 drawn from [flight]"
     if not np.isinf([plan.view.kept_t_end, plan.view.robust_t_end]).any():
         return text
     longest = plan.problem.model.longest
-    return f"{text}; a t_end of {longest:.6g} s is that of samples that do not converge"
+    return f"{text}; a t_end of {longest:.6g} s means that the filter does not converge"
 
 
 #: The tables of a plan by their keys in JSON, in the order in which they are printed.
@@ -117,49 +119,49 @@ TABLES = {
         _constraints_note,
     ),
     "promises": PlanTable(
-        "Objectives, and over Monte Carlo samples", ManeuverPlan.promises, note=_objectives_note
+        "Objectives in Monte Carlo runs", ManeuverPlan.promises, note=_objectives_note
     ),
     "timeline": PlanTable("Timeline", ManeuverPlan.timeline, _command_columns, is_wide=True),
     "accuracy": PlanTable(
         "Predicted 1-sigma",
         ManeuverPlan.accuracy,
-        note=lambda plan: "of Monte Carlo samples" if plan.scenario.turned_by_coils else "",
+        note=lambda plan: "of Monte Carlo runs" if plan.scenario.turned_by_coils else "",
     ),
-    "worst_axis": PlanTable("Worst axis, and what no maneuver can beat", _lower_bound),
+    "worst_axis": PlanTable("Worst axis and lower bound", _lower_bound),
     "budget": PlanTable(
         "Error budget, 1-sigma of the worst body axis",
         ManeuverPlan.budget,
         note=lambda plan: (
-            "with the filter's gains: squares add up to that of all, 1-sigmas do not"
+            "with the filter's gains; the squares of the contributions add up to that of all"
             + exactly(plan.scenario)
         ),
         text=ManeuverPlan.reasons,
     ),
     "remedies": PlanTable(
-        "What would help, 1-sigma of the worst body axis",
+        "Remedies, 1-sigma of the worst body axis",
         ManeuverPlan.remedies,
-        note=lambda plan: "each by a run of the filter; limits are not looked at",
+        note=lambda plan: "each by a run of the filter, without regard to constraints",
     ),
-    "sensor_use": PlanTable("How long sensors measured", ManeuverPlan.sensor_use),
+    "sensor_use": PlanTable("Measurement time of the sensors", ManeuverPlan.sensor_use),
     "contributions": PlanTable(
-        "What each phase bought",
+        "Uncertainty reduction by phase",
         ManeuverPlan.contributions,
         _worst_axis_columns,
-        note=lambda plan: "trace and worst body axis at its end",
+        note=lambda plan: "trace and worst body axis at the end of each phase",
         is_wide=True,
     ),
     "least_observable": PlanTable(
         "Least observable directions",
         lambda plan: plan.least_observable(5),
         lambda table: table.iloc[:, 1::-1],
-        note=lambda plan: "remaining: 1-sigma along it over the initial one; 1 is nothing learned",
+        note=lambda plan: "remaining: final over initial 1-sigma; 1 for an unobserved direction",
     ),
     "comparison": PlanTable(
-        "Beside plans that need no optimizer",
+        "Comparison with plans that need no optimizer",
         ManeuverPlan.compare,
         note=lambda plan: (
-            f"after {plan.t_end:.6g} s; 1-sigma of the worst body axis; t_end: when "
-            "each by itself converges"
+            f"after {plan.t_end:.6g} s; 1-sigma of the worst body axis; t_end: convergence of "
+            "each plan"
         ),
         is_wide=True,
     ),

@@ -1,4 +1,4 @@
-"""A plan as commands to uplink: when to turn at which rates, for how long."""
+"""Export of a plan as a sequence of rate commands."""
 
 from __future__ import annotations
 
@@ -12,30 +12,33 @@ from mgeo_attitude.maneuvers.motion import HELD, RAMP, Phase
 from mgeo_attitude.plan.files import csv_text
 from mgeo_attitude.plan.plan import ManeuverPlan
 
-#: Of a rate [deg/s] after the point: half a unit about each axis is 0.9e-8 deg/s.
+#: Decimals of a rate [deg/s]. The rounding error of all three axes is at most 0.9e-8 deg/s.
 RATE_DIGITS = 8
-_TIME_DIGITS = 6  # as in UTC
+_TIME_DIGITS = 6  # decimals of a time [s], as in UTC texts
 
 
 def commands(plan: ManeuverPlan) -> pd.DataFrame:
-    """One row per command, from its start until the next one's.
+    """Return the rate commands of a plan, one row per command.
 
-    A ramp belongs to the command for which it is flown: its rates are commanded when the ramp
-    begins. The last rows are the rate that is held until the filter has converged, the same rate
-    for late flights, if the plan promises a time over flights, and the slew back, if there is one.
+    A command applies until the next command starts. Its ramp is part of it: the rates are commanded
+    at the start of the ramp. After the maneuvers follow the constant-rate hold until the filter has
+    converged, its extension to the robust time, and the slew back, if the plan has them. With
+    magnetorquers, each maneuver is a command that is executed until its rate is reached; no command
+    follows the last maneuver.
 
-    With coils each maneuver is a command, carried out until its rate is reached; nothing is
-    commanded after the last.
-
-    Times are whole microseconds. Rates have `RATE_DIGITS` after the point, so that a plan flown by
-    them is off by less than 1e-8 deg for each second.
-
-    Columns: ``command``, from 1; ``what``; ``start_utc``; ``start_s`` after the scenario's epoch;
-    ``duration_s``; and the body rates ``rate_x_deg_s``, ``rate_y_deg_s``, ``rate_z_deg_s``.
+    Times are rounded to microseconds and rates to `RATE_DIGITS` decimals. The attitude error from
+    rounding grows by less than 1e-8 deg per second.
 
     Parameters
     ----------
     plan : ManeuverPlan
+
+    Returns
+    -------
+    DataFrame
+        Columns: ``command``, counted from 1; ``what``; ``start_utc``; ``start_s`` after the
+        scenario's epoch; ``duration_s``; and the body rates ``rate_x_deg_s``, ``rate_y_deg_s`` and
+        ``rate_z_deg_s``.
 
     Examples
     --------
@@ -50,7 +53,7 @@ def commands(plan: ManeuverPlan) -> pd.DataFrame:
     2  maneuver 3    900.0       600.0
     3   rate held   1500.0       837.0
     """
-    found = _followed(plan)
+    found = _merge_ramps(plan)
     starts = np.array([phase.start for phase in found])
     table = pd.DataFrame(
         {
@@ -67,8 +70,8 @@ def commands(plan: ManeuverPlan) -> pd.DataFrame:
     return table
 
 
-def _followed(plan: ManeuverPlan) -> list[Phase]:
-    """Phases of a plan, ramps and what they lead to as one that begins with the ramp."""
+def _merge_ramps(plan: ManeuverPlan) -> list[Phase]:
+    """Return the phases of a plan, each ramp merged with the phase that follows it."""
     found: list[Phase] = []
     for phase in plan.phases:
         label = phase.label.removeprefix(RAMP)
@@ -80,9 +83,9 @@ def _followed(plan: ManeuverPlan) -> list[Phase]:
 
 
 def to_uplink_csv(plan: ManeuverPlan) -> str:
-    """The `commands` as CSV.
+    """Return the `commands` of a plan as CSV.
 
-    Lines that begin with # stand before the header where the plan violates constraints.
+    Lines before the header that begin with # list violated constraints.
 
     Parameters
     ----------

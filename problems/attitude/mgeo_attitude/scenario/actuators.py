@@ -1,10 +1,10 @@
-"""What turns a satellite: reaction wheels, which limit torque and momentum, or coils alone.
+"""Actuators: reaction wheels with torque and momentum limits, and magnetorquers.
 
-With the spin axes of n wheels as columns of A their torques u, or momenta, make A u in body axes.
-With more than three wheels many u do. What the most loaded wheel takes is, for both rules of
-allocation here, the greatest |W m| of a matrix W, shape (k, 3), for a demand m.
+With the spin axes of n wheels as columns of A, wheel torques or momenta u give A u in body axes.
+With more than three wheels, u is not unique. For both allocation rules, the load of the most loaded
+wheel for a demand m is the largest |W m| with a matrix W, shape (k, 3).
 
-`criteria.constraints` measures what wheels take; `maneuvers.drives` moves what has coils.
+`criteria.constraints` evaluates the loads of wheels; `maneuvers.drives` simulates magnetorquers.
 """
 
 from __future__ import annotations
@@ -34,58 +34,67 @@ from mgeo_attitude.settings.types import (
     one_of,
 )
 
-#: Sine of the angle between two axes that span no plane.
+#: Sine of the angle below which two axes count as parallel.
 _PARALLEL = 1e-9
 
 
 def pseudo_inverse(axes: Floats) -> Floats:
-    """W of the u of least sum of squares, A⁺ = Aᵀ (A Aᵀ)⁻¹: one row a wheel, shape (n, 3).
+    """Return W of the least-squares allocation, A⁺ = Aᵀ (A Aᵀ)⁻¹, one row per wheel, shape (n, 3).
 
     Parameters
     ----------
     axes : array, shape (n, 3)
-        Spin axes, unit vectors, in body axes, that span all directions.
+        Spin axes, unit vectors in body axes that span all directions.
     """
     return np.asarray(np.linalg.solve(axes.T @ axes, axes.T).T)
 
 
 def minimax(axes: Floats) -> Floats:
-    """W of the u whose greatest component is least: one row a pair of wheels, shape (k, 3).
+    """Return W of the allocation with the least maximum load, shape (k, 3).
 
-    What n wheels of one size reach together, {A u: |u| <= 1}, is a zonotope. Its facets are spanned
-    by pairs of axes, and a demand m exceeds the one with the normal n by |n · m| / Σ |n · a|. The
-    greatest of these is the least size that reaches m (Markley, Reynolds, Liu, Lebsock, Maximum
-    Torque and Momentum Envelopes for Reaction-Wheel Arrays, Journal of Guidance, Control, and
-    Dynamics 33 (2010) 1606-1614).
+    W has one row per pair of wheels.
+
+    The set {A u: |u| <= 1} that wheels of equal size reach is a zonotope, whose facets are spanned
+    by pairs of axes. A demand m exceeds the facet of normal n by the factor |n · m| / Σ |n · a|;
+    the largest factor is the least wheel size that reaches m (Markley, Reynolds, Liu, Lebsock,
+    Maximum Torque and Momentum Envelopes for Reaction-Wheel Arrays, Journal of Guidance, Control,
+    and Dynamics 33 (2010) 1606-1614).
 
     Parameters
     ----------
-    axes
-        As of `pseudo_inverse`.
+    axes : array, shape (n, 3)
+        As in `pseudo_inverse`.
     """
     normals = np.array([np.cross(a, b) for a, b in combinations(axes, 2)])
     normals = normals[np.linalg.norm(normals, axis=1) > _PARALLEL]
     return np.asarray(normals / np.abs(normals @ axes.T).sum(axis=1, keepdims=True))
 
 
-#: Rules by the ``allocation`` that names them in a scenario file.
+#: Allocation rules by the value of ``allocation`` in a scenario file.
 ALLOCATIONS = {"pseudo-inverse": pseudo_inverse, "minimax": minimax}
 
 
-#: Singular value of the spin axes below which they span no more than a plane.
+#: Smallest singular value of the spin axes below which they lie in a plane.
 _FLAT = 1e-6
 
 
 def inertia_matrix(
     moments: tuple[float, float, float], products: tuple[float, float, float]
 ) -> Floats:
-    """J, shape (3, 3), of moments about x, y and z and the entries xy, xz and yz.
+    """Return the inertia matrix J, shape (3, 3).
+
+    Parameters
+    ----------
+    moments : tuple of three float
+        Moments of inertia about x, y and z.
+    products : tuple of three float
+        Entries xy, xz and yz.
 
     Raises
     ------
     InvalidValue
-        Naming ``products_of_inertia``, if it is not positive definite, or ``inertia``, if no body
-        has such principal moments: none is more than the sum of the other two.
+        For ``products_of_inertia`` if J is not positive definite; for ``inertia`` if a principal
+        moment exceeds the sum of the other two.
     """
     (xx, yy, zz), (xy, xz, yz) = moments, products
     J = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -93,8 +102,8 @@ def inertia_matrix(
     least, middle, most = np.linalg.eigvalsh(J)
     expect(least > 0.0, "products_of_inertia", products, definite)
     possible = (
-        f"moments of which no body has more than the sum of the other two; the principal ones are "
-        f"{least:.4g}, {middle:.4g} and {most:.4g}"
+        f"principal moments of which none exceeds the sum of the other two, not {least:.4g}, "
+        f"{middle:.4g} and {most:.4g}"
     )
     expect(most <= (least + middle) * (1.0 + 1e-9), "inertia", moments, possible)
     return J
@@ -102,11 +111,11 @@ def inertia_matrix(
 
 @dataclass(frozen=True, kw_only=True)
 class Wheels(Settings):
-    """Reaction wheels of one size that turn the satellite.
+    """Identical reaction wheels that rotate the satellite.
 
-    Their momentum and torque follow from the plan: together they hold what is the satellite's
-    angular momentum but not the body's J ω. It is constant, in inertial axes, but for what gravity
-    gradient and a residual dipole add (`filter.wheel_load`).
+    Momentum and torque follow from the plan: the wheels store the difference between the
+    satellite's angular momentum and J ω of the body. The total is constant in inertial axes, except
+    for disturbance torques by gravity gradient and residual dipole (`filter.wheel_load`).
 
     Examples
     --------
@@ -122,24 +131,25 @@ class Wheels(Settings):
     axes: tuple[Direction, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     """spin axes of three or more wheels, body axes (any length)"""
     allocation: Annotated[str, one_of(ALLOCATIONS)] = "pseudo-inverse"
-    """how more than three share a torque: least squares, or least load of the most loaded"""
+    """allocation of torque to more than three wheels: least squares, or least maximum load"""
     max_torque: Annotated[float | None, Unit("N m")] = Field(default=None, gt=0.0)
-    """greatest torque of each wheel"""
+    """largest torque of each wheel"""
     max_momentum: Annotated[float | None, Unit("N m s")] = Field(default=None, gt=0.0)
-    """greatest momentum stored in each wheel"""
+    """largest momentum stored in each wheel"""
     initial_momentum: Annotated[tuple[float, ...], Unit("N m s")] = ()
-    """of each wheel at the start; none makes the satellite's zero"""
+    """initial momentum of each wheel; default: zero total angular momentum of the satellite"""
     residual_dipole: Annotated[Vector, Unit("A m²")] = (0.0, 0.0, 0.0)
-    """magnetic dipole of the satellite, body axes"""
+    """residual magnetic dipole of the satellite, body axes"""
     gravity_gradient: bool = False
-    """whether the gravity gradient's torque counts in the momentum budget"""
+    """whether the momentum budget includes the gravity gradient torque"""
     disturbance_margin: float = Field(default=2.0, ge=1.0)
-    """factor on what dipole and gravity gradient do, whatever its sign"""
+    """safety factor on the effect of dipole and gravity gradient, for either sign"""
     ramp_share: float = Field(default=1.0, gt=0.0, le=1.0)
-    """part of max_torque that ramps use; gyroscopic torque and disturbances take the rest"""
+    """share of max_torque available for ramps; the rest is for gyroscopic torque and
+    disturbances"""
 
     def __post_init__(self) -> None:
-        self.matrix()  # refuses what is none
+        self.matrix()  # raises an error for an invalid inertia
         spans = len(self.axes) >= 3 and np.linalg.svd(self.spin_axes())[1][2] > _FLAT
         expect(spans, "axes", self.axes, "three or more that do not lie in a plane")
 
@@ -152,45 +162,45 @@ class Wheels(Settings):
         if self.budgeted and self.max_torque is not None:
             rest = (
                 "less than 1: with initial_momentum, residual_dipole or gravity_gradient wheels of "
-                f"max_torque = {self.max_torque!r} N m need some of it besides that of ramps"
+                f"max_torque = {self.max_torque!r} N m need a part of it for disturbances"
             )
             expect(self.ramp_share < 1.0, "ramp_share", self.ramp_share, rest)
         if self.max_torque is None and self.max_momentum is None:
-            limit, dipole = "max_momentum or max_torque to hold it against", self.residual_dipole
+            limit, dipole = "zero, or a max_momentum or max_torque", self.residual_dipole
             expect(not any(dipole), "residual_dipole", dipole, limit)
             expect(not self.gravity_gradient, "gravity_gradient", self.gravity_gradient, limit)
 
     @property
     def budgeted(self) -> bool:
-        """Whether the total angular momentum is not zero all the time."""
+        """Whether the total angular momentum may be nonzero and needs a budget."""
         disturbed = self.gravity_gradient or any(self.residual_dipole)
         return disturbed or bool(self.initial_momentum)
 
     def matrix(self) -> Floats:
-        """J, shape (3, 3) [kg m²]."""
+        """Return the inertia matrix J [kg m²], shape (3, 3)."""
         return inertia_matrix(self.inertia, self.products_of_inertia)
 
     def spin_axes(self) -> Floats:
-        """Unit vectors, shape (n, 3)."""
+        """Return the spin axes as unit vectors, shape (n, 3)."""
         return np.array([unit(axis) for axis in self.axes])
 
     def shares(self) -> Floats:
-        """W of the wheels' `allocation`, (k, 3): the most loaded takes the greatest `|W m|`."""
+        """Return W, shape (k, 3): the largest `|W m|` is the load of the most loaded wheel."""
         return ALLOCATIONS[self.allocation](self.spin_axes())
 
     def greatest_share(self, demand: Floats) -> float:
-        """What the most loaded wheel takes of a torque or momentum about the body axes."""
+        """Return the load of the most loaded wheel for a torque or momentum in body axes."""
         return float(np.abs(self.shares() @ demand).max())
 
 
 @dataclass(frozen=True, kw_only=True)
 class Coils(Settings):
-    """Coils or torque rods along the body axes: their torque is across the field, m × B.
+    """Magnetorquers along the body axes, which produce the torque m × B.
 
-    Beside wheels they turn nothing, but may take out momentum (`filter.wheel_load`).
-
-    Without wheels the rates of a plan are what is asked for, not what is flown: coils drive the
-    body to each of them, then are off, and it moves freely until the next maneuver.
+    With wheels, magnetorquers do not rotate the satellite but may unload momentum
+    (`filter.wheel_load`). Without wheels, the rates of a plan are targets: in each maneuver, the
+    magnetorquers drive the body to the rate and are then switched off, and the body moves freely
+    until the next maneuver.
 
     Examples
     --------
@@ -200,38 +210,47 @@ class Coils(Settings):
     """
 
     max_dipole: Annotated[Triple[Positive], Unit("A m²")]
-    """greatest dipole along body x, y and z"""
+    """largest dipole along body x, y and z"""
     inertia: Annotated[Triple[Positive] | None, Unit("kg m²"), Usual(1e-5, 1e4)] = None
-    """moments of inertia about body x, y and z; with wheels, theirs"""
+    """moments of inertia about body x, y and z; omitted with wheels, which define them"""
     products_of_inertia: Annotated[Vector, Unit("kg m²")] = (0.0, 0.0, 0.0)
     """entries xy, xz and yz of the inertia matrix"""
     detumble_rate_deg_s: DegreesPerSecond = Field(default=0.05, gt=0.0)
-    """how near to the rate that is asked for the coils bring the body before they are off"""
+    """rate error below which the magnetorquers are switched off"""
     duty: float = Field(default=0.8, gt=0.0, le=1.0)
-    """share of the time that coils are on; in the rest the magnetometer measures"""
+    """duty cycle of the magnetorquers; the magnetometer measures during the rest"""
     response: Seconds = Field(default=10.0, gt=0.0)
-    """time in which an error of the rate, or what wheels hold, falls by e where no coil is at its
-    most"""
+    """time constant of the decay of a rate error, or of wheel momentum, without saturation"""
     residual_dipole: Annotated[Vector, Unit("A m²")] = (0.0, 0.0, 0.0)
-    """magnetic dipole of the satellite, always on, body axes"""
+    """residual magnetic dipole of the satellite, permanent, body axes"""
     unloads: bool = False
-    """whether during a plan coils take out of wheels what momentum they hold"""
+    """whether magnetorquers unload the wheels during a plan"""
 
     def __post_init__(self) -> None:
         if self.inertia is not None:
-            self.matrix()  # refuses what is none
+            self.matrix()  # raises an error for an invalid inertia
         else:
             alone = "nothing without inertia"
             products = self.products_of_inertia
             expect(not any(products), "products_of_inertia", products, alone)
 
     def matrix(self) -> Floats:
-        """J, shape (3, 3) [kg m²], of a satellite without wheels."""
-        assert self.inertia is not None  # as `check_coils` says
+        """Return the inertia matrix J of a satellite without wheels [kg m²], shape (3, 3)."""
+        assert self.inertia is not None  # ensured by `check_coils`
         return inertia_matrix(self.inertia, self.products_of_inertia)
 
     def drive(self, field: Floats, attitude: Floats, rate: Floats) -> CoilDrive:
-        """What the motion follows from along a field [T], GCRS, if nothing else turns it."""
+        """Return the dynamics under magnetorquers alone.
+
+        Parameters
+        ----------
+        field : array, shape (n, 3)
+            Geomagnetic field [T], GCRS.
+        attitude : array, shape (3, 3)
+            Initial attitude, GCRS to body.
+        rate : array, shape (3,)
+            Initial body rate [rad/s].
+        """
         return CoilDrive(
             inertia=self.matrix(),
             max_dipole=self.duty * np.array(self.max_dipole),
@@ -247,44 +266,46 @@ class Coils(Settings):
 def check_coils(
     coils: Coils | None, wheels: Wheels | None, maneuvers: ManeuverLimits, step: float
 ) -> None:
-    """Refuse, with an InvalidValue, what coils of a scenario do not go with."""
+    """Raise InvalidValue if the magnetorquers contradict wheels, maneuvers or the step."""
     if coils is None:
         return
     slow = f"{2.0 * step:g} or more, two steps of {step:g} s, for which a dipole is held"
     if wheels is not None:
-        own = "nothing beside wheels.inertia, which is the satellite's"
+        own = "no value with [wheels]: wheels.inertia is the inertia of the satellite"
         expect(coils.inertia is None, "coils.inertia", coils.inertia, own)
         if coils.unloads:
             held = (
                 "false, or wheels.initial_momentum, residual_dipole or gravity_gradient: without "
-                "them the satellite's momentum is zero"
+                "them the wheels store no total momentum to unload"
             )
             expect(wheels.budgeted, "coils.unloads", coils.unloads, held)
             expect(coils.response >= 2.0 * step, "coils.response", coils.response, slow)
         return
     expect(not coils.unloads, "coils.unloads", coils.unloads, "false without [wheels]")
     if coils.inertia is None:
-        expected = "expected moments of inertia [kg m²] of what coils turn, or a [wheels] table"
+        expected = "expected the satellite's moments of inertia [kg m²], or a [wheels] table"
         raise InvalidValue("coils.inertia", None, expected)
     expect(coils.response >= 2.0 * step, "coils.response", coils.response, slow)
     key, acceleration = "maneuvers.max_acceleration_deg_s2", maneuvers.max_acceleration_deg_s2
-    way_out = "nothing with coils and no wheels: torque follows from coils.max_dipole and the field"
-    expect(acceleration is None, key, acceleration, way_out)
-    back = "false with coils and no wheels: they cannot bring it to an attitude at a given time"
+    unlimited = (
+        "no value with coils and no wheels: torque follows from coils.max_dipole and the field"
+    )
+    expect(acceleration is None, key, acceleration, unlimited)
+    back = "false with coils and no wheels: coils cannot reach an attitude at a given time"
     expect(not maneuvers.slew_back, "maneuvers.slew_back", maneuvers.slew_back, back)
 
 
 def assumed(wheels: Wheels | None, coils: Coils | None) -> tuple[str, ...]:
-    """What a scenario with these takes for granted of how the satellite turns, each in a line."""
+    """Return the assumptions about the rotation of the satellite, one line each."""
     if wheels is None and coils is None:
         return (
-            "body rates are assumed to be free: the scenario has neither [wheels] nor [coils] that "
-            "would limit them",
+            "body rates are assumed to be independent of actuators: the scenario has neither "
+            "[wheels] nor [coils]",
         )
     if wheels is not None and coils is not None and wheels.budgeted and not coils.unloads:
         return (
-            "the wheels' budget holds all momentum: none is dumped by the coils during a plan, as "
-            "coils.unloads = true would",
+            "the wheels are assumed to store all momentum: coils unload them during a plan only "
+            "with coils.unloads = true",
         )
     return ()
 
@@ -292,7 +313,15 @@ def assumed(wheels: Wheels | None, coils: Coils | None) -> tuple[str, ...]:
 def slew_limits(
     limits: ManeuverLimits, wheels: Wheels | None, initial_rate: Floats
 ) -> SlewLimits | None:
-    """What a satellite's rates change by, from that at the start; None where they do at once."""
+    """Return the limits on changes of rate, or None if rates change instantaneously.
+
+    Parameters
+    ----------
+    limits : ManeuverLimits
+    wheels : Wheels or None
+    initial_rate : array, shape (3,)
+        Body rate at the start [rad/s].
+    """
     acceleration = limits.max_acceleration_deg_s2
     torque = None if wheels is None else wheels.max_torque
     if acceleration is None and torque is None:

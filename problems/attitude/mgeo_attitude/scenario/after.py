@@ -1,4 +1,4 @@
-"""Scenarios that go on from a calibration: its time, attitude and covariance are their start."""
+"""Scenarios that continue after a calibration, from its time, attitude and covariance."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.settings.base import to_table
 from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, expect
 
-#: What a calibration's document says of where a run goes on.
+#: Entries of a calibration document from which a run continues, with their types.
 ENTRIES: Mapping[str, Any] = {
     "scenario": Mapping,
     "time_s": int | float,
@@ -29,46 +29,51 @@ ENTRIES: Mapping[str, Any] = {
     "covariance": list,
 }
 
-#: Keys that follow from the calibration, or from its scenario.
+#: Keys that are determined by the calibration or its scenario.
 GIVEN = ("preset", "prior")
-#: An epoch this much after the calibration is its own [s]: epochs are given to a microsecond.
+#: Tolerance for an epoch that equals the time of the calibration [s].
 _SAME_INSTANT = 1e-3
 
-#: What a calibration concludes if neither innovations nor prior are against it.
+#: Conclusion of a statistically consistent calibration.
 SUPPORTED = "the innovations support it"
 
-#: Key that goes on from a calibration which concludes otherwise.
+#: Key that permits to continue after a statistically inconsistent calibration.
 ACCEPT = "accept_unsupported"
 
 #: Latest time of a calibration [s].
 _LATEST = 1e9
-#: A measured rate that is above its limit by less than so many 1-sigmas is at the limit.
+#: Number of 1-sigmas by which a measured rate may exceed its bound because of noise.
 _SIGMAS = 6.0
 
 
 def going_on(table: Mapping[str, Any], read: Callable[[Any], Any]) -> Table:
-    """The table over the scenario that goes on from the calibration that its ``after`` is.
+    """Return the table of a scenario that continues after a calibration.
 
-    With an ``epoch`` in the table it begins then: what varies has varied until then, see `carried`,
-    and attitude and rate are those of ``initial``, of which the calibration knows nothing.
+    The calibration document is the entry ``after`` of the table. Without an ``epoch``, the scenario
+    starts at the time, attitude and covariance of the calibration. With a later ``epoch``,
+    time-varying errors are propagated to it (see `carried`), and attitude and rate follow from
+    ``initial``, since the calibration does not determine them at that time.
 
     Parameters
     ----------
+    table : mapping
+        Table of a scenario with the entry ``after``.
     read : function
-        A scenario from its table.
+        Return the scenario of a table.
 
     Raises
     ------
     InvalidValue
-        For a document that is no calibration's or of one that is not supported, unless `ACCEPT` is
-        true; or a key that follows from it.
+        If the document is not that of a calibration, if the calibration is statistically
+        inconsistent and `ACCEPT` is not true, or if the table has a key that the calibration
+        determines.
     """
     overrides = dict(table)
-    document = _checked(overrides.pop("after"))
+    document = _check_document(overrides.pop("after"))
     _check_support(document, overrides.pop(ACCEPT, False))
     for key in GIVEN:
         if key in overrides:
-            expected = f"expected no {key} beside a calibration to go on from, which has its own"
+            expected = f"expected no {key} with 'after': the calibration determines it"
             raise InvalidValue(key, overrides[key], expected)
     try:
         before = read(document["scenario"])
@@ -80,22 +85,22 @@ def going_on(table: Mapping[str, Any], read: Callable[[Any], Any]) -> Table:
     if "epoch" not in overrides:
         base["epoch"] = instant_after(before.epoch, time).isoformat()
         base["orbit"] |= to_table(before.orbit.later(time))
-        base |= _channels_later(base, time)
-        base["prior"] = to_table(_within_limits(prior, before))
+        base |= _shift_channels(base, time)
+        base["prior"] = to_table(_clip_rate(prior, before))
         return overridden(base, overrides)
     later = elapsed(before.epoch, _epoch(overrides["epoch"]))
     at_end = f"an instant after that of the calibration, {document.get('utc', f'{time} s')}"
     expect(later > time - _SAME_INSTANT, "epoch", overrides["epoch"], at_end)
     base["orbit"] |= to_table(before.orbit.later(later))
-    base |= _channels_later(base, later)
+    base |= _shift_channels(base, later)
     base["prior"] = None
     table = overridden(base, overrides)
     table["prior"] = to_table(carried(prior, before.suite, max(0.0, later - time), read(table)))
     return table
 
 
-def _channels_later(base: Mapping[str, Any], time: float) -> dict[str, Any]:
-    """Channels of a scenario that begins later: what they begin with is not known any more."""
+def _shift_channels(base: Mapping[str, Any], time: float) -> dict[str, Any]:
+    """Return the channels of a scenario that starts later, without their initial values."""
     later = []
     for channel in base.get("channels", []):
         times = {"times": [at - time for at in channel["times"]]} if "times" in channel else {}
@@ -105,17 +110,20 @@ def _channels_later(base: Mapping[str, Any], time: float) -> dict[str, Any]:
 
 
 def carried(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior:
-    """A prior after a time in which nothing was measured.
+    """Propagate a prior over a duration without measurements.
 
-    The gyro's bias decays and drifts and errors that vary do so; constants stay as they are known.
-    Attitude and rate are those in which the scenario begins, uncorrelated with all else.
+    The gyro's bias and the Gauss-Markov errors decay and accumulate noise; constants keep their
+    uncertainty. Attitude and rate are the initial values of the new scenario, uncorrelated with all
+    other states.
 
     Parameters
     ----------
+    prior : Prior
+    suite : Suite
     duration : float
-        [s]
+        [s].
     scenario : Scenario
-        Which begins then.
+        Scenario that starts at the end of the duration.
     """
     from mgeo_attitude.geometry.quaternion import quaternions  # imports scipy
 
@@ -150,8 +158,8 @@ def _epoch(value: Any) -> datetime:
         raise InvalidValue("epoch", value, expected) from None
 
 
-def _checked(document: Any) -> Mapping[str, Any]:
-    """A document that has the `ENTRIES`."""
+def _check_document(document: Any) -> Mapping[str, Any]:
+    """Check that a document has the `ENTRIES`, and return it."""
     if not isinstance(document, Mapping):
         raise InvalidValue("after", document, "expected a calibration's document")
     for key, kind in ENTRIES.items():
@@ -159,24 +167,25 @@ def _checked(document: Any) -> Mapping[str, Any]:
             raise KeyProblem(f"after.{key}", None, "missing; expected a calibration's document")
         found = document[key]
         if not isinstance(found, kind) or isinstance(found, bool):
-            raise InvalidValue(f"after.{key}", found, "expected what a calibration's document has")
+            names = " or ".join(each.__name__ for each in getattr(kind, "__args__", (kind,)))
+            raise InvalidValue(f"after.{key}", found, f"expected {names}")
     time = document["time_s"]
     expect(0.0 <= time <= _LATEST, "after.time_s", time, f"a number in [0, {_LATEST:g}] s")
     return document
 
 
 def _check_support(document: Mapping[str, Any], accept: Any) -> None:
-    """Refuse a calibration that nobody should believe, unless one says to do so."""
+    """Raise InvalidValue for a statistically inconsistent calibration unless it is accepted."""
     if not isinstance(accept, bool):
         raise InvalidValue(ACCEPT, accept, "expected true or false")
-    said = document.get("conclusion", SUPPORTED)
-    if said != SUPPORTED and not accept:
-        expected = f"expected {SUPPORTED!r}; {ACCEPT} = true goes on all the same"
-        raise InvalidValue("after.conclusion", said, expected)
+    conclusion = document.get("conclusion", SUPPORTED)
+    if conclusion != SUPPORTED and not accept:
+        expected = f"expected {SUPPORTED!r}; set {ACCEPT} = true to continue nevertheless"
+        raise InvalidValue("after.conclusion", conclusion, expected)
 
 
-def _within_limits(prior: Prior, scenario: Any) -> Prior:
-    """With a rate that maneuvers may have: at their limit noise makes it look greater."""
+def _clip_rate(prior: Prior, scenario: Any) -> Prior:
+    """Reduce the rate of a prior to its bound if noise alone makes it exceed the bound."""
     rate, wheels = np.array(prior.rate_deg_s), scenario.wheels
     shares = [np.abs(rate).max() / scenario.maneuvers.max_rate_deg_s]
     if wheels is not None and wheels.max_momentum is not None and not wheels.initial_momentum:

@@ -1,4 +1,4 @@
-"""Channels that biases follow, along a plan: a table, or what the eclipse makes of them."""
+"""Housekeeping channels along a plan, from a table or from a model of eclipses."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ from mgeo_attitude.settings.types import Identifier, Seconds, Unit
 
 @dataclass(frozen=True, kw_only=True)
 class Channel(Settings):
-    """What something else on board will measure, in its own unit: a temperature, a current.
+    """Predicted values of a housekeeping channel, such as a temperature or a current.
 
-    Either a table, by lines and held beyond its ends, or a first-order law u' = (v - u) / τ for the
-    values v that it tends to in sunlight and in the Earth's shadow.
+    The values follow from a table, with linear interpolation and constant extrapolation, or from
+    the first-order model u' = (v - u) / τ with different steady-state values v in sunlight and in
+    eclipse.
 
     Examples
     --------
@@ -33,35 +34,38 @@ class Channel(Settings):
     """
 
     name: Identifier
-    """name of the channel, as influences and telemetry have it"""
+    """name of the channel in influences and telemetry"""
     times: Annotated[tuple[float, ...], Unit("s")] = ()
-    """times of a table, since the epoch"""
+    """times of the table, after the epoch"""
     values: tuple[float, ...] = ()
-    """values at these times"""
+    """values of the table"""
     in_sunlight: float | None = None
-    """what it tends to while the Sun shines"""
+    """steady-state value in sunlight"""
     in_shadow: float | None = None
-    """what it tends to in eclipse"""
+    """steady-state value in eclipse"""
     time_constant: Seconds | None = Field(default=None, gt=0.0)
-    """in which it does so"""
+    """time constant of the first-order model"""
     initial: float | None = None
-    """value at the epoch; without it what it then tends to"""
+    """value at the epoch; default: the steady-state value"""
 
     def __post_init__(self) -> None:
         table = bool(self.times or self.values)
         for key in ("in_sunlight", "in_shadow", "time_constant"):
             value = getattr(self, key)
-            expected = "nothing beside a table" if table else "a number, or a table"
+            expected = "no value with a table" if table else "a number, or a table"
             expect((value is None) == table, key, value, f"{expected}: times and values")
         if table:
-            expect(self.initial is None, "initial", self.initial, "nothing beside a table")
-            found, count = f"{len(self.values)} of them", f"as many as times: {len(self.times)}"
+            expect(self.initial is None, "initial", self.initial, "no value with a table")
+            found, count = f"{len(self.values)} values", f"as many as times: {len(self.times)}"
             expect(len(self.values) == len(self.times), "values", found, count)
             expect((np.diff(self.times) > 0.0).all(), "times", self.times, "times that increase")
-        expect(self.name != "time", "name", self.name, "another name than that of the times")
+        expect(self.name != "time", "name", self.name, "a name other than 'time'")
 
     def at(self, times: Floats, sunlit: Bools) -> Floats:
-        """Its values at n samples, shape (n,); of a step counts if the Sun shines at its end."""
+        """Return the values at n samples, shape (n,).
+
+        A step counts as sunlit if its end is sunlit.
+        """
         if self.times:
             return np.interp(times, self.times, self.values)
         assert self.in_sunlight is not None
@@ -77,25 +81,25 @@ class Channel(Settings):
 
 
 def check_followed(channels: Sequence[Channel], suite: Suite) -> None:
-    """Refuse, with an InvalidValue, an influence along a plan whose channel is not there."""
+    """Raise InvalidValue if a channel of an influence is not defined."""
     known = {channel.name for channel in channels}
     for key, influence in suite.influence_keys.items():
         name = influence.channel
         if name not in known:
             hint = known_names(name, known) if known else ": there are no [[channels]]"
-            way = "give its values along the plan in [[channels]], or take the influence out"
+            way = "define its values along the plan in [[channels]], or remove the influence"
             raise InvalidValue(f"{key}.channel", name, f"unknown channel{hint}; {way}")
 
 
 def channel_values(
     channels: Sequence[Channel], suite: Suite, times: Floats, sunlit: Bools
 ) -> Mapping[str, Floats]:
-    """Values of all channels that biases of a suite follow, shape (n,), by their names.
+    """Return the values of all channels that influence a suite, shape (n,), by name.
 
     Raises
     ------
     InvalidValue
-        For an influence whose channel is not there.
+        If a channel of an influence is not defined.
     """
     check_followed(channels, suite)
     known = {channel.name: channel for channel in channels}

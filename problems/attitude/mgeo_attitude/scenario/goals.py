@@ -1,4 +1,4 @@
-"""What plans are judged by: when they end, objectives, required 1-sigmas, Monte Carlo runs.
+"""Criteria of plans: convergence, objectives, required 1-sigmas, Monte Carlo runs.
 
 `criteria` computes objectives and constraints.
 """
@@ -28,7 +28,7 @@ from mgeo_attitude.settings.types import (
 
 @dataclass(frozen=True, kw_only=True)
 class Convergence(Settings):
-    """When a plan ends: with its last maneuver, or later, once the filter has converged.
+    """Definition of the end of a plan: end of the last maneuver, or convergence of the filter.
 
     Examples
     --------
@@ -38,29 +38,30 @@ class Convergence(Settings):
     """
 
     rule: Literal["trace", "required", "settling", "end"] = "trace"
-    """what tells: the trace over a window; from when on required_sigma is met until the end of
-    duration; from when on the trace stays within a factor of what it is then; or the end of the
-    last maneuver alone"""
+    """definition of t_end: trace, when the trace decreases little over the window; required, from
+    when on required_sigma is met until the end of duration; settling, from when on the trace stays
+    within a factor of its value; end, the end of the last maneuver"""
     factor: float = Field(default=1.25, gt=1.0)
-    """that factor, for the rule settling"""
+    """factor of the rule settling"""
     window: Seconds = Field(default=300.0, gt=0.0)
-    """window, a multiple of the step"""
+    """window of the rule trace, a multiple of the step"""
     relative_decrease: float = Field(default=0.01, gt=0.0, lt=1.0)
-    """converged if the trace fell by less than this fraction over the window, and did not rise"""
+    """relative decrease of the trace over the window below which the filter has converged, provided
+    that the trace did not rise"""
     allow_rise: bool = False
-    """whether a trace that rose over the window counts as converged too"""
+    """whether the filter also counts as converged if the trace rose over the window"""
 
     @property
     def time(self) -> str:
-        """What t_end is, in words."""
+        """Name of t_end for display."""
         return "a plan's end" if self.rule == "end" else "time to converge"
 
 
 @dataclass(frozen=True, kw_only=True)
 class FlightErrors(Settings):
-    """Flights over which a plan is judged, each with errors drawn from these.
+    """Monte Carlo runs in which a plan is evaluated, with random errors of these distributions.
 
-    Flight k of a seed is the same however many others there are.
+    Run k of a seed does not depend on the number of runs.
 
     Examples
     --------
@@ -70,50 +71,54 @@ class FlightErrors(Settings):
     """
 
     count: int = Field(default=16, ge=1, le=10_000)
-    """number of flights, the same for all plans"""
+    """number of Monte Carlo runs, the same runs for all plans"""
     seed: int = Field(default=0, ge=0)
-    """seed of what is drawn"""
+    """seed of the random errors"""
     quantile: float = Field(default=0.9, gt=0.0, le=1.0)
-    """share of the flights that must keep the value of an objective; 1 for the worst"""
+    """share of the runs in which the value of an objective must hold; 1 for the worst run"""
     mean: bool = False
-    """whether objectives are means over the flights instead"""
+    """whether objectives are means over the runs instead of quantiles"""
     kept: float = Field(default=1.0, gt=0.0, le=1.0)
-    """share of the flights that must keep each limit"""
+    """share of the runs in which each constraint must be satisfied"""
     grow: tuple[Annotated[int, Field(ge=0, le=10_000)], ...] = ()
-    """how many there are in the stages of a search before its last; 0 for none but the exact one"""
+    """numbers of runs in the fidelity levels of a search before the last one; 0 for the nominal run
+    alone"""
     attitude_deg: Degrees | None = Field(default=None, ge=0.0, le=180.0)
-    """attitude error at the start, 1-sigma per axis; initial.attitude_deg if not given"""
+    """initial attitude error, 1-sigma per axis; default: initial.attitude_deg"""
     rate_error_deg_s: DegreesPerSecond | None = Field(default=None, ge=0.0)
-    """error of all rates, 1-sigma per axis; the gyro's initial bias if not given"""
+    """error common to all rates, 1-sigma per axis; default: the gyro's initial bias"""
     maneuver_rate_error_deg_s: DegreesPerSecond = Field(default=0.0, ge=0.0)
     """error of the rate of each maneuver, 1-sigma per axis"""
     duration_error: Seconds = Field(default=0.0, ge=0.0)
     """error of the duration of each maneuver, 1-sigma"""
     start_delay: Seconds = Field(default=0.0, ge=0.0, le=31 * 86400.0)
-    """greatest delay of the start, of which all are equally likely; 604800 for a plan that holds at
-    any time of a week"""
+    """largest delay of the start, uniformly distributed; 604800 for a plan that holds at any time
+    of a week"""
 
     noise_spread: float = Field(default=0.0, ge=0.0, le=2.0)
-    """by how much the noise of the gyro and of each sensor may be other than is believed: 1-sigma
-    of the logarithm of their ratio"""
+    """uncertainty of the noise level of the gyro and of each sensor: 1-sigma of the logarithm of
+    the ratio of actual to modeled noise"""
 
     def __post_init__(self) -> None:
         counts = [*self.grow, self.count]
         expect(counts == sorted(counts), "grow", self.grow, f"ascending, up to {self.count}")
 
     def in_stage(self, stage: int | None) -> int:
-        """Number of flights in a stage of a search, from 0; all after the last, or if None."""
+        """Return the number of Monte Carlo runs in a fidelity level of a search, counted from 0.
+
+        Levels after the last, and None, use all runs.
+        """
         counts = [*self.grow, self.count]
         return self.count if stage is None else counts[min(stage, len(counts) - 1)]
 
 
 class Numbers(dict[str, float]):
-    """Numbers by names with dots, such as ``mag.bias``; hashable, as the scenario is.
+    """Numbers by dotted names, such as ``mag.bias``; hashable, since scenarios are.
 
-    A table may nest them: ``{"mag": {"bias": 1.0}}``.
+    A table may nest the names: ``{"mag": {"bias": 1.0}}``.
     """
 
-    #: Range of the numbers.
+    #: Type of the numbers, which restricts their range.
     number: ClassVar[Any] = float
 
     def __hash__(self) -> int:  # type: ignore[override]
@@ -133,12 +138,12 @@ class Numbers(dict[str, float]):
 class TraceWeights(Numbers):
     """Weight, >= 0, of each state block in the trace.
 
-    Where none is given it is 1, but 0 for errors that no plan makes smaller: `uncalibrated`.
+    The default is 1, or 0 for errors that no plan reduces (`uncalibrated`).
 
     Parameters
     ----------
     values : mapping of str to float, optional
-        By names of blocks.
+        Weights by block.
 
     Examples
     --------
@@ -151,20 +156,20 @@ class TraceWeights(Numbers):
     number = NonNegative
 
     def of(self, blocks: Iterable[str], uncalibrated: Collection[str] = ()) -> tuple[float, ...]:
-        """Weights of the given blocks, in their order."""
+        """Return the weights of blocks, in their order."""
         return tuple(self.get(block, 0.0 if block in uncalibrated else 1.0) for block in blocks)
 
 
 class RequiredSigma(Numbers):
-    """1-sigma, > 0, that a plan must reach in every axis of a state block.
+    """Required 1-sigma, > 0, of every axis of a state block.
 
-    Keys end in the block's unit (`state_units`), in which the number is: ``attitude_deg``,
-    ``gyro.bias_deg_h``, ``mag.bias_nt``; ``sun.bias``, parts of a unit vector, has none.
+    Keys end in the unit of the number (`state_units`): ``attitude_deg``, ``gyro.bias_deg_h``,
+    ``mag.bias_nt``; ``sun.bias``, part of a unit vector, has no unit.
 
     Parameters
     ----------
     values : mapping of str to float, optional
-        By keys; none asks for nothing.
+        Requirements by key; default: none.
 
     Examples
     --------
@@ -178,14 +183,20 @@ class RequiredSigma(Numbers):
     number = Positive
 
     def of(self, units: Mapping[str, Unit]) -> tuple[float, ...]:
-        """Requirements of blocks of these units, in the filter's; infinite where there is none."""
+        """Return the requirements of blocks in the filter's units; infinite without a requirement.
+
+        Parameters
+        ----------
+        units : mapping
+            Unit of each block.
+        """
         return tuple(
             self.get(unit.key(block), math.inf) / unit.key_factor for block, unit in units.items()
         )
 
 
 def check_blocks(key: str, values: Mapping[str, float], known: Collection[str]) -> None:
-    """Refuse, with an InvalidValue, a number for a block that is not among the `known`."""
+    """Raise InvalidValue if a number belongs to an unknown state block."""
     for block, value in values.items():
         if block not in known:
             expected = f"unknown state block{known_names(block, known)}"
@@ -193,9 +204,15 @@ def check_blocks(key: str, values: Mapping[str, float], known: Collection[str]) 
 
 
 def check_objectives(names: Sequence[str], blocks: Collection[str], required: bool) -> None:
-    """Refuse, with an InvalidValue, names that do not say what to minimize.
+    """Raise InvalidValue if a name is no objective of the scenario.
 
-    They may refer to the `blocks` of the state and, if any are `required`, to required 1-sigmas.
+    Parameters
+    ----------
+    names : sequence of str
+    blocks : collection of str
+        State blocks that names may refer to.
+    required : bool
+        Whether the scenario has required 1-sigmas.
     """
     expect_unique("objectives[{}]", names)
     for i, name in enumerate(names):

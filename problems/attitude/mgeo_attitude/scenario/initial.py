@@ -1,4 +1,4 @@
-"""How a run begins: the attitude and how well it is known, and the body rate."""
+"""Initial attitude, attitude uncertainty and body rate of a run."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import InvalidValue, expect
 from mgeo_attitude.settings.types import Degrees, Unit, Vector, one_of
 
-#: Unit vectors and right angles may be off by this: numbers are typed with four digits.
+#: Tolerance on unit vectors and right angles, for numbers that are typed with four digits.
 _TOLERANCE = 1e-3
 
-#: A position or velocity, a direction: one vector of a `Place`, and what follows from it.
+#: Function of a `Place` that returns vectors, shape (n, 3).
 _Vectors = Callable[["Environment | Place"], Floats]
 
 
@@ -30,20 +30,20 @@ def _momentum(at: Environment | Place) -> Floats:
 
 
 def _orbital_rate(at: Environment | Place) -> Floats:
-    """Of the radius vector [rad/s], GCRS."""
+    """Return the angular rate of the radius vector [rad/s], GCRS."""
     rate: Floats = _momentum(at) / (at.position**2).sum(axis=1, keepdims=True)
     return rate
 
 
 def _rate_of_velocity(at: Environment | Place) -> Floats:
-    """Of the velocity under the central acceleration -μ r / r³ [rad/s], GCRS."""
+    """Return the angular rate of the velocity under the acceleration -μ r / r³ [rad/s], GCRS."""
     cube = np.linalg.norm(at.position, axis=1, keepdims=True) ** 3
     square = (at.velocity**2).sum(axis=1, keepdims=True)
     rate: Floats = EARTH_MU * _momentum(at) / (cube * square)
     return rate
 
 
-#: What is pointed at, what the clock angle is counted from, and the rate of both.
+#: Target direction, reference direction of the clock angle, and angular rate of each pointing law.
 _LAWS: dict[str, tuple[_Vectors, _Vectors, _Vectors]] = {
     "nadir": (lambda at: -at.position, lambda at: at.velocity, _orbital_rate),
     "velocity": (lambda at: at.velocity, lambda at: -at.position, _rate_of_velocity),
@@ -55,11 +55,11 @@ POINTINGS = ("inertial", *_LAWS)
 
 @dataclass(frozen=True, kw_only=True)
 class InitialConditions(Settings):
-    """The attitude at the start, how well it is known, and the rate the satellite turns at.
+    """Initial attitude with its uncertainty, and initial body rate.
 
-    The attitude is that of a *law*, at the epoch: fixed in inertial space, or a body axis that
-    points at the Earth's center, along the velocity or at the Sun. Gyro and sensors carry the
-    uncertainty of their own errors.
+    The attitude follows from an attitude law at the epoch: fixed in inertial space, or with a body
+    axis toward the Earth's center, along the velocity or toward the Sun. Uncertainties of gyro and
+    sensor errors belong to the gyro and the sensors.
 
     Examples
     --------
@@ -71,27 +71,28 @@ class InitialConditions(Settings):
     attitude_deg: Degrees = Field(default=5.0, gt=0.0, le=180.0)
     """attitude error, 1-sigma per axis"""
     pointing: Annotated[str, one_of(POINTINGS)] = "inertial"
-    """attitude at the start: fixed (quaternion or axes; along GCRS), or axis at the target"""
+    """attitude law: fixed in GCRS (quaternion or axes; default: along GCRS), or target of the
+    axis"""
     quaternion: tuple[float, float, float, float] | None = None
-    """attitude from GCRF to body, scalar last, as plans have it; with 'inertial'"""
+    """attitude from GCRF to body, scalar last, as in plans; for 'inertial'"""
     axes: tuple[Vector, ...] | None = None
-    """body x, y and z as unit vectors in GCRS, instead of the quaternion"""
+    """body x, y and z as unit vectors in GCRS; alternative to the quaternion"""
     axis: Vector | None = None
-    """body axis that points, a unit vector; z if none is given"""
+    """pointing body axis, a unit vector; default: z"""
     clock_deg: Degrees | None = Field(default=None, ge=-360.0, le=360.0)
-    """turn about that axis, from where body z (x if the axis is within 45 deg of z) is nearest to
-    the velocity (nadir), nadir (velocity), the orbit's normal (sun)"""
+    """rotation about the pointing axis; at zero, body z (x if the axis is within 45 deg of z) is
+    closest to the velocity (nadir), nadir (velocity) or the orbit normal (sun)"""
     rate_deg_s: Annotated[Vector | None, Unit("deg/s")] = None
-    """body rate; if none is given that of the pointing, orbital or none"""
+    """body rate; default: the rate of the attitude law, orbital or zero"""
 
     def __post_init__(self) -> None:
         fixed = self.pointing == "inertial"
         foreign = ("axis", "clock_deg") if fixed else ("quaternion", "axes")
         for key in foreign:
             value = getattr(self, key)
-            expect(value is None, key, value, f"nothing with pointing = {self.pointing!r}")
+            expect(value is None, key, value, f"no value with pointing = {self.pointing!r}")
         if self.axes is not None:
-            expect(self.quaternion is None, "axes", self.axes, "nothing beside a quaternion")
+            expect(self.quaternion is None, "axes", self.axes, "no value with a quaternion")
             expect(_are_axes(self.axes), "axes", self.axes, "three right-handed unit vectors")
         for key in ("quaternion", "axis"):
             if (value := getattr(self, key)) is not None:
@@ -100,12 +101,12 @@ class InitialConditions(Settings):
                 expect(sound, key, value, f"a length of 1, not {length:.6g}")
 
     def attitude(self, at: Environment | Place) -> Floats:
-        """The law, GCRS to body, shape (n, 3, 3).
+        """Return the attitude of the law, GCRS to body, shape (n, 3, 3).
 
         Raises
         ------
         InvalidValue
-            If what is pointed at leaves the clock angle open.
+            If the target is parallel to the reference direction of the clock angle.
         """
         if self.pointing == "inertial":
             return np.repeat(self._fixed()[None], len(at.position), axis=0)
@@ -119,9 +120,10 @@ class InitialConditions(Settings):
             raise InvalidValue("initial.pointing", self.pointing, expected) from None
 
     def law_rate(self, at: Environment | Place) -> Floats:
-        """Body rate of the law [rad/s], shape (n, 3); zero if it is inertial or at the Sun.
+        """Return the body rate of the attitude law [rad/s], shape (n, 3).
 
-        Of a Keplerian orbit; what turns its plane, and the Sun's degree a day, is left out.
+        The rate is that of a Keplerian orbit. It is zero for inertial and Sun pointing; the drift
+        of the orbital plane and the Sun's motion of one degree per day are neglected.
         """
         if self.pointing == "inertial":
             return np.zeros((len(at.position), 3))
@@ -132,18 +134,22 @@ class InitialConditions(Settings):
         return rates
 
     def law(self, course: Course, time: float) -> tuple[Floats, Floats]:
-        """Attitude, GCRS to body, and body rate of the law at a time [s], shapes (3, 3) and (3,).
+        """Return attitude, GCRS to body, and body rate [rad/s] of the law, shapes (3, 3) and (3,).
 
-        It may be later than the scenario's run ends.
+        Parameters
+        ----------
+        course : Course
+        time : float
+            Time after the epoch [s], possibly after the end of the scenario's run.
         """
-        if self.pointing == "inertial":  # wherever the satellite is
+        if self.pointing == "inertial":  # independent of the position
             return self._fixed(), np.zeros(3)
         at = Place.at(course, np.array([time]))
         attitude = self.attitude(at)
         return attitude[0], self._turning(attitude, at)[0]
 
     def rate(self, at: Environment | Place) -> Floats:
-        """Body rate at the first instant [rad/s], shape (3,)."""
+        """Return the body rate at the first instant [rad/s], shape (3,)."""
         given = self.rate_deg_s
         return self.law_rate(at)[0] if given is None else np.radians(given)
 

@@ -1,6 +1,6 @@
-"""Limits of a scenario: of the design vector, of directions along the way, and of time.
+"""Constraints of a scenario: bounds of the design vector, path constraints and time windows.
 
-`criteria.constraints` measures path limits.
+`criteria.constraints` evaluates path constraints.
 """
 
 from __future__ import annotations
@@ -46,30 +46,30 @@ class ManeuverLimits(Settings):
     count: int = Field(default=3, ge=1, le=100)
     """number of constant-rate maneuvers"""
     max_rate_deg_s: DegreesPerSecond = Field(default=1.0, gt=0.0)
-    """greatest body rate per axis"""
+    """largest body rate per axis"""
     max_duration: Seconds = Field(default=2000.0, gt=0.0)
-    """greatest duration of one maneuver"""
+    """longest duration of one maneuver"""
     max_acceleration_deg_s2: Annotated[float | None, Unit("deg/s²")] = Field(default=None, gt=0.0)
-    """greatest angular acceleration per axis; without it rates change at once"""
+    """largest angular acceleration per axis; default: instantaneous changes of rate"""
     slew_back: bool = False
     """whether a plan ends, after t_end, with a slew back to the attitude of [initial]"""
     end_tolerance_deg: Degrees | None = Field(default=None, gt=0.0)
-    """by how much the attitude may be off that of [initial] after the slew back, as 3 times the
-    1-sigma about the worst axis that the filter knows then"""
+    """largest 3-sigma attitude error after the slew back, about the worst axis, relative to the
+    attitude of [initial]"""
 
     def __post_init__(self) -> None:
-        needed = "none without slew_back = true: a plan then ends wherever its last maneuver does"
+        needed = "none without slew_back = true: a plan then ends in the attitude of its last rate"
         alone = self.end_tolerance_deg is not None and not self.slew_back
         expect(not alone, "end_tolerance_deg", self.end_tolerance_deg, needed)
 
 
 @dataclass(frozen=True, kw_only=True)
 class PathLimit(Settings):
-    """A cone around a body axis that a direction must stay out of, or in, along the whole plan.
+    """A cone about a body axis that must contain or exclude a direction during the whole plan.
 
-    Of the Earth, a disc, the angle counts from the limb: inside of it it is negative. The Sun
-    counts while it shines. The axis is where the filter believes it: the cone is kept with a margin
-    of `attitude_sigmas` times the 1-sigma of the angle; equation (14) of docs/theory.md.
+    For the Earth's disc, angles are measured from the limb and are negative inside of the disc. The
+    Sun counts in sunlight only. The axis follows from the estimated attitude: the constraint has a
+    margin of `attitude_sigmas` times the 1-sigma of the angle, see equation (14) of docs/theory.md.
 
     Examples
     --------
@@ -79,17 +79,18 @@ class PathLimit(Settings):
     """
 
     name: Line = "payload"
-    """name of the limit, for people"""
+    """name of the constraint, for display"""
     reference: Annotated[str, one_of(DIRECTIONS)] = "sun"
-    """direction that counts; of earth from the limb, of nadir from the Earth's center"""
+    """constrained direction; angles to earth are measured from the limb, to nadir from the Earth's
+    center"""
     sense: Literal["keep-out", "keep-in"] = "keep-out"
-    """whether it must stay out of the cone or in it"""
+    """whether the direction must stay outside of the cone or inside"""
     boresight: Direction
     """axis of the cone, body axes (any length)"""
     half_angle_deg: Degrees = Field(gt=0.0, lt=180.0)
     """half-angle of the cone"""
     attitude_sigmas: float = Field(default=3.0, ge=0.0)
-    """margin for the unknown attitude, in 1-sigmas of the angle; 0 is none"""
+    """margin for attitude errors, in 1-sigmas of the angle; 0 for no margin"""
 
     @property
     def keep_in(self) -> bool:
@@ -97,19 +98,19 @@ class PathLimit(Settings):
 
     @property
     def label(self) -> str:
-        """What is limited, for people: ``Sun off camera``, ``nadir in antenna``."""
+        """Display name, such as ``Sun off camera`` or ``nadir in antenna``."""
         way = "in" if self.keep_in else "off"
         return f"{DIRECTIONS[self.reference].label} {way} {self.name}"
 
     def cone(self) -> Cone:
-        """The cone, in rad."""
+        """Return the cone, with its half-angle in rad."""
         half_angle = math.radians(self.half_angle_deg)
         return Cone(self.reference, unit(self.boresight), half_angle, self.keep_in)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Window(Settings):
-    """A time in which a plan may be flown as a whole; both ends are converted to UTC.
+    """A time window for whole plans; both ends are converted to UTC.
 
     Examples
     --------
@@ -121,9 +122,9 @@ class Window(Settings):
     """
 
     start: Instant
-    """no plan begins earlier; with its UTC offset"""
+    """earliest start of a plan, with UTC offset"""
     end: Instant
-    """every plan is over by then, with the slew back"""
+    """latest end of a plan, slew back included"""
 
     def __post_init__(self) -> None:
         later = f"later than start = {self.start.isoformat()}"
@@ -134,10 +135,10 @@ class Window(Settings):
 
 
 def deadline(scenario: Scenario) -> float:
-    """Return when plans have to be over [s] after the epoch.
+    """Return the latest end of a plan [s] after the epoch.
 
-    Infinite without windows; minus infinity if none is open at the epoch. The deadline holds even
-    if a plan begins as late as the flights that it is judged over.
+    The deadline includes the largest start delay of Monte Carlo runs. It is infinite without
+    windows, and minus infinity if no window is open at the epoch.
     """
     if not scenario.windows:
         return math.inf
@@ -146,26 +147,26 @@ def deadline(scenario: Scenario) -> float:
 
 
 def _ends_of_open(scenario: Scenario) -> Floats:
-    """End of each window [s] after the epoch; minus infinity of one not open then."""
+    """Return the end of each window [s] after the epoch; -inf if not open at the epoch."""
     spans = ((each.start - scenario.epoch, each.end - scenario.epoch) for each in scenario.windows)
     seconds = ((start.total_seconds(), end.total_seconds()) for start, end in spans)
     return np.array([end if start <= 0.0 < end else -np.inf for start, end in seconds])
 
 
 def check_windows(scenario: Scenario) -> None:
-    """Refuse an epoch at which no plan may begin, or after which none would be over in time.
+    """Check that a plan may start at the epoch and can end within the window.
 
     Raises
     ------
     InvalidValue
-        Naming the epoch, or the end of the window.
+        If no window is open at the epoch, or if the window closes before any plan can end.
     """
     if not scenario.windows:
         return
     ends = _ends_of_open(scenario)
     within = f"a start in one of the windows, {', '.join(map(str, scenario.windows))}"
     expect(np.isfinite(ends).any(), "epoch", scenario.epoch.isoformat(), within)
-    # no other rule waits for a window after the start
+    # With other rules, a plan may end after one step.
     waits = scenario.convergence.rule == "trace"
     least, name = (
         (scenario.convergence.window, "convergence.window") if waits else (scenario.step, "a step")
@@ -173,6 +174,6 @@ def check_windows(scenario: Scenario) -> None:
     left, index = deadline(scenario), int(ends.argmax())
     after = (
         f"{least + ends[index] - left:g} s or more after the epoch, {name} and "
-        "flight.start_delay: no plan is over sooner"
+        "flight.start_delay: no plan ends earlier"
     )
     expect(left >= least, f"windows[{index}].end", scenario.windows[index].end.isoformat(), after)

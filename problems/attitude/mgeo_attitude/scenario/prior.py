@@ -1,4 +1,4 @@
-"""What a run starts from when the satellite has been calibrated before."""
+"""Prior of a run: the result of a previous calibration."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from mgeo_attitude.settings.base import Settings
 from mgeo_attitude.settings.errors import expect
 from mgeo_attitude.settings.types import Unit, Vector
 
-#: Quaternions and matrices are written with all their digits.
+#: Tolerance on numbers that are written with all their digits.
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
 class Prior(Settings):
-    """Estimates at the epoch, and the covariance of their errors, as a calibration leaves them.
+    """Estimates at the epoch and the covariance of their errors, as a calibration yields them.
 
-    They take the place of attitude and rate in ``[initial]`` and of all initial 1-sigmas. Numbers
-    are in the filter's units (rad, rad/s, 1; a field in units of 50 µT); estimates of rotations are
-    vectors of `rotation.rotate`, their errors those of the rotations that remain, R = R̂ R(e).
+    The prior replaces attitude and rate of ``[initial]`` and all initial 1-sigmas. Numbers are in
+    the filter's units (rad, rad/s, 1; a field in units of 50 µT). Estimates of rotations are
+    rotation vectors of `rotation.rotate`; their errors are the residual rotations e in R = R̂ R(e).
 
     Examples
     --------
@@ -46,9 +46,10 @@ class Prior(Settings):
     rate_deg_s: Annotated[Vector, Unit("deg/s")]
     """body rate at the epoch"""
     states: tuple[Vector, ...]
-    """estimates of gyro and sensors, a row for each block after the attitude, filter's units"""
+    """estimated states, one row per block after the attitude, in the filter's units"""
     covariance: tuple[tuple[float, ...], ...]
-    """of the errors of attitude and these estimates, rows first, filter's units squared"""
+    """covariance of the errors of attitude and estimated states, by rows, in the filter's units
+    squared"""
 
     def __post_init__(self) -> None:
         check_quaternion(self.quaternion)
@@ -56,7 +57,7 @@ class Prior(Settings):
 
     @property
     def attitude(self) -> Floats:
-        """GCRS to body, shape (3, 3)."""
+        """Attitude from GCRS to body, shape (3, 3)."""
         from scipy.spatial.transform import Rotation
 
         C: Floats = Rotation.from_quat(self.quaternion).as_matrix().T
@@ -69,7 +70,7 @@ class Prior(Settings):
 
     @property
     def estimates(self) -> Floats:
-        """Of all states, shape (n_states,); zero for the attitude."""
+        """Estimates of all states, shape (n_states,); zero for the attitude error."""
         return np.concatenate([np.zeros(3), *map(np.array, self.states)])
 
     @property
@@ -79,19 +80,19 @@ class Prior(Settings):
 
     @property
     def correlation(self) -> Floats:
-        """Of the errors, shape (n_states, n_states)."""
+        """Correlation of the errors, shape (n_states, n_states)."""
         correlation: Floats = np.array(self.covariance) / np.outer(self.sigma, self.sigma)
         np.fill_diagonal(correlation, 1.0)
         return 0.5 * (correlation + correlation.T)
 
 
 def prior_of(document: Mapping[str, Any], suite: Suite) -> Prior:
-    """Attitude, rate, estimates and covariance of a calibration's document.
+    """Return the prior from the document of a calibration.
 
     Raises
     ------
     InvalidValue
-        For states of another satellite, or what is no attitude, rate, estimate or covariance.
+        If the states are those of another satellite, or if an entry is invalid.
     """
     rows = tuple(states_of(document, suite).values())
     given = {key: document[key] for key in ("quaternion", "rate_deg_s", "covariance")}
@@ -99,12 +100,12 @@ def prior_of(document: Mapping[str, Any], suite: Suite) -> Prior:
 
 
 def states_of(document: Mapping[str, Any], suite: Suite) -> Mapping[str, Any]:
-    """The states of a document by their blocks, which are a satellite's but for the attitude.
+    """Return the states of a calibration document by block, without the attitude.
 
     Raises
     ------
     InvalidValue
-        For those of another satellite.
+        If the blocks are not those of the suite.
     """
     states: Mapping[str, Any] = document["states"]
     blocks = list(suite.blocks[1:])
@@ -113,11 +114,12 @@ def states_of(document: Mapping[str, Any], suite: Suite) -> Mapping[str, Any]:
 
 
 def check_quaternion(quaternion: Sequence[float]) -> None:
-    """Refuse what is not four numbers of unit length.
+    """Check that a quaternion has four components and unit length.
 
     Raises
     ------
     InvalidValue
+        If the quaternion is invalid.
     """
     length = float(np.linalg.norm(quaternion))
     sound = len(quaternion) == 4 and abs(length - 1.0) <= _ROUNDING
@@ -126,16 +128,17 @@ def check_quaternion(quaternion: Sequence[float]) -> None:
 
 
 def check_covariance(matrix: Sequence[Sequence[float]] | ArrayLike, n: int) -> None:
-    """Refuse what is no covariance of n states.
+    """Check that a matrix is a covariance of n states.
 
     Raises
     ------
     InvalidValue
+        If the shape is wrong or the matrix is not symmetric and positive definite.
     """
     rows = [len(row) for row in matrix]  # type: ignore[union-attr, arg-type]
     square = len(rows) == n and set(rows) == {n}
     shape = f"{len(rows)} rows of {', '.join(map(str, sorted(set(rows)))) or 0}"
-    expect(square, "covariance", shape, f"{n} x {n} numbers, three a block and axis")
+    expect(square, "covariance", shape, f"{n} x {n} numbers, three rows per block")
     found = np.array(matrix, dtype=float)
     scale = np.sqrt(np.abs(np.diag(found)))
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,4 @@
-"""The scenario: everything a run of the filter depends on, checked as a whole."""
+"""Scenario: all inputs of a run of the filter, checked for consistency."""
 
 from __future__ import annotations
 
@@ -53,14 +53,15 @@ _NO_GYRO = (
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario(Settings):
-    """Orbit, instruments, limits and criteria of one study; frozen, hashable and picklable.
+    """Orbit, instruments, constraints and criteria of a study; frozen, hashable and picklable.
 
-    An epoch with another UTC offset is converted to UTC; a naive one is refused.
+    An epoch with another UTC offset is converted to UTC; an epoch without offset is rejected.
 
     Raises
     ------
     InvalidValue
-        (ValueError) Naming the key, its value and what was expected.
+        (ValueError) If a field is invalid; the message names the key, its value and the expected
+        values.
 
     Examples
     --------
@@ -80,7 +81,7 @@ class Scenario(Settings):
     step: Seconds = Field(default=1.0, gt=0.0)
     """time step of the filter"""
     eclipse: bool = True
-    """whether the Earth's shadow blinds the Sun sensors"""
+    """whether eclipses interrupt the measurements of Sun sensors"""
     objectives: tuple[str, ...] = Field(
         default=PAPER,
         min_length=1,
@@ -91,38 +92,38 @@ class Scenario(Settings):
     gyro: Gyro = Field(default_factory=Gyro)
     """three-axis gyro"""
     sensors: tuple[Annotated[Sensor, Kinds("kind", SENSORS)], ...] = Field(min_length=1)
-    """sensors, at least one, each with its own name"""
+    """sensors, at least one, with unique names"""
     world: World = Field(default_factory=World)
-    """errors of field, orbit and light from the Earth, shared by all sensors"""
+    """environment model errors of field, orbit and albedo, shared by all sensors"""
     channels: tuple[Channel, ...] = ()
-    """what something else on board will measure, which biases follow"""
+    """predicted housekeeping channels on which biases depend"""
     initial: InitialConditions = Field(default_factory=InitialConditions)
-    """attitude and body rate at the start, and what is known of it"""
+    """initial attitude with its uncertainty, and initial body rate"""
     maneuvers: ManeuverLimits = Field(default_factory=ManeuverLimits)
     """bounds of the design vector"""
     convergence: Convergence = Field(default_factory=Convergence)
-    """when the filter counts as converged"""
+    """convergence criterion of the filter"""
     trace_weights: Annotated[Mapping[str, float], TraceWeights] = Field(
         default_factory=TraceWeights
     )
-    """weight of each state block in the trace; where none is given 1, but 0 for errors that vary or
-    are considered"""
+    """weight of each state block in the trace; default: 1, or 0 for errors that vary or are
+    considered"""
     required_sigma: Annotated[Mapping[str, float], RequiredSigma] = Field(
         default_factory=RequiredSigma
     )
-    """1-sigma that each axis of a state block must reach, by key with unit"""
+    """required 1-sigma of each axis of a state block, by key with unit"""
     wheels: Wheels | None = None
-    """reaction wheels that turn the satellite"""
+    """reaction wheels that rotate the satellite"""
     coils: Coils | None = None
-    """magnetic coils; without wheels they turn it"""
+    """magnetorquers; without wheels they rotate the satellite"""
     path_limits: tuple[PathLimit, ...] = ()
-    """cones that a direction must stay out of, or in, along the way"""
+    """cones that must contain or exclude a direction during the plan"""
     windows: tuple[Window, ...] = ()
-    """times in which a plan may be flown from start to end; none is any time"""
+    """time windows that contain a plan from start to end; default: any time"""
     flight: FlightErrors | None = None
-    """flights over which plans are judged; without it each is flown exactly"""
+    """Monte Carlo runs in which plans are evaluated; default: the nominal run alone"""
     prior: Prior | None = None
-    """what a calibration has found, in place of initial attitude, rate and 1-sigmas"""
+    """result of a calibration that replaces initial attitude, rate and 1-sigmas"""
 
     def __post_init__(self) -> None:
         units = self.suite.units
@@ -139,7 +140,7 @@ class Scenario(Settings):
 
     @property
     def suite(self) -> Suite:
-        """Gyro, sampled at every step, sensors and world as one error state."""
+        """Gyro, sampled at every step, sensors and environment model errors as one error state."""
         return Suite(self.gyro.sampled(self.step), self.sensors, self.world)
 
     @property
@@ -149,15 +150,15 @@ class Scenario(Settings):
 
     @property
     def deadline(self) -> float:
-        """When a plan has to be over, slew back included [s]; infinite without windows.
+        """Latest end of a plan, slew back included [s]; infinite without windows.
 
-        It is over even if it begins as late as the flights that it is judged over.
+        The deadline includes the largest start delay of Monte Carlo runs.
         """
         return deadline(self)
 
     @property
     def latest_end(self) -> float:
-        """When the last of its runs ends [s]: of one that begins with the longest delay."""
+        """End of the run that starts with the largest delay [s]."""
         return self.duration + (0.0 if self.flight is None else self.flight.start_delay)
 
     def starting(self, time: float) -> Scenario:
@@ -167,25 +168,35 @@ class Scenario(Settings):
 
     @property
     def turned_by_coils(self) -> bool:
-        """Whether it has coils and no wheels."""
+        """Whether magnetorquers alone rotate the satellite."""
         return self.coils is not None and self.wheels is None
 
     def turning(self, field: Floats, attitude: Floats, rate: Floats) -> Turning:
-        """What turns it from an attitude and a rate, with coils along a field [T], GCRS."""
+        """Return the dynamics of rotations from an initial attitude and rate.
+
+        Parameters
+        ----------
+        field : array, shape (n, 3)
+            Geomagnetic field [T], GCRS, used by magnetorquers.
+        attitude : array, shape (3, 3)
+            GCRS to body.
+        rate : array, shape (3,)
+            Body rate [rad/s].
+        """
         if self.coils is not None and self.turned_by_coils:
             return self.coils.drive(field, attitude, rate)
         return slew_limits(self.maneuvers, self.wheels, rate)
 
     @property
     def needs_field(self) -> bool:
-        """Whether anything on board follows from the geomagnetic field."""
+        """Whether the scenario depends on the geomagnetic field."""
         dipole = self.wheels is not None and any(self.wheels.residual_dipole)
         dipole |= self.coils is not None and self.coils.unloads
         return dipole or self.turned_by_coils or any(each.needs_field for each in self.sensors)
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """What is taken for granted of how the satellite turns, each in a line."""
+        """Assumptions about the rotation of the satellite, one line each."""
         return assumed(self.wheels, self.coils)
 
     @property
@@ -194,77 +205,86 @@ class Scenario(Settings):
         return self.step * np.arange(self.n_steps + 1, dtype=np.float64)
 
     def initial_attitude(self, at: Environment | Place) -> Floats:
-        """GCRS to body at the epoch, of which `at` is; shape (3, 3)."""
+        """Return the attitude at the epoch, GCRS to body, shape (3, 3).
+
+        Parameters
+        ----------
+        at : Environment or Place
+            State of the satellite at the epoch.
+        """
         return self.initial.attitude(at)[0] if self.prior is None else self.prior.attitude
 
     def initial_rate(self, at: Environment | Place) -> Floats:
-        """Body rate at the epoch [rad/s], shape (3,)."""
+        """Return the body rate at the epoch [rad/s], shape (3,); see `initial_attitude`."""
         return self.initial.rate(at) if self.prior is None else self.prior.rate
 
     @property
     def initial_attitude_covariance(self) -> Floats:
-        """Of the attitude error at the epoch [rad²], shape (3, 3)."""
+        """Covariance of the attitude error at the epoch [rad²], shape (3, 3)."""
         if self.prior is None:
             return float(np.radians(self.initial.attitude_deg)) ** 2 * np.eye(3)
         return np.array(self.prior.covariance)[:3, :3]
 
     @staticmethod
     def paper() -> Scenario:
-        """Table 2 of Hott, Chagas & de Sousa; what it leaves open reproduces its fronts.
+        """Return the scenario of Table 2 of Hott, Chagas & de Sousa.
 
-        Its file, ``scenario/paper.toml``, says which values are ours.
+        Values that the paper does not state are chosen to reproduce its fronts; the file
+        ``scenario/paper.toml`` marks them.
         """
         return Scenario.from_dict({"preset": "paper"})
 
     @staticmethod
     def cubesat_1u() -> Scenario:
-        """A cubesat of one unit that coils alone turn; its file says where its figures are from."""
+        """Return a 1U cubesat with magnetorquers only; the file of the preset lists sources."""
         return Scenario.from_dict({"preset": "cubesat_1u"})
 
     @staticmethod
     def microsatellite() -> Scenario:
-        """110 kg with two star trackers and wheels; its file says where its figures are from."""
+        """Return a 110 kg satellite with two star trackers and wheels; its file lists sources."""
         return Scenario.from_dict({"preset": "microsatellite"})
 
     @staticmethod
     def cubesat_6u() -> Scenario:
-        """A 6U cubesat with small instruments, in the paper's orbit with its eclipses.
+        """Return a 6U cubesat with small instruments, in the paper's orbit with eclipses.
 
-        By the rule "trace" it would count as converged later than the paper's satellite: below
-        1 % over 300 s.
+        With the rule "trace", it converges later than the paper's satellite, when the trace falls
+        by less than 1 % over 300 s.
         """
         return Scenario.from_dict({"preset": "cubesat_6u"})
 
     @staticmethod
     def cubesat_6u_full() -> Scenario:
-        """`cubesat_6u` with every error of its instruments and models, constant or varying.
+        """Return `cubesat_6u` with all constant and varying errors of instruments and models.
 
-        Its file, ``scenario/cubesat_6u_full.toml``, says where they are from.
+        The file ``scenario/cubesat_6u_full.toml`` lists sources.
         """
         return Scenario.from_dict({"preset": "cubesat_6u_full"})
 
     def to_dict(self) -> dict[str, Any]:
-        """The scenario as nested dicts and lists of JSON's types; see `from_dict`."""
+        """Return the scenario as nested dicts and lists of JSON types; see `from_dict`."""
         table = to_table(self)
-        if self.objectives == PAPER:  # they go without saying
+        if self.objectives == PAPER:  # the default is omitted
             del table["objectives"]
         return table
 
     @staticmethod
     def from_dict(table: Mapping[str, Any], folder: str | os.PathLike[str] = "") -> Scenario:
-        """Inverse of `to_dict`; ``preset`` names a preset that `table` overrides key by key.
+        """Construct a scenario from a table; the inverse of `to_dict`.
 
-        Or it overrides the scenario that goes on from the calibration whose document is ``after``:
-        from its attitude, time and covariance, see `Calibration.scenario_after`.
+        With ``preset``, the table overrides the preset key by key. With ``after``, the document of
+        a calibration, the table overrides the scenario that continues from its time, attitude and
+        covariance, see `Calibration.scenario_after`.
 
-        A list of sensors replaces the preset's. What one of them leaves out is that of the preset's
-        sensor of the same name and kind, or else of its only one of the kind, or else the kind's
-        default. An orbit is read from the file that ``orbit.file`` names in `folder`.
+        A list of sensors replaces that of the preset. A sensor inherits missing keys from the
+        preset's sensor of its name and kind, or from the only one of its kind, or uses defaults.
+        The path ``orbit.file`` is relative to `folder`.
 
         Raises
         ------
         InvalidValue
-            Naming the full key (``orbit.eccentricity``): unknown, missing or of a bad value.
+            If a key is unknown, missing or invalid; the message has the full key, such as
+            ``orbit.eccentricity``.
         """
         if not isinstance(table.get("gyro", {}), Mapping):
             raise InvalidValue("gyro", table["gyro"], _NO_GYRO)
@@ -273,7 +293,7 @@ class Scenario(Settings):
         return Scenario(**_in_folder(on_preset(table), folder))
 
     def to_toml(self) -> str:
-        """The scenario as a TOML document with a comment on every key."""
+        """Return the scenario as a TOML document with a comment on every key."""
         units = self.suite.units
         keys = {
             "trace_weights": units,
@@ -284,25 +304,26 @@ class Scenario(Settings):
 
     @staticmethod
     def from_toml(source: str | os.PathLike[str]) -> Scenario:
-        """Read a TOML file, or TOML text; ``preset = "..."`` works as in `from_dict`.
+        """Read a scenario from a TOML file or text; ``preset = "..."`` works as in `from_dict`.
 
-        An orbit's file that it names is read from its own folder.
+        The path ``orbit.file`` is relative to the folder of the file.
 
         Parameters
         ----------
         source : path or str
-            A path object, or a one-line string ending in ``.toml``, is a file; any other string
-            is the text itself.
+            A path object or a one-line string that ends in ``.toml`` is a file; any other string is
+            TOML text.
 
         Raises
         ------
         ScenarioFileError
-            (ValueError) Naming the file and the key, or the line where it is no TOML.
+            (ValueError) If the file is invalid; the message names the file and the key, or the line
+            of a syntax error.
 
         Warns
         -----
         Implausible
-            Of what looks like a slip; see `implausible`.
+            If a value is likely an error; see `implausible`.
         """
         origin, folder, table = read_toml(source)
         try:
@@ -314,12 +335,12 @@ class Scenario(Settings):
         return scenario
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write `to_toml` to a file, which is replaced as a whole or not at all."""
+        """Write the scenario atomically to a TOML file."""
         write_file(Path(path), self.to_toml().encode())
 
 
 def _in_folder(table: dict[str, Any], folder: str | os.PathLike[str]) -> dict[str, Any]:
-    """The table with the full name of the orbit's file, if it names one."""
+    """Return the table with the path of the orbit's file relative to a folder."""
     orbit = table.get("orbit")
     if not isinstance(orbit, Mapping) or not isinstance(orbit.get("file"), str):
         return table

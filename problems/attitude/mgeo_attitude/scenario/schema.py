@@ -1,4 +1,4 @@
-"""The JSON Schema of scenario files."""
+"""JSON Schema of scenario files."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from mgeo_attitude.settings.base import schema_of
 
 
 def scenario_schema() -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of what `Scenario.from_dict` takes, for editors.
+    """Return the JSON Schema (draft 2020-12) of the tables that `Scenario.from_dict` reads.
 
-    A file may leave out what its preset has, so only a file without a preset must have every key
-    that has no default. Conditions on several keys, such as multiples of the step, are checked by
-    `Scenario` only.
+    Editors use the schema to complete and validate scenario files. Keys without a default are
+    required only in a file without a preset. The schema does not express conditions on several
+    keys, such as multiples of the step, which `Scenario` checks.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Scenario files: TOML with a comment on every key, and presets to start from."""
+"""Scenario files in TOML with a comment on every key, and presets."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from mgeo_attitude.settings.words import describe
 
 Table = dict[str, Any]
 
-#: Names of the presets; each is a file of this folder.
+#: Names of the presets, each a file in this folder.
 PRESETS = ("paper", "cubesat_1u", "cubesat_6u", "cubesat_6u_full", "microsatellite")
 
 
 def on_preset(table: Mapping[str, Any]) -> Table:
-    """The table over the preset that it names, if it does, key by key; see `Scenario.from_dict`."""
+    """Merge a table into the preset that it names, if any; see `Scenario.from_dict`."""
     overrides = dict(table)
     if "preset" not in overrides:
         return overrides
@@ -35,25 +35,25 @@ def on_preset(table: Mapping[str, Any]) -> Table:
 
 
 def overridden(base: Table, table: Mapping[str, Any]) -> Table:
-    """A complete table with what another says, key by key."""
+    """Merge a table into a complete table, key by key."""
     overrides = dict(table)
     if _kind_of_orbit(overrides) not in (None, _kind_of_orbit(base)):
-        base = {key: base[key] for key in base if key != "orbit"}  # their kinds share no key
+        base = {key: base[key] for key in base if key != "orbit"}  # kinds of orbits share no keys
     sensors = overrides.get("sensors")
     if isinstance(sensors, list | tuple):
-        overrides["sensors"] = [_on_sensor(entry, base["sensors"]) for entry in sensors]
-    return _merged(base, overrides)
+        overrides["sensors"] = [_merge_sensor(entry, base["sensors"]) for entry in sensors]
+    return _merge(base, overrides)
 
 
 def _kind_of_orbit(table: Table) -> type | None:
-    """The class of the orbit that a table gives; None where it does not say."""
+    """Return the class of the orbit in a table; None if it is not determined."""
     orbit = table.get("orbit")
     name = ORBITS.name_of(orbit) if isinstance(orbit, Mapping) else None
     return ORBITS.classes.get(name) if isinstance(name, str) else None
 
 
-def _on_sensor(table: Any, preset: list[Table]) -> Any:
-    """A sensor over the preset's one of its name and kind, or else the only one of its kind."""
+def _merge_sensor(table: Any, preset: list[Table]) -> Any:
+    """Merge a sensor into the preset's sensor of its name and kind, or the only one of its kind."""
     if not isinstance(table, Mapping):
         return table
     name, kind = table.get("name"), table.get("kind")
@@ -62,15 +62,15 @@ def _on_sensor(table: Any, preset: list[Table]) -> Any:
     return {**same[0], **table} if len(same) == 1 else table
 
 
-def _merged(base: Table, overrides: Mapping[str, Any]) -> Table:
+def _merge(base: Table, overrides: Mapping[str, Any]) -> Table:
     merged = dict(base)
     for key, value in overrides.items():
         nested = isinstance(value, Mapping) and isinstance(merged.get(key), Mapping)
-        merged[key] = _merged(merged[key], value) if nested else value
+        merged[key] = _merge(merged[key], value) if nested else value
     return merged
 
 
-#: The schema of a scenario file for editors, beside it: the output of the command ``schema``.
+#: Name of the schema for editors in a scenario file's folder: the output of the command ``schema``.
 SCHEMA_FILE = "scenario.schema.json"
 
 _HEADER = f"""\
@@ -81,11 +81,11 @@ _HEADER = f"""\
 
 
 class ScenarioFileError(ValueError):
-    """A scenario file, or text, that cannot be read; the message says which and where."""
+    """Scenario file or text that cannot be read; the message names file and place."""
 
 
 def read_toml(source: str | os.PathLike[str]) -> tuple[str, Path, Table]:
-    """Return the name of a file or text in messages, its folder and its table.
+    """Return the display name of a file or text, its folder and its table.
 
     See `Scenario.from_toml`.
     """
@@ -103,7 +103,16 @@ def read_toml(source: str | os.PathLike[str]) -> tuple[str, Path, Table]:
 
 
 def to_toml(scenario: Settings, table: Mapping[str, Any], notes: Mapping[str, str]) -> str:
-    """Write a scenario's table as a document, with `notes` below the tables of these keys."""
+    """Serialize a scenario's table as TOML.
+
+    Parameters
+    ----------
+    scenario : Settings
+    table : mapping
+        Result of `Scenario.to_dict`.
+    notes : mapping
+        Comments below the tables of these keys.
+    """
     head, tables = [_HEADER], []
     for key, value in table.items():
         part = getattr(scenario, key)
@@ -120,22 +129,21 @@ def to_toml(scenario: Settings, table: Mapping[str, Any], notes: Mapping[str, st
 
 
 def _lines(values: Mapping[str, Any], settings: Any) -> Iterator[str]:
-    """Yield each key and value with a comment: its meaning, range and unit."""
+    """Yield each key and value with a comment on meaning, range and unit."""
     properties = schema_of(type(settings))["properties"] if isinstance(settings, Settings) else {}
     for key, value in values.items():
         own = getattr(settings, key, None)
-        value = own if isinstance(own, datetime) else value  # TOML has them
+        value = own if isinstance(own, datetime) else value  # TOML has a type for date and time
         schema = properties.get(key)
         comment = f" # {schema.get('description', '')}: {describe(schema)}" if schema else ""
         text = f"{_text(value)}{comment}"
-        if isinstance(value, list) and isinstance(value[0], list | Mapping):  # a row a line
+        if isinstance(value, list) and isinstance(value[0], list | Mapping):  # one line per row
             rows = (f"  {_text(row)},\n" for row in value)
             text = f"[{comment}\n{''.join(rows)}]"
         yield f"{tomlkit.key(key).as_string()} = {text}"
 
 
 def _text(value: Any) -> str:
-    """A value on one line."""
     item = tomlkit.inline_table() if isinstance(value, Mapping) else tomlkit.item(value)
     if isinstance(value, Mapping):
         item.update(value)

@@ -1,7 +1,4 @@
-"""What tables of a scenario say together: refused if it does not fit, noted if it looks wrong.
-
-Notes are what looks like a slip, and where the linear covariance may not be believed.
-"""
+"""Consistency checks between tables of a scenario, warnings, and validity of the covariance."""
 
 from __future__ import annotations
 
@@ -27,26 +24,26 @@ from mgeo_attitude.settings.types import Unit, Usual
 if TYPE_CHECKING:
     from mgeo_attitude.scenario.scenario import Scenario
 
-_MAX_COUNT = 2**31  # with more steps than this any remainder would be within rounding
-# What is kept of each step would fill the memory: of the run, once; of the window, for each design.
+_MAX_COUNT = 2**31  # with more steps, any remainder is within the rounding error
+# Bounds on memory: tables of the run exist once, those of the window for each design.
 _MAX_STEPS = {"duration": 1_000_000, "convergence.window": 100_000}
 _ROUNDING = 1e-9  # relative; decimal steps such as 0.1 s are not exact in binary
 
-#: Where IGRF, a field without currents outside the Earth, is one: geocentric distance in Earth
-#: radii above which the ring current's field is no longer small beside it, and altitude [m] below
-#: which nothing orbits.
+#: Range of validity of IGRF, which neglects currents outside the Earth: geocentric distance in
+#: Earth radii above which the field of the ring current is significant, and lowest altitude of
+#: orbits [m].
 _HIGHEST, _LOWEST = 3.0, 100e3
-#: Samples of the orbit at which that is looked at.
+#: Number of samples of the orbit for this check.
 _SAMPLES = 200
 
 
 def check_together(scenario: Scenario, suite: Suite) -> None:
-    """Refuse what does not go with other fields of a scenario, or the suite that it makes.
+    """Check that the fields of a scenario are consistent with each other and with the suite.
 
     Raises
     ------
     InvalidValue
-        Naming the key, its value and what it must fit.
+        If a field is inconsistent; the message names the key, its value and the condition.
     """
     _check_spans(scenario)
     _check_rate(scenario)
@@ -60,7 +57,7 @@ def check_together(scenario: Scenario, suite: Suite) -> None:
 
 
 def _check_spans(scenario: Scenario) -> None:
-    """Duration and window are of whole steps, and not of too many."""
+    """Check that duration and window are multiples of the step and not too long."""
     step, window = f"step = {scenario.step!r} s", scenario.convergence.window
     for key, span in (("duration", scenario.duration), ("convergence.window", window)):
         expect(_is_multiple(span, scenario.step), key, span, f"a multiple of {step}")
@@ -69,14 +66,14 @@ def _check_spans(scenario: Scenario) -> None:
 
 
 def _check_rate(scenario: Scenario) -> None:
-    """Rates are such as samples can tell, and within the gyro's range."""
+    """Check that rates are below half a turn per step and within the gyro's range."""
     step = f"step = {scenario.step!r} s"
     rate = scenario.maneuvers.max_rate_deg_s
-    # between samples half a turn apart nobody could tell which way the body turned
+    # Samples half a turn apart leave the sense of rotation ambiguous.
     fastest = 180.0 / (math.sqrt(3.0) * scenario.step)
     slow = (
-        f"less than {fastest:.4g}, so that turned at about all axes it is less than 180 deg in "
-        f"{step}; or a step below {180.0 / (math.sqrt(3.0) * rate):.4g} s"
+        f"less than {fastest:.4g}, so that a rotation at this rate about all axes is less than 180 "
+        f"deg in {step}; or a step below {180.0 / (math.sqrt(3.0) * rate):.4g} s"
     )
     expect(rate < fastest, "maneuvers.max_rate_deg_s", rate, slow)
     gyro_range = scenario.gyro.range_deg_per_s
@@ -85,7 +82,7 @@ def _check_rate(scenario: Scenario) -> None:
 
 
 def _check_samples(scenario: Scenario) -> None:
-    """Intervals and window fit the run, and the rule has what it asks about."""
+    """Check that intervals and window fit in the run, and that the convergence rule applies."""
     step, window = f"step = {scenario.step!r} s", scenario.convergence.window
     most = f"at most duration = {scenario.duration!r} s"
     for i, sensor in enumerate(scenario.sensors):
@@ -95,25 +92,25 @@ def _check_samples(scenario: Scenario) -> None:
         expect((interval or 0.0) <= scenario.duration, key, interval, most)
     expect(window <= scenario.duration, "convergence.window", window, most)
     possible = scenario.required_sigma or scenario.convergence.rule != "required"
-    others = "another rule, or something in required_sigma"
+    others = "another rule, or a value in required_sigma"
     expect(possible, "convergence.rule", scenario.convergence.rule, others)
 
 
 def _check_epoch(scenario: Scenario) -> None:
-    """The run lies where the field is modeled, if anything needs it."""
+    """Check that the field model covers the run, if the scenario needs the field."""
     epoch, start, end = scenario.epoch, FIELD_MODEL_START, FIELD_MODEL_END
     inside = start <= epoch <= end and scenario.latest_end <= (end - epoch).total_seconds()
-    late = ", begun as late as it may be," if scenario.latest_end > scenario.duration else ""
+    late = ", with the largest start delay," if scenario.latest_end > scenario.duration else ""
     years = (
         f"a run of duration = {scenario.duration!r} s{late} inside the field model IGRF-14, from "
-        f"{start:%Y-%m-%d} to {end:%Y-%m-%d} UTC, or nothing that needs the field, as "
-        "magnetometers, coils that turn the satellite and a residual dipole do"
+        f"{start:%Y-%m-%d} to {end:%Y-%m-%d} UTC, or a scenario that does not need the field "
+        "(without magnetometers, coils that rotate the satellite and residual dipole)"
     )
     expect(inside or not scenario.needs_field, "epoch", epoch.isoformat(), years)
 
 
 def _check_names(scenario: Scenario) -> None:
-    """Sensors and channels have names of their own."""
+    """Check that names of sensors and channels are unique."""
     names = [sensor.name for sensor in scenario.sensors]
     expect_unique("sensors[{}].name", names)
     for i, name in enumerate(names):
@@ -122,7 +119,7 @@ def _check_names(scenario: Scenario) -> None:
 
 
 def _check_states(scenario: Scenario, suite: Suite) -> None:
-    """Some state counts, and a prior is of the states there are."""
+    """Check that a state has a positive weight, and that a prior has the states of the suite."""
     weights = TraceWeights(scenario.trace_weights)
     some = any(weights.of(suite.blocks, suite.uncalibrated))
     expect(some, "trace_weights", dict(weights), "a weight above 0")
@@ -133,16 +130,17 @@ def _check_states(scenario: Scenario, suite: Suite) -> None:
 
 
 def _check_limits(scenario: Scenario) -> None:
-    """No cone is so narrow that its margin for the first attitude fills it."""
+    """Check that each cone is wider than the margin for the initial attitude error."""
     for i, limit in enumerate(scenario.path_limits if scenario.prior is None else ()):
         room = limit.half_angle_deg if limit.keep_in else 180.0 - limit.half_angle_deg
         fewest = room / scenario.initial.attitude_deg
         far = (
             f"less than {fewest:.4g}: with initial.attitude_deg = "
-            f"{scenario.initial.attitude_deg!r} no attitude is that far "
-            f"{'inside' if limit.keep_in else 'from'} half_angle_deg = {limit.half_angle_deg!r}"
+            f"{scenario.initial.attitude_deg!r} the margin leaves no attitude "
+            f"{'inside' if limit.keep_in else 'outside'} half_angle_deg = "
+            f"{limit.half_angle_deg!r}"
         )
-        # of a disc the angle counts from its limb: what is left depends on where that is
+        # For a disc, the admissible range depends on its apparent radius.
         fits = limit.attitude_sigmas < fewest or limit.cone().disc
         expect(fits, f"path_limits[{i}].attitude_sigmas", limit.attitude_sigmas, far)
 
@@ -153,16 +151,16 @@ def _is_multiple(span: float, step: float) -> bool:
 
 
 class Implausible(UserWarning):
-    """A value that looks like a slip: another unit, or what the model is not made for."""
+    """Value that is likely an error: another unit, or outside of the model's range."""
 
 
 def implausible(scenario: Scenario) -> tuple[str, ...]:
-    """What looks like a slip, each in a line that names the key; empty if nothing does."""
+    """Return a warning for each value that is likely an error; empty if there is none."""
     return (*_unusual(scenario), *_out_of_range(scenario), *_too_old(scenario))
 
 
 def _unusual(settings: Any, place: str = "") -> Iterator[str]:
-    """Yield a line for each number outside its `Usual` range; zero leaves something out."""
+    """Yield a warning for each nonzero number outside of its `Usual` range."""
     for name in declared(type(settings)):
         value, key = getattr(settings, name), f"{place}{name}"
         values = value if isinstance(value, tuple) else (value,)
@@ -173,8 +171,8 @@ def _unusual(settings: Any, place: str = "") -> Iterator[str]:
             if isinstance(each, Settings):
                 yield from _unusual(each, f"{key}[{i}]." if values is value else f"{key}.")
             elif usual and each and not usual.low <= each <= usual.high:
-                expected = f"usual is {usual.low:g} to {usual.high:g}{text}"
-                yield f"{key} = {each:g}{text}: {expected}; is it of another unit?"
+                expected = f"the usual range is {usual.low:g} to {usual.high:g}{text}"
+                yield f"{key} = {each:g}{text}: {expected}; check the unit"
                 break
 
 
@@ -185,8 +183,8 @@ def _out_of_range(scenario: Scenario) -> Iterator[str]:
     distance = np.linalg.norm(scenario.orbit.propagate(scenario.epoch, times)[0], axis=1)
     if (most := float(distance.max()) / EARTH_RADIUS) > _HIGHEST:
         yield (
-            f"orbit: {most:.1f} Earth radii from the Earth's center: above {_HIGHEST:g} the field "
-            "is not IGRF's, which knows of no currents outside the Earth"
+            f"orbit: {most:.1f} Earth radii from the Earth's center: above {_HIGHEST:g}, IGRF is "
+            "inaccurate, since it neglects currents outside the Earth"
         )
     if (least := float(distance.min()) - EARTH_RADIUS) < _LOWEST:
         yield f"orbit: down to {1e-3 * least:.0f} km: nothing orbits below {1e-3 * _LOWEST:g} km"
@@ -200,32 +198,38 @@ def _too_old(scenario: Scenario) -> Iterator[str]:
     if age > MAX_AGE:
         yield (
             f"orbit: at the end of the run the element set is {age / timedelta(days=1):.1f} days "
-            f"old, and tens of kilometers off: it is good for {MAX_AGE.days}"
+            f"old, with an error of tens of kilometers: use a set of at most {MAX_AGE.days} days"
         )
 
 
 class OutsideValidity(UserWarning):
-    """A scenario's initial errors are larger than those for which the filter was found true."""
+    """Initial errors of a scenario exceed those for which the filter was found to be consistent."""
 
 
-#: Largest initial 1-sigma per axis in the map of docs/consistency.md up to which the NEES of the
-#: shipped estimator is within its 99 % bounds for both presets.
+#: Largest initial 1-sigma per axis for which the NEES of the estimator is within its 99 % bounds
+#: for both presets; see docs/consistency.md.
 MAX_ATTITUDE_DEG = 20.0
 MAX_MISALIGNMENT_DEG = 1.0
 MAX_GYRO_BIAS_DEG_S = 0.01
 
-#: With photodiodes, of which few see the Sun at a time: from 10 deg `cubesat_1u` has a NEES of 1.2,
-#: from 5 deg of 1.04.
+#: Largest initial attitude 1-sigma with photodiodes, of which few are sunlit at a time. The NEES of
+#: `cubesat_1u` is 1.2 from 10 deg and 1.04 from 5 deg.
 MAX_ATTITUDE_OF_FACES_DEG = 5.0
 
-#: Of the orbit, along which the field's derivative changes. In 50 flights of Basilisk, with IGRF
-#: where the satellite is, NEES is 1.07 with an error of 30 km along track, within its 99 % bounds;
-#: 1.14 with one of 50 is not.
+#: Largest orbit error, limited by the change of the field gradient along the orbit. In 50 Basilisk
+#: simulations with IGRF, the NEES is 1.07 with an along-track error of 30 km, which is within its
+#: 99 % bounds, and 1.14 with 50 km, which is not.
 MAX_ORBIT_ERROR_M = 30_000.0
 
 
 def examined(scenario: Scenario) -> list[tuple[str, float, float]]:
-    """Initial uncertainties by key, each with the largest at which the map has found it true."""
+    """Return the initial 1-sigmas that affect the validity of the covariance.
+
+    Returns
+    -------
+    list of tuple
+        Key, value, and largest value for which the covariance was found to be consistent.
+    """
     faces = any(isinstance(sensor, Photodiode) for sensor in scenario.sensors)
     attitude = MAX_ATTITUDE_OF_FACES_DEG if faces else MAX_ATTITUDE_DEG
     gyro, key = scenario.gyro, "initial_misalignment_deg"
@@ -240,15 +244,16 @@ def examined(scenario: Scenario) -> list[tuple[str, float, float]]:
     return limits + [
         (f"sensors[{index}].{key}", getattr(sensor, key, 0.0), MAX_MISALIGNMENT_DEG)
         for index, sensor in enumerate(scenario.sensors)
-        if not isinstance(sensor, Photodiode)  # its readings are linear in the tilts of its normal
+        if not isinstance(sensor, Photodiode)  # its signal is linear in the tilt of its normal
     ]
 
 
 def validity(scenario: Scenario) -> tuple[str, ...]:
-    """Why the linear covariance may promise more than a filter achieves; empty if it need not.
+    """Return the reasons why the linear covariance may be overconfident; empty if there are none.
 
-    Compares initial uncertainties with the map of docs/consistency.md, which sweeps one at a time
-    from the presets. A scenario within it is no proof; `simulate` is.
+    The initial uncertainties are compared with the ranges of docs/consistency.md, in which one
+    uncertainty at a time was varied from the presets. A scenario within the ranges is not
+    guaranteed to be consistent; `simulate` tests it.
 
     Parameters
     ----------
@@ -261,10 +266,10 @@ def validity(scenario: Scenario) -> tuple[str, ...]:
     >>> validity(Scenario.paper()), len(validity(wild))
     ((), 1)
     """
-    if scenario.prior is not None:  # a calibration is better than all of these
+    if scenario.prior is not None:  # a calibration leaves smaller errors than these bounds
         return ()
     return tuple(
-        f"{key} = {value:g}: the linear covariance was found true up to {limit:g}"
+        f"{key} = {value:g}: the linear covariance was found to be consistent up to {limit:g}"
         for key, value, limit in examined(scenario)
         if value > limit
     )

@@ -1,4 +1,4 @@
-"""Gyro and sensors: their parameters, their error models, and their readings as arrays."""
+"""Gyro and sensors: parameters, error models and measurements."""
 
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.direction_sensors import HorizonSensor, TwoAxisSunSensor

@@ -1,4 +1,4 @@
-"""What a sensor declares: the error states it adds, and what it measures."""
+"""Base class of sensors: error states, linearized and exact measurement models."""
 
 from __future__ import annotations
 
@@ -35,21 +35,21 @@ from mgeo_attitude.settings.types import (
     Unit,
 )
 
-#: A gyro or a sensor.
+#: Gyro or sensor.
 Noisy = TypeVar("Noisy")
 
-Boresight = Annotated[Direction, Field(description="direction it looks in, body axes (any length)")]
-#: Least angle of the boresight from what blinds a sensor.
+Boresight = Annotated[Direction, Field(description="boresight, body axes (any length)")]
+#: Least angle between the boresight and a body that blinds a sensor.
 Exclusion = Annotated[Degrees | None, Field(ge=0.0, lt=90.0)]
 
 
 @dataclass(frozen=True)
 class Sensor(Settings, ABC):
-    """A sensor that measures a 3-vector, or what fewer numbers say.
+    """A sensor that measures a 3-vector or up to three numbers.
 
-    A subclass is a frozen dataclass of parameters. `states`, `measure` and `noise` are all that it
-    takes to enter the filter: the kernel is generated from `measure`. A sensor that is simulated,
-    or calibrated, also says what it reports, without approximation: `measured`.
+    A subclass is a frozen dataclass of parameters. The filter requires `states`, `measure` and
+    `noise`; its kernel is generated from `measure`. Simulation and calibration also require the
+    exact model `measured`.
 
     Examples
     --------
@@ -70,36 +70,36 @@ class Sensor(Settings, ABC):
 
     selector: ClassVar[str] = "kind"
     kind: ClassVar[str]
-    #: Those of its states that are rotations, for `rotation.rotate`; all others are sums.
+    #: States that are rotation vectors for `rotation.rotate`; all other states are additive.
     rotations: ClassVar[tuple[str, ...]] = ()
-    #: Name of the state that is a constant offset of the readings.
+    #: Name of the state that is a constant offset of the measurements.
     offset: ClassVar[str] = "bias"
-    #: Whether it is of no use where the geomagnetic field is not known.
+    #: Whether the sensor requires the geomagnetic field model.
     needs_field: ClassVar[bool] = True
-    #: Those of its parameters that are 1-sigmas of noise.
+    #: Names of the parameters that are 1-sigmas of noise.
     noise_parameters: ClassVar[tuple[str, ...]] = ()
-    #: Units of its states for people and scenario files; one that is left out has none.
+    #: Display units of the states, also of keys in scenario files; missing states have no unit.
     units: ClassVar[dict[str, Unit]] = {"misalignment": DEG, "delay": SECOND}
-    #: Columns of telemetry are its name, an underscore, and these: those of a vector, or q1 to q4
-    #: of a quaternion from GCRF to the body as the sensor has it, scalar last. A single number has
-    #: the name alone.
+    #: Suffixes of the telemetry columns, which follow the sensor's name and an underscore:
+    #: components of a vector, or q1 to q4 of the measured quaternion from GCRF to the body, scalar
+    #: last. The column of a scalar is the sensor's name alone.
     channels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
-    #: Whether the length of a vector in telemetry says nothing.
+    #: Whether the length of a vector in telemetry is ignored.
     unit_length: ClassVar[bool] = False
     #: Unit of a vector in telemetry.
     channel_unit: ClassVar[Unit] = DIMENSIONLESS
 
     name: Identifier
-    """name, unique in the suite; prefixes the sensor's states"""
+    """name, unique in the suite; prefix of the sensor's states"""
     sample_interval: Seconds | None = Field(default=None, gt=0.0, kw_only=True)
-    """time between samples, a multiple of the filter's step; without it one in every step"""
+    """time between measurements, a multiple of the filter's step; default: every step"""
     considered: tuple[str, ...] = Field(default=(), kw_only=True)
-    """its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"""
+    """states that the filter considers but does not estimate (Schmidt-Kalman)"""
     influences: tuple[Influence, ...] = Field(default=(), kw_only=True)
-    """channels that its bias or misalignment follows: a temperature, a current"""
+    """housekeeping channels on which the bias or misalignment depends, such as a temperature or a
+    current"""
     initial_delay_s: Seconds = Field(default=0.0, ge=0.0, kw_only=True)
-    """unknown constant time by which its readings are older than their time, 1-sigma; 0 leaves the
-    states out"""
+    """unknown constant latency of the measurements, 1-sigma; 0 omits the states"""
 
     def __post_init__(self) -> None:
         check_considered(self.considered, self.states())
@@ -112,11 +112,11 @@ class Sensor(Settings, ABC):
         )
 
     def delay(self) -> dict[str, State]:
-        """The state of its `initial_delay_s`, if there is one, for its `states`."""
+        """Return the state of `initial_delay_s`, if any, for use in `states`."""
         return {"delay": Alike(self.initial_delay_s)} if self.initial_delay_s else {}
 
     def follows(self) -> dict[str, State]:
-        """Return the states of its `influences`, for its `states`."""
+        """Return the states of `influences`, for use in `states`."""
         return {
             each.state: each.initial_sigma
             / (self.channel_unit if each.error == "bias" else DEG).factor
@@ -125,33 +125,35 @@ class Sensor(Settings, ABC):
 
     @abstractmethod
     def states(self) -> Mapping[str, State]:
-        """Error states it adds, 3-vectors.
+        """Return the error states of the sensor, each a 3-vector, by name.
 
-        A constant has its initial 1-sigma, of each axis if they differ, an error that varies the
-        process it is. A
-        `delay` is not for `measure` and `measured`: attitude and vectors are given to them of the
-        time at which the reading was taken.
+        Returns
+        -------
+        mapping
+            For a constant its initial 1-sigma, for all axes or per axis; for a time-varying error
+            its process. The state ``delay`` is not passed to `measure` and `measured`, whose
+            attitude and vectors already refer to the time of the measurement.
         """
 
     def sees(self) -> tuple[str, ...]:
-        """Errors of the world that it sees, of the names of `World.states`.
+        """Return the names of the `World.states` that affect the sensor.
 
-        Those that the world has are in `measure`'s and `measured`'s `x` as its own are.
+        The errors that the scenario models are attributes of the `x` of `measure` and `measured`.
         """
         return ()
 
     @abstractmethod
     def measure(self, x: Any, v: Vec3) -> Any:
-        """Measurement error as a linear function of the error state: up to three numbers.
+        """Return the measurement error as a linear function of the error state.
 
         Parameters
         ----------
         x : namespace of Vec3
-            ``x.theta`` is the attitude error [rad], others are the sensor's own `states` and what
-            it `sees`, where the world has it; ``x.moved`` is by how much `v` is another vector,
-            body axes. ``x.to_body`` turns a GCRS vector into body axes; ``x.gradient`` are the
-            columns of its `gradient` there, as `Vec3`, and then those of the derivative by the
-            orbit's error, where it sees that.
+            ``x.theta`` is the attitude error [rad]. Further attributes are the sensor's `states`
+            and the modeled errors of `sees`. ``x.moved`` is the change of `v` in body axes.
+            ``x.to_body`` rotates a vector from GCRS to body axes. ``x.gradient`` holds the columns
+            of `gradient` in body axes, followed by those of the derivative with respect to the
+            orbit error, if the sensor is affected by it.
         v : Vec3
             The `inertial_vector` in body axes.
 
@@ -161,84 +163,106 @@ class Sensor(Settings, ABC):
         """
 
     def measured(self, x: Any, v: Any) -> Any:
-        """What it reports but for noise, whatever the size of the errors.
+        """Return the exact noise-free measurement for errors of any size.
 
-        Its derivative at zero is `measure`. Only ``+ - * /`` and the functions of `rotation` may be
-        used: it is evaluated on arrays (truth and estimate) and on polynomials of second order in
-        the errors (`estimation.taylor`).
+        The derivative at zero errors is `measure`. Implementations use only ``+ - * /`` and the
+        functions of `rotation`, since they are evaluated on arrays and on second-order polynomials
+        in the errors (`estimation.taylor`).
 
         Parameters
         ----------
         x : namespace
-            The sensor's own `states` and what it `sees`, shape (..., 3); one of `rotations` is an
-            argument for `rotate`; and ``x.to_body`` and ``x.gradient``, see `measure`.
+            The sensor's `states` and the modeled errors of `sees`, shape (..., 3); a state of
+            `rotations` is an argument of `rotate`. ``x.to_body`` and ``x.gradient`` are as in
+            `measure`.
         v : array, shape (..., 3)
             The `inertial_vector` in body axes.
 
         Returns
         -------
-        array, shape (..., 3), or whatever tuple of them `innovation` compares
+        array, shape (..., 3), or a tuple of arrays that `innovation` compares
         """
         raise NotImplementedError(
-            f"{type(self).__name__} does not say what it measures: define `measured` to simulate it"
+            f"{type(self).__name__} has no exact measurement model: define `measured` to simulate "
+            "or calibrate the sensor"
         )
 
     def with_noise(self, measured: Any, noise: Floats) -> Any:
-        """What it reports with noise, shape (..., m) of `measure` and in its unit."""
+        """Add noise to a measurement.
+
+        Parameters
+        ----------
+        measured : array or tuple
+            Result of `measured`.
+        noise : array, shape (..., m)
+            Noise in the axes and unit of `measure`.
+        """
         return measured + noise
 
     def innovation(self, measured: Any, predicted: Any) -> Any:
-        """Difference of two results of `measured`, in the sense and unit of `measure`.
+        """Return the difference of two results of `measured`, in the sign and unit of `measure`.
 
-        Its m numbers may be along other axes than those of `measure` if noise is alike along all.
+        The axes of the m numbers may differ from those of `measure` if the noise is isotropic.
         """
         return measured - predicted
 
     @abstractmethod
     def noise(self) -> tuple[float, ...]:
-        """Measurement noise, 1-sigma of each number, in the unit of the measurement."""
+        """Return the 1-sigma of the noise of each number, in the unit of the measurement."""
 
     def inertial_vector(self, environment: Environment) -> Floats | None:
-        """Vector it looks at, GCRS, shape (n_steps + 1, 3); None where `measure` uses none."""
+        """Return the reference vector in GCRS, shape (n_steps + 1, 3), or None."""
         return None
 
     def by_position(self, environment: Environment) -> Floats:
-        """Derivative of the `inertial_vector` by the position, if it `sees` the orbit's error.
+        """Return the derivative of the `inertial_vector` with respect to the position.
 
-        Shape (n_steps + 1, 3, 3), GCRS, for a position in units of `POSITION_UNIT`.
+        Required for sensors that are affected by the orbit error.
+
+        Returns
+        -------
+        array, shape (n_steps + 1, 3, 3)
+            GCRS axes, for positions in units of `POSITION_UNIT`.
         """
         raise NotImplementedError
 
     @property
     def n_gradient(self) -> int:
-        """How many columns the `gradient` has that `measure` uses."""
+        """Number of columns of `gradient` that `measure` uses."""
         return 0
 
     def gradient(self, environment: Environment) -> Floats:
-        """Derivative of the `inertial_vector` by whatever it is for.
+        """Return additional vectors for `measure`, such as derivatives of the `inertial_vector`.
 
-        Shape (n_steps + 1, 3, n_gradient), GCRS.
+        Returns
+        -------
+        array, shape (n_steps + 1, 3, n_gradient)
+            GCRS axes.
         """
         raise NotImplementedError
 
     def views(self) -> tuple[Cone, ...]:
-        """Cones about body axes that directions must be inside of, or outside, for it to measure.
+        """Return the cones that must contain or exclude directions for a measurement.
 
-        A field of view is a cone that its `inertial_vector` must be inside of.
+        A field of view is a cone that must contain the `inertial_vector`.
         """
         return ()
 
     def max_rate(self) -> float:
-        """Greatest body rate in the step before a sample at which it can measure [rad/s]."""
+        """Return the largest body rate in the step before a measurement [rad/s]."""
         return math.inf
 
     def available(self, environment: Environment) -> Bools | None:
-        """Samples at which it can measure, if it sees, shape (n_steps + 1,); None for all."""
+        """Return a mask of the samples at which the environment permits a measurement.
+
+        The shape is (n_steps + 1,); None stands for all samples. Cones and rates are evaluated
+        separately.
+        """
         return None
 
 
 def with_noise(part: Noisy, factor: float) -> Noisy:
-    """A gyro or sensor with its noise times a factor."""
+    """Return a gyro or sensor with its noise multiplied by a factor."""
 
     def times(sigma: Any) -> Any:
         return tuple(map(times, sigma)) if isinstance(sigma, tuple) else factor * sigma

@@ -1,4 +1,4 @@
-"""Sensors that measure a direction by two angles: what a vector of unit length says."""
+"""Sensors that measure a direction by two angles."""
 
 from __future__ import annotations
 
@@ -27,16 +27,17 @@ if TYPE_CHECKING:
 
 
 class DirectionSensor(VectorSensor):
-    """A `VectorSensor` whose vector has no length: it measures on the tangent plane.
+    """Sensor of a direction, measured on the tangent plane of the unit vector v.
 
-    y = Tᵀ ([v×](θ - μ) + b + w) for the two columns of T across the unit vector v, with noise w of
-    which nothing is along v. A sample tells (I - v vᵀ) / r² of what is added to v, for a noise of
-    1-sigma r: of the bias, which is fixed in the body, not the part along v. That shows when v
-    comes from elsewhere. The axes of T do not matter, since noise is alike along both.
+    y = Tᵀ ([v×](θ - μ) + b + w), where the two columns of T are perpendicular to v and the noise w
+    has no component along v. With noise of 1-sigma r, a measurement has the information matrix (I -
+    v vᵀ) / r² with respect to an additive error such as the bias: the component of the bias along v
+    becomes observable only when v changes. The choice of T is arbitrary, since the noise is
+    isotropic.
 
-    Compared are rotations: twice the tangent of half the angle between what is reported and what is
-    predicted, so that what is opposite is far. They are told along axes that belong to what is
-    predicted: along axes that change with the noise they would not be white.
+    The innovation is a rotation: twice the tangent of half the angle between measured and predicted
+    direction, which increases up to opposite directions. Its axes belong to the prediction, since
+    axes that depend on the noise would correlate the innovations.
     """
 
     unit_length: ClassVar[bool] = True
@@ -63,25 +64,28 @@ class DirectionSensor(VectorSensor):
         return 2
 
     def gradient(self, environment: Environment) -> Floats:
-        """By the two angles: vectors across the direction, of the length that takes its own out."""
+        """Return two unit vectors across the direction, divided by the vector's length."""
         v = self.inertial_vector(environment)
         assert v is not None
-        length = np.linalg.norm(v, axis=1, keepdims=True)  # of light from Sun and Earth it is not 1
+        length = np.linalg.norm(v, axis=1, keepdims=True)  # differs from 1 with albedo
         across: Floats = np.stack(tangents(v / length), axis=-1) / length[:, :, None]
         return across
 
 
 def carried(v: Floats, w: Floats) -> Floats:
-    """Axes across v, turned with it to w by the shortest way, shape (..., 3, 2); unit vectors."""
+    """Return axes perpendicular to the unit vector v, rotated with v to w by the smallest rotation.
+
+    The shape is (..., 3, 2).
+    """
     turn = 2.0 * cross(v, w) / (1.0 + dot(v, w))
     return np.stack([rotate(turn, axis) for axis in tangents(v)], axis=-1)
 
 
 @dataclass(frozen=True)
 class TwoAxisSunSensor(DirectionSensor, SunSensor):
-    """A Sun sensor that reports two angles, or a vector that is normalized; blind in eclipse.
+    """Sun sensor that measures two angles or a normalized vector; no measurements in eclipse.
 
-    What it reports is R(φ) s + δs but for its length, see `DirectionSensor`.
+    The measured direction is that of R(φ) s + δs; see `DirectionSensor`.
 
     Examples
     --------
@@ -100,10 +104,11 @@ class TwoAxisSunSensor(DirectionSensor, SunSensor):
         return super().noise()[:2]
 
     def measured(self, x: Any, v: Any) -> Any:
-        """Return the direction to the Sun, rotated by the part of the Earth's light across it.
+        """Return the direction to the Sun, rotated by the perpendicular part of the albedo.
 
-        The part along the Sun changes the angles in second order only and is left out. In the model
-        it would scale all other parts, and the most probable estimate would shrink them by it.
+        The part along the Sun direction changes the angles in second order only and is omitted. In
+        the model, it would scale all other parts, and the maximum a posteriori estimate would
+        shrink them.
         """
         seen = direction(VectorSensor.measured(self, x, v))
         if not hasattr(x, "albedo"):
@@ -116,12 +121,12 @@ class TwoAxisSunSensor(DirectionSensor, SunSensor):
 
 @dataclass(frozen=True)
 class HorizonSensor(DirectionSensor):
-    """Measures the direction of the Earth's center by two angles, day and night.
+    """Horizon sensor, which measures two angles of the Earth's center, day and night.
 
-    Of an orbit that is believed wrongly it is another, by 0.8 deg in 100 km. Nadir is geocentric:
-    what the oblateness of the Earth, or of the layer that is seen, does to it
-    is taken to be corrected, and its rest part of the bias. It measures at altitudes for which it
-    is made, while the Sun is farther from the boresight than an exclusion angle.
+    An orbit error changes the direction by 0.8 deg per 100 km. Nadir is geocentric: the oblateness
+    of the Earth and of its infrared layer is assumed to be corrected, with the residual as part of
+    the bias. The sensor measures in a range of altitudes, and while the Sun is outside of an
+    exclusion angle from the boresight.
 
     Examples
     --------
@@ -142,13 +147,14 @@ class HorizonSensor(DirectionSensor):
     """initial bias of the unit vector, 1-sigma per axis"""
     boresight: Boresight = (0.0, 0.0, 1.0)
     half_angle_deg: Degrees = Field(default=180.0, gt=0.0, le=180.0)
-    """half-angle of the cone that nadir has to be in; 180 sees everywhere"""
+    """half-angle of the cone about the boresight that must contain nadir; 180 for no limit"""
     sun_exclusion_deg: Exclusion = None
-    """least angle of the boresight from the Sun, while it shines at which it measures"""
+    """least angle between boresight and Sun, in sunlight; default: no limit"""
     lowest_altitude_km: Annotated[float, Unit("km")] = Field(default=0.0, ge=0.0)
-    """altitude above the equator's radius from which on it measures"""
+    """lowest altitude above the equatorial radius at which the sensor measures"""
     highest_altitude_km: Annotated[float | None, Unit("km")] = Field(default=None, gt=0.0)
-    """altitude up to which it measures"""
+    """highest altitude above the equatorial radius at which the sensor measures; default: no
+    limit"""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -180,7 +186,6 @@ class HorizonSensor(DirectionSensor):
         return nadir
 
     def by_position(self, environment: Environment) -> Floats:
-        """Of a direction to what is near."""
         n, distance = (
             self.inertial_vector(environment),
             np.linalg.norm(environment.position, axis=1),

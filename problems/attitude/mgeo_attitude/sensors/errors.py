@@ -1,7 +1,7 @@
-"""Errors that gyro, sensors and world declare as states.
+"""Error models of gyro, sensors and environment models that enter the error state.
 
-Errors that are neither constant nor white are first-order Gauss-Markov processes. A bias or a
-misalignment may follow a channel, such as a temperature or a current.
+A time-varying error is a first-order Gauss-Markov process. A bias or misalignment may depend on a
+housekeeping channel, such as a temperature or a current.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from mgeo_attitude.settings.types import Degrees, NonNegative, Unit
 
 @dataclass(frozen=True)
 class GaussMarkov:
-    """An error e' = -e / τ + white noise, stationary: an Ornstein-Uhlenbeck process.
+    """Stationary first-order Gauss-Markov process e' = -e / τ + white noise (Ornstein-Uhlenbeck).
 
-    In `Sensor.states` it stands where a constant has its initial 1-sigma. Its autocorrelation
+    In `Sensor.states`, the process replaces the initial 1-sigma of a constant. Its autocorrelation
     after a time t is exp(-t / τ) (A. Gelb, Applied Optimal Estimation, 1974, section 2.2).
 
     Attributes
     ----------
     sigma : float or tuple of three
-        1-sigma, of each axis if they differ; the same at all times.
+        Stationary 1-sigma, for all axes or per axis.
     correlation_time : float
         τ [s].
 
@@ -50,13 +50,17 @@ class GaussMarkov:
 
     @property
     def density(self) -> Any:
-        """Power spectral density of the noise that drives it, per axis; a number or three."""
+        """Power spectral density of the driving noise, one number or one per axis."""
         return 2.0 * np.square(self.sigma) / self.correlation_time
 
     def over(self, duration: Any) -> tuple[Any, Any]:
-        """Factor by which it decays over a duration [s], and the variance that comes new.
+        """Return the decay factor over a duration [s] and the variance of the accumulated noise.
 
-        Of an array of durations arrays; its last axis goes with those of `sigma`, if they differ.
+        Parameters
+        ----------
+        duration : float or array
+            For an array, the results are arrays. If `sigma` differs between axes, the last axis of
+            the array must broadcast with the three axes.
         """
         ratio = duration / self.correlation_time
         return np.exp(-ratio), -np.square(self.sigma) * np.expm1(-2.0 * ratio)
@@ -64,34 +68,36 @@ class GaussMarkov:
 
 @dataclass(frozen=True)
 class Alike:
-    """A constant whose three numbers hardly differ: one number, in a state of 3-vectors.
+    """Constant error with three nearly equal components, which represents a scalar as a 3-vector.
 
     Attributes
     ----------
     sigma : float
-        Initial 1-sigma of each.
+        Initial 1-sigma of each component.
     correlation : float
-        Of any two of them at the start; they differ by √(2 (1 - correlation)) sigma, 1-sigma.
+        Initial correlation of any two components. Their difference has a 1-sigma of
+        √(2 (1 - correlation)) sigma.
     """
 
     sigma: float
     correlation: float = 0.9999
 
 
-#: What is declared of a state: the initial 1-sigma of a constant, of each axis, or more.
+#: Model of a state: the initial 1-sigma of a constant, for all axes or per axis, or a process.
 State = float | tuple[float, float, float] | GaussMarkov | Alike
 
 
 def sigma_of(state: State) -> float | tuple[float, float, float]:
-    """Initial 1-sigma of a state, of each axis if they differ."""
+    """Return the initial 1-sigma of a state, for all axes or per axis."""
     return state.sigma if isinstance(state, GaussMarkov | Alike) else state
 
 
 @pydantic.dataclasses.dataclass(frozen=True)
 class Influence(Settings):
-    """A bias or misalignment that changes by c (u - u₀) with a channel's value u.
+    """Dependence of a bias or misalignment on a housekeeping channel.
 
-    The coefficient c is a constant of each axis.
+    The error changes by c (u - u₀) with the channel's value u. The coefficient c is a constant
+    3-vector that the filter estimates.
 
     Examples
     --------
@@ -101,24 +107,24 @@ class Influence(Settings):
     """
 
     channel: str
-    """name of the channel: of one of the scenario's channels, in telemetry of a column"""
+    """name of the channel: of a channel of the scenario, or of a telemetry column"""
     initial_sigma: float = Field(gt=0.0)
-    """1-sigma of the change per unit of the channel and axis, in the unit of the initial bias
-    (deg/s, nT, or of a unit vector), or in deg of a misalignment"""
+    """1-sigma of the coefficient per axis: change of the error per unit of the channel, in the unit
+    of the initial bias (deg/s, nT, or part of a unit vector) or, for a misalignment, in deg"""
     unit: str = "unit"
-    """unit of the channel, for people"""
+    """unit of the channel, for display"""
     reference: float = 0.0
-    """value of the channel at which the error is the initial one"""
+    """value of the channel at which the error equals the initial error"""
     error: Literal["bias", "misalignment"] = "bias"
-    """error that follows the channel"""
+    """error that depends on the channel"""
 
     @property
     def state(self) -> str:
-        """Name of its state."""
+        """Name of the coefficient's state."""
         return f"{self.error}_per_{self.channel}"
 
     def unit_of(self, error: Unit) -> Unit:
-        """Return the unit of the state for an error in a unit."""
+        """Return the unit of the coefficient for an error in a unit."""
         return Unit(f"{error.text} per {self.unit}", error.suffix, error.factor)
 
 
@@ -128,14 +134,15 @@ def influenced(
     values: Sequence[Any],
     times: Callable[[Any, Any], Any] = lambda value, coefficient: value * coefficient,
 ) -> MutableMapping[str, Any]:
-    """Add the effect of channels to the states of an owner, and remove the coefficients.
+    """Add the effect of housekeeping channels to the errors of an owner, in place.
 
     Parameters
     ----------
+    influences : sequence of Influence
     own : mapping
-        States by their names, which is changed.
+        States by name. The coefficients are removed, and the errors that depend on them change.
     values : sequence
-        u - u₀ of each, in a shape that goes with the states'.
+        u - u₀ of each influence, in a shape that broadcasts with the states.
     times : function
         Product of a value and a state.
     """
@@ -153,12 +160,12 @@ def _rotate_twice(last: Any, first: Any, vector: Any) -> Any:
 
 
 def by_axis(sigma: float | tuple[float, float, float]) -> tuple[float, float, float]:
-    """Of each axis, where one number may stand for all."""
+    """Return one number per axis, where one number may stand for all axes."""
     return sigma if isinstance(sigma, tuple) else (sigma, sigma, sigma)
 
 
 def present(**sigmas: float) -> dict[str, State]:
-    """Return the constants among states by their initial 1-sigmas, without those of zero."""
+    """Return the constants with a nonzero initial 1-sigma."""
     return {state: sigma for state, sigma in sigmas.items() if sigma}
 
 
@@ -166,36 +173,36 @@ Misalignment = Annotated[
     Degrees,
     Field(
         ge=0.0,
-        description="initial misalignment, 1-sigma per axis; 0 leaves the states out: it says what "
-        "body axes are",
+        description="initial misalignment, 1-sigma per axis; 0 omits the states: the sensor then "
+        "defines the body axes",
     ),
 ]
 ScaleFactor = Annotated[
     NonNegative,
-    Field(description="initial scale-factor error, 1-sigma per axis; 0 leaves the states out"),
+    Field(description="initial scale-factor error, 1-sigma per axis; 0 omits the states"),
 ]
 #: See `vector.shear`.
 Nonorthogonality = Annotated[
     Degrees,
     Field(
         ge=0.0,
-        description="initial non-orthogonality, half of what two axes are off a right angle, "
-        "1-sigma; 0 leaves the states out",
+        description="initial non-orthogonality, half the deviation of two axes from a right angle, "
+        "1-sigma; 0 omits the states",
     ),
 ]
 
 
 def check_influences(influences: Sequence[Influence], states: Collection[str], kind: str) -> None:
-    """Refuse, with an InvalidValue, an influence that is repeated, or on an error that is none."""
+    """Raise InvalidValue if an influence is repeated or refers to an error that does not exist."""
     for i, influence in enumerate(influences):
-        none = f"none: {kind} has no {influence.error} that follows it"
+        none = f"no influence: {kind} has no {influence.error} that could depend on it"
         there = {influence.state, influence.error} <= set(states)
         expect(there, f"influences[{i}].channel", influence.channel, none)
     expect_unique("influences[{}].channel", [influence.state for influence in influences])
 
 
 def check_considered(considered: Sequence[str], states: Collection[str]) -> None:
-    """Refuse, with an InvalidValue, what is none of the states, or twice there."""
+    """Raise InvalidValue if a considered state is repeated or unknown."""
     expect_unique("considered[{}]", considered)
     for i, state in enumerate(considered):
         if state not in states:

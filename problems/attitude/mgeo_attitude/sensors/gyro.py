@@ -1,4 +1,4 @@
-"""Gyro error model: white rate noise and a bias that walks or is a Markov process (equation 2)."""
+"""Gyro error model of equation (2): white rate noise and a random-walk or Gauss-Markov bias."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ _ALLAN_PEAK = 0.437
 
 @dataclass(frozen=True)
 class Gyro(Settings):
-    """Three-axis gyro: ω_m = ω + b + v_g.
+    """Three-axis gyro with the model ω_m = ω + b + v_g.
 
-    Optional are errors of scale factor, misalignment and non-orthogonality; see `measured`.
+    Errors of scale factor, misalignment and non-orthogonality are optional; see `measured`.
 
     Examples
     --------
@@ -56,7 +56,7 @@ class Gyro(Settings):
 
     #: See `Sensor.noise_parameters`.
     noise_parameters: ClassVar[tuple[str, ...]] = ("angle_random_walk_deg_per_sqrt_h",)
-    #: Those of its states that are rotations; see `Sensor.rotations`.
+    #: See `Sensor.rotations`.
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
     #: See `Sensor.units`.
     units: ClassVar[Mapping[str, Unit]] = {
@@ -69,13 +69,13 @@ class Gyro(Settings):
     angle_random_walk_deg_per_sqrt_h: Annotated[
         PerAxis[Positive], Unit("deg/sqrt(h)"), Usual(5e-5, 5.0)
     ] = 0.01
-    """angle random walk, 1-sigma per axis, alike or of each"""
+    """angle random walk, 1-sigma, for all axes or per axis"""
     rate_random_walk: Annotated[PerAxis[NonNegative], Unit("rad/s^1.5")] = 3e-8
-    """rate random walk that drives the bias, 1-sigma per axis, alike or of each"""
+    """rate random walk of the bias, 1-sigma, for all axes or per axis"""
     bias_instability_deg_per_h: Annotated[
         PerAxis[Positive] | None, Unit("deg/h"), Usual(1e-4, 100.0)
     ] = None
-    """bias instability, the floor of the Allan deviation, alike or of each axis, in place of
+    """bias instability, the minimum of the Allan deviation, for all axes or per axis; replaces
     rate_random_walk"""
     bias_decay: Annotated[float, Unit("1/s")] = Field(default=0.0, ge=0.0)
     """inverse correlation time of the bias; 0 for a random walk"""
@@ -83,19 +83,19 @@ class Gyro(Settings):
     """initial bias, 1-sigma per axis"""
     initial_scale_factor: ScaleFactor = 0.0
     initial_misalignment_deg: Degrees = Field(default=0.0, ge=0.0)
-    """initial misalignment, 1-sigma per axis; 0 leaves the states out"""
+    """initial misalignment, 1-sigma per axis; 0 omits the states"""
     initial_nonorthogonality_deg: Nonorthogonality = 0.0
     range_deg_per_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
-    """greatest rate about an axis that it measures; no plan is faster"""
+    """largest rate that the gyro measures about an axis; an upper bound on rates of plans"""
     quantization_deg_per_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
-    """steps in which flights report rates, and calibrations read them"""
+    """quantization step of the reported rates, in simulation and calibration"""
     sample_noise_deg_s: Annotated[PerAxis[Positive] | None, Unit("deg/s"), Usual(1e-5, 5.0)] = None
-    """noise of each reported rate beside the angle random walk, 1-sigma per axis, alike or of each;
-    it does not depend on the time between samples"""
+    """noise of each rate sample in addition to the angle random walk, 1-sigma, for all axes or per
+    axis; independent of the sample interval"""
     considered: tuple[str, ...] = ()
-    """its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"""
+    """states that the filter considers but does not estimate (Schmidt-Kalman)"""
     influences: tuple[Influence, ...] = ()
-    """channels that its bias follows: a temperature, a current"""
+    """housekeeping channels on which the bias depends, such as a temperature or a current"""
 
     def __post_init__(self) -> None:
         floor = self.bias_instability_deg_per_h
@@ -107,7 +107,7 @@ class Gyro(Settings):
         check_influences(self.influences, self.states(), "the gyro")
 
     def states(self) -> dict[str, float]:
-        """Error states it adds (3-vectors, body axes) with their initial 1-sigma per axis."""
+        """Return the initial 1-sigma per axis of each error state (3-vectors, body axes)."""
         states = {
             "bias": math.radians(self.initial_bias_deg_s),
             "scale_factor": self.initial_scale_factor,
@@ -122,15 +122,14 @@ class Gyro(Settings):
         return {state: sigma for state, sigma in states.items() if sigma}
 
     def sampled(self, interval: float) -> Gyro:
-        """Return the gyro with its sample noise as part of the angle random walk.
+        """Return the gyro with its sample noise converted to angle random walk.
 
-        Independent errors σ of rates that each stand for an interval T add up to an angle random
-        walk of σ √T.
+        Independent rate errors σ at a sample interval T accumulate to an angle random walk of σ √T.
 
         Parameters
         ----------
         interval : float
-            Time between samples [s].
+            Sample interval T [s].
         """
         if self.sample_noise_deg_s is None:
             return self
@@ -142,14 +141,15 @@ class Gyro(Settings):
         )
 
     def derivative(self, x: Any, omega: Vec3) -> dict[str, Vec3]:
-        """Time derivative of the error state, equation (2); states left out are constant.
+        """Return the time derivative of the error state, equation (2), by state.
 
-        Those of `influences` count as if their channels were one.
+        States that are missing from the result are constant. The channels of `influences` are taken
+        as one.
 
         Parameters
         ----------
         x : namespace of Vec3
-            ``x.theta`` [rad] and the gyro's own `states`.
+            ``x.theta`` [rad] and the gyro's `states`.
         omega : Vec3
             Body rate [rad/s].
         """
@@ -165,11 +165,17 @@ class Gyro(Settings):
         return {"theta": theta, "bias": -self.bias_decay * x.bias}
 
     def measured(self, x: Any, omega: Floats) -> Floats:
-        """Rate it reports but for noise, whatever the size of the errors, shape (..., 3).
+        """Return the exact noise-free measured rate [rad/s], shape (..., 3).
 
-        ω_m = R(μ) (ω + k ∘ ω + N(η) ω) + b with misalignment μ, scale factors k and the symmetric
-        matrix N of the non-orthogonality η (`vector.shear`): the attributes of `x`, shape (..., 3),
-        as the body rate `omega` [rad/s].
+        ω_m = R(μ) (ω + k ∘ ω + N(η) ω) + b, with misalignment μ, scale factors k and the symmetric
+        matrix N of the non-orthogonality η (`vector.shear`).
+
+        Parameters
+        ----------
+        x : namespace of arrays, shape (..., 3)
+            The gyro's `states`.
+        omega : array, shape (..., 3)
+            Body rate ω [rad/s].
         """
         rate = self._stretched(x, omega)
         if self.initial_misalignment_deg:
@@ -178,13 +184,13 @@ class Gyro(Settings):
         return reported
 
     def corrected(self, x: Any, measured: Floats) -> Floats:
-        """The body rate from the reported one: inverse of `measured`."""
+        """Return the body rate for a measured rate; the inverse of `measured`."""
         rate: Any = measured - x.bias
         if self.initial_misalignment_deg:
             rate = unrotate(x.misalignment, rate)
         if self.initial_nonorthogonality_deg:
             columns = np.stack([self._stretched(x, axis) for axis in np.eye(3)], axis=-1)
-            if columns.size == 9:  # one of all rates
+            if columns.size == 9:  # the same errors for all rates
                 rate = np.einsum("ij,...j->...i", np.linalg.inv(columns.reshape(3, 3)), rate)
             else:
                 rate = np.linalg.solve(columns, rate[..., None])[..., 0]
@@ -194,7 +200,7 @@ class Gyro(Settings):
         return corrected
 
     def _stretched(self, x: Any, rate: Floats) -> Floats:
-        """(I + diag(k) + N(η)) ω."""
+        """Return (I + diag(k) + N(η)) ω."""
         stretched = rate
         if self.initial_scale_factor:
             stretched = stretched + x.scale_factor * rate
@@ -204,10 +210,11 @@ class Gyro(Settings):
 
     @property
     def drift(self) -> tuple[float, float, float]:
-        """Rate random walk that drives the bias, of each axis [rad/s^1.5].
+        """Rate random walk that drives the bias, per axis [rad/s^1.5].
 
-        A Markov process driven by q with the correlation time T has an Allan deviation of at most
-        0.437 q √T, at 1.89 T: IEEE Std 952-1997, annex C.1.5. That is its bias instability here.
+        The bias instability is the maximum of the Allan deviation of a Gauss-Markov process with
+        driving noise q and correlation time T: 0.437 q √T, at 1.89 T (IEEE Std 952-1997, annex
+        C.1.5).
         """
         if self.bias_instability_deg_per_h is None:
             return by_axis(self.rate_random_walk)
@@ -218,7 +225,7 @@ class Gyro(Settings):
         return x, y, z
 
     def diffusion(self) -> dict[str, list[float]]:
-        """Power spectral density of the noise that drives each state, of each axis."""
+        """Return the power spectral density of the noise that drives each state, per axis."""
         walks = by_axis(self.angle_random_walk_deg_per_sqrt_h)
         return {
             "theta": [(math.radians(walk) / 60.0) ** 2 for walk in walks],
@@ -227,12 +234,12 @@ class Gyro(Settings):
 
 
 def is_uneven(diffusion: Floats) -> bool:
-    """Whether a gyro is noisier about some axes than about others.
+    """Return whether the noise of a gyro differs between axes.
 
     Parameters
     ----------
     diffusion : array, shape (..., n), n >= 6
-        Of its attitude and bias, and of what follows; see `Suite.diffusion`.
+        Diagonal of the process noise density, attitude and bias first; see `Suite.diffusion`.
     """
     walks = diffusion[..., :6].reshape(*diffusion.shape[:-1], 2, 3)
     return bool(np.ptp(walks, axis=-1).any())

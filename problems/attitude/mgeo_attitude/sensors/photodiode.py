@@ -1,4 +1,4 @@
-"""A photodiode: one number, the cosine of the angle between its normal and the Sun."""
+"""Photodiode: a scalar sensor of the cosine between its normal and the Sun direction."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from mgeo_attitude.settings.types import Degrees, Direction, Identifier, Usual
 
 @dataclass(frozen=True)
 class Photodiode(Sensor):
-    """y = (n + e) · s + w: the cosine law for the Sun s, with the error e of the sensitivity n.
+    """Cosine-law photodiode, y = (n + e) · s + w, with the error e of the sensitivity n.
 
-    A sensor each: a satellite has as many as it has faces with one. Of its three errors, told along
-    its own axes, of which z is the normal, the last is that of the gain; the first two tilt the
-    normal [rad]. These are what is calibrated of photodiodes in orbit (J. C. Springmann, J. W.
-    Cutler, On-Orbit Calibration of Photodiodes for Attitude Determination, Journal of Guidance,
-    Control, and Dynamics 37 (2014) 1808-1823).
+    Each photodiode is one sensor. In the diode's axes, whose z axis is the normal, the first two
+    components of e tilt the normal [rad] and the third is the gain error. These are the parameters
+    that are calibrated in orbit (J. C. Springmann, J. W. Cutler, On-Orbit Calibration of
+    Photodiodes for Attitude Determination, Journal of Guidance, Control, and Dynamics 37 (2014)
+    1808-1823).
 
-    It measures while the Sun is within a half-angle of the normal; the dark side says nothing. If
-    it `sees_albedo`, light from the Earth adds to the Sun's where it comes from before the face.
+    The diode measures while the Sun is within a half-angle of the normal. With `sees_albedo`,
+    albedo that arrives in front of the face adds to sunlight.
 
     Examples
     --------
@@ -49,22 +49,22 @@ class Photodiode(Sensor):
 
     name: Identifier = "diode"
     normal: Direction = (0.0, 0.0, 1.0)
-    """direction in which the Sun gives all its light, body axes (any length)"""
+    """outward normal, body axes (any length)"""
     relative_noise: Annotated[float, Usual(1e-4, 0.5)] = Field(default=0.02, gt=0.0)
-    """noise per sample, 1-sigma; what the Sun at the normal gives is 1"""
+    """noise per sample, 1-sigma, relative to the signal with the Sun at the normal"""
     initial_scale_factor: Annotated[float, Usual(1e-4, 0.5)] = Field(default=0.05, gt=0.0)
-    """initial error of its gain, 1-sigma"""
+    """initial gain error, 1-sigma"""
     initial_misalignment_deg: Degrees = Field(default=2.0, gt=0.0)
-    """initial misalignment of its normal, 1-sigma about each axis across"""
+    """initial misalignment of the normal, 1-sigma about each transverse axis"""
     half_angle_deg: Degrees = Field(default=70.0, gt=0.0, le=89.0)
-    """angle of the Sun from the normal up to which it is read: beyond, light from the Earth may be
-    as bright, and glass reflects"""
+    """largest angle between Sun and normal at which the diode is used; beyond it, albedo and
+    reflections are no longer small compared to the signal"""
     sees_albedo: bool = True
-    """whether light from the Earth adds to what it measures, if the world has any"""
+    """whether albedo affects the measurement, if the scenario models it"""
 
     @cached_property
     def axes(self) -> Floats:
-        """The diode's axes in body axes, row by row, shape (3, 3); the last is its normal."""
+        """Axes of the diode in body axes, row by row, shape (3, 3); the last row is the normal."""
         return frame(np.array(unit(self.normal)))
 
     def states(self) -> dict[str, State]:
@@ -79,7 +79,7 @@ class Photodiode(Sensor):
         seen, more = v, x.moved
         if self.sees_albedo:
             light = x.gradient[0]
-            before = Vec3(*[_from_before(inner(n, light))] * 3)
+            before = Vec3(*[_is_in_front(inner(n, light))] * 3)
             seen = v + scale(before, light)
             if hasattr(x, "albedo"):
                 more = more + scale(before, x.to_body(x.albedo))
@@ -87,12 +87,12 @@ class Photodiode(Sensor):
         return (sum((e * inner(a, seen) for e, a in zip(x.sensitivity, axes, strict=True)), y),)
 
     def measured(self, x: Any, v: Any) -> Any:
-        """The Sun's light, of which there is some within the half-angle."""
+        """Return the signal of Sun and albedo for a Sun angle within the half-angle."""
         errors = (x.sensitivity[..., [k]] * axis for k, axis in enumerate(self.axes))
         sensitivity = sum(errors, self.axes[2])
         if self.sees_albedo:
             light = x.gradient[0]
-            before = _from_before(dot(self.axes[2], light))
+            before = _is_in_front(dot(self.axes[2], light))
             if hasattr(x, "albedo"):
                 light = light + x.to_body(x.albedo)
             v = v + before * light
@@ -109,7 +109,7 @@ class Photodiode(Sensor):
         return int(self.sees_albedo)
 
     def gradient(self, environment: Environment) -> Floats:
-        """Light from the Earth."""
+        """Return the albedo vector, shape (n_steps + 1, 3, 1)."""
         light, sun = environment.earthlight, environment.sun
         return (np.zeros_like(sun) if light is None else light)[:, :, None]
 
@@ -120,6 +120,6 @@ class Photodiode(Sensor):
         return None if environment.sunlit.all() else environment.sunlit
 
 
-def _from_before(cosine: Any) -> Any:
-    """1 where light comes from before a face, 0 where from behind; of symbols and `Taylor`, too."""
+def _is_in_front(cosine: Any) -> Any:
+    """Return 1 for light in front of a face and 0 otherwise; also for symbols and `Taylor`."""
     return choose(cosine.value.T if hasattr(cosine, "value") else cosine, 0.0, 1.0, 0.0)

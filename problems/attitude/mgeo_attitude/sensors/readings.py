@@ -1,4 +1,4 @@
-"""What gyro and sensors report: all that an estimator gets to know, whoever made it."""
+"""Measurements of gyro and sensors as arrays, simulated or recorded."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.geometry.rotation import rotate
 from mgeo_attitude.sensors.base import Sensor
 
-#: State of what the gyro's noise in the step to a sample takes from the body's rate [rad/s].
+#: Name of the state of the rate error by gyro noise in the step before a sample [rad/s].
 NOISE = "rate_noise"
 
 
 @dataclass(frozen=True)
 class Readings:
-    """Reports of a run of n steps, simulated or recorded.
+    """Measurements of a run of n steps.
 
     Attributes
     ----------
     durations : array, shape (n,)
-        Of the steps [s]; they need not be equal.
+        Duration of each step [s].
     gyro : array, shape (n, 3)
-        Mean of the reported rate over each step [rad/s].
+        Mean measured rate of each step [rad/s].
     sensors : tuple of arrays, shape (n + 1, k, 3)
-        The k vectors that each sensor reports at every sample, NaN where it reports nothing; one
-        that reports a number has shape (n + 1, 1, 1).
+        The k vectors of each sensor at every sample, NaN without a measurement. A scalar sensor has
+        shape (n + 1, 1, 1).
     """
 
     durations: Floats
@@ -39,26 +39,37 @@ class Readings:
     sensors: tuple[Floats, ...]
 
     def where(self, available: Bools) -> Readings:
-        """The same without what is reported where a sensor is not available, shape (n + 1, s)."""
+        """Return the measurements at available samples; all others become NaN.
+
+        Parameters
+        ----------
+        available : array of bool, shape (n + 1, n_sensors)
+        """
         each = zip(available.T, self.sensors, strict=True)
         kept = tuple(np.where(there[:, None, None], rows, np.nan) for there, rows in each)
         return dataclasses.replace(self, sensors=kept)
 
 
 def as_array(report: Any) -> Floats:
-    """What `Sensor.measured` returns as one array, shape (..., k, 3)."""
+    """Stack the result of `Sensor.measured` into one array, shape (..., k, 3)."""
     vectors = report if isinstance(report, tuple) else (report,)
     return np.stack(np.broadcast_arrays(*vectors), axis=-2)
 
 
 def as_reported(array: Floats) -> Any:
-    """Inverse of `as_array`."""
+    """Split an array into the form of `Sensor.measured`; the inverse of `as_array`."""
     vectors = tuple(np.moveaxis(array, -2, 0))
     return vectors if len(vectors) > 1 else vectors[0]
 
 
 def n_vectors(sensor: Sensor) -> int:
-    """How many vectors the sensor reports; NotImplementedError if it does not say."""
+    """Return the number of vectors that a sensor measures.
+
+    Raises
+    ------
+    NotImplementedError
+        If the sensor does not define `measured`.
+    """
     zero, still = dict.fromkeys(sensor.states(), np.zeros(3)), np.zeros(3)
     looks = [np.array([1.0, 0.0, 0.0]), *np.zeros((sensor.n_gradient + len(sensor.delay()), 3))]
     return len(as_array(sensor.measured(*taken(sensor, zero, looks, lambda vector: vector, still))))
@@ -71,22 +82,29 @@ def taken(
     to_body: Callable[[Any], Any],
     rate: Floats,
 ) -> tuple[SimpleNamespace, Any]:
-    """The arguments of `Sensor.measured` at the time at which a reading was taken.
+    """Return the arguments of `Sensor.measured` at the time of a measurement with latency.
 
-    A delay turns the body back, at the rate it has; the vector goes back along its change. That is
-    so about each body axis and along it by its own part of the delay, which are `Alike`. What the
-    rate is off by is added, where that is a state, `NOISE`.
+    The latency rotates the body back by its rate, and moves the reference vector back by its
+    derivative. The three components of the latency, one for each body axis, are nearly equal
+    (`Alike`). If the rate error `NOISE` is a state, it is added to the rate.
 
     Parameters
     ----------
+    sensor : Sensor
     states : mapping
-        As `Sensor.measured` has them, and its ``delay``.
+        States for `Sensor.measured`, and ``delay``.
     looks : sequence of arrays, shape (..., 3)
-        What it looks at, GCRS, see `Suite.looks`.
+        Reference vectors in GCRS; see `Suite.looks`.
     to_body : function
-        From GCRS to body axes at the time of the sample.
+        Rotation from GCRS to body axes at the time stamp.
     rate : array, shape (..., 3)
-        Of the body [rad/s].
+        Body rate [rad/s].
+
+    Returns
+    -------
+    x : SimpleNamespace
+    v : array, shape (..., 3)
+        Reference vector in body axes.
     """
     late = states.get("delay")
     if NOISE in states:
@@ -103,14 +121,22 @@ def taken(
 
 
 def in_threes(numbers: Iterable[Sequence[float] | Floats]) -> Floats:
-    """What is said of the numbers of each of s sensors, shape (s, 3); ones where one has fewer."""
+    """Return up to three numbers per sensor as an array, shape (s, 3), padded with ones."""
     return np.array([[*row, 1.0, 1.0][:3] for row in numbers])
 
 
 def to_channels(sensor: Sensor, vectors: Floats) -> Floats:
-    """Readings, shape (n, k, 3), as telemetry has them: shape (n, len(channels)), NaN where none.
+    """Convert measurements to telemetry columns, with NaN for missing measurements.
 
-    A quaternion is that of `quaternions`.
+    Parameters
+    ----------
+    sensor : Sensor
+    vectors : array, shape (n, k, 3)
+
+    Returns
+    -------
+    array, shape (n, len(channels))
+        Vector components in the channel's unit, or a quaternion as in `quaternions`.
     """
     if len(sensor.channels) < 4:
         return vectors[:, 0] * sensor.channel_unit.factor
@@ -118,7 +144,10 @@ def to_channels(sensor: Sensor, vectors: Floats) -> Floats:
 
 
 def from_channels(sensor: Sensor, values: Floats) -> Floats:
-    """Inverse of `to_channels`, to rounding; vectors of whatever length are made to unit length."""
+    """Convert telemetry columns to measurements; the inverse of `to_channels`.
+
+    Vectors of sensors with `unit_length` are normalized.
+    """
     if len(sensor.channels) < 4:
         length = np.linalg.norm(values, axis=1, keepdims=True) if sensor.unit_length else 1.0
         return (values / (length * sensor.channel_unit.factor))[:, None]
@@ -128,7 +157,7 @@ def from_channels(sensor: Sensor, values: Floats) -> Floats:
 def _where_finite(
     values: Floats, shape: int | tuple[int, ...], convert: Callable[[Floats], Floats]
 ) -> Floats:
-    """Rows converted to others of a shape; NaN where one has a NaN."""
+    """Convert rows to a new shape; rows with NaN become NaN."""
     there = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
     found = np.full((len(values), *np.atleast_1d(shape)), np.nan)
     found[there] = convert(values[there])

@@ -1,4 +1,4 @@
-"""Star tracker that measures the attitude itself."""
+"""Star tracker: an attitude sensor."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _ARCSEC_PER_DEG = 3600.0
 
 @dataclass(frozen=True)
 class StarTracker(Sensor):
-    """y = T (θ - μ) + w: small-angle attitude with the tracker's own misalignment μ.
+    """Star tracker with small-angle model y = T (θ - μ) + w and misalignment μ.
 
-    T turns body axes into the tracker's, whose z is the boresight; rotation about it is measured
-    worse than about the two cross axes. What it reports is in body axes. It measures below a body
-    rate, while Sun, Moon and the Earth's limb are farther from the boresight than its exclusion
-    angles.
+    T rotates from body axes to the tracker's axes, whose z axis is the boresight. The noise about
+    the boresight is larger than about the cross axes. Measurements are in body axes. The tracker
+    measures below a maximum body rate, and while Sun, Moon and the Earth's limb are outside of
+    their exclusion angles from the boresight.
 
     Examples
     --------
@@ -56,17 +56,17 @@ class StarTracker(Sensor):
 
     boresight: Boresight = (0.0, 0.0, 1.0)
     max_rate_deg_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
-    """greatest body rate at which it measures"""
+    """largest body rate at which the tracker measures; default: no limit"""
     sun_exclusion_deg: Exclusion = None
-    """least angle of the boresight from the Sun, while it shines at which it measures"""
+    """least angle between boresight and Sun, in sunlight; default: no limit"""
     earth_exclusion_deg: Exclusion = None
-    """least angle of the boresight from the Earth's limb at which it measures"""
+    """least angle between boresight and the Earth's limb; default: no limit"""
     moon_exclusion_deg: Exclusion = None
-    """least angle of the boresight from the Moon at which it measures"""
+    """least angle between boresight and Moon; default: no limit"""
 
     @cached_property
     def axes(self) -> Floats:
-        """T: the tracker's axes in body axes, row by row, shape (3, 3)."""
+        """Axes of the tracker in body axes, row by row (T), shape (3, 3)."""
         return frame(np.array(unit(self.boresight)))
 
     def states(self) -> dict[str, State]:
@@ -78,17 +78,17 @@ class StarTracker(Sensor):
         return Vec3(*(inner(error, Vec3(*axis)) for axis in self.axes.tolist()))
 
     def measured(self, x: Any, v: Any) -> tuple[Any, ...]:
-        """The axes of GCRS, in those of the body as the tracker has them."""
+        """Return the axes of GCRS in the body axes that the tracker reports."""
         axes = tuple(map(x.to_body, np.eye(3)))
         mounted = hasattr(x, "misalignment")
         return tuple(rotate(x.misalignment, axis) for axis in axes) if mounted else axes
 
     def with_noise(self, measured: tuple[Any, ...], noise: Floats) -> tuple[Floats, ...]:
-        """The axes turned by R(-Tᵀ noise), so that the `innovation` is the noise."""
+        """Rotate the measured axes by R(-Tᵀ noise), so that the `innovation` equals the noise."""
         return tuple(unrotate(noise @ self.axes, axis) for axis in measured)
 
     def innovation(self, measured: tuple[Any, ...], predicted: tuple[Any, ...]) -> Any:
-        """T y, for the rotation R(-y) that takes the predicted axes to the measured."""
+        """Return T y for the rotation R(-y) from the predicted to the measured axes."""
         pairs = list(zip(predicted, measured, strict=True))
         cosines, axis = sum(dot(p, m) for p, m in pairs), sum(cross(p, m) for p, m in pairs)
         y = -2.0 * axis / (1.0 + cosines)

@@ -1,4 +1,4 @@
-"""A sensor suite as one error state: blocks and units, columns as named vectors, dense twins."""
+"""Sensor suite with its combined error state: blocks, units and model matrices."""
 
 from __future__ import annotations
 
@@ -25,19 +25,20 @@ STILL = Vec3(0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Suite:
-    """A gyro, the sensors that aid it, and the world that they see.
+    """A gyro, its aiding sensors, and the environment model errors that affect them.
 
-    The error state is a list of 3-vectors, here called blocks: the attitude error, the gyro's
-    states, then those of the world, which all sensors share, and of each sensor in turn. For the
-    paper's suite these are θ, b, φ, δs, ψ, δB. Errors of world and sensors that vary
-    (`GaussMarkov`) come before all constants of sensors.
+    The error state is a sequence of 3-vectors, called blocks: the attitude error, the gyro's
+    states, then the environment model errors, which all sensors share, and the states of each
+    sensor. The blocks of the paper's suite are θ, b, φ, δs, ψ, δB. Gauss-Markov errors precede the
+    constants of the sensors.
 
     Parameters
     ----------
     gyro : Gyro
     sensors : tuple of Sensor
-        With names of their own.
+        Sensors with unique names.
     world : World, optional
+        Environment model errors.
 
     Examples
     --------
@@ -53,18 +54,18 @@ class Suite:
 
     @cached_property
     def owners(self) -> dict[str, Owner]:
-        """Whose the states are, by the names that prefix their blocks."""
+        """Gyro, environment models and sensors by the names that prefix their blocks."""
         sensors = {sensor.name: sensor for sensor in self.sensors}
         return {"gyro": self.gyro, "world": self.world, **sensors}
 
     @cached_property
     def blocks(self) -> tuple[str, ...]:
-        """Names of the 3-vectors of the state, in order: ``attitude``, ``gyro.bias``..."""
+        """Names of the 3-vectors of the state, in order, such as ``attitude`` and ``gyro.bias``."""
         return tuple(self.units)
 
     @cached_property
     def units(self) -> dict[str, Unit]:
-        """Unit of each block for people and scenario files, in the order of `blocks`."""
+        """Unit of each block for display and scenario files, in the order of `blocks`."""
         units = {
             f"{name}.{state}": unit
             for name, owner in self.owners.items()
@@ -75,12 +76,12 @@ class Suite:
 
     @cached_property
     def slices(self) -> dict[str, slice]:
-        """Places of the three states of each block."""
+        """Slice of the three states of each block."""
         return {block: slice(3 * i, 3 * i + 3) for i, block in enumerate(self.blocks)}
 
     @cached_property
     def states(self) -> dict[str, State]:
-        """What gyro, world and sensors say of the states of their blocks at the start."""
+        """Initial 1-sigma or process of each block but the attitude."""
         return {
             f"{name}.{state}": value
             for name, owner in self.owners.items()
@@ -93,51 +94,56 @@ class Suite:
 
     @property
     def n_kinematic(self) -> int:
-        """Number of leading states that enter the attitude kinematics: attitude and gyro."""
+        """Number of leading states of the attitude kinematics: attitude and gyro."""
         return 3 * (1 + len(self.gyro.states()))
 
     @property
     def n_dynamic(self) -> int:
-        """Number of leading states that are not constant by nature: with the processes."""
+        """Number of leading states with dynamics: attitude, gyro and Gauss-Markov errors."""
         return self.n_kinematic + 3 * len(self.processes)
 
     @cached_property
     def processes(self) -> dict[str, GaussMarkov]:
-        """Gauss-Markov processes by their blocks, which follow the kinematic ones."""
+        """Gauss-Markov processes by block; their states follow the kinematic ones."""
         return {b: value for b, value in self.states.items() if isinstance(value, GaussMarkov)}
 
     @cached_property
     def considered_blocks(self) -> tuple[str, ...]:
-        """Blocks that are considered: not estimated, but their covariance counts."""
+        """Blocks that the filter considers but does not estimate (Schmidt-Kalman)."""
         owners = self.owners.items()
         return tuple(f"{name}.{state}" for name, owner in owners for state in owner.considered)
 
     @cached_property
     def considered(self) -> Ints:
-        """Their states."""
+        """State indices of the considered blocks."""
         return self._states(self.considered_blocks)
 
     @cached_property
     def uncalibrated(self) -> frozenset[str]:
-        """Blocks that no plan makes smaller for good: they vary, or are considered."""
+        """Blocks that no plan reduces permanently: Gauss-Markov errors and considered blocks."""
         return frozenset((*self.processes, *self.considered_blocks))
 
     @cached_property
     def calibrated(self) -> Ints:
-        """States of all others."""
+        """State indices of the blocks that are not `uncalibrated`."""
         return self._states([block for block in self.blocks if block not in self.uncalibrated])
 
     def n_gradient(self, sensor: Sensor) -> int:
-        """How many columns the `gradient` of a sensor has here."""
+        """Return the number of vectors of `gradient` for a sensor."""
         orbit = 3 * ("orbit_error" in self.blocks_of(sensor))
         return sensor.n_gradient + orbit + len(sensor.delay())
 
     def gradient(self, sensor: Sensor, environment: Environment) -> Floats:
-        """Columns of its `Sensor.gradient`, then those by an orbit error that it sees.
+        """Return the additional reference vectors of a sensor.
 
-        Of a sensor with a delay the last one is the derivative of its vector by time.
+        These are the columns of `Sensor.gradient`, then the derivatives with respect to the orbit
+        error, if the sensor is affected by it, and last, for a sensor with latency, the time
+        derivative of its reference vector.
 
-        Shape (n_steps + 1, `n_gradient`, 3), GCRS.
+        Returns
+        -------
+        array, shape (n_steps + 1, n_gradient, 3)
+            GCRS axes.
         """
         parts = [np.zeros((len(environment.times), 3, 0))]
         if sensor.n_gradient:
@@ -154,22 +160,22 @@ class Suite:
 
     @cached_property
     def n_vectors(self) -> int:
-        """Number of vectors that the orbit gives: one for each sensor, then all gradients."""
+        """Number of reference vectors: one per sensor, then the vectors of all gradients."""
         return len(self.sensors) + sum(map(self.n_gradient, self.sensors))
 
     def gradient_rows(self, index: int) -> slice:
-        """Which of these vectors are the columns of a sensor's `gradient`; empty if it has none."""
+        """Return the slice of a sensor's `gradient` among the reference vectors."""
         first = len(self.sensors) + sum(map(self.n_gradient, self.sensors[:index]))
         return slice(first, first + self.n_gradient(self.sensors[index]))
 
     def looks(self, index: int) -> list[int]:
-        """All of these vectors that are a sensor's, in this order."""
+        """Return the indices of all reference vectors of a sensor."""
         rows = self.gradient_rows(index)
         return [index, *range(rows.start, rows.stop)]
 
     @cached_property
     def influence_keys(self) -> dict[str, Influence]:
-        """All influences by their keys in a scenario: the gyro's, then those of sensors."""
+        """Influences of the gyro and of the sensors, by key in a scenario."""
         places: dict[str, Gyro | Sensor] = {"gyro": self.gyro}
         places |= {f"sensors[{i}]": sensor for i, sensor in enumerate(self.sensors)}
         return {
@@ -179,7 +185,7 @@ class Suite:
         }
 
     def influence_columns(self, owner: Gyro | Sensor) -> slice:
-        """Which of all influences are an owner's."""
+        """Return the slice of the influences of a gyro or sensor among all influences."""
         first = 0
         if isinstance(owner, Sensor):
             place = [sensor.name for sensor in self.sensors].index(owner.name)
@@ -188,9 +194,16 @@ class Suite:
         return slice(first, first + len(owner.influences))
 
     def influence_values(self, channels: Mapping[str, Floats], n: int) -> Floats:
-        """What all influences are times, shape (n, n_influences), of channels at n samples.
+        """Return channel minus reference value of all influences, shape (n, n_influences).
 
-        Of the gyro it is the mean over the step to a sample.
+        The gyro's factors are means over the step before each sample.
+
+        Parameters
+        ----------
+        channels : mapping
+            Values of each channel, shape (n,).
+        n : int
+            Number of samples.
         """
         found = [channels[each.channel] - each.reference for each in self.influence_keys.values()]
         values: Floats = np.column_stack(found) if found else np.zeros((n, 0))
@@ -200,15 +213,15 @@ class Suite:
 
     @cached_property
     def rotations(self) -> tuple[int, ...]:
-        """First states of the blocks that are rotations, that of the attitude first."""
+        """First state index of each block that is a rotation, the attitude first."""
         owners: tuple[Gyro | Sensor, ...] = (self.gyro, *self.sensors)
         placed = ((state, first, o) for o in owners for state, first in self.places(o).items())
         return (0, *(first for state, first, owner in placed if state in owner.rotations))
 
     def blocks_of(self, owner: Gyro | Sensor) -> dict[str, str]:
-        """Blocks that the gyro adds, or that enter what a sensor measures, by their states.
+        """Return the blocks of a gyro, or the blocks that affect a sensor, by state.
 
-        A sensor's are its own and those of the world that it sees.
+        The blocks of a sensor are its own and those of the environment model errors that affect it.
         """
         if isinstance(owner, Gyro):
             return {state: f"gyro.{state}" for state in owner.states()}
@@ -217,11 +230,17 @@ class Suite:
         return {state: f"{owner.name}.{state}" for state in owner.states()} | seen
 
     def places(self, owner: Gyro | Sensor) -> dict[str, int]:
-        """Number of the first of the three states of each of `blocks_of`."""
+        """Return the first state index of each of `blocks_of`, by state."""
         return {state: self.slices[b].start for state, b in self.blocks_of(owner).items()}
 
     def initial_sigma(self, attitude_sigma: float) -> Floats:
-        """Initial 1-sigma of every state, shape (n_states,), for an attitude 1-sigma [rad]."""
+        """Return the initial 1-sigma of every state, shape (n_states,).
+
+        Parameters
+        ----------
+        attitude_sigma : float
+            Initial attitude 1-sigma [rad].
+        """
         sigmas = np.full(self.n_states, attitude_sigma)
         for block, value in self.states.items():
             sigmas[self.slices[block]] = sigma_of(value)
@@ -229,7 +248,7 @@ class Suite:
 
     @cached_property
     def initial_correlation(self) -> Floats:
-        """Of the errors at the start, shape (n_states, n_states)."""
+        """Initial correlation of the errors, shape (n_states, n_states)."""
         correlation = np.eye(self.n_states)
         for block, value in self.states.items():
             if isinstance(value, Alike):
@@ -247,20 +266,23 @@ class Suite:
         rate: Vec3 = STILL,
         influences: Sequence[Any] = (),
     ) -> tuple[Any, ...]:
-        """Apply a sensor's H to a state column: the numbers of `Sensor.measure`.
+        """Multiply a sensor's measurement matrix H by a column of states; see `Sensor.measure`.
 
         Parameters
         ----------
+        sensor : Sensor
         v : Vec3
-            Its reference vector in body axes.
+            Reference vector in body axes.
+        column : sequence
+            Error state, n_states entries.
         to_body : function
-            From GCRS to body axes; default: they are the same.
+            Rotation from GCRS to body axes; default: identity.
         gradient : sequence of Vec3
-            Columns of its gradient in body axes, see `gradient_rows`.
+            Vectors of `gradient` in body axes.
         rate : Vec3
-            Of the body [rad/s], which matters where there is a delay: see `readings.taken`.
+            Body rate [rad/s], for sensors with latency; see `readings.taken`.
         influences : sequence
-            Its columns of `influence_values`.
+            The sensor's columns of `influence_values`.
         """
         own = {s: self._block(column, block) for s, block in self.blocks_of(sensor).items()}
         theta, moved = self._block(column, "attitude"), STILL
@@ -272,7 +294,7 @@ class Suite:
         return tuple(sensor.measure(x, v))
 
     def derivative(self, column: Sequence[Any], omega: Vec3) -> list[Any]:
-        """Apply equation (2)'s dynamics to the `n_kinematic` leading states; floats only."""
+        """Apply the dynamics of equation (2) to the `n_kinematic` leading states."""
         own = {state: self._block(column, f"gyro.{state}") for state in self.gyro.states()}
         rates = self.gyro.derivative(
             SimpleNamespace(theta=self._block(column, "attitude"), **own), omega
@@ -280,10 +302,12 @@ class Suite:
         return [entry for state in ("theta", *own) for entry in rates.get(state, STILL)]
 
     def dynamics_matrix(self, omega: Floats, influences: Sequence[float] = ()) -> Floats:
-        """A in x' = A x for the dynamic states at body rate `omega` [rad/s].
+        """Return A in x' = A x for the dynamic states at a body rate.
 
         Parameters
         ----------
+        omega : array, shape (3,)
+            Body rate [rad/s].
         influences : sequence of float
             The gyro's columns of `influence_values`; default: ones.
         """
@@ -305,23 +329,26 @@ class Suite:
         rate: Floats | None = None,
         influences: Sequence[Any] = (),
     ) -> Floats:
-        """H of one sensor for its reference vector in body axes.
+        """Return the measurement matrix H of a sensor.
 
         Parameters
         ----------
+        sensor : Sensor
         v : array, shape (..., 3)
+            Reference vector in body axes.
         attitude : array, shape (..., 3, 3), optional
-            GCRS to body; default: body axes along those of GCRS.
+            GCRS to body; default: identity.
         gradient : sequence of arrays, shape (..., 3)
-            The columns of the sensor's gradient, body axes; none if it has none.
+            Vectors of `gradient` in body axes.
         rate : array, shape (..., 3), optional
-            Of the body [rad/s]; default: at rest.
+            Body rate [rad/s]; default: zero.
         influences : sequence of floats or arrays, shape (...)
-            Its columns of `influence_values`.
+            The sensor's columns of `influence_values`.
 
         Returns
         -------
-        array, shape (..., m, n_states), of the m numbers that it measures
+        array, shape (..., m, n_states)
+            One row for each of the m numbers that the sensor measures.
         """
         H = np.zeros((*v.shape[:-1], len(sensor.noise()), self.n_states))
         components = Vec3(*np.moveaxis(v, -1, 0))
@@ -339,7 +366,7 @@ class Suite:
         return H
 
     def diffusion(self) -> Floats:
-        """Diagonal of the process-noise density of the dynamic states, shape (n_dynamic,)."""
+        """Return the diagonal of the dynamic states' process noise density, shape (n_dynamic,)."""
         density = self.gyro.diffusion()
         gyro = [density.get(state, (0.0,) * 3) for state in ("theta", *self.gyro.states())]
         varying = [np.broadcast_to(each.density, 3) for each in self.processes.values()]
@@ -347,11 +374,10 @@ class Suite:
 
     @property
     def following(self) -> tuple[slice, ...]:
-        """States of each of the gyro's influences."""
+        """Slice of the states of each of the gyro's influences."""
         return tuple(self.slices[f"gyro.{each.state}"] for each in self.gyro.influences)
 
     def _states(self, blocks: Iterable[str]) -> Ints:
-        """States of blocks, one after the other."""
         every = np.arange(self.n_states).reshape(-1, 3)
         return every[[self.blocks.index(block) for block in blocks]].ravel()
 
@@ -360,7 +386,7 @@ class Suite:
 
 
 def units_of(owner: Owner) -> dict[str, Unit]:
-    """Unit of each state of an owner for people and scenario files."""
+    """Return the unit of each state of a gyro, sensor or environment model, by state."""
     units = {state: owner.units.get(state, DIMENSIONLESS) for state in owner.states()}
     for influence in () if isinstance(owner, World) else owner.influences:
         units[influence.state] = influence.unit_of(units[influence.error])
@@ -368,7 +394,7 @@ def units_of(owner: Owner) -> dict[str, Unit]:
 
 
 class BlockUnit(NamedTuple):
-    """How a 3-vector of the state is shown: `unit`, and `factor` from the filter's unit to it."""
+    """Label and display unit of a state block; `factor` converts from the filter's unit."""
 
     label: str
     unit: str
@@ -376,10 +402,9 @@ class BlockUnit(NamedTuple):
 
 
 def block_units(suite: Suite) -> list[BlockUnit]:
-    """Label, unit and factor of each 3-vector of the state, in the order of ``suite.blocks``.
+    """Return label, unit and factor of each state block, in the order of ``suite.blocks``.
 
-    Units are those that gyro and sensors declare, and those of the keys of ``required_sigma`` that
-    end in one.
+    The units also apply to keys of ``required_sigma`` that end in a unit.
     """
     units = []
     for block, unit in suite.units.items():

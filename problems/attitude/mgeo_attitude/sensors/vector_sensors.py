@@ -1,4 +1,4 @@
-"""Sensors that measure the vector they look at: Sun sensor and three-axis magnetometer."""
+"""Sensors that measure a reference vector: Sun sensor and three-axis magnetometer."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ from mgeo_attitude.settings.types import (
 
 
 class VectorSensor(Sensor):
-    """A sensor that measures the vector v it looks at: y = [v×]θ - [v×]μ + b (equation 2).
+    """Sensor that measures its reference vector v: y = [v×]θ - [v×]μ + b (equation 2).
 
-    The misalignment μ and the bias b are states of its own, each if `states` has it.
+    The misalignment μ and the bias b are optional states, present if `states` contains them.
     """
 
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
@@ -61,7 +61,7 @@ class VectorSensor(Sensor):
 
 
 def where_it_is(x: Any, v: Any) -> Any:
-    """The vector v with what the orbit's error makes of it, as `Sensor.measured` has both."""
+    """Return the reference vector v of `Sensor.measured`, corrected for the orbit error."""
     if hasattr(x, "orbit_error"):
         for axis, column in enumerate(x.gradient[-3:]):
             v = v + x.orbit_error[..., [axis]] * column
@@ -70,9 +70,9 @@ def where_it_is(x: Any, v: Any) -> Any:
 
 @dataclass(frozen=True)
 class SunSensor(VectorSensor):
-    """y_s = [s×]θ - [s×]φ + δs + w_s (equation 2), blind in eclipse.
+    """Sun sensor, y_s = [s×]θ - [s×]φ + δs + w_s (equation 2), without measurements in eclipse.
 
-    Light from the Earth adds to a coarse sensor's vector; see `World`.
+    Albedo adds to the vector of a coarse sensor; see `World`.
 
     Examples
     --------
@@ -87,16 +87,16 @@ class SunSensor(VectorSensor):
 
     name: Identifier = "sun"
     noise_deg: Annotated[PerAxis[Positive], Unit("deg"), Usual(0.005, 50.0)] = 2.0
-    """noise per sample, 1-sigma per axis, alike or of each"""
+    """noise per sample, 1-sigma, for all axes or per axis"""
     initial_misalignment_deg: Misalignment = 1.0
     initial_bias: float = Field(default=0.02, gt=0.0)
     """initial bias of the unit vector, 1-sigma per axis"""
 
     boresight: Boresight = (0.0, 0.0, 1.0)
     half_angle_deg: Degrees = Field(default=180.0, gt=0.0, le=180.0)
-    """half-angle of the field of view; 180 sees everywhere"""
+    """half-angle of the field of view; 180 for an unlimited field of view"""
     sees_albedo: bool = True
-    """whether light from the Earth adds to what it measures, if the world has any"""
+    """whether albedo affects the measurement, if the scenario models it"""
 
     def states(self) -> dict[str, State]:
         tilt = math.radians(self.initial_misalignment_deg)
@@ -133,11 +133,10 @@ class SunSensor(VectorSensor):
 
 @dataclass(frozen=True)
 class Magnetometer(VectorSensor):
-    """y_m = [B×]θ - [B×]ψ + δB + w_B (equation 2), with B in units of 50 µT.
+    """Magnetometer, y_m = [B×]θ - [B×]ψ + δB + w_B (equation 2), with B in units of 50 µT.
 
-    Optional are errors of scale factor and non-orthogonality, such as soft iron makes. It sees what
-    the field is beside its model, and how far the satellite is from where the model is asked, if
-    the `World` says so; see `measured`.
+    Errors of scale factor and non-orthogonality, as caused by soft iron, are optional. Field model
+    errors and orbit errors affect the magnetometer if the `World` models them; see `measured`.
 
     Examples
     --------
@@ -157,7 +156,7 @@ class Magnetometer(VectorSensor):
 
     name: Identifier = "mag"
     noise_nt: Annotated[PerAxis[Positive], Unit("nT"), Usual(1.0, 1e4)] = 500.0
-    """noise per sample, 1-sigma per axis, alike or of each"""
+    """noise per sample, 1-sigma, for all axes or per axis"""
     initial_misalignment_deg: Misalignment = 1.0
     initial_bias_nt: Annotated[float, Unit("nT")] = Field(default=2000.0, gt=0.0)
     """initial bias, 1-sigma per axis"""
@@ -187,13 +186,13 @@ class Magnetometer(VectorSensor):
         return y
 
     def measured(self, x: Any, v: Any) -> Any:
-        """B_m = R(ψ) (B + k ∘ B + N(η) B) + δB, with B = C (B_model + e + G r).
+        """Return B_m = R(ψ) (B + k ∘ B + N(η) B) + δB with B = C (B_model + e + G r).
 
-        C is the attitude, e the error of the model, G its `gradient` and r that of the position.
-        I + diag(k) + N(η), N of `vector.shear`, is the symmetric part of what soft iron, gains and
-        axes off their right angles do to a field; the other part is the misalignment ψ. (R. Alonso,
-        M. D. Shuster, Complete Linear Attitude-Independent Magnetometer Calibration, Journal of the
-        Astronautical Sciences 50 (2002) 477-490.)
+        C is the attitude, e the field model error, G the `gradient` of the field and r the orbit
+        error. I + diag(k) + N(η), with N of `vector.shear`, is the symmetric part of the effect of
+        soft iron, gains and non-orthogonal axes; the rotational part is the misalignment ψ (R.
+        Alonso, M. D. Shuster, Complete Linear Attitude-Independent Magnetometer Calibration,
+        Journal of the Astronautical Sciences 50 (2002) 477-490).
         """
         if hasattr(x, "field_error"):
             v = v + x.to_body(x.field_error)

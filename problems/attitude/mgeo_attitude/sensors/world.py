@@ -1,6 +1,6 @@
-"""Errors of what is outside the satellite: of the field, of the orbit, of light from the Earth.
+"""Environment model errors: geomagnetic field, orbit and albedo.
 
-Each is one 3-vector of the error state, whatever the number of sensors that see it.
+Each error is one 3-vector of the error state, shared by all sensors.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ NT = Unit("nT", "nt", FIELD_UNIT_NT)
 #: Unit of errors of the position inside the filter [m].
 POSITION_UNIT = 1000.0
 
-#: How many 1-sigmas of the orbit's error an eclipse has to be away from what Sun sensors say: an
-#: edge is no derivative that a filter could have.
+#: Margin between a Sun measurement and an eclipse, in 1-sigmas of the orbit error: the edge of the
+#: shadow has no derivative that a filter could use.
 SURE = 3.0
 
 
 @dataclass(frozen=True)
 class World(Settings):
-    """What field, orbit and light from the Earth are beside their models.
+    """Errors of the models of field, orbit and albedo as Gauss-Markov processes, off by default.
 
-    Gauss-Markov processes, all off unless wanted. Those of field and light are in GCRS axes.
+    The errors of field and albedo are in GCRS axes.
 
     Examples
     --------
@@ -54,26 +54,27 @@ class World(Settings):
     }
 
     field_error_nt: Annotated[float, Unit("nT")] = Field(default=0.0, ge=0.0)
-    """error of the field's model, 1-sigma per axis; 0 leaves the states out"""
+    """error of the field model, 1-sigma per axis; 0 omits the states"""
     field_error_correlation_time: Seconds = Field(default=300.0, gt=0.0)
-    """correlation time of the error of the field's model along the orbit"""
+    """correlation time of the field model error along the orbit"""
     orbit_error_m: Annotated[Triple[NonNegative], Unit("m")] = (0.0, 0.0, 0.0)
-    """error of the position at which the model is asked, 1-sigma along track, across and radial;
-    zeros leave the states out. What sees the Sun is not used within 3-sigma of an eclipse's edge"""
+    """error of the position used by the models, 1-sigma along track, across track and radial; zeros
+    omit the states. Sun measurements within 3-sigma of an eclipse's edge are not used"""
     orbit_error_axes: Literal["orbital", "inertial"] = "orbital"
-    """axes in which it varies, and has these 1-sigmas: along, across and radial, or GCRS"""
+    """axes of the position error: along track, across track and radial, or GCRS"""
     orbit_error_correlation_time: Seconds = Field(default=20000.0, gt=0.0)
-    """correlation time of the error of the position"""
+    """correlation time of the position error"""
     earth_albedo: float = Field(default=0.0, ge=0.0, le=1.0)
-    """share of sunlight that the Earth throws back, as a matt sphere, onto Sun sensors that see it;
-    0 leaves that out"""
+    """reflectivity of the Earth as a Lambert sphere, for the albedo on Sun sensors; 0 omits the
+    albedo"""
     albedo: float = Field(default=0.0, ge=0.0)
-    """error of the unit vector by light from the Earth beside that, 1-sigma per axis; 0 leaves the
-    states out"""
+    """error of the albedo model as an error of the Sun's unit vector, 1-sigma per axis; 0 omits the
+    states"""
     albedo_correlation_time: Seconds = Field(default=600.0, gt=0.0)
-    """correlation time of the error by light from the Earth"""
+    """correlation time of the albedo error"""
     considered: tuple[str, ...] = ()
-    """its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"""
+    """error states of the environment models that the filter considers but does not estimate
+    (Schmidt-Kalman)"""
 
     def __post_init__(self) -> None:
         size = self.orbit_error_m
@@ -81,7 +82,7 @@ class World(Settings):
         check_considered(self.considered, self.states())
 
     def states(self) -> dict[str, GaussMarkov]:
-        """Error states that it adds, 3-vectors; see `Sensor.states`."""
+        """Return the error states of the environment models; see `Sensor.states`."""
         along, across, radial = (sigma / POSITION_UNIT for sigma in self.orbit_error_m)
         field = self.field_error_nt / FIELD_UNIT_NT
         found = {
@@ -93,14 +94,14 @@ class World(Settings):
 
     @property
     def has_orbit_error(self) -> bool:
-        """Whether the orbit is another than is believed, and with it where the Sun shines."""
+        """Whether the position is uncertain, and with it the time of eclipses."""
         return any(self.orbit_error_m)
 
     def around(self, environment: Environment) -> Environment:
-        """An environment as sensors know it: where the Sun is sure to shine, and light beside it.
+        """Return the environment as the sensor models use it.
 
-        With an orbit error the Sun is sure to shine where it does after `SURE` times its 1-sigma,
-        and light from the Earth is its mean.
+        With an orbit error, samples within `SURE` 1-sigmas of an eclipse count as eclipse. With a
+        reflectivity of the Earth, the mean albedo is added.
         """
         changes: dict[str, Any] = {}
         if self.has_orbit_error and environment.shadow:
@@ -111,7 +112,7 @@ class World(Settings):
         return dataclasses.replace(environment, **changes) if changes else environment
 
     def _surely_lit(self, environment: Environment) -> Bools:
-        """Where no likely error of the orbit brings the satellite into the Earth's shadow."""
+        """Return a mask of the samples that no likely orbit error moves into the Earth's shadow."""
         here, sun = environment.position, environment.sun
         angle = above_limb(here, sun)
         axes = np.broadcast_to(np.eye(3), (len(here), 3, 3))
@@ -121,9 +122,15 @@ class World(Settings):
         return sure
 
     def displaced(self, environment: Environment, orbit_error: Floats) -> Environment:
-        """The same where the satellite is with errors of the orbit, shape (n, 3), as states.
+        """Return the environment at the true position.
 
-        Of it the position and where the Sun shines are there; field and Sun are left as they are.
+        Position and eclipses change; field and Sun direction do not.
+
+        Parameters
+        ----------
+        environment : Environment
+        orbit_error : array, shape (n, 3)
+            Orbit error at each sample, in units of the filter's state.
         """
         axes = np.broadcast_to(np.eye(3), (len(orbit_error), 3, 3))
         off = np.einsum("kij,kj->ki", self.by_orbit_error(axes, environment), orbit_error)
@@ -132,9 +139,18 @@ class World(Settings):
         return dataclasses.replace(environment, position=there, sunlit=lit)
 
     def by_orbit_error(self, gradient: Floats, environment: Environment) -> Floats:
-        """The derivative by the orbit error's state of what has a `gradient` by the position.
+        """Convert a derivative by position to a derivative by the orbit error state.
 
-        Both of shape (n, 3, 3), GCRS in rows, and `gradient` in columns.
+        Parameters
+        ----------
+        gradient : array, shape (n, 3, 3)
+            Derivative with respect to the position; columns along GCRS axes.
+        environment : Environment
+
+        Returns
+        -------
+        array, shape (n, 3, 3)
+            Columns along the axes of the orbit error.
         """
         if self.orbit_error_axes == "inertial":
             return gradient

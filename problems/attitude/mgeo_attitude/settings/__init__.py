@@ -1,17 +1,17 @@
 """Settings: frozen pydantic dataclasses whose fields declare meaning, unit and range.
 
-A settings class is one table of a file::
+A settings class represents one table of a file::
 
     from pydantic.dataclasses import dataclass
 
     @dataclass(frozen=True, kw_only=True)
     class Wheel(Settings):
         max_torque: Annotated[float, Unit("N m")] = Field(default=0.1, gt=0.0)
-        "greatest torque"
+        "largest torque"
 
     Wheel(max_torque=-1)
-    # InvalidValue: max_torque = -1: expected a number > 0 [N m] (greatest torque)
+    # InvalidValue: max_torque = -1: expected a number > 0 [N m] (largest torque)
 
-The JSON Schema, the comments in scenario files and the reference pages of keys follow from the
-declaration.
+The declarations generate the JSON Schema, the comments in scenario files and the reference pages of
+keys.
 """

@@ -1,6 +1,6 @@
-"""Settings, which pydantic checks and whose errors name key, value and unit, and their tables.
+"""Base class of settings with validation by pydantic, and conversion to tables.
 
-A table is a dict of plain values, as JSON has them.
+Errors name key, value and unit. A table is a dict of JSON types.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ T = TypeVar("T")
 
 
 class _Checked(ABCMeta):
-    """Metaclass whose instances raise `InvalidValue` where pydantic refuses a value."""
+    """Metaclass that converts pydantic's validation errors to `InvalidValue`."""
 
     def __call__(cls, *args: Any, **kwargs: Any) -> Any:
         try:
@@ -47,16 +47,18 @@ class _Checked(ABCMeta):
 
 
 class Settings(metaclass=_Checked):
-    """Base of frozen pydantic dataclasses, each of which is a table of a file.
+    """Base class of frozen pydantic dataclasses that represent a table of a file.
 
-    Values are strict: a bool is never a number, numbers are finite, and text is no number. An int
-    is taken for a float, numbers of numpy for Python's, a list for a tuple, and a mapping for the
-    settings of a field. A class that checks more has a ``__post_init__``.
+    Validation is strict: a bool is not a number, numbers must be finite, and text is not converted
+    to numbers. An int is converted to a float, a numpy number to a Python number, a list to a
+    tuple, and a mapping to the settings of its field. Subclasses define further checks in
+    ``__post_init__``.
 
     Raises
     ------
     InvalidValue
-        (ValueError) Naming the key, its value and what was expected.
+        (ValueError) If a value is invalid; the message names the key, its value and the expected
+        values.
     """
 
     __pydantic_config__ = ConfigDict(
@@ -65,7 +67,7 @@ class Settings(metaclass=_Checked):
         extra="forbid",
         arbitrary_types_allowed=True,
     )
-    #: Key that names one of several classes in a table, such as ``kind``, if it is no field.
+    #: Key that selects one of several classes in a table, such as ``kind``, if it is not a field.
     selector: ClassVar[str] = ""
 
     @model_validator(mode="wrap")
@@ -98,8 +100,8 @@ class Settings(metaclass=_Checked):
 def _field_docstrings(cls: type) -> dict[str, str]:
     """Return the docstrings of a class's own fields.
 
-    They are read from the source for a schema or a message alone: reading all of them whenever the
-    package is imported would take a sixth of a second.
+    They are read from the source on demand, for a schema or a message, since reading all of them at
+    import takes a sixth of a second.
     """
     (definition,) = ast.parse(textwrap.dedent(inspect.getsource(cls))).body
     assert isinstance(definition, ast.ClassDef)
@@ -114,13 +116,13 @@ def _field_docstrings(cls: type) -> dict[str, str]:
 
 
 def declared(cls: type) -> dict[str, FieldInfo]:
-    """Return the fields of a settings class by their names."""
+    """Return the fields of a settings class by name."""
     found: dict[str, FieldInfo] = cls.__pydantic_fields__  # type: ignore[attr-defined]
     return found
 
 
 def annotation_of(cls: type, key: str, kind: type[T]) -> T | None:
-    """Return the annotation of a kind, such as `Unit`, of a field; None if it has none."""
+    """Return the annotation of a field of a given type, such as `Unit`; None if there is none."""
     found = (each for each in declared(cls)[key].metadata if isinstance(each, kind))
     return next(found, None)
 
@@ -132,19 +134,19 @@ def schema_of(cls: type) -> Schema:
 
 
 def _plain(value: Any) -> Any:
-    """Convert numbers of numpy to Python's, and lists to tuples."""
+    """Convert numpy numbers to Python numbers, and lists to tuples."""
     if isinstance(value, list | tuple):
         return tuple(map(_plain, value))
     return value.item() if isinstance(value, np.generic) else value
 
 
 def _explain(error: ValidationError, cls: Any) -> ValueError:
-    """Return the first error of pydantic, an unknown key before others, in our words."""
+    """Convert the first error of pydantic, unknown keys first, to an error with key and value."""
     errors = error.errors(include_url=False)
     unknown = (each for each in errors if each["type"].startswith("unexpected_"))
     first = next(unknown, errors[0])
     cause = first.get("ctx", {}).get("error")
-    if not first["loc"]:  # of __post_init__
+    if not first["loc"]:  # the error is from __post_init__
         return cause if isinstance(cause, ValueError) else error
     key, *places = first["loc"]
     if isinstance(key, int):
@@ -158,13 +160,13 @@ def _explain(error: ValidationError, cls: Any) -> ValueError:
         places = []
     missing = first["type"] == "missing"
     expected = f"expected {describe(schema)}"
-    if places and not missing:  # of an entry
+    if places and not missing:  # the error is in an entry of a list or table
         unit = f" [{schema['unit']}]" if "unit" in schema else ""
         expected = first["msg"].replace("Input should be", "expected") + unit
     expected += f" ({schema['description']})"
     if missing and not places:
         return KeyProblem(key, None, f"missing; {expected}")
-    entry = places[:-1] if missing else places  # a list that is too short
+    entry = places[:-1] if missing else places  # a missing entry means that a list is too short
     key += "".join(f"[{each}]" if isinstance(each, int) else f".{each}" for each in entry)
     if isinstance(cause, InvalidValue):
         return cause.under(key)
@@ -178,9 +180,9 @@ Table = dict[str, Any]
 
 @dataclass(frozen=True)
 class Kinds:
-    """Annotation of a field that takes one of several classes of settings.
+    """Annotation of a field that accepts one of several classes of settings.
 
-    A table names its class by the entry `key`. Without this entry, a key among `telling` names the
+    The entry `key` of a table selects the class. Without this entry, a key of `telling` selects the
     class, or else the class is `default`.
     """
 
@@ -190,12 +192,12 @@ class Kinds:
     telling: Mapping[str, str] = field(default_factory=dict)
 
     def name_of(self, table: Mapping[str, Any]) -> Any:
-        """Return the name in a table, unchecked; None if the table has none."""
+        """Return the unchecked name of the class in a table; None if there is none."""
         names = (name for key, name in self.telling.items() if key in table)
         return table[self.key] if self.key in table else next(names, None)
 
     def read(self, value: Any) -> Any:
-        """Convert a table to the settings that it names; return other values unchanged."""
+        """Convert a table to settings of the selected class; return other values unchanged."""
         if not isinstance(value, Mapping):
             return value
         name = self.name_of(value)
@@ -219,16 +221,19 @@ class Kinds:
 
 
 def to_table(settings: Any) -> Table:
-    """Return settings as a table; times become ISO 8601 text, and what is empty is left out."""
+    """Return settings as a table with times as ISO 8601 text, without None and empty tuples."""
     values = {key: getattr(settings, key) for key in declared(type(settings))}
     selector = type(settings).selector
     name = {selector: getattr(settings, selector)} if selector else {}
-    # TOML has no word for nothing
+    # TOML has no null value.
     return name | {k: _as_entry(v) for k, v in values.items() if v is not None and v != ()}
 
 
 def flatten(values: Any) -> Any:
-    """Return ``{"mag.bias": 1}`` for ``{"mag": {"bias": 1}}``; other values unchanged."""
+    """Convert nested mappings to dotted keys, ``{"mag": {"bias": 1}}`` to ``{"mag.bias": 1}``.
+
+    Other values are returned unchanged.
+    """
     if not isinstance(values, Mapping):
         return values
     flat: Table = {}
@@ -243,9 +248,17 @@ def flatten(values: Any) -> Any:
 
 
 def require_same(name: str, one: Any, other: Any, keys: Iterable[str]) -> None:
-    """Raise an `InvalidValue` if settings called `name` differ from the scenario's.
+    """Raise InvalidValue if settings differ from the scenario's.
 
-    The message names the first of the `keys` that differs, ``orbit.eccentricity``, and both values.
+    Parameters
+    ----------
+    name : str
+        Name of the settings in the message.
+    one, other : Settings
+        Settings to check, and those of the scenario.
+    keys : iterable of str
+        Fields to compare. The message names the first difference, such as ``orbit.eccentricity``,
+        and both values.
     """
     found, expected = to_table(one), to_table(other)
     for key in keys:

@@ -1,4 +1,4 @@
-"""Errors that name a key, its value and what was expected."""
+"""Errors that name a key, its value and the expected values."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from mgeo.validation.arguments import did_you_mean
 
 
 class InvalidValue(ValueError):
-    """A value that is refused: ``key``, ``value``, and what was ``expected`` instead."""
+    """Invalid value with attributes ``key``, ``value`` and ``expected``."""
 
     def __init__(self, key: str, value: object, expected: str) -> None:
         super().__init__(key, value, expected)
@@ -18,30 +18,30 @@ class InvalidValue(ValueError):
         return f"{self.key} = {self.value!r:.300}: {self.expected}"
 
     def under(self, section: str) -> InvalidValue:
-        """Return the same error with its key inside `section`: ``a`` becomes ``section.a``."""
+        """Return the error with its key prefixed by a section: ``a`` becomes ``section.a``."""
         return type(self)(f"{section}.{self.key}", self.value, self.expected)
 
 
 class KeyProblem(InvalidValue):
-    """A key that is unknown, missing or given twice; its value is not at fault."""
+    """Unknown, missing or repeated key."""
 
     def __str__(self) -> str:
         return f"{self.key}: {self.expected}"
 
 
 def expect(holds: object, key: str, value: object, expected: str) -> None:
-    """Raise an `InvalidValue` unless a condition `holds`."""
+    """Raise InvalidValue if a condition does not hold."""
     if not holds:
         raise InvalidValue(key, value, f"expected {expected}")
 
 
 def expect_unique(key: str, values: Sequence[object]) -> None:
-    """Raise an `InvalidValue` for the first value that is there twice; `key` has ``{}`` for it."""
+    """Raise InvalidValue for the first repeated value; ``{}`` in `key` stands for its index."""
     for i, value in enumerate(values):
         expect(value not in values[:i], key.format(i), value, "each one once")
 
 
 def known_names(name: object, known: Iterable[str]) -> str:
-    """Return ``; did you mean 'x'? (known: 'x', 'y')``, the question only for a close name."""
+    """Return ``; did you mean 'x'? (known: 'x', 'y')``; the question needs a similar name."""
     names = list(known)
     return f"{did_you_mean(name, names)} (known: {', '.join(map(repr, names))})"

@@ -1,4 +1,4 @@
-"""Types of fields: units, numbers with a range, vectors, instants and named choices."""
+"""Field types of settings: units, numbers with ranges, vectors, instants and choices."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class Unit:
     Attributes
     ----------
     text : str
-        Unit as it is shown: deg/h.
+        Unit for display, such as deg/h.
     suffix : str
-        Unit as it ends the names of keys: deg_h; empty for none.
+        Unit as a suffix of keys, such as deg_h; empty for none.
     factor : float
-        Factor from the filter's unit to this one.
+        Factor from the filter's unit to the unit.
     """
 
     text: str
@@ -39,12 +39,12 @@ class Unit:
     factor: float = 1.0
 
     def key(self, name: str) -> str:
-        """Return the key under which a scenario file gives the quantity `name`."""
+        """Return the key of a quantity in a scenario file."""
         return f"{name}_{self.suffix}" if self.suffix else name
 
     @property
     def key_factor(self) -> float:
-        """Factor from the filter's unit to that of the key, which is the filter's by default."""
+        """Factor from the filter's unit to the unit of the key; 1 without a suffix."""
         return self.factor if self.suffix else 1.0
 
     def __get_pydantic_json_schema__(
@@ -54,7 +54,7 @@ class Unit:
 
 
 DIMENSIONLESS = Unit("-")
-#: Error of a component of a unit vector, as the angle by which a small one turns the vector.
+#: Error of a component of a unit vector, as the small angle by which it rotates the vector.
 ARCMIN = Unit("arcmin", "", 60.0 * math.degrees(1.0))
 PPM = Unit("ppm", "", 1e6)
 SECOND = Unit("s", "s", 1.0)
@@ -64,20 +64,20 @@ DEG_H = Unit("deg/h", "deg_h", 3600.0 * math.degrees(1.0))
 
 @dataclass(frozen=True)
 class Usual:
-    """Range, as an annotation, outside of which a number other than 0 causes a warning."""
+    """Range, as an annotation, outside of which a nonzero number causes a warning."""
 
     low: float
     high: float
 
 
 def one_of(names: Iterable[str]) -> GetPydanticSchema:
-    """Return the annotation of a string that is one of some names."""
+    """Return the annotation of a string with a set of permitted values."""
     choices = list(names)
     return GetPydanticSchema(lambda source, handler: core_schema.literal_schema(choices))
 
 
 def _parse(value: Any) -> Any:
-    """Convert text in ISO 8601 to an instant; return other values unchanged."""
+    """Convert ISO 8601 text to an instant; return other values unchanged."""
     try:
         return datetime.fromisoformat(value) if isinstance(value, str) else value
     except ValueError:
@@ -107,9 +107,9 @@ def _check_line(text: str) -> str:
 
 T = TypeVar("T")
 
-#: A name that stands in keys and columns.
+#: Name for use in keys and columns.
 Identifier = Annotated[str, Field(pattern=r"^[A-Z_a-z0-9-]+$")]
-#: A name that people read.
+#: Name for display.
 Line = Annotated[str, AfterValidator(_check_line)]
 Seconds = Annotated[float, Unit("s")]
 Degrees = Annotated[float, Unit("deg")]
@@ -118,9 +118,9 @@ Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
 Triple = tuple[T, T, T]
 Vector = Triple[float]
-#: A vector of any length but zero.
+#: Nonzero vector.
 Direction = Annotated[Vector, AfterValidator(_check_direction)]
-#: One number for all three axes, or one for each.
+#: One number for all three axes, or one per axis.
 PerAxis = Union[T, tuple[T, T, T]]  # noqa: UP007
-#: An instant with its UTC offset, or its text in a file; converted to UTC.
+#: Instant with UTC offset, or its text in a file; converted to UTC.
 Instant = Annotated[datetime, BeforeValidator(_parse), AfterValidator(_to_utc)]

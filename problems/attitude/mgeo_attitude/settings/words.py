@@ -1,4 +1,4 @@
-"""JSON Schema in words, for error messages, comments in files and reference pages."""
+"""Description of JSON Schemas in words, for error messages, comments and reference pages."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _BOUNDS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "m
 
 
 def describe(schema: Schema) -> str:
-    """Return what a schema takes: ``a number >= 0 and < 1``, ``nothing or a number > 0 [deg]``."""
+    """Return a description of valid values, such as ``nothing or a number > 0 [deg]``."""
     unit = f" [{schema['unit']}]" if "unit" in schema else ""
     return f"{_describe(schema)}{unit}"
 

@@ -1,1 +1,1 @@
-"""What is told of designs: `ManeuverView`, and its tables, answers, remarks and figures."""
+"""Views of plans for display: `ManeuverView` with its tables, summaries, remarks and figures."""

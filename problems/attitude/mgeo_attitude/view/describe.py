@@ -1,4 +1,4 @@
-"""Plans in an engineer's terms: what each is worth in one line, and as a table."""
+"""Summaries of plans in the terms of an engineer: one line each, and tables."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite, block_units
 from mgeo_attitude.view.plans import MOST_SAMPLES, Plans
 
-#: Answer for a plan that has no result.
+#: Summary of a plan whose covariance was lost.
 LOST = "the filter's covariance lost positivity"
-#: Column of the trace relative to its lower bound.
+#: Name of the column with the ratio of the trace to its lower bound.
 BESIDE = "trace / limit [-]"
 
 
 def answers(plans: Plans) -> list[str]:
-    """Return what each plan is worth, in one line.
+    """Return a one-line summary of each plan.
 
-    Time to converge, and the 1-sigma of the worst body axis of the attitude and of each bias. A
-    robust time comes first: it is what to rely on. Where a plan's end is its own and not the
-    filter's, the line has the 1-sigma of the attitude that most Monte Carlo runs keep.
+    The line has the time of convergence and the 1-sigma of the attitude and of each bias about the
+    worst body axis. A robust time comes first. If the design fixes t_end, the line has the 1-sigma
+    of the attitude that most Monte Carlo runs satisfy.
     """
     model = plans.problem.model
     kept_sigma = plans.kept_sigma_deg if model.ends_by_design else np.full(len(plans.X), np.nan)
@@ -44,45 +44,45 @@ def _answer(
     if not math.isfinite(t_end):
         return LOST
     by_coils = plans.problem.scenario.turned_by_coils
-    known = _known(plans.problem.model.suite, sigma, by_coils)
+    known = _describe_sigma(plans.problem.model.suite, sigma, by_coils)
     late = None if math.isnan(kept) else within(kept)
     if math.isfinite(kept_sigma):
-        late = f"{MOST_SAMPLES} keep attitude {two_digits(kept_sigma)} deg"
+        late = f"attitude {two_digits(kept_sigma)} deg in {MOST_SAMPLES}"
     converged, after = t_end < plans.problem.model.too_late, span(t_end)
     if math.isnan(robust):
         nominal = f"{after}; then {known}" if converged else f"not converged; after {after} {known}"
         return "; ".join(filter(None, [nominal, late]))
     own = f"robust time {span(robust)}" if robust < math.inf else "no robust time"
     nominal = f"{after}, then {known}" if converged else f"not converged, after {after} {known}"
-    return "; ".join(filter(None, [own, late, nominal if by_coils else f"flown exactly {nominal}"]))
+    return "; ".join(filter(None, [own, late, nominal if by_coils else f"nominal {nominal}"]))
 
 
-def _known(suite: Suite, sigma: Floats, of_flights: bool) -> str:
-    """Return the 1-sigmas of the attitude and of each bias, in words."""
-    if not np.isfinite(sigma).all():  # nothing follows from the mean over flights
-        return f"{LOST} in Monte Carlo samples"
+def _describe_sigma(suite: Suite, sigma: Floats, of_flights: bool) -> str:
+    """Return the 1-sigmas of the attitude and of each bias as text."""
+    if not np.isfinite(sigma).all():  # a run with a lost covariance makes the mean undefined
+        return f"{LOST} in Monte Carlo runs"
     parts, worsts = [], sigma.reshape(-1, 3).max(axis=1)
     for block, name, worst in zip(block_units(suite), suite.blocks, worsts, strict=True):
         if name == "attitude" or name.endswith(".bias"):
             parts.append(f"{block.label} {two_digits(worst * block.factor)} {block.unit}")
-    flights = " of Monte Carlo samples" if of_flights else ""
+    flights = " of Monte Carlo runs" if of_flights else ""
     return f"{', '.join(parts)} (1-sigma{flights}, worst body axis)"
 
 
 def exactly(scenario: Scenario) -> str:
-    """What the title of a figure or table of the plan's own run ends with, if flights tell more."""
-    return ", flown exactly" if scenario.flight or scenario.turned_by_coils else ""
+    """Return a suffix that marks titles as nominal if the scenario also has Monte Carlo results."""
+    return ", nominal" if scenario.flight or scenario.turned_by_coils else ""
 
 
 def within(kept: float) -> str:
-    """When most samples converge [s], in words."""
+    """Return a phrase with the time within which most Monte Carlo runs converge [s]."""
     if kept == math.inf:
         return f"fewer than {MOST_SAMPLES} converge"
     return f"{MOST_SAMPLES} converge within {span(kept)}"
 
 
 def span(seconds: float) -> str:
-    """A time as people say it, to the second: 1 h 40 min 5 s."""
+    """Format a duration in hours, minutes and seconds, such as 1 h 40 min 5 s."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     parts = [(hours, "h"), (minutes, "min"), (rest, "s")]
@@ -90,38 +90,46 @@ def span(seconds: float) -> str:
 
 
 def two_digits(value: float) -> str:
-    """A number above 0 with two significant digits, all of them if it has more before the point."""
+    """Format a positive number with two significant digits, without rounding its integer part."""
     digits = 1 - math.floor(math.log10(float(f"{value:.1e}")))
     return f"{value:.{max(digits, 0)}f}"
 
 
 def describe(plans: Plans) -> pd.DataFrame:
-    """One row per plan.
+    """Return a table of plans with objectives in the nominal run and in Monte Carlo runs.
 
-    What `glance` has, and of each objective what 9 of 10 flights keep, see `Plans.promises`; if the
-    scenario has flights of its own, what is promised over these and what is kept comes first.
-    1-sigmas are those of `Plans.sigma`.
+    The columns are those of `glance` and, for each objective, the value that 9 of 10 Monte Carlo
+    runs satisfy (see `Plans.promises`). If the scenario has Monte Carlo runs, the predicted values
+    and the values in the runs come first. For magnetorquers, 1-sigmas are those of `Plans.sigma`.
     """
-    table, over_flights = glance(plans), plans.promises()
-    if plans.problem.scenario.turned_by_coils:  # which what is flown exactly says little of
+    table, promises = glance(plans), plans.promises()
+    if plans.problem.scenario.turned_by_coils:  # the nominal run is not representative
         table = table.assign(**worst_axes(plans.problem.model.suite, plans.sigma))
-    if not plans.problem.scenario.flight:  # what is promised is what is flown
-        return table.join(over_flights.filter(regex="^kept (?!/)"))
-    return over_flights.filter(regex="^(promised|kept) (?!/)").join(table)
+    if not plans.problem.scenario.flight:  # predicted values equal the nominal ones
+        return table.join(promises.filter(regex="^kept (?!/)"))
+    return promises.filter(regex="^(promised|kept) (?!/)").join(table)
 
 
 def glance(plans: Plans) -> pd.DataFrame:
-    """One row per plan, of what one run of the filter tells.
+    """Return quick metrics of plans that need one run of the filter, one row per plan.
 
-    Columns: the objectives of the paper; ``t_end [orbits]``; ``trace / limit [-]``, how near the
-    trace comes to what no maneuver can beat, if that is known; ``maneuver time [s]``, the sum of
-    all durations; ``slew back until [s]``, if there is one, which may be after the scenario's
-    duration; ``start UTC``, if it is free; one text per maneuver, its rates about body x / y / z
-    [deg/s] and its duration [s]; and for each 3-vector of the error state the predicted 1-sigma at
-    t_end of its worst body axis (the largest of the three, as comparable to a data sheet's value
-    per axis). If the scenario has flights of its own, the paper's objectives are said to be of a
-    plan that is flown exactly. A design whose covariance lost positivity has NaN in objectives and
-    1-sigmas. A design that is no plan is a ValueError.
+    If the scenario has Monte Carlo runs, the names of the paper's objectives mark them as nominal.
+    A design whose covariance lost positivity has NaN in objectives and 1-sigmas.
+
+    Returns
+    -------
+    DataFrame
+        The paper's objectives; ``t_end [orbits]``; ``trace / limit [-]``, the ratio of the trace to
+        its lower bound, if a bound is proved; ``maneuver time [s]``, the sum of all durations;
+        ``slew back until [s]``, if there is a slew back, possibly after the scenario's duration;
+        ``start UTC``, if the start is free; one text per maneuver with rates about body x / y / z
+        [deg/s] and duration [s]; and the predicted 1-sigma at t_end of the worst body axis of each
+        3-vector of the error state.
+
+    Raises
+    ------
+    ValueError
+        If a design is invalid.
     """
     problem, designs, result = plans.problem, plans.X, plans.exactly
     variances = np.diagonal(result.covariance, axis1=1, axis2=2)
@@ -150,7 +158,14 @@ def glance(plans: Plans) -> pd.DataFrame:
 
 
 def worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
-    """Of 1-sigmas, shape (n, n_states), each 3-vector's largest, a column each."""
+    """Return the largest of three 1-sigmas of each state block by column name.
+
+    Parameters
+    ----------
+    suite : Suite
+    sigma : array, shape (n, n_states)
+        1-sigmas in the filter's units.
+    """
     blocks = block_units(suite)
     worst = sigma.reshape(len(sigma), len(blocks), 3).max(axis=2)
     return {
@@ -160,10 +175,16 @@ def worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
 
 
 def front_summary(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
-    """Distinct non-dominated points that converge within one orbital period, and later.
+    """Count the distinct nondominated points that converge within one orbital period, and later.
 
-    F is (n, 2), t_end and trace. These are the counts of the paper's Table 3, whose runs last two
-    orbits; in a longer run the second count holds every later orbit too.
+    The paper's Table 3 lists these counts for runs of two orbits. In a longer run, the second count
+    includes all later orbits.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    F : array_like, shape (n, 2)
+        t_end [s] and trace.
     """
     table = np.asarray(F, dtype=float)
     t_end = table[nondominated(table), 0]
@@ -172,7 +193,7 @@ def front_summary(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
 
 
 def maneuver_texts(x: Floats) -> list[str]:
-    """Each maneuver of a design as ``x / y / z for duration``, in deg/s and s; not its start."""
+    """Format each maneuver of a design as ``x / y / z for duration``, in deg/s and s."""
     maneuvers = x[: len(x) - len(x) % VARIABLES_PER_MANEUVER]
     return [
         f"{' / '.join(f'{rate:+.3f}' for rate in rates)} for {duration:.1f}"

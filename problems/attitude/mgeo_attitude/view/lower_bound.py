@@ -1,4 +1,4 @@
-"""Plans compared with the lower bound of trace and 1-sigmas; see `mgeo_attitude.bound`."""
+"""Comparison of plans with the lower bound of trace and 1-sigmas; see `mgeo_attitude.bound`."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.describe import span
 from mgeo_attitude.view.plans import Plans
 
-#: Rounding of the filter, which the bound does not contain.
+#: Relative tolerance for the filter's rounding errors, which the bound does not include.
 _ROUNDING = 1e-9
-#: Points of a curve.
+#: Number of points of a curve.
 _SHOWN = 400
 
 
 def known_bound(problem: AttitudeManeuverProblem) -> LimitCurves | None:
-    """Return the lower bound of nominal plans, or None if there is none."""
+    """Return the lower bound of nominal plans, or None if no bound is proved."""
     try:
         return problem.limit_curves
     except NoLimit:
@@ -35,10 +35,10 @@ def known_bound(problem: AttitudeManeuverProblem) -> LimitCurves | None:
 
 
 def holds_over_flights(scenario: Scenario) -> bool:
-    """Return whether the lower bound of nominal plans holds in each Monte Carlo run, too.
+    """Return whether the nominal lower bound also holds for each Monte Carlo run.
 
-    Errors of the attitude at the start and of the rates do not change the bound, except with gyro
-    errors that the rates make observable, and after a calibration.
+    The bound does not depend on errors of the initial attitude or of the rates, except with gyro
+    errors that rates make observable, and after a previous calibration.
     """
     flight = scenario.flight
     if flight is None:
@@ -48,7 +48,7 @@ def holds_over_flights(scenario: Scenario) -> bool:
 
 
 def impossible(problem: AttitudeManeuverProblem) -> list[str]:
-    """Return why no plan at all meets the required 1-sigmas, a line for each that none meets."""
+    """Return a line for each required 1-sigma that is below its lower bound."""
     scenario, model = problem.scenario, problem.model
     if not scenario.required_sigma or not holds_over_flights(scenario):
         return []
@@ -56,7 +56,7 @@ def impossible(problem: AttitudeManeuverProblem) -> list[str]:
     if found is None:
         return []
     required = RequiredSigma(scenario.required_sigma).of(model.suite.units)
-    first = model.window_steps if model.rule == "trace" else 0  # at which a plan may end
+    first = model.window_steps if model.rule == "trace" else 0  # earliest step of t_end
     lines = []
     for unit, name, greatest in zip(
         block_units(model.suite), model.suite.blocks, required, strict=True
@@ -66,16 +66,16 @@ def impossible(problem: AttitudeManeuverProblem) -> list[str]:
             lines.append(
                 f"required 1-sigma of {unit.label}: {greatest * unit.factor:.4g} {unit.unit} cannot"
                 f" be reached within {span(model.longest)} by any maneuver: relax it to more than "
-                f"{_outward(least * unit.factor)} {unit.unit}, take better sensors, or a longer "
+                f"{_round_up(least * unit.factor)} {unit.unit}, take better sensors, or a longer "
                 "duration"
             )
     return lines
 
 
 def remarks(plans: Plans, some: Plans, these: str) -> list[str]:
-    """How near the plan of a front that is shown first comes to the limit, and `some` others.
+    """Return a line that compares the traces of nominal plans with the lower bound.
 
-    All are flown exactly.
+    The line covers the default solution of the front and the median of the plans `some`.
     """
     from mgeo.runs.answer import default_solution
 
@@ -83,7 +83,7 @@ def remarks(plans: Plans, some: Plans, these: str) -> list[str]:
     try:
         found = problem.limit_curves
     except NoLimit as reason:
-        return [f"how good a plan can be at best is not known: {reason}"]
+        return [f"no lower bound of the trace: {reason}"]
     ratios = some.exactly.trace / found.at(some.exactly.t_end)
     rows = np.flatnonzero(np.isfinite(plans.F).all(axis=1))
     if not len(rows) or np.isnan(ratios).all():
@@ -92,18 +92,23 @@ def remarks(plans: Plans, some: Plans, these: str) -> list[str]:
     shown = plans.take([row]).exactly
     (least,) = found.at(shown.t_end)
     return [
-        f"no maneuver can have a trace of less than {least:.3g} after {span(shown.t_end[0])}: "
-        f"solution {row} has {shown.trace[0] / least:.2f} times that limit, half of {these} have "
-        f"{np.nanmedian(ratios):.2f} times theirs or less"
+        f"the lower bound of the trace after {span(shown.t_end[0])} is {least:.3g}: solution {row} "
+        f"has {shown.trace[0] / least:.2f} times its bound; the median of {these} is "
+        f"{np.nanmedian(ratios):.2f} times"
     ]
 
 
 def bound_curves(problem: AttitudeManeuverProblem, t_end: Floats) -> Floats:
-    """Return the lower bound from shortly before the first `t_end` to the last, shape (k, 3).
+    """Return the lower bound over the range of `t_end`, shape (k, 3).
 
-    Columns: times [s], trace, and 1-sigma of the attitude about the worst body axis [deg]. No rows
-    without a bound. For plans evaluated over Monte Carlo runs, whose times differ, it is the least
-    value until each time.
+    The range starts at 0.8 times the smallest `t_end`. For problems with Monte Carlo runs, whose
+    times vary, the curves are the running minimum of the bound.
+
+    Returns
+    -------
+    array, shape (k, 3)
+        Time [s], trace, and 1-sigma of the attitude about the worst body axis [deg]; no rows if no
+        bound is proved.
     """
     found = known_bound(problem) if holds_over_flights(problem.scenario) else None
     if found is None:
@@ -122,7 +127,11 @@ def compare_with_bound(
 ) -> pd.DataFrame:
     """Compare the worst axis of each 3-vector of the state with the lower bound at a plan's end.
 
-    Columns ``unit``, ``predicted``, ``at best`` and ``predicted / at best [-]``.
+    Returns
+    -------
+    DataFrame
+        One row per 3-vector, with columns ``unit``, ``predicted``, ``at best`` (the lower bound)
+        and ``predicted / at best [-]``.
     """
     step = round(history.t_end / model.step)
     units = block_units(model.suite)
@@ -141,17 +150,17 @@ def compare_with_bound(
 
 
 def describe_bound(found: LimitCurves, t_end: float, trace: float) -> Iterator[str]:
-    """Yield lines on a plan's trace relative to the lower bound, and on the bound's relaxation."""
+    """Yield lines on a plan's trace relative to the lower bound, and on the bound's relaxations."""
     (least,) = found.at(np.array([t_end]))
     yield (
-        f"the trace is {trace / least:.2f} times the limit: no maneuver can have less than "
-        f"{least:.3g} after {span(t_end)}"
+        f"the trace is {trace / least:.2f} times its lower bound, which is {least:.3g} after "
+        f"{span(t_end)}"
     )
     if found.given_away:
-        yield f"the limit gives away: {'; '.join(found.given_away)}"
+        yield f"relaxation of the lower bound: {'; '.join(found.given_away)}"
 
 
-def _outward(value: float) -> str:
-    """Return a number with three digits, rounded up."""
+def _round_up(value: float) -> str:
+    """Return a number as text, rounded up to three digits."""
     unit = 10.0 ** (math.floor(math.log10(value)) - 2)
     return f"{math.ceil(value / unit * (1.0 - 1e-12)) * unit:.3g}"

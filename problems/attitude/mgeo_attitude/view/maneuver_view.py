@@ -1,4 +1,4 @@
-"""Everything that people are shown of plans of the satellite problem."""
+"""View of maneuver plans that the command line and reports of mgeo display."""
 
 from __future__ import annotations
 
@@ -18,34 +18,31 @@ from mgeo_attitude.view.plans import MOST_SAMPLES, Plans, looked_at, spread
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-#: Share by which an objective may be missed.
+#: Relative excess up to which an objective counts as satisfied in the Monte Carlo runs.
 TOLERANCE = 0.1
 
 
 class ManeuverView(Plans):
-    """Plans, shape (n, n_var), as people are shown them.
+    """View of n maneuver plans, shape (n, n_var).
 
-    See `mgeo.View` for each method, and `Plans` for what is known of the plans besides.
+    `mgeo.View` documents the methods; `Plans` holds the evaluation results.
     """
 
     def describe(self) -> pd.DataFrame:
-        """Return one row a plan; see `describe.describe`."""
         return describe.describe(self)
 
     def glance(self) -> pd.DataFrame:
-        """Return what one run of the filter tells, one row a plan; see `describe.glance`."""
         return describe.glance(self)
 
     def answers(self) -> list[str]:
-        """Return what each plan is worth, in one line; see `describe.answers`."""
         return describe.answers(self)
 
     def limits(self) -> list[pd.DataFrame]:
-        """Return the scenario's limits and each plan's margins; see `margins.tables`.
+        """Return constraints and margins, one table per plan; see `margins.tables`.
 
-        Over Monte Carlo runs, a value is what the demanded share of them keeps. Path limits, and
-        the budget of wheels, have a row each for the time after the filter has converged, too, in
-        which the last rate is held for late flights or the body slews back. No search sees these.
+        With Monte Carlo runs, each value holds in the requested share of the runs. Path constraints
+        and the wheel budget have additional rows for the time after convergence, that is, for the
+        constant-rate hold and for the slew back. The search does not evaluate these rows.
         """
         found = []
         limits = [limit for each in constraints(self.problem.scenario) for limit in each.limits]
@@ -54,34 +51,34 @@ class ManeuverView(Plans):
         return found
 
     def remarks(self) -> list[str]:
-        """Return how many plans of a front keep their objectives, and their limits to the end.
+        """Return lines on the robustness of a front, its margins and the lower bound.
 
-        And how near they come to the lower bound; the `notes` follow. Of a large front some plans
-        are looked at.
+        The lines count the plans that satisfy their objectives, and their constraints until the
+        end. The `notes` follow. Of a large front, a sample of plans is evaluated.
         """
         if not len(self.X):
             return self.notes()
         rows = spread(len(self.X))
         some, these = self.take(rows), looked_at(rows, len(self.X))
         return [
-            _objectives_kept(some, these),
+            _summarize_robustness(some, these),
             *margins.remarks(some, these),
             *lower_bound.remarks(self, some, these),
             *self.notes(),
         ]
 
     def ways_out(self) -> list[str]:
-        """Return errors of which plans that miss requirements learn nothing."""
+        """Return suggestions for required 1-sigmas that no plan reaches."""
         return requirements.ways_out(self)
 
     def figures(self) -> dict[str, go.Figure]:
-        """Return figures of the plans together; ``front`` for the paper's objectives."""
+        """Return figures of all plans; ``front`` exists only for the paper's objectives."""
         from mgeo_attitude.view.figures.against_time import figures
 
         return figures(self)
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
-        """Return small figures of each plan: rates, directions of Sun and field, errors."""
+        """Return small figures of each plan: rates, directions of Sun and field, 1-sigmas."""
         import plotly.graph_objects as go
 
         return [
@@ -90,53 +87,53 @@ class ManeuverView(Plans):
         ]
 
     def drawings(self) -> list[dict[str, dict[str, Any]]]:
-        """Return the same as trees; see `single.drawings`."""
+        """Return the figures of `solution_figures` as plotly dictionaries."""
         from mgeo_attitude.view.figures.single import drawings
 
         return list(drawings(self))
 
     def review(self) -> Review:
-        """Return the only plan as a document for a review; see `plan.tables.review`."""
+        """Return a review document of the only plan; see `plan.tables.review`."""
         from mgeo_attitude.plan.plan import ManeuverPlan
         from mgeo_attitude.plan.tables import review
 
         return review(ManeuverPlan.from_design(self.problem, self.X[0], self.F[0]))
 
     def impossible(self) -> list[str]:
-        """Return why no plan at all keeps the scenario's limits; see `lower_bound.impossible`."""
+        """Return the requirements that the lower bound proves infeasible."""
         return lower_bound.impossible(self.problem)
 
     def facts(self) -> dict[str, str]:
-        """Return orbit, light, margins at rest and validity; see `satellite.facts`."""
+        """Return orbit, illumination, margins at rest and validity of the scenario."""
         return satellite.facts(self.problem)
 
     def notes(self) -> list[str]:
-        """Return what looks like a slip or is assumed, and where the covariance may be wrong."""
+        """Return warnings on implausible values, assumptions and validity of the covariance."""
         scenario = self.problem.scenario
         found = [f"{line} (docs/consistency.md): verify a plan" for line in validity(scenario)]
         return [*implausible(scenario), *scenario.assumed, *found]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
-        """Count the points of a front that converge in the first orbit, and later.
+        """Return the number of points of a front that converge in the first orbit, and later.
 
-        Empty for other objectives than the paper's.
+        The result is empty for objectives other than the paper's.
         """
         if self.problem.objectives != PAPER:
             return {}
         return describe.front_summary(self.problem.scenario, np.atleast_2d(F))
 
 
-def _objectives_kept(plans: Plans, these: str) -> str:
-    """Count the plans that keep their objectives in most Monte Carlo runs."""
+def _summarize_robustness(plans: Plans, these: str) -> str:
+    """Count the plans that satisfy their objectives in most Monte Carlo runs, as a line."""
     names = list(plans.problem.obj_names)
-    if plans.problem.model.ends_by_design:  # a time by design is kept by all
+    if plans.problem.model.ends_by_design:  # the design fixes t_end, so every run satisfies it
         names = [name for name in names if name != OBJECTIVES["t_end"].label] or names
-    # false of NaN, too, where a covariance is lost
+    # The comparison is false for NaN, the result of a lost covariance.
     in_time = plans.kept - plans.F <= TOLERANCE * np.abs(plans.F)
     keep = in_time.all(axis=1) & ~np.isinf(plans.kept_t_end)
     ratio = plans.promises()[f"kept / promised {names[0]}"]
     return (
-        f"{keep.sum()} of {these} keep their objectives in {MOST_SAMPLES}, to {TOLERANCE:.0%}; "
-        f"{names[0]} of these samples is {ratio.median():.3g} times the plan's in the median, "
-        f"{ratio.max():.3g} at most"
+        f"{keep.sum()} of {these} reach their objectives within {TOLERANCE:.0%} in {MOST_SAMPLES}; "
+        f"the ratio of {names[0]} in these runs to the plan's is {ratio.median():.3g} in the "
+        f"median, {ratio.max():.3g} at most"
     )

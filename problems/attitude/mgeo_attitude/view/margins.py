@@ -1,6 +1,6 @@
-"""How far plans are from the limits of their scenario, each limit in its own unit.
+"""Margins of plans to the constraints of their scenario, each in the unit of the constraint.
 
-Also on the way after a plan has converged, which no search sees.
+The margins also cover the time after convergence, which the search does not evaluate.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from mgeo_attitude.view.plans import Plans
 #: Unit, value, "at most" or "at least", limit and margin.
 Row = tuple[str, float, str, float, float]
 _COLUMNS = ["unit", "value", "bound", "limit", "margin"]
-#: As many as path limits count, unless told otherwise.
+#: Number of 1-sigmas in the attitude margin, the default of path constraints.
 _SIGMAS = 3.0
-#: The times that follow `t_end`, in words.
+#: Names of the intervals after `t_end`.
 AFTER = ("held for late flights", "in the slew back")
 #: Label of the row of `ManeuverLimits.end_tolerance_deg`.
 END_ATTITUDE = "attitude after the slew back, 3 sigma"
@@ -40,11 +40,21 @@ END_ATTITUDE = "attitude after the slew back, 3 sigma"
 def tables(
     limits: Sequence[Limit], excesses: Floats, after: Sequence[Mapping[str, Row]] | None = None
 ) -> list[pd.DataFrame]:
-    """The table of each of n designs from what they exceed limits by, shape (n, n_limits).
+    """Return a table of constraints for each of n designs.
 
-    One row per limit, and then those that each design has `after` it has converged. Columns:
-    ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit``, and ``margin``, below zero
-    where it is violated.
+    Parameters
+    ----------
+    limits : sequence of Limit
+    excesses : array, shape (n, n_limits)
+        Relative violations, positive if violated.
+    after : sequence of mapping, optional
+        Additional rows of each design for the time after convergence; see `all_after`.
+
+    Returns
+    -------
+    list of DataFrame
+        One row per constraint. Columns: ``unit``, ``value``, ``bound`` ("at most" or "at least"),
+        ``limit``, and ``margin``, which is negative if the constraint is violated.
     """
     more = [{} for _ in excesses] if after is None else after
     found = []
@@ -67,7 +77,7 @@ def _at_most(unit: str, value: float, bound: float) -> Row:
 
 
 def has_limits_after(scenario: Scenario) -> bool:
-    """Whether plans go on after they have converged, and something limits how."""
+    """Return whether constraints apply to plans after convergence."""
     wheels = scenario.wheels
     budgeted = wheels is not None and wheels.budgeted
     limited = scenario.path_limits or scenario.windows or budgeted
@@ -76,11 +86,12 @@ def has_limits_after(scenario: Scenario) -> bool:
 
 
 def all_after(plans: Plans) -> list[dict[str, Row]]:
-    """`limits_after` of each plan, until it ends; {} if there is none.
+    """Return the margins of each plan for the time after convergence, by label.
 
-    Path limits, the budget of wheels, and the end of the window, are looked at while the rate is
-    held for late flights and in a slew back, some 0.1 s a design; then how well the attitude is
-    known. Nothing is known of one whose covariance was lost.
+    Path constraints, the wheel budget and the end of the window are evaluated during the
+    constant-rate hold and the slew back, in about 0.1 s per design; the attitude uncertainty is
+    evaluated at the end. A design whose covariance was lost, and every design of a scenario without
+    such constraints, has an empty mapping.
     """
     problem, result = plans.problem, plans.exactly
     found: list[dict[str, Row]] = [{} for _ in plans.X]
@@ -96,7 +107,7 @@ def all_after(plans: Plans) -> list[dict[str, Row]]:
         else:
             tolerance = problem.scenario.maneuvers.end_tolerance_deg
             if tolerance is not None:
-                off = _off_at_end(problem.scenario, problem.model, trajectory)
+                off = _attitude_error_at_end(problem.scenario, problem.model, trajectory)
                 found[i][END_ATTITUDE] = _at_most("deg", off, tolerance)
         latest = problem.scenario.deadline
         if latest < np.inf:
@@ -109,13 +120,13 @@ def all_after(plans: Plans) -> list[dict[str, Row]]:
     return found
 
 
-def _off_at_end(scenario: Scenario, model: FilterModel, trajectory: Trajectory) -> float:
-    """Three times the 1-sigma of the attitude about the worst axis, where a plan ends [deg].
+def _attitude_error_at_end(scenario: Scenario, model: FilterModel, trajectory: Trajectory) -> float:
+    """Return three times the attitude 1-sigma about the worst axis at the end of a plan [deg].
 
-    With what sensors have seen until then, and what the gyro's bias has added.
+    The covariance includes all measurements until the end and the growth by the gyro's noise.
     """
     last = round(trajectory.end / model.step)
-    if last > model.n_steps:  # duration limits t_end alone
+    if last > model.n_steps:  # the scenario's duration bounds t_end, not the slew back
         longer = dataclasses.replace(scenario, duration=last * model.step)
         model = FilterModel.from_scenario(longer)
     ran = evaluate(model, trajectory.commanded, covariance=True, until=last)
@@ -123,7 +134,7 @@ def _off_at_end(scenario: Scenario, model: FilterModel, trajectory: Trajectory) 
 
 
 def remarks(plans: Plans, these: str) -> list[str]:
-    """How many plans of a front keep all limits to their end."""
+    """Return a line that counts the plans of a front that satisfy all constraints to their end."""
     if not has_limits_after(plans.problem.scenario):
         return []
     exceeded = [
@@ -131,9 +142,9 @@ def remarks(plans: Plans, these: str) -> list[str]:
         for after in all_after(plans)
     ]
     keep = sum(not each for each in exceeded)
-    line = f"{keep} of {these} keep all limits after they have converged"
+    line = f"{keep} of {these} satisfy all constraints after convergence"
     if labels := sorted(set().union(*exceeded)):
-        line += f"; the others exceed {', '.join(labels)}"
+        line += f"; the other plans violate {', '.join(labels)}"
     return [line]
 
 
@@ -145,16 +156,18 @@ def limits_after(
     covariance: Floats,
     while_: str,
 ) -> dict[str, Row]:
-    """Margins of path limits, and of the wheels' budget, by label.
+    """Return margins of path constraints and of the wheel budget in an interval, by label.
 
     Parameters
     ----------
+    model : FilterModel
+    trajectory : Trajectory
     start, end : float
-        [s] after the epoch, both on a step of the filter.
+        Interval [s] after the epoch, both on a step of the filter.
     covariance : array, shape (3, 3)
-        Of the attitude error at the start, body axes [rad²]; it is as well known to the end.
+        Attitude covariance, body axes [rad²], assumed constant over the interval.
     while_ : str
-        Which time it is, in words, for the labels.
+        Name of the interval, for the labels.
     """
     scenario = trajectory.scenario
     first, last = (round(time / model.step) for time in (start, end))
@@ -177,7 +190,7 @@ def limits_after(
         excess = excess_along(
             cone, limit.attitude_sigmas, at, scenario.epoch, attitude, turn, known
         )
-        worst = np.degrees(max(float(excess.max()), -np.pi))  # of a Sun that never shines
+        worst = np.degrees(max(float(excess.max()), -np.pi))  # -inf if the Sun is never visible
         if cone.inside:
             rows[limit.label] = _at_most("deg", worst, bound)
         else:
@@ -186,14 +199,14 @@ def limits_after(
 
 
 def _wheel_load(model: FilterModel, trajectory: Trajectory, first: int, last: int) -> Floats:
-    """Greatest momentum [N m s] and torque [N m] of a wheel with a budget, shape (2,)."""
+    """Return the largest momentum [N m s] and torque [N m] of budgeted wheels, shape (2,)."""
     from mgeo_attitude.filter.wheel_load import wheel_loads  # imports numba
 
     scenario = trajectory.scenario
-    times = model.step * np.arange(last + 1, dtype=float)  # the run may end earlier
+    times = model.step * np.arange(last + 1, dtype=float)  # may extend beyond the run
     around = Environment.at(scenario, times)
     budget = MomentumBudget.of(scenario, around, model.initial_attitude, model.initial_rate)
-    assert budget is not None  # of wheels with one
+    assert budget is not None  # the caller checks that the wheels have a budget
     flown = model.schedule(trajectory.commanded, last + 1)
     found: Floats = wheel_loads(budget, flown, np.array([last]), model.step, 1, first)[0]
     return found

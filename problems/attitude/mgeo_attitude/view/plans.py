@@ -1,4 +1,4 @@
-"""Plans of one scenario, and what their evaluation gives, each computed when first asked for."""
+"""Evaluation results of plans of one scenario, each computed on first access."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from mgeo_attitude.scenario.goals import FlightErrors
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 
-#: Share of Monte Carlo runs that a plan's ``kept`` values hold in, and the same in words.
-MOST, MOST_SAMPLES = 0.9, "9 of 10 Monte Carlo samples"
-#: Plans of a front that remarks and figures look at: over 200 runs each a second or two.
+#: Share of Monte Carlo runs in which a plan's ``kept`` values hold, as a number and in words.
+MOST, MOST_SAMPLES = 0.9, "9 of 10 Monte Carlo runs"
+#: Largest number of plans that remarks and figures evaluate; 200 runs of each take 1 to 2 s.
 _LOOKED_AT = 50
 
 
@@ -36,9 +36,10 @@ class Nominal(NamedTuple):
     Attributes
     ----------
     t_end, trace : arrays, shape (n,)
-        [s] and the weighted trace of the covariance then; NaN where that was lost.
+        Time of convergence [s] and weighted trace of the covariance at that time; NaN if the
+        covariance lost positivity.
     covariance : array, shape (n, n_states, n_states)
-        Then.
+        Covariance at `t_end`.
     """
 
     t_end: Floats
@@ -47,10 +48,13 @@ class Nominal(NamedTuple):
 
 
 class Plans(View):
-    """Maneuver plans, shape (n, n_var); those taken of others share what is known of them."""
+    """Maneuver plans, shape (n, n_var), with cached results.
+
+    Views created by `take` share the caches of their source.
+    """
 
     problem: AttitudeManeuverProblem
-    #: Monte Carlo runs, other than those of the problem, of which `kept` is.
+    #: Number of independent Monte Carlo runs from which `kept` is computed.
     flights: ClassVar[int] = 200
 
     def __init__(self, problem: AttitudeManeuverProblem, X: ArrayLike) -> None:
@@ -60,7 +64,7 @@ class Plans(View):
 
     def take(self, rows: ArrayLike) -> Plans:
         part = super().take(rows)
-        assert isinstance(part, Plans)  # as the problem's view is
+        assert isinstance(part, Plans)  # the class of the problem's view
         part._known, part._backs = self._known, self._backs
         if "exactly" in self.__dict__:
             part.exactly = Nominal(*(each[np.asarray(rows)] for each in self.exactly))
@@ -72,24 +76,24 @@ class Plans(View):
 
     @cached_property
     def exactly(self) -> Nominal:
-        """Results of the nominal runs, as a run has stored them, or else evaluated."""
+        """Results of the nominal runs, taken from the run folder if stored, else evaluated."""
         return Nominal(self._run.t_end, self._run.trace, self._run.covariance)
 
     def arrays(self) -> dict[str, Floats]:
-        """Return the results of the nominal runs, by the names of `Nominal`."""
+        """Return the results of the nominal runs by the field names of `Nominal`."""
         return self.exactly._asdict()
 
     @cached_property
     def F(self) -> Floats:
-        """Objectives, shape (n, n_obj), as a run has stored them, or else evaluated.
+        """Objectives, shape (n, n_obj), taken from the run folder if stored, else evaluated.
 
-        Those of the nominal run or, if the problem has Monte Carlo runs, over these.
+        With Monte Carlo runs, the objectives are statistics of these; otherwise they are nominal.
         """
         return self.values[:, : self.problem.n_obj]
 
     @property
     def excesses(self) -> Floats:
-        """How far each limit of the constraints is exceeded, shape (n, n_limits)."""
+        """Relative violation of each constraint, shape (n, n_limits); positive if violated."""
         if not self.problem.n_ieq_constr:
             return np.empty((len(self.X), 0))
         return self.values[:, self.problem.n_obj + self.problem.n_ieq_constr :]
@@ -107,29 +111,31 @@ class Plans(View):
 
     @property
     def kept(self) -> Floats:
-        """Objectives in `MOST` of 200 other Monte Carlo runs, shape (n, n_obj)."""
-        return self._over_others()[:, : self.problem.n_obj]
+        """Objectives in the share `MOST` of 200 independent Monte Carlo runs, shape (n, n_obj)."""
+        return self._evaluate_runs()[:, : self.problem.n_obj]
 
     @property
     def kept_sigma_deg(self) -> Floats:
-        """1-sigma of the attitude about the worst body axis in them [deg], shape (n,)."""
-        return self._over_others()[:, self.problem.n_obj]
+        """Attitude 1-sigma, worst body axis, in the share `MOST` of the runs [deg], shape (n,)."""
+        return self._evaluate_runs()[:, self.problem.n_obj]
 
     @cached_property
     def sigma(self) -> Floats:
-        """1-sigma of each state at `t_end`, as answers and tables show it, shape (n, n_states).
+        """1-sigma of each state at `t_end`, as displayed, shape (n, n_states).
 
-        Of the nominal run. Magnetorquers turn a satellite otherwise from every attitude, so that no
-        run is nominal: there it is the root mean square over the runs of `kept`.
+        The values belong to the nominal run. Magnetorquers have no representative nominal run,
+        since their motion depends on the initial attitude; their values are root mean squares over
+        the Monte Carlo runs of `kept`.
         """
         if self.problem.scenario.turned_by_coils:
-            return self._over_others()[:, self.problem.n_obj + 1 :]
+            return self._evaluate_runs()[:, self.problem.n_obj + 1 :]
         return np.sqrt(np.diagonal(self.exactly.covariance, axis1=1, axis2=2))
 
-    def _over_others(self, flights: int | None = None, seed: int | None = None) -> Floats:
-        """Objectives and the 1-sigma of the attitude [deg] in `MOST` of other Monte Carlo runs.
+    def _evaluate_runs(self, flights: int | None = None, seed: int | None = None) -> Floats:
+        """Return statistics of independent Monte Carlo runs, shape (n, n_obj + 1 + n_states).
 
-        Beside them the root mean square over the runs of the 1-sigma of each state.
+        Columns: objectives and 1-sigma of the attitude [deg] in the share `MOST` of the runs, then
+        the root mean square of the 1-sigma of each state.
         """
         problem = self.problem
         errors = problem.scenario.flight or FlightErrors()
@@ -153,25 +159,25 @@ class Plans(View):
         return self._cache(errors).complete(self.X, run)
 
     def promises(self, flights: int | None = None, seed: int | None = None) -> pd.DataFrame:
-        """Compare the objectives of plans with those in 9 of 10 other Monte Carlo runs.
+        """Compare the objectives of plans with those in 9 of 10 independent Monte Carlo runs.
 
-        The others are drawn anew from the scenario's ``flight`` errors, or from their defaults.
+        The runs are drawn from the scenario's ``flight`` errors, or from the default errors.
 
         Parameters
         ----------
         flights : int, optional
-            Number of other runs; default: 200.
+            Number of runs; default: 200.
         seed : int, optional
-            Of the others; default: the next after that of the problem's own.
+            Seed of the runs; default: the seed of the problem's own runs plus one.
 
         Returns
         -------
         DataFrame
-            A row a plan; for each objective the columns ``promised LABEL``, ``kept LABEL`` and, of
-            both, ``kept / promised LABEL``.
+            One row per plan. For each objective: ``promised LABEL``, the plan's value; ``kept
+            LABEL``, the value in 9 of 10 runs; and their ratio ``kept / promised LABEL``.
         """
         columns: dict[str, Floats] = {}
-        found = self._over_others(flights, seed)
+        found = self._evaluate_runs(flights, seed)
         for i, label in enumerate(self.problem.obj_names):
             own, kept = self.F[:, i], found[:, i]
             columns |= {f"promised {label}": own, f"kept {label}": kept}
@@ -180,15 +186,15 @@ class Plans(View):
 
     @property
     def kept_t_end(self) -> Floats:
-        """t_end in `MOST` of 200 other Monte Carlo runs [s], shape (n,).
+        """t_end in the share `MOST` of 200 independent Monte Carlo runs [s], shape (n,).
 
-        Infinite if too few converge; NaN where t_end is no objective, or the covariance was lost.
+        Infinite if too few runs converge; NaN if t_end is no objective or the covariance was lost.
         """
         return self._t_end(self.kept)
 
     @property
     def robust_t_end(self) -> Floats:
-        """t_end over the Monte Carlo runs of the problem [s], shape (n,); NaN if it has none."""
+        """t_end over the Monte Carlo runs of the problem [s], shape (n,); NaN without such runs."""
         known = self.problem.scenario.flight is not None
         return self._t_end(self.F) if known else np.full(len(self.X), np.nan)
 
@@ -201,11 +207,11 @@ class Plans(View):
 
     @cached_property
     def held_until(self) -> Floats:
-        """Until when plans hold their last rate before they end or slew back [s], shape (n,).
+        """End of the constant-rate hold of each plan [s], shape (n,); NaN for a lost covariance.
 
-        For a plan with a robust time until then, in `MOST` runs or more; until the end of the
-        scenario, if too few converge. For any other until t_end of the nominal run. NaN where the
-        covariance was lost.
+        Without Monte Carlo runs, the hold ends at the nominal t_end. With Monte Carlo runs, the
+        hold ends at the robust time, which holds in the share `MOST` of the runs or more, or at the
+        end of the scenario if too few runs converge.
         """
         problem, t_end = self.problem, self.exactly.t_end
         errors = problem.scenario.flight
@@ -216,14 +222,16 @@ class Plans(View):
             late = np.fmax(late, self.kept_t_end)
         step = problem.model.step
         late = np.fmin(np.nan_to_num(late, posinf=np.inf), problem.model.longest)
-        return np.maximum(t_end, np.ceil(late / step - 1e-9) * step)  # a mean is on no step
+        # A mean over runs is no multiple of the step.
+        return np.maximum(t_end, np.ceil(late / step - 1e-9) * step)
 
     @cached_property
     def ends(self) -> Floats:
-        """When plans end [s], shape (n,).
+        """End of each plan [s], shape (n,); NaN if the covariance was lost.
 
-        That is `held_until` or, with a slew back, when that ends, some 25 ms a plan: infinite where
-        there is no way back within the scenario's duration. NaN where the covariance was lost.
+        Without a slew back, this is `held_until`. With a slew back, this is its end, or infinity if
+        no slew back fits in the scenario's duration. A slew back takes about 25 ms per plan to
+        compute.
         """
         if not self.problem.scenario.maneuvers.slew_back:
             return self.held_until
@@ -238,24 +246,24 @@ class Plans(View):
     def trajectory(self, row: int) -> Trajectory:
         """Return the trajectory of a plan whose covariance was not lost.
 
-        Its slew back, which takes longest to find, is found once for all views that share a front.
+        The slew back, the most expensive part, is cached for all views of a front.
         """
         problem, times = self.problem, (float(self.exactly.t_end[row]), float(self.held_until[row]))
         found = Trajectory(problem.scenario, problem.model, self.X[row], *times)
         key = self.X[row].tobytes()
         if key not in self._backs:
-            with suppress(InvalidValue):  # there is none, as whoever asks for it is told
+            with suppress(InvalidValue):  # the trajectory raises the error when it is accessed
                 self._backs[key] = found.back
         if key in self._backs:
-            found.__dict__["back"] = self._backs[key]  # as cached_property keeps it
+            found.__dict__["back"] = self._backs[key]  # fills the cached_property
         return found
 
 
 def spread(n: int) -> Ints:
-    """Return up to 50 rows of n at even distances."""
+    """Return up to 50 evenly spaced row indices of n."""
     return np.unique(np.linspace(0, n - 1, min(n, _LOOKED_AT)).round().astype(np.int64))
 
 
 def looked_at(rows: Ints, n: int) -> str:
-    """Return in words how many of a front of n these are."""
-    return f"{len(rows)} plans" if len(rows) == n else f"{len(rows)} plans looked at"
+    """Return a phrase with the number of evaluated plans of a front of n."""
+    return f"{len(rows)} plans" if len(rows) == n else f"{len(rows)} evaluated plans"

@@ -1,4 +1,4 @@
-"""Required 1-sigmas that no longer search reaches."""
+"""Suggestions for required 1-sigmas that a longer search does not reach."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.plans import Plans
 
-#: Share of an initial 1-sigma from which on nothing was learned.
+#: Remaining share of an initial 1-sigma above which an error counts as not observed.
 _NOTHING = 0.9
-#: Share of a variance from which on an error is called its source.
+#: Share of a variance above which another error counts as its source.
 _SOURCE = 0.5
 
 
 def ways_out(plans: Plans) -> list[str]:
-    """Return which required 1-sigmas no longer search reaches, as far as the nearest plans tell.
+    """Return a line for each required 1-sigma that an unobserved error keeps out of reach.
 
-    A line for each that all of them exceed because of an error of which they learn nothing, such as
-    a misalignment of the gyro that turns with the whole body: it leaves what it is correlated with
-    as badly known as it is itself.
+    The nearest plans are examined. A requirement is listed if all of them exceed it because of the
+    correlation with an error that they do not observe, such as a misalignment of the gyro that
+    rotates with the whole body.
     """
     model, result = plans.problem.model, plans.exactly
     P = result.covariance[np.isfinite(result.trace)]
@@ -36,19 +36,20 @@ def ways_out(plans: Plans) -> list[str]:
         if source is not None:
             name = units[source].label
             lines.append(
-                f"required 1-sigma of {unit.label}: most of it is the error of {name}, of which "
-                f"these plans learn nothing ({left:.0%} of its initial 1-sigma is left): know "
-                f"{name} better at the start, or relax the requirement"
+                f"required 1-sigma of {unit.label}: most of the error is caused by {name}, which "
+                f"these plans do not observe ({left:.0%} of its initial 1-sigma is left): reduce "
+                f"the initial uncertainty of {name}, or relax the requirement"
             )
     return lines
 
 
 def _source(P: Floats, P0: Floats, state: int) -> tuple[int | None, float]:
-    """Return the block whose unlearned error is most of a state's variance, if there is one.
+    """Return the unobserved block that causes most of a state's variance, or None.
 
-    And the share of its initial 1-sigma that is left, in the direction that matters.
+    The second value is the remaining share of the block's initial 1-sigma, in the direction that
+    correlates with the state.
     """
-    # the block of the state itself first: it needs no other source
+    # Test the state's own block first: if it is the source, no other block is.
     for block in sorted(range(len(P) // 3), key=lambda block: block != state // 3):
         of = slice(3 * block, 3 * block + 3)
         along = np.linalg.solve(P[of, of], P[of, state])

@@ -1,4 +1,4 @@
-"""Facts about a satellite before a search: orbit, light, instruments, margins at rest."""
+"""Facts about a satellite that are displayed before a search."""
 
 from __future__ import annotations
 
@@ -23,13 +23,17 @@ from mgeo_attitude.settings.types import Unit
 from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view.margins import limits_after
 
-#: Times in the Earth's shadow that are listed.
+#: Largest number of eclipses that are listed.
 _MOST = 4
 _WITH_UNIT = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
 
 
 def facts(problem: AttitudeManeuverProblem) -> dict[str, str]:
-    """The satellite of a problem in words, by what they are about; some 0.1 s."""
+    """Return a description of a problem's satellite by topic; takes about 0.1 s.
+
+    Topics are the satellite, orbit, Sun, field, turns, margins at rest and validity of the
+    covariance.
+    """
     scenario, around = problem.scenario, problem.environment
     edges = utc_texts(scenario.epoch, np.array([0.0, _until(scenario)]))
     start, end = (text[:19] for text in edges)
@@ -43,12 +47,12 @@ def facts(problem: AttitudeManeuverProblem) -> dict[str, str]:
     at_rest = list(margins_at_rest(problem))
     if at_rest:
         found["at rest"] = f"held as at the start, until {end[11:19]}: {'; '.join(at_rest)}"
-    found["covariance"] = _believed(scenario)
+    found["covariance"] = _describe_validity(scenario)
     return found
 
 
 def _until(scenario: Scenario) -> float:
-    """When the last plan is over [s]: at the end of the window, or of the run."""
+    """Return the end of the window or of the run, whichever is earlier [s]."""
     return min(scenario.duration, scenario.deadline)
 
 
@@ -67,14 +71,15 @@ def _orbit(around: Environment) -> str:
 
 
 def local_time_of_node(position: Floats, velocity: Floats, sun: Floats) -> float:
-    """Apparent solar time at the ascending node [h], from 0 to 24.
+    """Return the apparent solar time at the ascending node [h], from 0 to 24.
 
-    12 h where the node is below the Sun, one more for each 15 deg of right ascension east of it.
+    The time is 12 h if the node has the right ascension of the Sun, and increases by 1 h for each
+    15 deg east of it.
 
     Parameters
     ----------
     position, velocity, sun : array, shape (3,)
-        Inertial, of whatever length.
+        Satellite position and velocity and Sun direction, inertial axes, any length.
     """
     normal = np.cross(position, velocity)
     node = np.arctan2(normal[0], -normal[1])
@@ -87,7 +92,7 @@ def _sun(scenario: Scenario, around: Environment) -> str:
     beta = np.degrees(np.arcsin(around.sun[0] @ normal / np.linalg.norm(normal)))
     text = f"{beta:+.1f} deg from the orbit's plane"
     if not scenario.eclipse:
-        return f"{text}; the Earth's shadow is left out"
+        return f"{text}; eclipses are not modeled"
     shown = around.times <= _until(scenario)
     dark = np.concatenate([[False], ~around.sunlit[shown], [False]])
     edges = np.flatnonzero(np.diff(dark)).reshape(-1, 2)
@@ -95,9 +100,9 @@ def _sun(scenario: Scenario, around: Environment) -> str:
         return f"{text}; shines throughout"
     times = np.append(around.times[shown], around.times[shown][-1])
     stamps = [utc_texts(scenario.epoch, times[edge]) for edge in edges[:_MOST]]
-    told = ", ".join(f"{a[11:19]} to {b[11:19]}" for a, b in stamps)
+    listed = ", ".join(f"{a[11:19]} to {b[11:19]}" for a, b in stamps)
     more = f" and {len(edges) - _MOST} times more" if len(edges) > _MOST else ""
-    return f"{text}; in the Earth's shadow {told} UTC{more}, {dark[1:-1].mean():.0%} of the time"
+    return f"{text}; in the Earth's shadow {listed} UTC{more}, {dark[1:-1].mean():.0%} of the time"
 
 
 def _field(around: Environment) -> str:
@@ -110,19 +115,20 @@ def _turns(scenario: Scenario) -> str:
     text = f"{limits.count} maneuvers of at most {limits.max_rate_deg_s:g} deg/s about each axis"
     if limits.max_acceleration_deg_s2 is not None:
         text += f", {limits.max_acceleration_deg_s2:g} deg/s²"
-    by = "coils" if scenario.turned_by_coils else "wheels" if scenario.wheels else ""
+    by = "magnetorquers" if scenario.turned_by_coils else "wheels" if scenario.wheels else ""
     return text + (f", by {by}" if by else "") + (", and a slew back" if limits.slew_back else "")
 
 
 def margins_at_rest(problem: AttitudeManeuverProblem) -> Iterator[str]:
-    """What cones and wheels with a budget leave if the attitude of the start is held, in lines.
+    """Yield the margins of path constraints and wheel budgets while the initial attitude is held.
 
-    The attitude is then as badly known as at the start.
+    The attitude uncertainty is the initial one. Nothing is yielded for magnetorquers, which do not
+    hold an attitude.
     """
     scenario, model = problem.scenario, problem.model
     wheels = scenario.wheels
     limited = bool(scenario.path_limits) or (wheels is not None and wheels.budgeted)
-    if not limited or scenario.turned_by_coils:  # which do not hold an attitude
+    if not limited or scenario.turned_by_coils:  # magnetorquers do not hold an attitude
         return
     until = model.step * min(int(_until(scenario) / model.step), model.n_steps)
     still = np.zeros(VARIABLES_PER_MANEUVER * scenario.maneuvers.count)
@@ -137,19 +143,19 @@ def margins_at_rest(problem: AttitudeManeuverProblem) -> Iterator[str]:
         )
 
 
-def _believed(scenario: Scenario) -> str:
-    """Whether the initial errors are in the range in which the linear covariance was found true."""
+def _describe_validity(scenario: Scenario) -> str:
+    """Return whether the initial errors are in the range for which the covariance was validated."""
     if scenario.prior is not None:
-        return "the errors that a calibration leaves are small: it is believed"
+        return "valid: the errors after a calibration are small"
     beyond = validity(scenario)
     if beyond:
         return f"{'; '.join(beyond)}: verify a plan"
     known = [f"{key} = {value:g} (to {at:g})" for key, value, at in examined(scenario) if value]
-    return f"was found true with initial errors as large as these: {', '.join(known)}"
+    return f"valid for the initial errors: {', '.join(known)}"
 
 
 def instruments(scenario: Scenario) -> pd.DataFrame:
-    """Return noise, sample interval and initial errors of gyro and sensors, a row each."""
+    """Return noise, sample interval and initial errors of gyro and sensors, one row each."""
     suite = scenario.suite
     sigma = suite.initial_sigma(np.radians(scenario.initial.attitude_deg)).reshape(-1, 3)
     errors: dict[str, list[str]] = {}
@@ -178,5 +184,5 @@ def instruments(scenario: Scenario) -> pd.DataFrame:
 
 
 def _numbers(value: float | tuple[float, ...]) -> str:
-    """One number for all axes, or one for each."""
+    """Format one number for all axes, or one for each."""
     return " / ".join(f"{v:g}" for v in (value if isinstance(value, tuple) else (value,)))

@@ -1,1 +1,1 @@
-"""The commands ``mgeo suite``."""
+"""Commands ``mgeo suite``."""

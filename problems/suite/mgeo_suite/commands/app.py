@@ -1,4 +1,7 @@
-"""Commands and flags; each command imports what it needs only when it is run."""
+"""Commands and options of ``mgeo suite``.
+
+Each command imports its modules when it is run, so that the command line starts quickly.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from mgeo.cli.errors import bad_input
 from mgeo.cli.options import Debug, Json
 from mgeo.terminal import Output, table
 
-app = typer.Typer(help="Sensor suites: what a catalog offers, and what a front of suites says.")
+app = typer.Typer(help="Sensor suites: list a catalog, and summarize a front of suites.")
 
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "catalog": ("mgeo suite catalog", "mgeo suite catalog mine.toml --json"),
@@ -23,19 +26,19 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
 }
 
-_BUDGETS = (10.0, 30.0, 60.0)  # kEUR, unless others are asked for
+_BUDGETS = (10.0, 30.0, 60.0)  # default budgets [kEUR]
 
 
 @app.command(epilog=epilog("catalog", EXAMPLES))
 def catalog(
     file: Annotated[
         Path | None,
-        typer.Argument(metavar="FILE.toml", help="A catalog [default: ours]."),
+        typer.Argument(metavar="FILE.toml", help="Catalog [default: built-in catalog]."),
     ] = None,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Print a catalog: every grade with price, mass, power and where the figures are from."""
+    """Print the price, mass, power and source of each grade of a catalog."""
     from mgeo_suite.catalog import SECTIONS, Catalog
 
     with bad_input():
@@ -54,7 +57,7 @@ def catalog(
 
 @app.command(epilog=epilog("conclude", EXAMPLES))
 def conclude(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of `mgeo solve suite`.")],
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Run folder of `mgeo solve suite`.")],
     budget: Annotated[
         list[float] | None,
         typer.Option(min=0.0, metavar="KEUR", help="Budgets [default: 10, 30 and 60]."),
@@ -62,7 +65,7 @@ def conclude(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Say in words what a front of price against accuracy shows, at some budgets."""
+    """Summarize a front of price against accuracy at several budgets, in sentences."""
     import numpy as np
 
     from mgeo.plugins.problems import load_problem
@@ -76,8 +79,8 @@ def conclude(
         if not isinstance(problem, SensorSuiteProblem):
             raise ValueError(f"{run} is a run of {found.configuration.problem!r}: expected 'suite'")
         if not {"price", "attitude"} <= set(problem.objectives):
-            told = ", ".join(problem.objectives)
-            raise ValueError(f"{run} minimizes {told}: expected price and attitude among them")
+            minimized = ", ".join(problem.objectives)
+            raise ValueError(f"{run} minimizes {minimized}: expected price and attitude among them")
         if not len(found.outcome.F):
             raise ValueError(f"{run} has no front to conclude from")
     budgets = np.array(budget if budget else _BUDGETS)

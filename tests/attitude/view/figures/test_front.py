@@ -46,7 +46,7 @@ def test_points_are_the_objectives_and_the_attitude(figure, problem, X, F):
 
 def test_what_flights_keep_has_a_boundary_of_its_own(figure, problem, X):
     kept = problem.view(X[spread(len(X))]).kept
-    drawn = by_trace(figure, "kept by 9 of 10 Monte Carlo samples")
+    drawn = by_trace(figure, "in 9 of 10 Monte Carlo runs")
     np.testing.assert_array_equal(drawn, kept[front_rows(kept)])
 
 
@@ -55,14 +55,14 @@ def test_a_problem_knows_its_dead_end_and_its_longest_run(problem, X):
         problem.scenario, duration=400.0, required_sigma={"attitude_deg": 1e-4}
     )
     figure = AttitudeManeuverProblem(scenario).view(X[:3]).figures()["front"]
-    assert "3 plans, none of which keeps all limits" in figure.layout.title.text
+    assert "3 plans, none of which satisfies all constraints" in figure.layout.title.text
     # as do most flights of them, which is no time to be kept
     assert len(named(figure, "not converged").x) == 3
     assert not named(figure, "plans").visible
 
 
 def test_no_point_is_below_what_no_maneuver_can_beat(figure, problem, F):
-    times, least = by_trace(figure, "no maneuver can beat").T
+    times, least = by_trace(figure, "lower bound").T
     assert times[0] < F[:, 0].min()
     assert times[-1] == F[:, 0].max()
     limit = problem.limit_curves

@@ -1,1 +1,1 @@
-"""Interactive figures of a set of solutions."""
+"""Interactive figures of plans."""

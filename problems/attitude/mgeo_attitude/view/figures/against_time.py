@@ -1,4 +1,4 @@
-"""Figures of a set of solutions; those against time: rates as flown, and how a run converges."""
+"""Figures of a set of plans against time: body rates and convergence of the filter."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from mgeo_attitude.view.figures.front import front_figure
 from mgeo_attitude.view.figures.style import Solutions, line, panels_height
 from mgeo_attitude.view.plans import Plans, spread
 
-#: Of the time in which the last rate is held: gray on light and on dark pages.
+#: Color of the constant-rate hold, visible on light and on dark pages.
 _HELD = "rgba(128,128,128,0.15)"
 
 
 def figures(plans: Plans) -> dict[str, go.Figure]:
-    """Figures ``front``, ``maneuvers`` and ``convergence``; the latter two of up to six solutions.
+    """Return the figures ``front``, ``maneuvers`` and ``convergence`` of plans.
 
-    Solutions are numbered by their row. Those whose covariance broke down are left out.
-    There is no ``front`` of a problem with other objectives than the paper's: it shows these.
+    ``maneuvers`` and ``convergence`` show up to six solutions. Solutions are numbered by their row.
+    Plans whose covariance was lost are left out. ``front`` exists only for the paper's objectives.
 
     Raises
     ------
     ValueError
-        If there is no plan with finite objectives.
+        If no plan has finite objectives.
     """
     problem, solutions = plans.problem, Solutions.of(plans)
     own = plans.F[solutions.numbers]
@@ -49,7 +49,7 @@ def figures(plans: Plans) -> dict[str, go.Figure]:
         known = np.full((len(own), 3), np.nan)
         known[rows] = np.column_stack([some.kept, some.kept_sigma_deg])
         too_late = problem.model.too_late
-        known[known[:, 0] >= too_late] = np.nan  # so many flights do not converge at all
+        known[known[:, 0] >= too_late] = np.nan  # too few Monte Carlo runs converge
         front["front"] = front_figure(
             problem.scenario,
             dataclasses.replace(solutions, F=own),
@@ -68,10 +68,15 @@ def figures(plans: Plans) -> dict[str, go.Figure]:
 def maneuvers_figure(
     problem: AttitudeManeuverProblem, solutions: Solutions, held: Floats | None = None
 ) -> go.Figure:
-    """One row per solution, each with its own time axis: rates about body x, y and z.
+    """Draw the body rates of each solution, one row per solution with its own time axis.
 
-    The last rate is held from the end of the last maneuver, on gray, to t_end or until `held` [s],
-    shape (n,), for late flights; a slew back follows.
+    Parameters
+    ----------
+    problem : AttitudeManeuverProblem
+    solutions : Solutions
+    held : array, shape (n,), optional
+        End of the constant-rate hold [s], drawn with a gray background; default: t_end. A slew back
+        follows.
     """
     rows = len(solutions.F)
     titles = [
@@ -101,7 +106,7 @@ def maneuvers_figure(
     finished(
         figure,
         "Body rates of the plans",
-        "on gray, after the last maneuver, its rate is held"
+        "gray: the last rate is held"
         + (", then the slew back" if problem.scenario.maneuvers.slew_back else ""),
     )
     limit = 1.1 * problem.scenario.maneuvers.max_rate_deg_s
@@ -113,16 +118,16 @@ def maneuvers_figure(
 def timeline(
     problem: AttitudeManeuverProblem, x: Floats, until: float
 ) -> tuple[Floats, Floats, float]:
-    """A plan as it is flown until a time [s], and the slew back from then on.
+    """Return the body rates of a plan with its hold until a time [s] and its slew back.
 
     Returns
     -------
     times : array, shape (k,)
-        Starts of the maneuvers flown, then the end of the plan [s].
+        Start of each interval of constant rate, then the end of the plan [s].
     rates : array, shape (k, 3)
-        Body rates from each of these times on; the last row repeats the one before [deg/s].
+        Body rates from each time on [deg/s]; the last row repeats the one before.
     over : float
-        End of the last maneuver before `until`, or that if it comes first [s].
+        End of the last maneuver, at most `until` [s].
     """
     model = problem.model
     flight = Trajectory(problem.scenario, model, x, until).flown
@@ -131,13 +136,13 @@ def timeline(
     return flight.times, np.vstack([rates, rates[-1:]]), over
 
 
-#: Samples drawn of each curve, spread evenly, and as many again more densely at its start.
+#: Number of evenly spaced samples of a curve, and of samples that are denser at its start.
 _SAMPLES = 300
 _COLUMNS = 2
 
 
 def convergence_figure(problem: AttitudeManeuverProblem, solutions: Solutions) -> go.Figure:
-    """Panels of the trace and of each state block's worst axis, one line per solution."""
+    """Draw the trace and the worst axis of each state block against time, one line per solution."""
     blocks = block_units(problem.model.suite)
     panels = ["trace [-]", *(f"{block.label}, 1-sigma [{block.unit}]" for block in blocks)]
     rows = -(-len(panels) // _COLUMNS)
@@ -181,7 +186,13 @@ def convergence_figure(problem: AttitudeManeuverProblem, solutions: Solutions) -
 def trace_curves(
     problem: AttitudeManeuverProblem, solutions: Solutions
 ) -> list[tuple[Floats, Floats]]:
-    """For each solution, times [s], shape (k,), and the panels' values then, (1 + n_blocks, k)."""
+    """Return the curves of `convergence_figure` for each solution.
+
+    Returns
+    -------
+    list of tuple
+        Times [s], shape (k,), and values of the panels, shape (1 + n_blocks, k).
+    """
     model = problem.model
     factors = [block.factor for block in block_units(model.suite)]
     result = problem.run(solutions.X, history=True)
@@ -196,7 +207,7 @@ def trace_curves(
 
 
 def sample_steps(last: int) -> NDArray[np.int64]:
-    """Steps from 0 to `last`, both included, at which a curve is drawn."""
+    """Return the filter steps from 0 to `last`, both included, at which a curve is drawn."""
     even = np.linspace(0, last, _SAMPLES)
     dense_at_start = np.geomspace(1, last, _SAMPLES)
     return np.unique(np.rint(np.concatenate([even, dense_at_start])).astype(np.int64))

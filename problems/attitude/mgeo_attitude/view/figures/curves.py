@@ -1,4 +1,4 @@
-"""Curves of few points: corners that draw many samples, directions on Hammer's equal-area map."""
+"""Polylines of few points, and directions on Hammer's equal-area map."""
 
 from __future__ import annotations
 
@@ -11,22 +11,29 @@ from mgeo.figures.style import GRAY
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.rotation import across
 
-#: Of the extent of a curve: closer than this a line is the curve.
+#: Tolerance of the simplification, relative to the extent of a curve.
 _EXACT = 0.002
 
 
 def corners(x: Floats, curves: Floats, count: int) -> NDArray[np.int64]:
-    """Rows at which straight lines between them come closest to curves, ascending.
+    """Return the rows of the polyline with `count` points that best approximates curves.
 
-    From the first and last row on, the row farthest from the lines so far is added (as Douglas and
-    Peucker 1973 do) until there are `count` or the lines are exact; of all curves the worst one
-    decides, each measured by its own extent.
+    Starting from both ends, the point farthest from the polyline is added until there are `count`
+    points or the tolerance is met (Douglas and Peucker 1973). The distance is the largest over all
+    curves, each relative to its own extent.
 
     Parameters
     ----------
     x : array, shape (k,)
-        Not decreasing, no value more than twice.
+        Nondecreasing, no value more than twice.
     curves : array, shape (k, m)
+    count : int
+        Largest number of points.
+
+    Returns
+    -------
+    array of int
+        Rows in ascending order.
     """
     extent = np.ptp(curves, axis=0)
     scaled = curves / np.where(extent > 0.0, extent, 1.0)
@@ -50,15 +57,20 @@ Shorts = NDArray[np.int16]
 #: Half the width and half the height of the map.
 OUTLINE = (10500, 5250)
 
-#: Of the projection's √2, in which the map is 4√2 wide and 2√2 high, in units of the map.
+#: Map units per unit of the projection, in which the map is 4√2 wide and 2√2 high.
 _SCALE = 10000.0 / np.sqrt(8.0)
 
 
 def projected(vectors: Floats) -> tuple[Shorts, Shorts]:
-    """Position on the map of vectors, shape (n, 3), of any length but zero; rows with NaN go.
+    """Project vectors, shape (n, 3), onto the map; rows with NaN are dropped.
 
-    The body's x axis is in the middle, y on the right, z on top. E. Hammer, Über die Planisphäre
-    von Aitow, Petermanns Mitteilungen 38 (1892) 85-87.
+    The body's x axis is at the center of the map, y on the right, z on top. Source: E. Hammer, Über
+    die Planisphäre von Aitow, Petermanns Mitteilungen 38 (1892) 85-87.
+
+    Returns
+    -------
+    across, up : arrays of int16, shape (m,)
+        Map coordinates, within ± `OUTLINE`.
     """
     known = vectors[np.isfinite(vectors).all(axis=1)]
     x, y, z = known.T / np.linalg.norm(known, axis=1)
@@ -70,9 +82,9 @@ def projected(vectors: Floats) -> tuple[Shorts, Shorts]:
 
 
 def circle(axis: ArrayLike, radius: float) -> tuple[Floats, Floats]:
-    """A circle of this angular radius [rad] about a body direction, as a line on the map.
+    """Project a circle of an angular radius [rad] about a body direction onto the map.
 
-    It is broken where it leaves the map on one side and comes back on the other.
+    The line is interrupted by NaN where it crosses the edge of the map.
     """
     middle = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     first, second = across(middle)
@@ -87,9 +99,9 @@ def circle(axis: ArrayLike, radius: float) -> tuple[Floats, Floats]:
 
 
 def graticule() -> list[dict[str, Any]]:
-    """Traces of meridians and parallels, 45 degrees apart, and of the names of the axes."""
+    """Return plotly traces of meridians and parallels, 45 degrees apart, and of the axis labels."""
     latitudes = np.linspace(-90.0, 90.0, 37)
-    # a hair inside ±180 degrees: beyond it a meridian would jump to the other side
+    # At exactly ±180 degrees, a meridian would jump to the other side of the map.
     longitudes = np.linspace(-179.999, 179.999, 73)
     lines = [_line(longitude, latitudes) for longitude in longitudes[::9]]
     lines += [_line(longitudes, latitude) for latitude in (-45.0, 0.0, 45.0)]
@@ -106,7 +118,7 @@ def graticule() -> list[dict[str, Any]]:
 
 
 def _line(longitude: Any, latitude: Any) -> Floats:
-    """Points of a line on the map, and a gap after it, shape (2, n + 1), from angles [deg]."""
+    """Project a line given by angles [deg], followed by NaN, shape (2, n + 1)."""
     east, north = np.broadcast_arrays(np.radians(longitude), np.radians(latitude))
     level = np.cos(north)
     points = np.column_stack([level * np.cos(east), level * np.sin(east), np.sin(north)])

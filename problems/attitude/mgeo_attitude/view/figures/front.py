@@ -1,4 +1,4 @@
-"""The front: what is known of the errors against time."""
+"""Figure of a front: attitude 1-sigma or trace against t_end."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from mgeo_attitude.view.describe import exactly, maneuver_texts
 from mgeo_attitude.view.figures.style import Solutions
 from mgeo_attitude.view.plans import MOST_SAMPLES
 
-#: Share of the axis of times that is left free on both sides.
+#: Relative margin on both sides of the time axis.
 _ROOM = 0.04
 
 
 class _Scale(NamedTuple):
-    """A measure of what is known.
+    """Quantity on the vertical axis.
 
-    `column` is its place in tables of t_end, trace and 1-sigma of the attitude; `required` is
-    infinite without a requirement.
+    `column` is its column in tables of t_end, trace and attitude 1-sigma; `required` is infinite
+    without a requirement.
     """
 
     name: str
@@ -44,26 +44,28 @@ def front_figure(
     least: Floats,
     bend: int | None,
 ) -> go.Figure:
-    """Draw what is known against t_end, with each plan in its hover text.
+    """Draw the attitude 1-sigma or the trace against t_end, with each plan in its hover text.
 
-    A button chooses between the 1-sigma of the attitude [deg] and the trace. Traces: the boundary
-    of what the front dominates; the solutions (``customdata`` is their number); those that do not
-    converge; the boundary of what most Monte Carlo runs keep; the lower bound; what is required;
-    the knee. The end of the window is shaded.
+    Buttons select the 1-sigma [deg] or the trace. Traces: the boundary of the dominated region; the
+    solutions, whose ``customdata`` is their number; the solutions that do not converge; the
+    boundary of the values that most Monte Carlo runs satisfy; the lower bound; the requirement; the
+    knee. The time after the end of the window is shaded.
 
     Parameters
     ----------
+    scenario : Scenario
+    solutions : Solutions
     kept : array, shape (n, 3)
-        t_end, trace and 1-sigma of the attitude [deg] that most Monte Carlo runs of the solutions
-        keep, NaN where they are not known or fewer converge.
-    longest
+        t_end [s], trace and attitude 1-sigma [deg] that most Monte Carlo runs satisfy; NaN if
+        unknown or if too few runs converge.
+    longest : float
         t_end of a run that does not converge [s].
-    dead_end
-        Whether none of the solutions satisfies all constraints.
+    dead_end : bool
+        Whether all solutions are infeasible.
     least : array, shape (m, 3)
-        Times [s], and lower bounds of trace and 1-sigma of the attitude [deg] then.
-    bend
-        Place of the knee among the solutions.
+        Times [s], and lower bounds of trace and attitude 1-sigma [deg].
+    bend : int or None
+        Index of the knee among the solutions.
     """
     values = np.column_stack([solutions.F, solutions.sigma_deg])
     hover = np.array([_hover_text(solutions, i, scenario, kept[i]) for i in range(len(values))])
@@ -84,16 +86,16 @@ def front_figure(
         traces = [_stairs(values[:, at], "boundary", {"width": 1, "color": "#b9c2cc"})]
         traces[0]["showlegend"] = False
         for name, group, color, symbol in groups:
-            # no outline: where points overlap it would hide their color
+            # An outline would hide the color of overlapping points.
             look = {"color": color, "symbol": symbol, "size": 8, "opacity": 0.8}
             more = {"customdata": solutions.numbers[group], "hovertext": hover[group]}
             points = _points(values[group][:, at], name) | {"marker": look | {"line": {"width": 0}}}
             traces.append(points | more | {"hoverinfo": "text"})
         drawn.append([*traces, *_lines(scale, kept, least, knee, span)])
-    state = ", none of which keeps all limits" if dead_end else ""
+    state = ", none of which satisfies all constraints" if dead_end else ""
     figure = finished(
         go.Figure(drawn[0]),
-        f"Calibration maneuvers: what is known against {scenario.convergence.time}",
+        f"Calibration maneuvers: accuracy against {scenario.convergence.time}",
         f"scenario {literal(scenario.name)}; {len(values)} plans{state}{HOVER}",
     )
     _mark_times(figure, scenario, span)
@@ -101,7 +103,7 @@ def front_figure(
     axes = [log_axis(np.concatenate([each["y"] for each in traces])) for traces in drawn]
     figure.update_yaxes(axes[0], title_text=scales[0].title)
     return figure.update_layout(
-        # below the lower axis' title, where neither points nor labels are
+        # Place the legend below the axis title, where it covers neither points nor labels.
         legend={
             "orientation": "h",
             "x": 1,
@@ -119,13 +121,13 @@ def front_figure(
 def _lines(
     scale: _Scale, kept: Floats, least: Floats, knee: Floats, span: list[float]
 ) -> Iterator[dict[str, Any]]:
-    """Everything but the solutions, of tables whose columns the scale knows."""
+    """Yield all traces except the solutions."""
     at = [0, scale.column]
     line = {"width": 1.5, "color": COLORS[2], "dash": "dot"}
-    yield _stairs(kept[:, at], f"kept by {MOST_SAMPLES}", line)
+    yield _stairs(kept[:, at], f"in {MOST_SAMPLES}", line)
     yield {
-        **_line(least[:, at], "no maneuver can beat", {"width": 1.5, "color": GRAY}),
-        "hovertemplate": "no maneuver can beat %{y:.4g} after %{x:.6g} s<extra></extra>",
+        **_line(least[:, at], "lower bound", {"width": 1.5, "color": GRAY}),
+        "hovertemplate": "lower bound %{y:.4g} after %{x:.6g} s<extra></extra>",
     }
     required = np.array([[time, scale.required] for time in span if scale.required < math.inf])
     line = {"width": 1.5, "color": COLORS[3], "dash": "dash"}
@@ -142,7 +144,7 @@ def _lines(
 
 
 def _span(scenario: Scenario, times: Floats) -> list[float]:
-    """Range of the axis of times [s]: from the first plan until all is over."""
+    """Return the range of the time axis [s]."""
     first, last = float(np.nanmin(times)), float(np.nanmax(times))
     room = _ROOM * (last - first) or 0.05 * last
     if (closes := scenario.deadline) < 3.0 * last:
@@ -151,7 +153,6 @@ def _span(scenario: Scenario, times: Floats) -> list[float]:
 
 
 def _mark_times(figure: go.Figure, scenario: Scenario, span: list[float]) -> None:
-    """Mark the orbital period and the end of the window, where they are in range."""
     text = {"textangle": -90, "xanchor": "right", "yanchor": "top", "font": {"color": GRAY}}
     marks = ((scenario.orbit.period, "one orbital period"), (scenario.deadline, "window closes"))
     for time, name in marks:
@@ -166,7 +167,7 @@ def _mark_times(figure: go.Figure, scenario: Scenario, span: list[float]) -> Non
 def _buttons(
     scales: list[_Scale], drawn: list[list[dict[str, Any]]], axes: list[dict[str, Any]]
 ) -> dict[str, Any]:
-    """A choice of the scale, by plotly's method ``update``."""
+    """Return plotly buttons that select the scale by the method ``update``."""
     buttons = []
     for scale, traces, axis in zip(scales, drawn, axes, strict=True):
         now = {key: [np.asarray(each[key]).tolist() for each in traces] for key in "xy"}
@@ -187,7 +188,7 @@ def _buttons(
 
 
 def _points(at: Floats, name: str) -> dict[str, Any]:
-    """A trace of points, shape (n, 2); not to be seen without any."""
+    """Return a trace of points, shape (n, 2), which is hidden if n = 0."""
     shown = {"type": "scatter", "mode": "markers", "name": name, "visible": bool(len(at))}
     return {**shown, "x": at[:, 0], "y": at[:, 1]}
 
@@ -197,7 +198,7 @@ def _line(at: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
 
 
 def _stairs(at: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
-    """The boundary of what points, shape (n, 2), dominate."""
+    """Return the boundary of the region that points, shape (n, 2), dominate."""
     trace = _line(at[front_rows(at)], name, {"shape": "hv", **line})
     return {**trace, "hoverinfo": "skip"}
 
@@ -212,7 +213,7 @@ def _hover_text(solutions: Solutions, i: int, scenario: Scenario, kept: Floats) 
     ]
     if np.isfinite(kept).all():
         lines.append(
-            f"{MOST_SAMPLES} keep t_end {kept[0]:.6g} s, trace {kept[1]:.4g}, attitude "
+            f"in {MOST_SAMPLES}: t_end {kept[0]:.6g} s, trace {kept[1]:.4g}, attitude "
             f"{kept[2]:.3g} deg"
         )
     lines.append("maneuvers, x / y / z [deg/s] for duration [s]:")

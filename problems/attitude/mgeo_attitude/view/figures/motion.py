@@ -1,7 +1,7 @@
-"""The attitude of one plan in space, as a figure that turns.
+"""Animated figure of the attitude of one plan in space.
 
-The figure itself shows the start. How its traces turn stands in ``layout.meta["motion"]`` and in
-their ``meta``, in the form that `mgeo.figures.motion` tells, so that a page can play it.
+The figure shows the initial attitude. Its ``layout.meta["motion"]`` and the ``meta`` of its traces
+hold the rotations in the format of `mgeo.figures.motion`, which report pages animate.
 """
 
 from __future__ import annotations
@@ -22,21 +22,32 @@ from mgeo_attitude.view.figures.style import title
 
 SHADOW = "Earth's shadow"
 
-#: Stretches of a ramp become one turn as long as that is smaller [rad].
+#: Largest angle to which the intervals of a ramp are merged [rad].
 _SMALL_TURN = np.radians(10.0)
-#: Turns of the Sun's and the field's direction over the whole run.
+#: Number of rotations of the Sun's and the field's direction over the whole run.
 _DIRECTION_TURNS = 400
-#: Half the edges of the drawn body along x, y and z.
+#: Half edge lengths of the drawn body along x, y and z.
 _HALF = (0.2, 0.32, 0.12)
 
 
 def turns_of_body(flight: Flown, body: Floats, step: float) -> dict[str, Floats]:
-    """Turns of the body between times, from GCRS to body at every step.
+    """Return the rotations of the body between times.
 
-    At each of the ``times`` [s], shape (k + 1,), the attitude is exactly the filter's; the rotation
-    vectors ``x``, ``y``, ``z`` [deg], shape (k,) each, lead from each to the next, at constant
-    rates as they are outside of ramps. They are about the axes that turn with the body and were
-    those of GCRS at first.
+    Parameters
+    ----------
+    flight : Flown
+        Intervals of constant body rate.
+    body : array, shape (n + 1, 3, 3)
+        Attitude from GCRS to body at every step of the filter.
+    step : float
+        [s].
+
+    Returns
+    -------
+    dict
+        ``times`` [s], shape (k + 1,), at which the attitude equals the filter's; and ``x``, ``y``,
+        ``z`` [deg], shape (k,), the rotation vectors from each time to the next. Their axes rotate
+        with the body and initially coincide with those of GCRS.
     """
     turns = flight.rates * np.diff(flight.times)[:, None]
     size = np.linalg.norm(turns, axis=1)
@@ -53,9 +64,10 @@ def turns_of_body(flight: Flown, body: Floats, step: float) -> dict[str, Floats]
 
 
 def turns_of_direction(times: Floats, vectors: Floats) -> dict[str, Floats]:
-    """Least turns that lead from each direction, shape (k + 1, 3), to the next, as `turns_of_body`.
+    """Return the smallest rotations between successive directions, shape (k + 1, 3).
 
-    About the axes of the arrow itself, which stand as the inertial ones at first.
+    The format is that of `turns_of_body`. The axes initially coincide with the inertial ones and
+    rotate with the direction.
     """
     unit = vectors / np.linalg.norm(vectors, axis=1)[:, None]
     normal = np.cross(unit[:-1], unit[1:])
@@ -70,7 +82,7 @@ def turns_of_direction(times: Floats, vectors: Floats) -> dict[str, Floats]:
 
 
 def directions(environment: Environment) -> dict[str, dict[str, Floats]]:
-    """Turns of the directions of Sun and field in inertial axes over the whole run."""
+    """Return the rotations of the inertial directions of Sun and field over the whole run."""
     last = len(environment.times) - 1
     steps = np.unique(np.rint(np.linspace(0, last, _DIRECTION_TURNS + 1)).astype(np.int64))
     times = environment.times[steps]
@@ -84,9 +96,16 @@ def motion(
     inertial: dict[str, dict[str, Floats]],
     shadow: Sequence[tuple[float, float]],
 ) -> dict[str, Any]:
-    """Traces and layout: the body with its axes, Sun and field against the inertial axes.
+    """Return plotly traces and layout of the body with its axes, Sun and field.
 
-    `inertial` is what `directions` gives, `shadow` starts and ends [s] of the times without Sun.
+    Parameters
+    ----------
+    problem : AttitudeManeuverProblem
+    trajectory : Trajectory
+    inertial : dict
+        Result of `directions`.
+    shadow : sequence of tuple
+        Start and end [s] of each eclipse.
     """
     environment, flight, body = problem.environment, trajectory.flown, trajectory.attitude
     turns = turns_of_body(flight, body, problem.model.step)
@@ -104,7 +123,7 @@ def motion(
             *_sphere(),
             _arrow("Sun", environment.sun[0], 4) | {"meta": {"turn": "Sun", "faint": SHADOW}},
             _arrow("field", field, 5) | {"meta": {"turn": "field"}},
-            *(_stood(trace, body[0]) for trace in (*_box(), *axes)),
+            *(_place_in_space(trace, body[0]) for trace in (*_box(), *axes)),
         ],
         "layout": {
             "title": title("Attitude in space"),
@@ -137,7 +156,7 @@ def _turns(times: Floats, vectors: Floats) -> dict[str, Floats]:
 
 
 def _sphere() -> list[dict[str, Any]]:
-    """Three great circles and the inertial axes, which stand still."""
+    """Return traces of three great circles and the inertial axes."""
     around = np.radians(np.linspace(0.0, 360.0, 61))
     ring = np.column_stack([np.cos(around), np.sin(around), 0.0 * around])
     circles = np.vstack([[*np.roll(ring, i, axis=1), [np.nan] * 3] for i in range(3)])
@@ -164,7 +183,7 @@ def _arrow(name: str, tip: Floats, index: int) -> dict[str, Any]:
 
 
 def _box() -> list[dict[str, Any]]:
-    """A plain body: its faces, and its edges in one stroke."""
+    """Return traces of the faces and edges of the body."""
     signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=float)
     corners = signs * _HALF
     stroke = corners[[0, 1, 3, 2, 0, 4, 5, 1, 5, 7, 3, 7, 6, 2, 6, 4]]
@@ -175,8 +194,8 @@ def _box() -> list[dict[str, Any]]:
     ]
 
 
-def _stood(trace: dict[str, Any], start: Floats) -> dict[str, Any]:
-    """What is drawn in body axes, at the attitude of the start."""
+def _place_in_space(trace: dict[str, Any], start: Floats) -> dict[str, Any]:
+    """Return a trace given in body axes, rotated to the initial attitude."""
     points = np.column_stack([trace[axis] for axis in "xyz"]) @ start
     return trace | dict(zip("xyz", points.T, strict=True)) | {"meta": {"turn": "body"}}
 

@@ -1,4 +1,4 @@
-"""Figures of one plan each, small enough that a page can hold those of a whole front."""
+"""Small figures of single plans for pages that show a whole front."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from mgeo_attitude.view.plans import Plans
 
 Intervals = list[tuple[float, float]]
 
-#: Samples of each curve, and of each path on the body sphere.
+#: Number of samples of each curve, and of each path on the body sphere.
 _SAMPLES, _DIRECTIONS = 48, 180
 _SHADOW = "rgba(128,128,128,0.22)"
 
 
 def drawings(plans: Plans) -> Iterator[dict[str, dict[str, Any]]]:
-    """For each plan trees of figures: rates, directions of Sun and field, attitude, 1-sigmas.
+    """Yield the figures of each plan: rates, directions of Sun and field, attitude, 1-sigmas.
 
-    Times in the Earth's shadow are shaded. A plan whose covariance broke down has no figures.
+    Eclipses are shaded. A plan whose covariance was lost yields an empty dictionary.
     """
     problem = plans.problem
     shadow, inertial = _shadow(problem), directions(problem.environment)
@@ -67,7 +67,7 @@ def _against_time(layout: dict[str, Any], t_end: float, shadow: Intervals) -> No
 
 def _rates(problem: AttitudeManeuverProblem, flight: Flown) -> dict[str, Any]:
     model, limit = problem.model, problem.scenario.maneuvers.max_rate_deg_s
-    times, rates = _drawn(flight, model)
+    times, rates = _rate_polyline(flight, model)
     rows = corners(times, rates, _SAMPLES)
     lines = [_line(times[rows], rates[rows, i], i) for i in range(3)]
     bound = {"showlegend": False, "hoverinfo": "skip", "name": "limit"}
@@ -78,10 +78,10 @@ def _rates(problem: AttitudeManeuverProblem, flight: Flown) -> dict[str, Any]:
     return {"data": lines, "layout": _layout("Body rates", axis)}
 
 
-def _drawn(flight: Flown, model: FilterModel) -> tuple[Floats, Floats]:
-    """Stretches of constant rate as a line [s], [deg/s]: level, then up or down.
+def _rate_polyline(flight: Flown, model: FilterModel) -> tuple[Floats, Floats]:
+    """Return the body rates as polylines: times [s] and rates [deg/s].
 
-    Those of a ramp, a step long, are drawn as the straight line through their middles.
+    The intervals of a ramp, one step each, are drawn as a straight line through their midpoints.
     """
     starts, ends = flight.times[:-1], flight.times[1:]
     in_ramp = (ends - starts < 1.5 * model.step) & (model.slew_limits is not None)
@@ -94,7 +94,7 @@ def _drawn(flight: Flown, model: FilterModel) -> tuple[Floats, Floats]:
 def _errors(
     problem: AttitudeManeuverProblem, t_end: float, variances: Floats
 ) -> dict[str, dict[str, Any]]:
-    """Trace, and one figure for each 3-vector of the state with a line for each axis."""
+    """Return figures of the trace and of each state block, with a line for each axis."""
     model = problem.model
     steps = sample_steps(round(t_end / model.step))
     trace, sigma = variances[steps] @ model.weights, np.sqrt(variances[steps])
@@ -121,7 +121,7 @@ def _errors(
 
 
 def _directions(problem: AttitudeManeuverProblem, body: Floats, t_end: float) -> dict[str, Any]:
-    """Where Sun and field stand as seen from the body, at even times: an equal-area map."""
+    """Draw the directions of Sun and field in body axes on an equal-area map."""
     environment = problem.environment
     last = round(t_end / problem.model.step)
     steps = np.rint(np.linspace(0, last, min(_DIRECTIONS, last + 1))).astype(np.int64)
@@ -140,13 +140,13 @@ def _directions(problem: AttitudeManeuverProblem, body: Floats, t_end: float) ->
     layout = _layout("Sun and field seen from the body", axis)
     layout["xaxis"] = {**hidden, "range": [-width, width]}
     layout["margin"] |= {"l": 15, "t": 35, "b": 15}
-    # a line for each cone: above the map they would cover the title
+    # The legend has a line for each cone and would cover the title if it were above the map.
     layout["legend"] |= {"x": 0.5, "xanchor": "center", "y": -0.02, "yanchor": "top"}
     return {"data": traces, "layout": layout}
 
 
 def _edges(scenario: Scenario) -> list[dict[str, Any]]:
-    """Circles on the body's sphere: the cones of path limits, solid, and of sensors."""
+    """Draw the cones of path constraints (solid) and of sensors (dotted or dashed) on the map."""
     cones = [(literal(limit.label), limit.cone(), "solid") for limit in scenario.path_limits]
     for sensor in scenario.sensors:
         for view in sensor.views():
@@ -185,7 +185,7 @@ def _layout(text: str, axis: dict[str, Any]) -> dict[str, Any]:
 
 
 def _shadow(problem: AttitudeManeuverProblem) -> Intervals:
-    """Starts and ends [s] of the times in the Earth's shadow, the same for all plans."""
+    """Return start and end [s] of each eclipse of the run."""
     if not problem.scenario.eclipse:
         return []
     times, dark = problem.environment.times, ~problem.environment.sunlit

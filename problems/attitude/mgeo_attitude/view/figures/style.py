@@ -1,4 +1,4 @@
-"""What the figures of plans share: the solutions that they show, and how lines are drawn."""
+"""Plans selected for figures, and the style of lines and titles."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.objectives import attitude_sigma_deg
 from mgeo_attitude.view.plans import Plans
 
-# Gaps are short, so that a steep line is not taken for a gap in the data.
+# Short gaps prevent a steep dashed line from looking like missing data.
 _DASHES = ("solid", "9px,3px", "3px,3px", "12px,3px,3px,3px", "18px,3px", "6px,3px,3px,3px")
 
 
 def line(index: int, width: float = 2) -> dict[str, Any]:
-    """Color and dash of one of several lines."""
+    """Return color, dash and width of one of several lines."""
     color, dash = COLORS[index % len(COLORS)], _DASHES[index % len(_DASHES)]
     return {"color": color, "dash": dash, "width": width}
 
 
 def panels_height(rows: int) -> int:
-    """Height [px] of a figure with so many rows of panels."""
+    """Return the height [px] of a figure with a number of rows of panels."""
     return 220 + 230 * rows
 
 
 def title(text: str) -> dict[str, Any]:
-    """The title of one of many small figures."""
+    """Return the title of a small figure."""
     return {
         "text": text,
         "x": 0.02,
@@ -44,12 +44,12 @@ def title(text: str) -> dict[str, Any]:
 
 
 def small_layout(text: str) -> dict[str, Any]:
-    """Title, size and margins of one of many small figures."""
+    """Return title, size and margins of a small figure."""
     margin = {"l": 65, "r": 10, "t": 55, "b": 45}
     return {"title": title(text), "height": 300, "margin": margin}
 
 
-#: Up to this many solutions are all looked at closely.
+#: Largest number of solutions that are all shown in detail.
 MOST_CHOSEN = 6
 
 
@@ -60,12 +60,13 @@ class Solutions:
     Attributes
     ----------
     numbers : array of int, shape (n,)
-        Their rows in the table they come from.
+        Their rows in the table of plans.
     X, F : arrays, shapes (n, n_var) and (n, 2)
+        Designs, and their t_end [s] and trace.
     sigma_deg : array, shape (n,)
-        How well the attitude is known at t_end; see `attitude_sigma_deg`.
+        Attitude 1-sigma at t_end [deg]; see `attitude_sigma_deg`.
     labels : tuple of str
-        ``solution 3``, or ``solution 3 (fastest)`` for one that has been chosen for a reason.
+        ``solution 3``, or ``solution 3 (fastest)`` with the reason of its selection.
     """
 
     numbers: NDArray[np.int64]
@@ -76,7 +77,13 @@ class Solutions:
 
     @classmethod
     def of(cls, plans: Plans) -> Solutions:
-        """Those of plans whose covariance did not break down; a ValueError if there are none."""
+        """Return the plans whose covariance was not lost.
+
+        Raises
+        ------
+        ValueError
+            If no plan has finite objectives.
+        """
         designs, result = plans.X, plans.exactly
         F = np.column_stack([result.t_end, result.trace])
         rows = np.flatnonzero(np.isfinite(F).all(axis=1))
@@ -89,14 +96,22 @@ class Solutions:
         return cls(rows, designs[rows], F[rows], sigma, labels)
 
     def chosen(self, bend: int | None = None) -> Solutions:
-        """Fastest, the knee and least trace of the front, or all if they are few; by t_end.
+        """Select the fastest plan, the knee and the plan of least trace, or all if they are few.
 
-        `bend` is the row of the knee, None if there is none.
+        Parameters
+        ----------
+        bend : int, optional
+            Row of the knee; None if there is no knee.
+
+        Returns
+        -------
+        Solutions
+            In the order of t_end.
         """
         front = front_rows(self.F)
         fastest, best = int(front[0]), int(front[-1])
         roles = {} if bend is None else {bend: "knee"}
-        roles[fastest] = "fastest"  # an end of the front is no knee
+        roles[fastest] = "fastest"  # replaces "knee" at an end of the front
         roles[best] = "least trace" if best != fastest else "fastest, least trace"
         rows = range(len(self.F)) if len(self.F) <= MOST_CHOSEN else roles
         order = sorted(rows, key=lambda row: tuple(self.F[row]))

@@ -1,1 +1,1 @@
-"""What a plan teaches the filter, what it leaves unknown, and what simpler plans would do."""
+"""Observability analysis of a plan: error budget, covariance, alternatives."""

@@ -1,4 +1,4 @@
-"""What else would do: no maneuver or simpler ones, and what would make 1-sigmas smaller."""
+"""Alternatives to a plan: simpler maneuvers, and changes that would reduce its 1-sigmas."""
 
 from __future__ import annotations
 
@@ -28,36 +28,38 @@ _AXES = np.eye(3)
 def baselines(
     scenario: Scenario, duration: float, rate_deg_s: float | None = None
 ) -> dict[str, tuple[float, ...]]:
-    """Designs that an engineer would fly without an optimizer.
+    """Return simple designs that need no optimizer.
 
     Parameters
     ----------
+    scenario : Scenario
     duration : float
-        Time for all maneuvers of a design together [s]; the last rate is then held, as in any plan.
+        Total duration of the maneuvers of each design [s]. The last rate is held afterwards.
     rate_deg_s : float, optional
-        Default: the greatest rate that the scenario allows about an axis.
+        Body rate about each axis [deg/s]; default: the scenario's maximum.
 
     Returns
     -------
     dict
-        ``no maneuver``; ``x``, ``y`` and ``z only``; ``x, y, z in turn``, a third of the time each;
-        and ``x, y, z in turn, there and back``, each axis first forward, then backward.
+        Design vectors by name: ``no maneuver``; ``x only``, ``y only`` and ``z only``;
+        ``x, y, z in turn``, a third of the duration about each axis; and ``x, y, z in turn,
+        there and back``, with a positive and then a negative rate about each axis.
     """
     rate = scenario.maneuvers.max_rate_deg_s if rate_deg_s is None else rate_deg_s
     forward = rate * _AXES
     there_and_back = np.stack([forward, -forward], axis=1).reshape(-1, 3)
     return {
-        "no maneuver": _equal_shares(np.zeros((1, 3)), duration),
-        **{f"{axis} only": _equal_shares(forward[[i]], duration) for i, axis in enumerate("xyz")},
-        "x, y, z in turn": _equal_shares(forward, duration),
-        "x, y, z in turn, there and back": _equal_shares(there_and_back, duration),
+        "no maneuver": _divide_equally(np.zeros((1, 3)), duration),
+        **{f"{axis} only": _divide_equally(forward[[i]], duration) for i, axis in enumerate("xyz")},
+        "x, y, z in turn": _divide_equally(forward, duration),
+        "x, y, z in turn, there and back": _divide_equally(there_and_back, duration),
     }
 
 
 def without_optimizer(
     scenario: Scenario, calibration: Iterable[Phase]
 ) -> dict[str, tuple[float, ...]]:
-    """The `baselines` with maneuvers as long in all as those of a plan, whose phases these are."""
+    """Return the `baselines` whose total maneuver time equals that of the phases of a plan."""
     maneuvers = (phase.duration for phase in calibration if phase.label != HELD)
     return baselines(scenario, max(sum(maneuvers), scenario.step))
 
@@ -65,30 +67,32 @@ def without_optimizer(
 def compare(
     problem: AttitudeManeuverProblem, designs: Mapping[str, ArrayLike], at: float
 ) -> pd.DataFrame:
-    """Designs side by side after the same time, whether or not the filter has converged by then.
+    """Compare designs at a common time, whether or not the filter has converged.
 
     Parameters
     ----------
+    problem : AttitudeManeuverProblem
     designs : mapping of str to array_like, shape (4 m,)
-        m need not be the same for all.
+        The number m of maneuvers may differ between designs.
     at : float
         Time of the comparison [s], a step of the filter; usually the t_end of a plan.
 
     Returns
     -------
     DataFrame
-        One row per design: ``t_end [s]``, when its filter counts as converged, and the trace then;
-        at the common time ``trace [-]``; ``times the first [-]``, over that of the first design;
-        and for each 3-vector of the state the 1-sigma of its worst body axis.
+        One row per design. ``t_end [s]`` and ``trace at t_end [-]`` belong to the convergence of
+        the design; ``trace [-]`` is taken at the common time; ``times the first [-]`` is the ratio
+        to the trace of the first design. One column per 3-vector of the state holds the 1-sigma of
+        the worst body axis at the common time.
 
     Raises
     ------
     ValueError
-        For a design without 4 variables for each maneuver.
+        If the length of a design is not a multiple of 4.
     """
     model = problem.model
     step = round(at / model.step)
-    X = _stacked([np.asarray(design, dtype=float) for design in designs.values()])
+    X = _stack_designs([np.asarray(design, dtype=float) for design in designs.values()])
     own = evaluate(model, X, problem.threads)
     variances = evaluate(model.endless, X, problem.threads, history=True).variances[:, step]
     trace = variances @ model.weights
@@ -102,22 +106,25 @@ def compare(
     return pd.DataFrame(columns, index=list(designs))
 
 
-def _equal_shares(rates_deg_s: np.ndarray, duration: float) -> tuple[float, ...]:
+def _divide_equally(rates_deg_s: np.ndarray, duration: float) -> tuple[float, ...]:
     share = np.full((len(rates_deg_s), 1), duration / len(rates_deg_s))
     return tuple(np.hstack([rates_deg_s, share]).ravel().tolist())
 
 
-def _stacked(designs: list[np.ndarray]) -> np.ndarray:
-    """Designs of any length as rows, filled up by maneuvers of no duration, which are not flown."""
+def _stack_designs(designs: list[np.ndarray]) -> np.ndarray:
+    """Return designs as rows of equal length, padded in front with maneuvers of zero duration."""
     longest = max(design.size for design in designs)
     if any(design.size % VARIABLES_PER_MANEUVER or design.ndim != 1 for design in designs):
-        raise ValueError("designs: expected 4 variables for each maneuver")
+        raise ValueError(
+            f"designs of shapes {[design.shape for design in designs]}: expected 4 variables for "
+            "each maneuver"
+        )
     return np.array([np.append(np.zeros(longest - design.size), design) for design in designs])
 
 
-#: By what initial errors and noise are multiplied.
+#: Factor on initial errors and noise.
 _FACTOR = 0.5
-#: For how much longer a plan goes on [s].
+#: Additional duration [s].
 _LONGER = 300.0
 
 AS_IT_IS = "as it is"
@@ -126,18 +133,28 @@ AS_IT_IS = "as it is"
 def remedies(
     model: FilterModel, design: ArrayLike, t_end: float, rate_deg_s: float
 ) -> pd.DataFrame:
-    """1-sigma of the worst body axis if one thing were better, each by a run of the filter.
+    """Return the 1-sigma of the worst body axis after improving one input at a time.
 
-    That is half of an initial 1-sigma, half of the noise of gyro or of a sensor, 300 s more at the
-    last rate, and 300 s more in a turn about a body axis at `rate_deg_s`, once the last rate has
-    been held until `t_end`. Limits are not looked at. More time is left out where the run ends
-    sooner, turns where coils turn the body.
+    The changes are: half of an initial 1-sigma, half of the noise of the gyro or of a sensor, 300 s
+    more at the last rate, and 300 s more with a rotation about a body axis at `rate_deg_s`, after
+    holding the last rate until `t_end`. Each change is one run of the filter. Constraints are not
+    evaluated. Changes of duration are omitted if the run ends earlier; rotations are omitted for
+    magnetorquers.
+
+    Parameters
+    ----------
+    model : FilterModel
+    design : array_like, shape (4 m,)
+    t_end : float
+        Time at which the unchanged design is evaluated [s].
+    rate_deg_s : float
+        Rate of the additional rotation [deg/s].
 
     Returns
     -------
     DataFrame
-        A row for each, the first ``as it is``; a column for each 3-vector of the state, in the unit
-        its name carries.
+        One row per change, the first named ``as it is``; one column per 3-vector of the state, in
+        the unit given in the column's name.
     """
     units, step = block_units(model.suite), round(t_end / model.step)
     rows = {AS_IT_IS: _sigma(model, design, step)}
@@ -146,13 +163,13 @@ def remedies(
         sigma[3 * block : 3 * block + 3] *= _FACTOR
         better = dataclasses.replace(model, initial_sigma=sigma)
         rows[f"half the initial {unit.label}"] = _sigma(better, design, step)
-    for name, suite in _quieter(model.suite):
+    for name, suite in _halve_noise(model.suite):
         better = dataclasses.replace(model, suite=suite)
         rows[f"half the noise of {name}"] = _sigma(better, design, step)
     longer = step + round(_LONGER / model.step)
     if longer <= model.n_steps:
         rows[f"{_LONGER:g} s more at the last rate"] = _sigma(model, design, longer)
-        for name, turned in _turned(model, design, t_end, rate_deg_s):
+        for name, turned in _add_rotations(model, design, t_end, rate_deg_s):
             rows[f"{_LONGER:g} s more about body {name}"] = _sigma(model, turned, longer)
     columns = [f"{unit.label} [{unit.unit}]" for unit in units]
     factors = np.array([unit.factor for unit in units])
@@ -161,21 +178,24 @@ def remedies(
 
 
 def most(values: pd.Series, least: float = 0.02) -> pd.Series:
-    """The two changes of a column of `remedies` that save most, more than a share `least`."""
+    """Return the two most effective changes of a column of `remedies`.
+
+    Changes that reduce the 1-sigma by less than the share `least` are omitted.
+    """
     worth = values[values < (1.0 - least) * values[AS_IT_IS]]
     two: pd.Series = worth.sort_values(kind="stable")[:2]
     return two
 
 
 def _sigma(model: FilterModel, design: ArrayLike, step: int) -> Floats:
-    """1-sigma of the worst axis of each block after a step, filter's units."""
+    """Return the 1-sigma of the worst axis of each state block, in the filter's units."""
     ran = evaluate(model.endless, np.atleast_2d(np.asarray(design, dtype=float)), 1, history=True)
     worst: Floats = np.sqrt(ran.variances[0, step].reshape(-1, 3).max(axis=1))
     return worst
 
 
-def _quieter(suite: Suite) -> Iterator[tuple[str, Suite]]:
-    """The suite with half the noise of the gyro, and of each sensor that names its parameters."""
+def _halve_noise(suite: Suite) -> Iterator[tuple[str, Suite]]:
+    """Yield the suite with half the noise of the gyro and of each sensor in turn."""
     parts: list[Any] = [suite.gyro, *suite.sensors]
     for i, part in enumerate(parts):
         if not part.noise_parameters:
@@ -184,10 +204,10 @@ def _quieter(suite: Suite) -> Iterator[tuple[str, Suite]]:
         yield "gyro" if i == 0 else part.name, Suite(better[0], tuple(better[1:]), suite.world)
 
 
-def _turned(
+def _add_rotations(
     model: FilterModel, design: ArrayLike, t_end: float, rate_deg_s: float
 ) -> Iterator[tuple[str, Floats]]:
-    """The design with its last maneuver held until `t_end`, and then a turn about one axis."""
+    """Yield the design with its last rate held until `t_end`, then a rotation about each axis."""
     if isinstance(model.slew_limits, CoilDrive):
         return
     held = np.array(design, dtype=float).reshape(-1, VARIABLES_PER_MANEUVER)

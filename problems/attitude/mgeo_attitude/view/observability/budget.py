@@ -1,4 +1,4 @@
-"""Why a plan leaves what it leaves: the error budget, what sensors saw and maneuvers bought."""
+"""Error budget of a plan, use of its sensors, and uncertainty reduction by phase."""
 
 from __future__ import annotations
 
@@ -16,16 +16,26 @@ from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.observability.alternatives import most
 from mgeo_attitude.view.observability.covariance import States
 
-#: Largest parts that `reasons` names.
+#: Number of the largest contributions that `reasons` lists.
 _NAMED = 3
 
 
 def budget(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.DataFrame:
-    """What of the 1-sigma of the worst body axis at the end is from which source.
+    """Return the error budget of the worst body axis at the end of a plan.
 
-    One row a source, one column for each 3-vector of the state, in the unit its name carries, and a
-    last row ``all``. Squares add up to that of ``all``, 1-sigmas do not; see
-    `filter.error_budget`.
+    Parameters
+    ----------
+    model : FilterModel
+    design : array_like, shape (4 m,)
+    history : FilterHistory
+        Filter run of the design.
+
+    Returns
+    -------
+    DataFrame
+        One row per error source and a last row ``all``; one column per 3-vector of the state, in
+        the unit given in the column's name. The squares of the rows add up to the square of
+        ``all``; see `filter.error_budget`.
     """
     found = error_budget(model, design, history.t_end)
     columns = {}
@@ -39,17 +49,20 @@ def budget(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.
 def reasons(
     model: FilterModel, table: pd.DataFrame, changes: pd.DataFrame, history: FilterHistory
 ) -> list[str]:
-    """Return the drivers of each required 1-sigma, or else of the attitude's, a line for each.
+    """Return one line on the error drivers of each required 1-sigma, or of the attitude's.
 
-    The largest parts, how little was learned of the first if it was there at the start, and the
-    changes that would help most.
+    Each line lists the largest contributions, the remaining share of an initial error that
+    dominates, and the most effective remedies.
 
     Parameters
     ----------
+    model : FilterModel
     table : DataFrame
         The `budget`.
     changes : DataFrame
         The `remedies`.
+    history : FilterHistory
+        Filter run of the design.
     """
     units, lines = block_units(model.suite), []
     left = (history.sigma[-1] / model.initial_sigma).reshape(-1, 3).max(axis=1)
@@ -73,18 +86,22 @@ def reasons(
 def sensor_use(
     model: FilterModel, phases: Sequence[Phase], design: ArrayLike, history: FilterHistory
 ) -> pd.DataFrame:
-    """For how long each sensor could measure in each phase of a design [s].
+    """Return the time during which each sensor measured, for each phase of a plan [s].
 
     Parameters
     ----------
-    phases
-        Those until the end of the `history`, which is the filter's run of the design.
+    model : FilterModel
+    phases : sequence of Phase
+        Phases until the end of the `history`.
+    design : array_like, shape (4 m,)
+    history : FilterHistory
+        Filter run of the design.
 
     Returns
     -------
     DataFrame
-        One row a phase, with its ``duration [s]``, and a column ``NAME [s]`` for each sensor: the
-        number of its samples times the time between them.
+        One row per phase: its ``duration [s]``, and a column ``NAME [s]`` for each sensor, the
+        number of its measurements times its sample interval.
     """
     omega = Motion.of(model, design, len(history.times) - 1).rates
     edges = [(round(p.start / model.step), round(p.end / model.step)) for p in phases]
@@ -103,20 +120,21 @@ def _worst(history: FilterHistory, block: int) -> int:
 
 
 def contributions(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.DataFrame:
-    """One row for the start and one for the end of each phase of a plan.
+    """Return trace and 1-sigmas at the start and at the end of each phase of a plan.
 
     Parameters
     ----------
+    model : FilterModel
+    design : array_like, shape (4 m,)
     history : FilterHistory
-        The filter's run of the design, shape (4 m,); see `filter_history`.
+        Filter run of the design; see `filter_history`.
 
     Returns
     -------
     DataFrame
-        Index: ``start``, ``maneuver 1``, ..., ``rate held``. Columns: ``time [s]``; ``trace [-]``
-        then; ``contribution [%]``, the phase's part of the whole fall of the trace's logarithm
-        (phases multiply: the first halving counts as much as the last); and the 1-sigma of every
-        state in the unit its name carries.
+        Index: ``start``, ``maneuver 1``, ..., ``rate held``. Columns: ``time [s]``; ``trace [-]``;
+        ``contribution [%]``, the share of the phase in the total decrease of the logarithm of the
+        trace; and the 1-sigma of every state in the unit given in the column's name.
     """
     flown = phases(design, history.t_end, model.step, model.slew_limits)
     times = np.array([0.0, *(phase.end for phase in flown)])

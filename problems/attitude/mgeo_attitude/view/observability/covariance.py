@@ -1,4 +1,4 @@
-"""What a covariance says of a plan: correlations, and the directions it has learned least of."""
+"""Correlations and least observable directions of a covariance."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from mgeo_attitude.sensors.suite import Suite, block_units
 
 
 class States(NamedTuple):
-    """Names of the n states of a suite, in the order of the filter.
+    """Names, units and unit factors of the n states of a suite, in the order of the filter.
 
     Attributes
     ----------
     names : list of str
-        ``attitude x``, ``sun misalignment z``...
+        Such as ``attitude x`` or ``sun misalignment z``.
     units : list of str
-        Unit in which each is shown; that of `describe.block_units`.
+        Display units, as in `block_units`.
     factors : array, shape (n,)
-        From the filter's unit to that.
+        Factors from the filter's units to the display units.
     """
 
     names: list[str]
@@ -32,7 +32,7 @@ class States(NamedTuple):
 
     @classmethod
     def of(cls, suite: Suite) -> States:
-        """States of a suite."""
+        """Return names, units and factors of the states of a suite."""
         each = [(block, axis) for block in block_units(suite) for axis in "xyz"]
         return cls(
             names=[f"{block.label} {axis}" for block, axis in each],
@@ -41,26 +41,29 @@ class States(NamedTuple):
         )
 
 
-#: Share of the squared direction, in initial sigmas, from which a 3-vector is worth a word.
+#: Least share of the squared norm of a direction from which a state block is named.
 _SHARE = 0.1
-#: Rotations count as alike if they differ by less than this fraction of the first one.
+#: Two rotations count as equal if they differ by less than this fraction of the first one.
 _ALIKE = 0.4
 #: A vector within 15 degrees of a body axis is named after it.
 _ON_AXIS = np.cos(np.radians(15.0))
 
 
 def in_words(suite: Suite, initial_sigma: Floats, direction: Floats) -> str:
-    """Name a direction, such as ``common rotation of attitude and both sensors about body z``.
+    """Describe a direction of the error state in words.
 
-    Sensors that are rotated alike are named together, with the attitude if it turns with them: that
-    is what vectors measured in body axes cannot see by themselves. The rest follows by its share.
+    An example is ``common rotation of attitude and both sensors about body z``. Sensors that rotate
+    by equal angles are grouped, including the attitude if it has the same rotation: vector
+    measurements in body axes alone do not observe a common rotation. All other blocks follow in the
+    order of their shares.
 
     Parameters
     ----------
+    suite : Suite
     initial_sigma : array, shape (n_states,)
-        1-sigma of every state at the start, in the filter's units.
+        Initial 1-sigma of every state, in the filter's units.
     direction : array, shape (n_states,)
-        Not zero, every state in units of its initial 1-sigma; its sign means nothing.
+        Nonzero direction with every state in units of its initial 1-sigma; its sign is arbitrary.
     """
     blocks = dict(zip(suite.blocks, block_units(suite), strict=True))
     share = (direction.reshape(-1, 3) ** 2).sum(axis=1) / (direction @ direction)
@@ -68,17 +71,17 @@ def in_words(suite: Suite, initial_sigma: Floats, direction: Floats) -> str:
     order = np.argsort(-share, kind="stable")
     least = min(_SHARE, share[order[0]])
     named = [suite.blocks[i] for i in order if share[i] >= least]
-    # the gyro's misalignment turns with its rates, not with vectors
+    # The gyro's misalignment rotates its rates, so that it is no part of a common rotation.
     sensors = [f"{sensor.name}.misalignment" for sensor in suite.sensors]
     sensors = [name for name in sensors if name in blocks]
-    together = _rotated_alike(sensors, named, vector)
-    rest = [name for name in named if name not in together]
-    first = vector[(together or rest)[0]]
+    grouped = _group_rotations(sensors, named, vector)
+    rest = [name for name in named if name not in grouped]
+    first = vector[(grouped or rest)[0]]
     sign = np.sign(first[np.argmax(np.abs(first))])
     phrases = []
-    if together:
-        mean = sign * np.mean([vector[name] for name in together], axis=0)
-        phrases = [f"common rotation of {_joined(together, len(sensors))} about {_axis(mean)}"]
+    if grouped:
+        mean = sign * np.mean([vector[name] for name in grouped], axis=0)
+        phrases = [f"common rotation of {_join_names(grouped, len(sensors))} about {_axis(mean)}"]
     for name in rest:
         turns = name.endswith(("attitude", ".misalignment")) or name == "gyro.bias"
         where = f"{'about' if turns else 'along'} {_axis(sign * vector[name])}"
@@ -86,10 +89,10 @@ def in_words(suite: Suite, initial_sigma: Floats, direction: Floats) -> str:
     return " with ".join(phrases)
 
 
-def _rotated_alike(
+def _group_rotations(
     sensors: Sequence[str], named: Sequence[str], vector: dict[str, Floats]
 ) -> list[str]:
-    """What turns like the most prominent misalignment: sensors and attitude, or nothing else."""
+    """Return the blocks that rotate like the most prominent misalignment."""
     tilts = [vector[name] for name in named if name in sensors]
     if not tilts:
         return []
@@ -101,8 +104,8 @@ def _rotated_alike(
     return alike if len(alike) > 1 else []
 
 
-def _joined(names: Sequence[str], every: int) -> str:
-    """``attitude and both sensors``, or names of sensors, `every` of which there are."""
+def _join_names(names: Sequence[str], every: int) -> str:
+    """Join the names of blocks; `every` is the total number of sensors with a misalignment."""
     sensors = [name.partition(".")[0] for name in names if name != "attitude"]
     if len(sensors) == every > 1:
         text = "both sensors" if every == 2 else f"all {every} sensors"
@@ -116,15 +119,16 @@ def _axis(vector: Floats) -> str:
     largest = int(np.argmax(np.abs(unit)))
     if abs(unit[largest]) >= _ON_AXIS:
         return f"body {'-' if unit[largest] < 0.0 else ''}{'xyz'[largest]}"
-    # adding zero makes -0.00 a 0.00
+    # Adding zero converts -0.00 to 0.00.
     return f"body ({', '.join(f'{component:.2f}' for component in unit.round(2) + 0.0)})"
 
 
 def correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame:
-    """Return the correlation of every pair of states, rows and columns by name, in [-1, 1].
+    """Return the correlation matrix of the states, with names as rows and columns.
 
     Parameters
     ----------
+    model : FilterModel
     covariance : array, shape (n_states, n_states)
     """
     P = covariance
@@ -136,30 +140,31 @@ def correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame:
 
 
 def normalized(model: FilterModel, covariance: Floats) -> Floats:
-    """The covariance with every state in units of its initial 1-sigma, shape (n, n).
+    """Return the covariance with every state in units of its initial 1-sigma, shape (n, n).
 
-    Ham & Brown, "Observability, Eigenvalues, and Kalman Filtering", IEEE Transactions on Aerospace
-    and Electronic Systems 19 (1983) 269-273. States in rad, rad/s and of no dimension can only be
-    combined in some such unit. The initial one makes an eigenvalue the share of what was unknown
-    that is still unknown: 1 is a direction of which nothing was learned. (In units of the *final*
-    sigma it would be the correlation matrix, which no longer knows what was learned.)
+    The normalization makes states of different units comparable (Ham & Brown, "Observability,
+    Eigenvalues, and Kalman Filtering", IEEE Transactions on Aerospace and Electronic Systems 19
+    (1983) 269-273). An eigenvalue is the ratio of the final to the initial variance along its
+    eigenvector: 1 marks an unobservable direction. Normalizing by the final 1-sigma would give the
+    correlation matrix, which does not show the reduction of the uncertainty.
     """
     sigma = model.initial_sigma
     return covariance / np.outer(sigma, sigma)
 
 
 def least_observable(model: FilterModel, covariance: Floats, count: int = 3) -> pd.DataFrame:
-    """The `count` directions of the error state of which least was learned, the worst first.
+    """Return the `count` least observable directions of the error state, the worst first.
 
-    They are eigenvectors of the `normalized` covariance, by falling eigenvalue; errors that vary,
-    and those that are considered, are left out. Process noise may lift an eigenvalue above one.
+    The directions are the eigenvectors of the `normalized` covariance with the largest eigenvalues.
+    Gauss-Markov errors and considered states are left out. Process noise may raise an eigenvalue
+    above one.
 
     Returns
     -------
     DataFrame
-        ``direction``, in words (see `in_words`); ``remaining [-]``, the 1-sigma along it over the
-        initial one; and for each 3-vector of the state the length that an error of 1-sigma along
-        the direction has in it.
+        ``direction``, in words (see `in_words`); ``remaining [-]``, the ratio of the final to the
+        initial 1-sigma along the direction; and, for each 3-vector of the state, the norm of its
+        part of a 1-sigma error along the direction.
     """
     of = model.suite.calibrated
     values, vectors = np.linalg.eigh(normalized(model, covariance)[of[:, None], of])
