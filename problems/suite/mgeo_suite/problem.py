@@ -193,13 +193,13 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         for key in ("scenario", "catalog"):
             if not isinstance(options.get(key, {}), Mapping):
                 raise InvalidValue(key, options[key], "expected a table")
-        made: dict[str, Any] = {"objectives": options.get("objectives", PRESETS[preset])}
+        arguments: dict[str, Any] = {"objectives": options.get("objectives", PRESETS[preset])}
         for key, read in (("scenario", Scenario.from_dict), ("catalog", Catalog.from_dict)):
             try:
-                made[key] = read(options[key]) if key in options else None
+                arguments[key] = read(options[key]) if key in options else None
             except InvalidValue as error:
                 raise error.under(key) from None
-        return cls(**made)
+        return cls(**arguments)
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
@@ -211,12 +211,12 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         folder : Path
             Folder to which the file names are relative.
         """
-        found = dict(options)
-        if isinstance(name := found.get("scenario"), str):
-            found["scenario"] = Scenario.from_toml(folder / name).to_dict()
-        if isinstance(name := found.get("catalog"), str):
-            found["catalog"] = Catalog.from_toml(folder / name).to_dict()
-        return found
+        result = dict(options)
+        if isinstance(name := result.get("scenario"), str):
+            result["scenario"] = Scenario.from_toml(folder / name).to_dict()
+        if isinstance(name := result.get("catalog"), str):
+            result["catalog"] = Catalog.from_toml(folder / name).to_dict()
+        return result
 
     def options(self) -> dict[str, Any]:
         """Return scenario, catalog and objectives as nested dicts of JSON types."""

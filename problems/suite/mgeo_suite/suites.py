@@ -115,12 +115,12 @@ class SuiteModels:
     def variant(self, choice: Ints) -> FilterModel:
         """Return the filter model of a choice, shape (n_places,)."""
         key = choice.tobytes()
-        found = self._known.get(key)
-        if found is None:
+        model = self._known.get(key)
+        if model is None:
             if len(self._known) >= _MOST_KEPT:
                 self._known.clear()
-            found = self._known[key] = self._build_variant(choice)
-        return found
+            model = self._known[key] = self._build_variant(choice)
+        return model
 
     def names(self, choice: Ints) -> dict[str, str]:
         """Return the option of each place by name."""

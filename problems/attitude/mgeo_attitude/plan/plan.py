@@ -302,10 +302,10 @@ class ManeuverPlan(Settings):
     def limit(self) -> list[str]:
         """Return lines that compare the trace with the lower bound."""
         try:
-            found = self.problem.limit_curves
+            curves = self.problem.limit_curves
         except NoLimit as reason:
             return [f"no lower bound of the trace: {reason}"]
-        return list(lower_bound.describe_bound(found, self.t_end, self.trace))
+        return list(lower_bound.describe_bound(curves, self.t_end, self.trace))
 
     def uncalibrated(self) -> list[str]:
         """Return the errors whose 1-sigma fell by less than half, with the remaining share.
@@ -370,8 +370,8 @@ class ManeuverPlan(Settings):
 
     def sensor_use(self) -> pd.DataFrame:
         """Return the time during which each sensor measured in each phase until `t_end` [s]."""
-        known = self._calibration, self.design, self.history
-        return budget.sensor_use(self.problem.model, *known)
+        arguments = self._calibration, self.design, self.history
+        return budget.sensor_use(self.problem.model, *arguments)
 
     def correlations(self) -> pd.DataFrame:
         """Return the correlations of the errors at `t_end`; see `covariance.correlations`."""
