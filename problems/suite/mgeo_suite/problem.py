@@ -169,7 +169,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
             for design in designs:
                 if not isinstance(design, Mapping) or not design.keys() >= set(self.var_names):
                     raise ValueError(f"{design!r:.80}: expected a dict of {list(self.var_names)}")
-                row = [_number(place, design[place.name]) for place in self.suites.places]
+                row = [_option_index(place, design[place.name]) for place in self.suites.places]
                 rows.append(row + [design[name] for name in self.var_names[len(row) :]])
             designs = np.array(rows, dtype=float).reshape(-1, self.n_var)
         numbers = np.atleast_2d(designs.astype(float))
@@ -254,8 +254,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         return SuiteView(self, X)
 
 
-def _number(place: Place, option: Any) -> int:
-    """Return the index of an option of a place."""
+def _option_index(place: Place, option: Any) -> int:
     if option not in place.options:
         known = known_names(str(option), place.options)
         raise InvalidValue(place.name, option, f"unknown option{known}")

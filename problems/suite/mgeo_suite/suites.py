@@ -241,7 +241,6 @@ def evaluated(
 
 
 def _truncate_states(result: Evaluation, n: int) -> Evaluation:
-    """Return a result with its n leading states only."""
     return dataclasses.replace(
         result, covariance=result.covariance[:, :n, :n], variances=result.variances[..., :n]
     )

@@ -95,7 +95,6 @@ def _residual_acceleration(start: Floats, velocity: Floats, duration: Floats, j2
 
 
 def _slope(state: Floats, j2: float) -> Floats:
-    """Return velocity and acceleration by the Earth's point mass and J2, shape (2, n, 3)."""
     position, velocity = state
     radius = np.linalg.norm(position, axis=1, keepdims=True)
     polar = 5.0 * (position[:, 2:] / radius) ** 2

@@ -214,8 +214,7 @@ class ManeuverPlan(Settings):
         return self.trajectory.phases
 
     @property
-    def _calibration(self) -> list[Phase]:
-        """Phases until `t_end`."""
+    def _calibration_phases(self) -> list[Phase]:
         return [phase for phase in self.phases if phase.end <= self.t_end]
 
     @property
@@ -370,7 +369,7 @@ class ManeuverPlan(Settings):
 
     def sensor_use(self) -> pd.DataFrame:
         """Return the time during which each sensor measured in each phase until `t_end` [s]."""
-        arguments = self._calibration, self.design, self.history
+        arguments = self._calibration_phases, self.design, self.history
         return budget.sensor_use(self.problem.model, *arguments)
 
     def correlations(self) -> pd.DataFrame:
@@ -396,7 +395,7 @@ class ManeuverPlan(Settings):
             See `alternatives.compare`.
         """
         if designs is None:
-            designs = alternatives.without_optimizer(self.scenario, self._calibration)
+            designs = alternatives.without_optimizer(self.scenario, self._calibration_phases)
         return alternatives.compare(self.problem, {"plan": self.design, **designs}, self.t_end)
 
 

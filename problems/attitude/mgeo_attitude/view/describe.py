@@ -60,7 +60,6 @@ def _answer(
 
 
 def _describe_sigma(suite: Suite, sigma: Floats, of_flights: bool) -> str:
-    """Return the 1-sigmas of the attitude and of each bias as text."""
     if not np.isfinite(sigma).all():  # a run with a lost covariance makes the mean undefined
         return f"{LOST} in Monte Carlo runs"
     parts, worsts = [], sigma.reshape(-1, 3).max(axis=1)

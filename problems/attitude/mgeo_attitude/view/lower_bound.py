@@ -161,6 +161,5 @@ def describe_bound(found: LimitCurves, t_end: float, trace: float) -> Iterator[s
 
 
 def _round_up(value: float) -> str:
-    """Return a number as text, rounded up to three digits."""
     unit = 10.0 ** (math.floor(math.log10(value)) - 2)
     return f"{math.ceil(value / unit * (1.0 - 1e-12)) * unit:.3g}"

@@ -169,7 +169,7 @@ def instruments(scenario: Scenario) -> pd.DataFrame:
     for name, part in parts:
         units = {key: annotation_of(type(part), key, Unit) for key in part.noise_parameters}
         noise = [
-            f"{_WITH_UNIT.sub('', key).replace('_', ' ')} {_numbers(getattr(part, key))} "
+            f"{_WITH_UNIT.sub('', key).replace('_', ' ')} {_format_numbers(getattr(part, key))} "
             f"{unit.text if unit else ''}".strip()
             for key, unit in units.items()
         ]
@@ -183,6 +183,5 @@ def instruments(scenario: Scenario) -> pd.DataFrame:
     return pd.DataFrame.from_dict(rows, orient="index").rename_axis("")
 
 
-def _numbers(value: float | tuple[float, ...]) -> str:
-    """Format one number for all axes, or one for each."""
+def _format_numbers(value: float | tuple[float, ...]) -> str:
     return " / ".join(f"{v:g}" for v in (value if isinstance(value, tuple) else (value,)))

@@ -195,7 +195,6 @@ def _sigma(model: FilterModel, design: ArrayLike, step: int) -> Floats:
 
 
 def _halve_noise(suite: Suite) -> Iterator[tuple[str, Suite]]:
-    """Yield the suite with half the noise of the gyro and of each sensor in turn."""
     parts: list[Any] = [suite.gyro, *suite.sensors]
     for i, part in enumerate(parts):
         if not part.noise_parameters:
