@@ -153,30 +153,30 @@ class Catalog:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the catalog as nested dicts and lists of JSON types; see `from_dict`."""
-        found: dict[str, Any] = {"faces": list(self.faces)}
+        table: dict[str, Any] = {"faces": list(self.faces)}
         for section in SECTIONS:
-            found[section] = [
+            table[section] = [
                 to_table(grade.entry)
                 | {k: v for k, v in to_table(grade.instrument).items() if k not in _OF_PLACE}
                 for grade in getattr(self, section)
             ]
-        return found
+        return table
 
 
 def _grades(section: str, tables: Any) -> tuple[Grade, ...]:
     if not isinstance(tables, list | tuple):
         raise InvalidValue(section, tables, f"expected entries [[{section}]]")
-    found: list[Grade] = []
+    grades: list[Grade] = []
     for i, table in enumerate(tables):
         try:
             grade = _grade(SECTIONS[section], table)
-            names = [NONE, *(other.name for other in found)]
+            names = [NONE, *(other.name for other in grades)]
             new = bool(grade.name.strip()) and grade.name not in names
             expect(new, "name", grade.name, f"a name other than {', '.join(map(repr, names))}")
         except InvalidValue as error:
             raise error.under(f"{section}[{i}]") from None
-        found.append(grade)
-    return tuple(found)
+        grades.append(grade)
+    return tuple(grades)
 
 
 def _grade(cls: type[Any], table: Any) -> Grade:

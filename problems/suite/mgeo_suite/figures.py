@@ -132,12 +132,12 @@ def solution_figures(model: FilterModel, result: Evaluation) -> dict[str, go.Fig
     stretch = np.maximum(np.searchsorted(plan.starts[0], steps, side="right") - 1, 0)
     rates = np.degrees(plan.rates[0, stretch])
     turning = _against_time("Body rates", times, dict(zip("xyz", rates.T, strict=True)), "hv")
-    known = _against_time(
+    accuracy = _against_time(
         "Attitude, 1-sigma of the worst body axis", times, {"attitude": sigma}, "linear"
     )
     return {
         "rates": turning.update_yaxes(title="deg/s"),
-        "attitude": known.update_yaxes(title="deg", **log_axis(sigma)),
+        "attitude": accuracy.update_yaxes(title="deg", **log_axis(sigma)),
     }
 
 

@@ -64,8 +64,7 @@ def _resource(label: str, column: int) -> SuiteObjective:
     )
 
 
-def _of_plan(name: str) -> SuiteObjective:
-    """Return an objective of the attitude problem."""
+def _plan_objective(name: str) -> SuiteObjective:
     own = OF_PLANS[name]
     return SuiteObjective(
         own.label,
@@ -88,7 +87,7 @@ OBJECTIVES = {
         _accuracy,
         lambda values, scenario, greatest: np.log10(values / _FINEST_DEG) / _DECADES,
     ),
-    "t_end": _of_plan("t_end"),
-    "t_required": _of_plan("t_required"),
-    "trace": _of_plan("trace"),
+    "t_end": _plan_objective("t_end"),
+    "t_required": _plan_objective("t_required"),
+    "trace": _plan_objective("trace"),
 }

@@ -169,7 +169,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
             for design in designs:
                 if not isinstance(design, Mapping) or not design.keys() >= set(self.var_names):
                     raise ValueError(f"{design!r:.80}: expected a dict of {list(self.var_names)}")
-                row = [_number(place, design[place.name]) for place in self.suites.places]
+                row = [_option_index(place, design[place.name]) for place in self.suites.places]
                 rows.append(row + [design[name] for name in self.var_names[len(row) :]])
             designs = np.array(rows, dtype=float).reshape(-1, self.n_var)
         numbers = np.atleast_2d(designs.astype(float))
@@ -193,13 +193,13 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         for key in ("scenario", "catalog"):
             if not isinstance(options.get(key, {}), Mapping):
                 raise InvalidValue(key, options[key], "expected a table")
-        made: dict[str, Any] = {"objectives": options.get("objectives", PRESETS[preset])}
+        arguments: dict[str, Any] = {"objectives": options.get("objectives", PRESETS[preset])}
         for key, read in (("scenario", Scenario.from_dict), ("catalog", Catalog.from_dict)):
             try:
-                made[key] = read(options[key]) if key in options else None
+                arguments[key] = read(options[key]) if key in options else None
             except InvalidValue as error:
                 raise error.under(key) from None
-        return cls(**made)
+        return cls(**arguments)
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
@@ -211,12 +211,12 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         folder : Path
             Folder to which the file names are relative.
         """
-        found = dict(options)
-        if isinstance(name := found.get("scenario"), str):
-            found["scenario"] = Scenario.from_toml(folder / name).to_dict()
-        if isinstance(name := found.get("catalog"), str):
-            found["catalog"] = Catalog.from_toml(folder / name).to_dict()
-        return found
+        result = dict(options)
+        if isinstance(name := result.get("scenario"), str):
+            result["scenario"] = Scenario.from_toml(folder / name).to_dict()
+        if isinstance(name := result.get("catalog"), str):
+            result["catalog"] = Catalog.from_toml(folder / name).to_dict()
+        return result
 
     def options(self) -> dict[str, Any]:
         """Return scenario, catalog and objectives as nested dicts of JSON types."""
@@ -254,8 +254,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         return SuiteView(self, X)
 
 
-def _number(place: Place, option: Any) -> int:
-    """Return the index of an option of a place."""
+def _option_index(place: Place, option: Any) -> int:
     if option not in place.options:
         known = known_names(str(option), place.options)
         raise InvalidValue(place.name, option, f"unknown option{known}")

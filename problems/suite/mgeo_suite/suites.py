@@ -115,12 +115,12 @@ class SuiteModels:
     def variant(self, choice: Ints) -> FilterModel:
         """Return the filter model of a choice, shape (n_places,)."""
         key = choice.tobytes()
-        found = self._known.get(key)
-        if found is None:
+        model = self._known.get(key)
+        if model is None:
             if len(self._known) >= _MOST_KEPT:
                 self._known.clear()
-            found = self._known[key] = self._build_variant(choice)
-        return found
+            model = self._known[key] = self._build_variant(choice)
+        return model
 
     def names(self, choice: Ints) -> dict[str, str]:
         """Return the option of each place by name."""
@@ -241,7 +241,6 @@ def evaluated(
 
 
 def _truncate_states(result: Evaluation, n: int) -> Evaluation:
-    """Return a result with its n leading states only."""
     return dataclasses.replace(
         result, covariance=result.covariance[:, :n, :n], variances=result.variances[..., :n]
     )

@@ -93,9 +93,11 @@ class SuiteView(View):
         return lines
 
     def limits(self) -> list[pd.DataFrame]:
-        found = [each for asked in constraints(self.problem.scenario) for each in asked.limits]
-        excesses = np.array([limit.excess(self.result) for limit in found]).T
-        return tables(found, excesses.reshape(len(self.X), len(found)))
+        limits = [
+            each for constraint in constraints(self.problem.scenario) for each in constraint.limits
+        ]
+        excesses = np.array([limit.excess(self.result) for limit in limits]).T
+        return tables(limits, excesses.reshape(len(self.X), len(limits)))
 
     def figures(self) -> dict[str, go.Figure]:
         """Return ``front``, price against accuracy, and ``sensors``, the selected options."""

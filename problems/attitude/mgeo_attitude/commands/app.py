@@ -211,11 +211,11 @@ def check(
         problem = AttitudeManeuverProblem.from_options(read_scenario(PROBLEM, scenario))
         rng = np.random.default_rng(seed)
         designs = rng.uniform(problem.xl, problem.xu, (plans, problem.n_var))
-        found = agreement(problem.model, designs)
+        difference = agreement(problem.model, designs)
     output = Output(quiet, json)
-    output.print(f"{problem.scenario.name}: {found}, {TOLERANCE:g} allowed")
-    output.result(vars(found))
-    raise typer.Exit(ExitCode.DONE if found.within(TOLERANCE) else ExitCode.INCOMPLETE)
+    output.print(f"{problem.scenario.name}: {difference}, {TOLERANCE:g} allowed")
+    output.result(vars(difference))
+    raise typer.Exit(ExitCode.DONE if difference.within(TOLERANCE) else ExitCode.INCOMPLETE)
 
 
 @app.command(epilog=epilog("schema", EXAMPLES))

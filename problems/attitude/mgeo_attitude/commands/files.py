@@ -30,8 +30,8 @@ class Picked:
     def doubts(self) -> list[str]:
         """Return warnings about the plan, one line each."""
         hardly = self.plan.uncalibrated()
-        found = [f"this plan hardly reduces the error of {', '.join(hardly)}"] if hardly else []
-        return [f"Note: {line}" for line in (*found, *self.plan.scenario.assumed)]
+        lines = [f"this plan hardly reduces the error of {', '.join(hardly)}"] if hardly else []
+        return [f"Note: {line}" for line in (*lines, *self.plan.scenario.assumed)]
 
     def lateness(self) -> list[str]:
         """Return a line on the duration of the constant-rate hold, if it matters.
@@ -121,9 +121,9 @@ def check_targets(
 
 def check_constraints(plan: ManeuverPlan) -> None:
     """Raise ValueError if a plan violates constraints."""
-    found = plan.violations()
-    if found:
+    violations = plan.violations()
+    if violations:
         raise ValueError(
-            f"the plan violates {len(found)} of its scenario's constraints ({'; '.join(found)}): "
-            "choose another plan or allow --force"
+            f"the plan violates {len(violations)} of its scenario's constraints "
+            f"({'; '.join(violations)}): choose another plan or allow --force"
         )

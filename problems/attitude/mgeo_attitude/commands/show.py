@@ -80,15 +80,15 @@ def plan_document(picked: Picked) -> dict[str, Any]:
 def _limit(plan: ManeuverPlan) -> dict[str, Any]:
     """Return the lower bound at the plan's end, or the reason for a missing bound."""
     try:
-        found = plan.problem.limit_curves
+        curves = plan.problem.limit_curves
     except NoLimit as reason:
         return {"reason": str(reason)}
-    least = float(found.trace[plan.steps(plan.t_end)])
+    least = float(curves.trace[plan.steps(plan.t_end)])
     return {
         "trace": least,
         "times": plan.trace / least,
         "worst_axis": rows(plan.at_best()),
-        "given_away": list(found.given_away),
+        "given_away": list(curves.given_away),
     }
 
 

@@ -255,9 +255,9 @@ def directions(names: tuple[str, ...], environment: Environment, epoch: datetime
 
 def radii(names: tuple[str, ...], environment: Environment) -> Floats:
     """Return the apparent radii of several `DIRECTIONS` [rad], shape (n, m)."""
-    found = np.zeros((len(environment.times), len(names)))
+    result = np.zeros((len(environment.times), len(names)))
     for index, name in enumerate(names):
         radius = DIRECTIONS[name].radius
         if radius is not None:
-            found[:, index] = radius(environment)
-    return found
+            result[:, index] = radius(environment)
+    return result

@@ -119,8 +119,8 @@ def _messages(text: str) -> list[Fields]:
     if start == "<" and "MEAN_MOTION" in text:
         return list(omm.parse_xml(io.StringIO(text)))
     if start and start in "[{":
-        found = json.loads(text)
-        return found if isinstance(found, list) else [found]
+        data = json.loads(text)
+        return data if isinstance(data, list) else [data]
     if "CCSDS_OMM_VERS" in text:
         return [_key_values(part) for part in text.split("CCSDS_OMM_VERS")[1:]]
     if "MEAN_MOTION" in text.partition("\n")[0]:
@@ -150,7 +150,7 @@ def _lines(text: str) -> list[Entry]:
     from sgp4.alpha5 import from_alpha5
 
     lines = [line.rstrip() for line in text.splitlines()]
-    found = []
+    entries = []
     for k, (line1, line2) in enumerate(itertools.pairwise(lines)):
         if not (line1.startswith("1 ") and line2.startswith("2 ")):
             continue
@@ -160,8 +160,8 @@ def _lines(text: str) -> list[Entry]:
         designator = f"{19 + (launch[:2] < '57')}{launch[:2]}-{launch[2:]}" if launch else ""
         content = {"line1": line1, "line2": line2}
         number = str(from_alpha5(line1[2:7].strip()))
-        found.append(Entry(name, designator, number, epoch_of(line1), content))
-    return found
+        entries.append(Entry(name, designator, number, epoch_of(line1), content))
+    return entries
 
 
 def _mean_elements(fields: Fields, source: str) -> MeanElements:

@@ -249,10 +249,10 @@ def _sun_and_field(
     epoch: datetime, times: bytes, position: bytes, needs_field: bool
 ) -> tuple[Floats, Floats]:
     after, where = np.frombuffer(times), np.frombuffer(position).reshape(-1, 3)
-    found = sun_and_field(epoch, after, where, needs_field)
-    for table in found:
+    tables = sun_and_field(epoch, after, where, needs_field)
+    for table in tables:
         table.flags.writeable = False  # the cached table is shared
-    return found
+    return tables
 
 
 # Each magnetometer requests the gradient.
@@ -260,7 +260,7 @@ def _sun_and_field(
 def _field_gradient(epoch: datetime, times: bytes, position: bytes) -> Floats:
     after, where = np.frombuffer(times), np.frombuffer(position).reshape(-1, 3)
     to_itrs = gcrs_to_itrs(instants(epoch, after))
-    found = field_gradient(rotate(to_itrs, where), _middle(epoch, after))
-    turned: Floats = np.swapaxes(to_itrs, 1, 2) @ found @ to_itrs
+    gradient = field_gradient(rotate(to_itrs, where), _middle(epoch, after))
+    turned: Floats = np.swapaxes(to_itrs, 1, 2) @ gradient @ to_itrs
     turned.flags.writeable = False
     return turned

@@ -67,11 +67,11 @@ def gauss_coefficients(date: datetime) -> Complexes:
     g, h = ppigrf.ppigrf.read_shc()
     at = np.datetime64(as_utc(date).replace(tzinfo=None))
     days = (g.index.to_numpy().astype("datetime64[us]") - at) / np.timedelta64(1, "D")
-    found = np.zeros((FIELD_DEGREE + 1, FIELD_DEGREE + 1), dtype=np.complex128)
+    coefficients = np.zeros((FIELD_DEGREE + 1, FIELD_DEGREE + 1), dtype=np.complex128)
     for n, m in g.columns:
         for table, unit in ((g, 1.0), (h, 1j)):
-            found[n, m] += unit * np.interp(0.0, days, table[n, m].to_numpy(dtype=float))
-    return found
+            coefficients[n, m] += unit * np.interp(0.0, days, table[n, m].to_numpy(dtype=float))
+    return coefficients
 
 
 def _check_date(date: datetime) -> datetime:

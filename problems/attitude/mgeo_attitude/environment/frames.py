@@ -50,7 +50,6 @@ def _gcrs_to_cirs(at: Instants) -> Floats:
 
 
 def _interpolate(matrix: Callable[[float, float], Floats], at: Instants) -> Floats:
-    """Interpolate a matrix linearly between the first and last instant, shape (n, 3, 3)."""
     first, last = (matrix(at.midnight, at.tt[k]) for k in (0, -1))
     span = at.tt[-1] - at.tt[0]
     weight = (at.tt - at.tt[0]) / (span or 1.0)  # a single instant has no span

@@ -103,14 +103,14 @@ def read_oem(
     first, last = np.searchsorted(times, [SAME_INSTANT, run.duration - SAME_INSTANT])
     number = np.arange(len(times))
     needed = (number >= first - 1 - margin) & (number <= last + margin)
-    kept = needed & _select_coast(times, position, velocity, run)
+    selection = needed & _select_coast(times, position, velocity, run)
     orbit = EphemerisOrbit(
         source=f"{path.name}, {name}",
         epoch=run.epoch,
         degree=degree,
-        times=times[kept].tolist(),
-        position=position[kept].tolist(),
-        velocity=velocity[kept].tolist() if method == "hermite" else (),
+        times=times[selection].tolist(),
+        position=position[selection].tolist(),
+        velocity=velocity[selection].tolist() if method == "hermite" else (),
     )
     return orbit.for_run(run.epoch, run.duration)
 

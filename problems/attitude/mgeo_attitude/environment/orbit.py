@@ -171,13 +171,13 @@ class OrbitFile(Settings):
             if "CCSDS_OEM_VERS" in text or "<oem" in text:
                 run = Run(epoch, duration)
                 return read_oem(path, self.object, run, self.interpolation, self.degree)
-            found = read_element_set(text, self.object, epoch, path.name)
+            element_set = read_element_set(text, self.object, epoch, path.name)
         except (ValueError, EOFError, ImportError) as error:
             raise InvalidValue("file", self.file, f"{error}") from error
         kinds = "element sets (OMM, or two lines) or an orbit ephemeris message (OEM)"
-        expect(found, "file", self.file, kinds)
-        assert found is not None
-        return found.for_run(epoch, duration)
+        expect(element_set, "file", self.file, kinds)
+        assert element_set is not None
+        return element_set.for_run(epoch, duration)
 
 
 AnyOrbit = Orbit | TLEOrbit | MeanElements | EphemerisOrbit

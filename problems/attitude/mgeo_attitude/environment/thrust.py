@@ -60,15 +60,15 @@ def find_thrust(times: Floats, position: Floats, velocity: Floats) -> list[Thrus
         ),
         key=np.median,
     )
-    found: list[Thrust] = []
+    spans: list[Thrust] = []
     for row in np.flatnonzero(acceleration > _SMALLEST).tolist():
         first, last = float(times[whole[row]]), float(times[later[whole[row]]])
         strength = float(acceleration[row])
-        if found and first <= found[-1].end:
-            before = found.pop()
+        if spans and first <= spans[-1].end:
+            before = spans.pop()
             first, strength = before.start, max(strength, before.acceleration)
-        found.append(Thrust(first, last, strength))
-    return found
+        spans.append(Thrust(first, last, strength))
+    return spans
 
 
 def _residual_acceleration(start: Floats, velocity: Floats, duration: Floats, j2: float) -> Floats:
@@ -95,7 +95,6 @@ def _residual_acceleration(start: Floats, velocity: Floats, duration: Floats, j2
 
 
 def _slope(state: Floats, j2: float) -> Floats:
-    """Return velocity and acceleration by the Earth's point mass and J2, shape (2, n, 3)."""
     position, velocity = state
     radius = np.linalg.norm(position, axis=1, keepdims=True)
     polar = 5.0 * (position[:, 2:] / radius) ** 2

@@ -136,15 +136,15 @@ def clock_seconds_after(epoch: datetime, seconds: ArrayLike, system: str = "UTC"
         Time scale of the dates: UTC or one of `TAI_MINUS`.
     """
     utc, clock = as_utc(epoch), np.asarray(seconds, dtype=float)
-    known = np.isfinite(clock)
+    is_finite = np.isfinite(clock)
     midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
-    today = np.floor(((utc - midnight).total_seconds() + clock[known]) / DAY).astype(np.int64)
+    today = np.floor(((utc - midnight).total_seconds() + clock[is_finite]) / DAY).astype(np.int64)
     days, which = np.unique(today, return_inverse=True)
     dates = [((midnight + timedelta(days=int(day))).timetuple()[:3]) for day in days]
     ahead = _tai_minus(system, np.array(dates).reshape(-1, 3), np.zeros(len(dates)))
-    found = clock.copy()
-    found[known] += ahead[which] - tai_minus_utc(utc)
-    return found
+    result = clock.copy()
+    result[is_finite] += ahead[which] - tai_minus_utc(utc)
+    return result
 
 
 def _tai_minus(system: str, dates: Ints, fractions: Floats) -> Floats:
@@ -167,9 +167,9 @@ def _tai_minus(system: str, dates: Ints, fractions: Floats) -> Floats:
 
 def _parse_stamp(stamp: str) -> tuple[date, float]:
     """Return the date of a time stamp and the seconds since midnight."""
-    found = _STAMP.fullmatch(stamp)
+    match = _STAMP.fullmatch(stamp)
     try:
-        year, month, day, ordinal, hour, minute, second = found.groups("0") if found else ()
+        year, month, day, ordinal, hour, minute, second = match.groups("0") if match else ()
         first = date(int(year), 1, 1)
         of_year = first + timedelta(days=int(ordinal) - 1)
         when = of_year if int(ordinal) else date(int(year), int(month), int(day))

@@ -83,9 +83,9 @@ def opened(text: str, kind: str, version: int) -> dict[str, Any]:
         If the text is not JSON, or if its format or version differs.
     """
     table = json.loads(text)
-    found = table.get("format") if isinstance(table, dict) else None
-    if found != kind:
-        raise ValueError(f"format = {found!r:.80}: expected {kind!r}")
+    name = table.get("format") if isinstance(table, dict) else None
+    if name != kind:
+        raise ValueError(f"format = {name!r:.80}: expected {kind!r}")
     if table.get("version") != version:
         raise ValueError(f"version = {table.get('version')!r:.80}: expected {version}")
     return table  # type: ignore[no-any-return]

@@ -214,8 +214,7 @@ class ManeuverPlan(Settings):
         return self.trajectory.phases
 
     @property
-    def _calibration(self) -> list[Phase]:
-        """Phases until `t_end`."""
+    def _calibration_phases(self) -> list[Phase]:
         return [phase for phase in self.phases if phase.end <= self.t_end]
 
     @property
@@ -302,10 +301,10 @@ class ManeuverPlan(Settings):
     def limit(self) -> list[str]:
         """Return lines that compare the trace with the lower bound."""
         try:
-            found = self.problem.limit_curves
+            curves = self.problem.limit_curves
         except NoLimit as reason:
             return [f"no lower bound of the trace: {reason}"]
-        return list(lower_bound.describe_bound(found, self.t_end, self.trace))
+        return list(lower_bound.describe_bound(curves, self.t_end, self.trace))
 
     def uncalibrated(self) -> list[str]:
         """Return the errors whose 1-sigma fell by less than half, with the remaining share.
@@ -370,8 +369,8 @@ class ManeuverPlan(Settings):
 
     def sensor_use(self) -> pd.DataFrame:
         """Return the time during which each sensor measured in each phase until `t_end` [s]."""
-        known = self._calibration, self.design, self.history
-        return budget.sensor_use(self.problem.model, *known)
+        arguments = self._calibration_phases, self.design, self.history
+        return budget.sensor_use(self.problem.model, *arguments)
 
     def correlations(self) -> pd.DataFrame:
         """Return the correlations of the errors at `t_end`; see `covariance.correlations`."""
@@ -396,7 +395,7 @@ class ManeuverPlan(Settings):
             See `alternatives.compare`.
         """
         if designs is None:
-            designs = alternatives.without_optimizer(self.scenario, self._calibration)
+            designs = alternatives.without_optimizer(self.scenario, self._calibration_phases)
         return alternatives.compare(self.problem, {"plan": self.design, **designs}, self.t_end)
 
 

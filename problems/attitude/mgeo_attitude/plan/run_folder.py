@@ -105,8 +105,8 @@ class Front:
         if choice in ("fastest", "best"):
             return int(rows[0 if choice == "fastest" else -1])
         if isinstance(choice, str) or not math.isfinite(choice):
-            known = f"one of {', '.join(CHOICES)}, or a finite number of seconds"
-            raise ValueError(f"choice = {choice!r}: expected {known}")
+            choices = f"one of {', '.join(CHOICES)}, or a finite number of seconds"
+            raise ValueError(f"choice = {choice!r}: expected {choices}")
         return int(rows[np.argmin(np.abs(t_end - choice))])
 
     @cached_property
@@ -157,10 +157,10 @@ def read_front(folder: Path | str) -> Front:
     is_feasible = len(outcome.X) > 0
     path = folder / (FRONT_FILE if is_feasible else NEAREST_FILE)
     with errors_of(path):
-        found = [*outcome.variables, *outcome.objectives]
+        columns = [*outcome.variables, *outcome.objectives]
         expected = [*problem.var_names, *problem.obj_names]
-        if found != expected:
-            raise ValueError(f"columns {found}: expected {expected}")
+        if columns != expected:
+            raise ValueError(f"columns {columns}: expected {expected}")
         solutions = outcome if is_feasible else outcome.nearest
         if not solutions:
             raise ValueError("expected at least one row below the header")

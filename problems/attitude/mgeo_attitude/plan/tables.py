@@ -89,7 +89,6 @@ def _command_columns(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _worst_axis_columns(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the largest 1-sigma of the three axes of each error."""
     errors = table.iloc[:, 3:].T.groupby(lambda name: re.sub(" [xyz] ", " ", name), sort=False)
     return table.iloc[:, :3].join(errors.max().T)
 

@@ -53,18 +53,18 @@ def commands(plan: ManeuverPlan) -> pd.DataFrame:
     2  maneuver 3    900.0       600.0
     3   rate held   1500.0       837.0
     """
-    found = _merge_ramps(plan)
-    starts = np.array([phase.start for phase in found])
+    phases = _merge_ramps(plan)
+    starts = np.array([phase.start for phase in phases])
     table = pd.DataFrame(
         {
-            "command": range(1, len(found) + 1),
-            "what": [phase.label for phase in found],
+            "command": range(1, len(phases) + 1),
+            "what": [phase.label for phase in phases],
             "start_utc": utc_texts(plan.scenario.epoch, starts),
             "start_s": starts.round(_TIME_DIGITS),
             "duration_s": np.diff([*starts, plan.duration]).round(_TIME_DIGITS),
         }
     )
-    rates = np.array([phase.commanded_deg_s for phase in found]).round(RATE_DIGITS) + 0.0  # no -0
+    rates = np.array([phase.commanded_deg_s for phase in phases]).round(RATE_DIGITS) + 0.0  # no -0
     for i, axis in enumerate("xyz"):
         table[f"rate_{axis}_deg_s"] = rates[:, i]
     return table
@@ -72,14 +72,14 @@ def commands(plan: ManeuverPlan) -> pd.DataFrame:
 
 def _merge_ramps(plan: ManeuverPlan) -> list[Phase]:
     """Return the phases of a plan, each ramp merged with the phase that follows it."""
-    found: list[Phase] = []
+    phases: list[Phase] = []
     for phase in plan.phases:
         label = phase.label.removeprefix(RAMP)
         if plan.scenario.turned_by_coils and label.startswith(HELD):
             continue
-        if not found or found[-1].label != label:
-            found.append(dataclasses.replace(phase, label=label))
-    return found
+        if not phases or phases[-1].label != label:
+            phases.append(dataclasses.replace(phase, label=label))
+    return phases
 
 
 def to_uplink_csv(plan: ManeuverPlan) -> str:

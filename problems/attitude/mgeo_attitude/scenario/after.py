@@ -165,10 +165,10 @@ def _check_document(document: Any) -> Mapping[str, Any]:
     for key, kind in ENTRIES.items():
         if key not in document:
             raise KeyProblem(f"after.{key}", None, "missing; expected a calibration's document")
-        found = document[key]
-        if not isinstance(found, kind) or isinstance(found, bool):
+        entry = document[key]
+        if not isinstance(entry, kind) or isinstance(entry, bool):
             names = " or ".join(each.__name__ for each in getattr(kind, "__args__", (kind,)))
-            raise InvalidValue(f"after.{key}", found, f"expected {names}")
+            raise InvalidValue(f"after.{key}", entry, f"expected {names}")
     time = document["time_s"]
     expect(0.0 <= time <= _LATEST, "after.time_s", time, f"a number in [0, {_LATEST:g}] s")
     return document

@@ -95,8 +95,8 @@ def prior_of(document: Mapping[str, Any], suite: Suite) -> Prior:
         If the states are those of another satellite, or if an entry is invalid.
     """
     rows = tuple(states_of(document, suite).values())
-    given = {key: document[key] for key in ("quaternion", "rate_deg_s", "covariance")}
-    return Prior(**given, states=rows)
+    entries = {key: document[key] for key in ("quaternion", "rate_deg_s", "covariance")}
+    return Prior(**entries, states=rows)
 
 
 def states_of(document: Mapping[str, Any], suite: Suite) -> Mapping[str, Any]:
@@ -139,11 +139,11 @@ def check_covariance(matrix: Sequence[Sequence[float]] | ArrayLike, n: int) -> N
     square = len(rows) == n and set(rows) == {n}
     shape = f"{len(rows)} rows of {', '.join(map(str, sorted(set(rows)))) or 0}"
     expect(square, "covariance", shape, f"{n} x {n} numbers, three rows per block")
-    found = np.array(matrix, dtype=float)
-    scale = np.sqrt(np.abs(np.diag(found)))
+    covariance = np.array(matrix, dtype=float)
+    scale = np.sqrt(np.abs(np.diag(covariance)))
     with np.errstate(divide="ignore", invalid="ignore"):
-        correlation = found / scale / scale[:, None]
+        correlation = covariance / scale / scale[:, None]
     regular = np.isfinite(correlation).all() and np.allclose(correlation, correlation.T, 0, 1e-9)
     if not regular or np.linalg.eigvalsh(correlation)[0] <= 0.0:
-        worst = f"least variance {np.diag(found).min():.6g}"
+        worst = f"least variance {np.diag(covariance).min():.6g}"
         expect(False, "covariance", worst, "a symmetric positive definite matrix")

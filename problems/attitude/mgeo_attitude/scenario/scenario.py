@@ -290,7 +290,7 @@ class Scenario(Settings):
             raise InvalidValue("gyro", table["gyro"], _NO_GYRO)
         if "after" in table:
             table = going_on(table, Scenario.from_dict)
-        return Scenario(**_in_folder(on_preset(table), folder))
+        return Scenario(**_resolve_orbit_file(on_preset(table), folder))
 
     def to_toml(self) -> str:
         """Return the scenario as a TOML document with a comment on every key."""
@@ -339,8 +339,7 @@ class Scenario(Settings):
         write_file(Path(path), self.to_toml().encode())
 
 
-def _in_folder(table: dict[str, Any], folder: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return the table with the path of the orbit's file relative to a folder."""
+def _resolve_orbit_file(table: dict[str, Any], folder: str | os.PathLike[str]) -> dict[str, Any]:
     orbit = table.get("orbit")
     if not isinstance(orbit, Mapping) or not isinstance(orbit.get("file"), str):
         return table

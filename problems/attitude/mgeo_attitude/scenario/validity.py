@@ -110,7 +110,6 @@ def _check_epoch(scenario: Scenario) -> None:
 
 
 def _check_names(scenario: Scenario) -> None:
-    """Check that names of sensors and channels are unique."""
     names = [sensor.name for sensor in scenario.sensors]
     expect_unique("sensors[{}].name", names)
     for i, name in enumerate(names):

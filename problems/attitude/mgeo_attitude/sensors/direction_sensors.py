@@ -191,16 +191,16 @@ class HorizonSensor(DirectionSensor):
             np.linalg.norm(environment.position, axis=1),
         )
         across = np.eye(3) - n[:, :, None] * n[:, None, :]
-        found: Floats = -POSITION_UNIT / distance[:, None, None] * across
-        return found
+        derivative: Floats = -POSITION_UNIT / distance[:, None, None] * across
+        return derivative
 
     def views(self) -> tuple[Cone, ...]:
-        axis, found = unit(self.boresight), []
+        axis, cones = unit(self.boresight), []
         if self.half_angle_deg < 180.0:
-            found.append(Cone("", axis, math.radians(self.half_angle_deg), inside=True))
+            cones.append(Cone("", axis, math.radians(self.half_angle_deg), inside=True))
         if self.sun_exclusion_deg is not None:
-            found.append(Cone("sun", axis, math.radians(self.sun_exclusion_deg), inside=False))
-        return tuple(found)
+            cones.append(Cone("sun", axis, math.radians(self.sun_exclusion_deg), inside=False))
+        return tuple(cones)
 
     def available(self, environment: Environment) -> Bools | None:
         altitude = 1e-3 * (np.linalg.norm(environment.position, axis=1) - EARTH_RADIUS)

@@ -46,8 +46,8 @@ class Readings:
         available : array of bool, shape (n + 1, n_sensors)
         """
         each = zip(available.T, self.sensors, strict=True)
-        kept = tuple(np.where(there[:, None, None], rows, np.nan) for there, rows in each)
-        return dataclasses.replace(self, sensors=kept)
+        readings = tuple(np.where(there[:, None, None], rows, np.nan) for there, rows in each)
+        return dataclasses.replace(self, sensors=readings)
 
 
 def as_array(report: Any) -> Floats:
@@ -159,6 +159,6 @@ def _where_finite(
 ) -> Floats:
     """Convert rows to a new shape; rows with NaN become NaN."""
     there = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
-    found = np.full((len(values), *np.atleast_1d(shape)), np.nan)
-    found[there] = convert(values[there])
-    return found
+    result = np.full((len(values), *np.atleast_1d(shape)), np.nan)
+    result[there] = convert(values[there])
+    return result

@@ -205,8 +205,8 @@ class Suite:
         n : int
             Number of samples.
         """
-        found = [channels[each.channel] - each.reference for each in self.influence_keys.values()]
-        values: Floats = np.column_stack(found) if found else np.zeros((n, 0))
+        columns = [channels[each.channel] - each.reference for each in self.influence_keys.values()]
+        values: Floats = np.column_stack(columns) if columns else np.zeros((n, 0))
         own = slice(len(self.gyro.influences))
         values[1:, own] = 0.5 * (values[1:, own] + values[:-1, own])
         return values

@@ -85,12 +85,12 @@ class World(Settings):
         """Return the error states of the environment models; see `Sensor.states`."""
         along, across, radial = (sigma / POSITION_UNIT for sigma in self.orbit_error_m)
         field = self.field_error_nt / FIELD_UNIT_NT
-        found = {
+        states = {
             "albedo": GaussMarkov(self.albedo, self.albedo_correlation_time),
             "field_error": GaussMarkov(field, self.field_error_correlation_time),
             "orbit_error": GaussMarkov((along, across, radial), self.orbit_error_correlation_time),
         }
-        return {state: process for state, process in found.items() if np.any(process.sigma)}
+        return {state: process for state, process in states.items() if np.any(process.sigma)}
 
     @property
     def has_orbit_error(self) -> bool:
@@ -158,5 +158,5 @@ class World(Settings):
         across = np.cross(environment.position, environment.velocity)
         across /= np.linalg.norm(across, axis=1)[:, None]
         axes = np.stack([np.cross(across, radial), across, radial], axis=2)
-        found: Floats = gradient @ axes
-        return found
+        derivative: Floats = gradient @ axes
+        return derivative

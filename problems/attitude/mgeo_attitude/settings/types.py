@@ -76,8 +76,7 @@ def one_of(names: Iterable[str]) -> GetPydanticSchema:
     return GetPydanticSchema(lambda source, handler: core_schema.literal_schema(choices))
 
 
-def _parse(value: Any) -> Any:
-    """Convert ISO 8601 text to an instant; return other values unchanged."""
+def _parse_instant(value: Any) -> Any:
     try:
         return datetime.fromisoformat(value) if isinstance(value, str) else value
     except ValueError:
@@ -123,4 +122,4 @@ Direction = Annotated[Vector, AfterValidator(_check_direction)]
 #: One number for all three axes, or one per axis.
 PerAxis = Union[T, tuple[T, T, T]]  # noqa: UP007
 #: Instant with UTC offset, or its text in a file; converted to UTC.
-Instant = Annotated[datetime, BeforeValidator(_parse), AfterValidator(_to_utc)]
+Instant = Annotated[datetime, BeforeValidator(_parse_instant), AfterValidator(_to_utc)]

@@ -44,21 +44,22 @@ def _answer(
     if not math.isfinite(t_end):
         return LOST
     by_coils = plans.problem.scenario.turned_by_coils
-    known = _describe_sigma(plans.problem.model.suite, sigma, by_coils)
+    sigmas = _describe_sigma(plans.problem.model.suite, sigma, by_coils)
     late = None if math.isnan(kept) else within(kept)
     if math.isfinite(kept_sigma):
         late = f"attitude {two_digits(kept_sigma)} deg in {MOST_SAMPLES}"
     converged, after = t_end < plans.problem.model.too_late, span(t_end)
     if math.isnan(robust):
-        nominal = f"{after}; then {known}" if converged else f"not converged; after {after} {known}"
+        nominal = (
+            f"{after}; then {sigmas}" if converged else f"not converged; after {after} {sigmas}"
+        )
         return "; ".join(filter(None, [nominal, late]))
     own = f"robust time {span(robust)}" if robust < math.inf else "no robust time"
-    nominal = f"{after}, then {known}" if converged else f"not converged, after {after} {known}"
+    nominal = f"{after}, then {sigmas}" if converged else f"not converged, after {after} {sigmas}"
     return "; ".join(filter(None, [own, late, nominal if by_coils else f"nominal {nominal}"]))
 
 
 def _describe_sigma(suite: Suite, sigma: Floats, of_flights: bool) -> str:
-    """Return the 1-sigmas of the attitude and of each bias as text."""
     if not np.isfinite(sigma).all():  # a run with a lost covariance makes the mean undefined
         return f"{LOST} in Monte Carlo runs"
     parts, worsts = [], sigma.reshape(-1, 3).max(axis=1)

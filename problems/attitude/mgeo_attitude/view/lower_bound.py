@@ -52,8 +52,8 @@ def impossible(problem: AttitudeManeuverProblem) -> list[str]:
     scenario, model = problem.scenario, problem.model
     if not scenario.required_sigma or not holds_over_flights(scenario):
         return []
-    found = known_bound(problem)
-    if found is None:
+    curves = known_bound(problem)
+    if curves is None:
         return []
     required = RequiredSigma(scenario.required_sigma).of(model.suite.units)
     first = model.window_steps if model.rule == "trace" else 0  # earliest step of t_end
@@ -61,7 +61,7 @@ def impossible(problem: AttitudeManeuverProblem) -> list[str]:
     for unit, name, greatest in zip(
         block_units(model.suite), model.suite.blocks, required, strict=True
     ):
-        least = (1.0 - _ROUNDING) * float(found.sigma(name)[first:].min())
+        least = (1.0 - _ROUNDING) * float(curves.sigma(name)[first:].min())
         if least > greatest:
             lines.append(
                 f"required 1-sigma of {unit.label}: {greatest * unit.factor:.4g} {unit.unit} cannot"
@@ -81,16 +81,16 @@ def remarks(plans: Plans, some: Plans, these: str) -> list[str]:
 
     problem = plans.problem
     try:
-        found = problem.limit_curves
+        curves = problem.limit_curves
     except NoLimit as reason:
         return [f"no lower bound of the trace: {reason}"]
-    ratios = some.exactly.trace / found.at(some.exactly.t_end)
+    ratios = some.exactly.trace / curves.at(some.exactly.t_end)
     rows = np.flatnonzero(np.isfinite(plans.F).all(axis=1))
     if not len(rows) or np.isnan(ratios).all():
         return []
     row = int(rows[default_solution(problem, plans.F[rows]).row])
     shown = plans.take([row]).exactly
-    (least,) = found.at(shown.t_end)
+    (least,) = curves.at(shown.t_end)
     return [
         f"the lower bound of the trace after {span(shown.t_end[0])} is {least:.3g}: solution {row} "
         f"has {shown.trace[0] / least:.2f} times its bound; the median of {these} is "
@@ -161,6 +161,5 @@ def describe_bound(found: LimitCurves, t_end: float, trace: float) -> Iterator[s
 
 
 def _round_up(value: float) -> str:
-    """Return a number as text, rounded up to three digits."""
     unit = 10.0 ** (math.floor(math.log10(value)) - 2)
     return f"{math.ceil(value / unit * (1.0 - 1e-12)) * unit:.3g}"

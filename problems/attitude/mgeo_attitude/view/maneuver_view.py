@@ -44,11 +44,11 @@ class ManeuverView(Plans):
         and the wheel budget have additional rows for the time after convergence, that is, for the
         constant-rate hold and for the slew back. The search does not evaluate these rows.
         """
-        found = []
+        result = []
         limits = [limit for each in constraints(self.problem.scenario) for limit in each.limits]
         for row, after in zip(self.excesses, margins.all_after(self), strict=True):
-            found += margins.tables(limits, row[None], [after])
-        return found
+            result += margins.tables(limits, row[None], [after])
+        return result
 
     def remarks(self) -> list[str]:
         """Return lines on the robustness of a front, its margins and the lower bound.
@@ -110,8 +110,8 @@ class ManeuverView(Plans):
     def notes(self) -> list[str]:
         """Return warnings on implausible values, assumptions and validity of the covariance."""
         scenario = self.problem.scenario
-        found = [f"{line} (docs/consistency.md): verify a plan" for line in validity(scenario)]
-        return [*implausible(scenario), *scenario.assumed, *found]
+        remarks = [f"{line} (docs/consistency.md): verify a plan" for line in validity(scenario)]
+        return [*implausible(scenario), *scenario.assumed, *remarks]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
         """Return the number of points of a front that converge in the first orbit, and later.

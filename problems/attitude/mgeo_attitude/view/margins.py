@@ -57,13 +57,13 @@ def tables(
         ``limit``, and ``margin``, which is negative if the constraint is violated.
     """
     more = [{} for _ in excesses] if after is None else after
-    found = []
+    result = []
     for row, rest in zip(excesses, more, strict=True):
         cells = [_row(limit, each) for limit, each in zip(limits, row.tolist(), strict=True)]
         labels = [*(limit.label for limit in limits), *rest]
         index = pd.Index(labels, name="constraint", dtype=str)
-        found.append(pd.DataFrame([*cells, *rest.values()], columns=_COLUMNS, index=index))
-    return found
+        result.append(pd.DataFrame([*cells, *rest.values()], columns=_COLUMNS, index=index))
+    return result
 
 
 def _row(limit: Limit, excess: float) -> Row:
@@ -94,30 +94,30 @@ def all_after(plans: Plans) -> list[dict[str, Row]]:
     such constraints, has an empty mapping.
     """
     problem, result = plans.problem, plans.exactly
-    found: list[dict[str, Row]] = [{} for _ in plans.X]
+    rows: list[dict[str, Row]] = [{} for _ in plans.X]
     if not has_limits_after(problem.scenario):
-        return found
+        return rows
     for i in np.flatnonzero(np.isfinite(result.t_end)).tolist():
         trajectory = plans.trajectory(i)
         edges = [trajectory.t_end, trajectory.held_until]
         try:
             edges.append(trajectory.end)
         except InvalidValue:
-            found[i]["time of the slew back"] = _at_most("s", np.inf, problem.scenario.duration)
+            rows[i]["time of the slew back"] = _at_most("s", np.inf, problem.scenario.duration)
         else:
             tolerance = problem.scenario.maneuvers.end_tolerance_deg
             if tolerance is not None:
                 off = _attitude_error_at_end(problem.scenario, problem.model, trajectory)
-                found[i][END_ATTITUDE] = _at_most("deg", off, tolerance)
+                rows[i][END_ATTITUDE] = _at_most("deg", off, tolerance)
         latest = problem.scenario.deadline
         if latest < np.inf:
-            found[i][f"{END}, with what follows"] = _at_most("s", edges[-1], latest)
+            rows[i][f"{END}, with what follows"] = _at_most("s", edges[-1], latest)
         for (start, end), while_ in zip(pairwise(edges), AFTER, strict=False):
             if start < end:
-                found[i] |= limits_after(
+                rows[i] |= limits_after(
                     problem.model, trajectory, start, end, result.covariance[i, :3, :3], while_
                 )
-    return found
+    return rows
 
 
 def _attitude_error_at_end(scenario: Scenario, model: FilterModel, trajectory: Trajectory) -> float:
@@ -184,11 +184,11 @@ def limits_after(
                 rows[name] = _at_most(unit, load, bound)
     at = Place.at(scenario, start + model.step * np.arange(len(attitude), dtype=float))
     at = at if scenario.eclipse else at.without_shadow()
-    known = np.repeat(covariance[None], len(attitude), axis=0)
+    covariances = np.repeat(covariance[None], len(attitude), axis=0)
     for limit in scenario.path_limits:
         cone, bound = limit.cone(), limit.half_angle_deg
         excess = excess_along(
-            cone, limit.attitude_sigmas, at, scenario.epoch, attitude, turn, known
+            cone, limit.attitude_sigmas, at, scenario.epoch, attitude, turn, covariances
         )
         worst = np.degrees(max(float(excess.max()), -np.pi))  # -inf if the Sun is never visible
         if cone.inside:
@@ -208,5 +208,5 @@ def _wheel_load(model: FilterModel, trajectory: Trajectory, first: int, last: in
     budget = MomentumBudget.of(scenario, around, model.initial_attitude, model.initial_rate)
     assert budget is not None  # the caller checks that the wheels have a budget
     flown = model.schedule(trajectory.commanded, last + 1)
-    found: Floats = wheel_loads(budget, flown, np.array([last]), model.step, 1, first)[0]
-    return found
+    loads: Floats = wheel_loads(budget, flown, np.array([last]), model.step, 1, first)[0]
+    return loads

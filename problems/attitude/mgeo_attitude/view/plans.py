@@ -177,9 +177,9 @@ class Plans(View):
             LABEL``, the value in 9 of 10 runs; and their ratio ``kept / promised LABEL``.
         """
         columns: dict[str, Floats] = {}
-        found = self._evaluate_runs(flights, seed)
+        statistics = self._evaluate_runs(flights, seed)
         for i, label in enumerate(self.problem.obj_names):
-            own, kept = self.F[:, i], found[:, i]
+            own, kept = self.F[:, i], statistics[:, i]
             columns |= {f"promised {label}": own, f"kept {label}": kept}
             columns[f"kept / promised {label}"] = kept / own
         return pd.DataFrame(columns)
@@ -195,8 +195,8 @@ class Plans(View):
     @property
     def robust_t_end(self) -> Floats:
         """t_end over the Monte Carlo runs of the problem [s], shape (n,); NaN without such runs."""
-        known = self.problem.scenario.flight is not None
-        return self._t_end(self.F) if known else np.full(len(self.X), np.nan)
+        has_runs = self.problem.scenario.flight is not None
+        return self._t_end(self.F) if has_runs else np.full(len(self.X), np.nan)
 
     def _t_end(self, F: Floats) -> Floats:
         label = OBJECTIVES["t_end"].label
@@ -235,13 +235,13 @@ class Plans(View):
         """
         if not self.problem.scenario.maneuvers.slew_back:
             return self.held_until
-        found = np.full(len(self.X), np.nan)
+        times = np.full(len(self.X), np.nan)
         for i in np.flatnonzero(np.isfinite(self.exactly.t_end)).tolist():
             try:
-                found[i] = self.trajectory(i).end
+                times[i] = self.trajectory(i).end
             except InvalidValue:
-                found[i] = math.inf
-        return found
+                times[i] = math.inf
+        return times
 
     def trajectory(self, row: int) -> Trajectory:
         """Return the trajectory of a plan whose covariance was not lost.
@@ -249,14 +249,14 @@ class Plans(View):
         The slew back, the most expensive part, is cached for all views of a front.
         """
         problem, times = self.problem, (float(self.exactly.t_end[row]), float(self.held_until[row]))
-        found = Trajectory(problem.scenario, problem.model, self.X[row], *times)
+        trajectory = Trajectory(problem.scenario, problem.model, self.X[row], *times)
         key = self.X[row].tobytes()
         if key not in self._backs:
             with suppress(InvalidValue):  # the trajectory raises the error when it is accessed
-                self._backs[key] = found.back
+                self._backs[key] = trajectory.back
         if key in self._backs:
-            found.__dict__["back"] = self._backs[key]  # fills the cached_property
-        return found
+            trajectory.__dict__["back"] = self._backs[key]  # fills the cached_property
+        return trajectory
 
 
 def spread(n: int) -> Ints:

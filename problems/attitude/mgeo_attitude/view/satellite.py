@@ -37,7 +37,7 @@ def facts(problem: AttitudeManeuverProblem) -> dict[str, str]:
     scenario, around = problem.scenario, problem.environment
     edges = utc_texts(scenario.epoch, np.array([0.0, _until(scenario)]))
     start, end = (text[:19] for text in edges)
-    found = {
+    topics = {
         "satellite": f"{scenario.name}, {start} to {end} UTC",
         "orbit": _orbit(around),
         "Sun": _sun(scenario, around),
@@ -46,9 +46,9 @@ def facts(problem: AttitudeManeuverProblem) -> dict[str, str]:
     }
     at_rest = list(margins_at_rest(problem))
     if at_rest:
-        found["at rest"] = f"held as at the start, until {end[11:19]}: {'; '.join(at_rest)}"
-    found["covariance"] = _describe_validity(scenario)
-    return found
+        topics["at rest"] = f"held as at the start, until {end[11:19]}: {'; '.join(at_rest)}"
+    topics["covariance"] = _describe_validity(scenario)
+    return topics
 
 
 def _until(scenario: Scenario) -> float:
@@ -133,8 +133,8 @@ def margins_at_rest(problem: AttitudeManeuverProblem) -> Iterator[str]:
     until = model.step * min(int(_until(scenario) / model.step), model.n_steps)
     still = np.zeros(VARIABLES_PER_MANEUVER * scenario.maneuvers.count)
     trajectory = Trajectory(scenario, model, still, until, until)
-    known = scenario.initial_attitude_covariance
-    rows = limits_after(model, trajectory, 0.0, until, known, "at rest")
+    covariance = scenario.initial_attitude_covariance
+    rows = limits_after(model, trajectory, 0.0, until, covariance, "at rest")
     for label, (unit, value, bound, limit, margin) in rows.items():
         state = "margin" if margin >= 0.0 else "EXCEEDED by"
         yield (
@@ -150,8 +150,8 @@ def _describe_validity(scenario: Scenario) -> str:
     beyond = validity(scenario)
     if beyond:
         return f"{'; '.join(beyond)}: verify a plan"
-    known = [f"{key} = {value:g} (to {at:g})" for key, value, at in examined(scenario) if value]
-    return f"valid for the initial errors: {', '.join(known)}"
+    values = [f"{key} = {value:g} (to {at:g})" for key, value, at in examined(scenario) if value]
+    return f"valid for the initial errors: {', '.join(values)}"
 
 
 def instruments(scenario: Scenario) -> pd.DataFrame:
@@ -169,7 +169,7 @@ def instruments(scenario: Scenario) -> pd.DataFrame:
     for name, part in parts:
         units = {key: annotation_of(type(part), key, Unit) for key in part.noise_parameters}
         noise = [
-            f"{_WITH_UNIT.sub('', key).replace('_', ' ')} {_numbers(getattr(part, key))} "
+            f"{_WITH_UNIT.sub('', key).replace('_', ' ')} {_format_numbers(getattr(part, key))} "
             f"{unit.text if unit else ''}".strip()
             for key, unit in units.items()
         ]
@@ -183,6 +183,5 @@ def instruments(scenario: Scenario) -> pd.DataFrame:
     return pd.DataFrame.from_dict(rows, orient="index").rename_axis("")
 
 
-def _numbers(value: float | tuple[float, ...]) -> str:
-    """Format one number for all axes, or one for each."""
+def _format_numbers(value: float | tuple[float, ...]) -> str:
     return " / ".join(f"{v:g}" for v in (value if isinstance(value, tuple) else (value,)))

@@ -46,14 +46,14 @@ def figures(plans: Plans) -> dict[str, go.Figure]:
     if problem.objectives == PAPER:
         rows = spread(len(solutions.X))
         some = plans.take(solutions.numbers[rows])
-        known = np.full((len(own), 3), np.nan)
-        known[rows] = np.column_stack([some.kept, some.kept_sigma_deg])
+        robust_values = np.full((len(own), 3), np.nan)
+        robust_values[rows] = np.column_stack([some.kept, some.kept_sigma_deg])
         too_late = problem.model.too_late
-        known[known[:, 0] >= too_late] = np.nan  # too few Monte Carlo runs converge
+        robust_values[robust_values[:, 0] >= too_late] = np.nan  # too few Monte Carlo runs converge
         front["front"] = front_figure(
             problem.scenario,
             dataclasses.replace(solutions, F=own),
-            known,
+            robust_values,
             longest=too_late,
             dead_end=bool((plans.excesses[solutions.numbers] > 0.0).any(axis=1).all()),
             least=lower_bound.bound_curves(problem, own[:, 0]),

@@ -72,8 +72,8 @@ def projected(vectors: Floats) -> tuple[Shorts, Shorts]:
     across, up : arrays of int16, shape (m,)
         Map coordinates, within ± `OUTLINE`.
     """
-    known = vectors[np.isfinite(vectors).all(axis=1)]
-    x, y, z = known.T / np.linalg.norm(known, axis=1)
+    finite_vectors = vectors[np.isfinite(vectors).all(axis=1)]
+    x, y, z = finite_vectors.T / np.linalg.norm(finite_vectors, axis=1)
     half = 0.5 * np.arctan2(y, x)
     level = np.sqrt(np.clip(1.0 - z**2, 0.0, 1.0))
     place = np.array([2.0 * level * np.sin(half), z]) / np.sqrt(0.5 + 0.5 * level * np.cos(half))

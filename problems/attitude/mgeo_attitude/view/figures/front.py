@@ -69,7 +69,7 @@ def front_figure(
     """
     values = np.column_stack([solutions.F, solutions.sigma_deg])
     hover = np.array([_hover_text(solutions, i, scenario, kept[i]) for i in range(len(values))])
-    span = _span(scenario, np.append(values[:, 0], kept[:, 0]))
+    span = _time_range(scenario, np.append(values[:, 0], kept[:, 0]))
     attitude = f"attitude 1-sigma, worst axis{exactly(scenario)} [deg]"
     scales = [
         _Scale("attitude", attitude, 2, scenario.required_sigma.get("attitude_deg", math.inf)),
@@ -143,8 +143,7 @@ def _lines(
     }
 
 
-def _span(scenario: Scenario, times: Floats) -> list[float]:
-    """Return the range of the time axis [s]."""
+def _time_range(scenario: Scenario, times: Floats) -> list[float]:
     first, last = float(np.nanmin(times)), float(np.nanmax(times))
     room = _ROOM * (last - first) or 0.05 * last
     if (closes := scenario.deadline) < 3.0 * last:
@@ -167,7 +166,6 @@ def _mark_times(figure: go.Figure, scenario: Scenario, span: list[float]) -> Non
 def _buttons(
     scales: list[_Scale], drawn: list[list[dict[str, Any]]], axes: list[dict[str, Any]]
 ) -> dict[str, Any]:
-    """Return plotly buttons that select the scale by the method ``update``."""
     buttons = []
     for scale, traces, axis in zip(scales, drawn, axes, strict=True):
         now = {key: [np.asarray(each[key]).tolist() for each in traces] for key in "xy"}

@@ -156,7 +156,6 @@ def _turns(times: Floats, vectors: Floats) -> dict[str, Floats]:
 
 
 def _sphere() -> list[dict[str, Any]]:
-    """Return traces of three great circles and the inertial axes."""
     around = np.radians(np.linspace(0.0, 360.0, 61))
     ring = np.column_stack([np.cos(around), np.sin(around), 0.0 * around])
     circles = np.vstack([[*np.roll(ring, i, axis=1), [np.nan] * 3] for i in range(3)])
@@ -183,7 +182,6 @@ def _arrow(name: str, tip: Floats, index: int) -> dict[str, Any]:
 
 
 def _box() -> list[dict[str, Any]]:
-    """Return traces of the faces and edges of the body."""
     signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=float)
     corners = signs * _HALF
     stroke = corners[[0, 1, 3, 2, 0, 4, 5, 1, 5, 7, 3, 7, 6, 2, 6, 4]]

@@ -87,8 +87,8 @@ def _rate_polyline(flight: Flown, model: FilterModel) -> tuple[Floats, Floats]:
     in_ramp = (ends - starts < 1.5 * model.step) & (model.slew_limits is not None)
     first = np.where(in_ramp, 0.5 * (starts + ends), starts)
     line = np.column_stack([first, np.where(in_ramp, np.nan, ends)]).ravel()
-    kept = ~np.isnan(line)
-    return line[kept], np.degrees(np.repeat(flight.rates, 2, axis=0)[kept])
+    is_point = ~np.isnan(line)
+    return line[is_point], np.degrees(np.repeat(flight.rates, 2, axis=0)[is_point])
 
 
 def _errors(
@@ -152,12 +152,12 @@ def _edges(scenario: Scenario) -> list[dict[str, Any]]:
         for view in sensor.views():
             seen = "view of" if view.inside else f"{view.direction.capitalize()} off"
             cones.append((f"{seen} {sensor.name}", view, "dot" if view.inside else "dash"))
-    found = []
+    traces = []
     for index, (name, cone, dash) in enumerate(cones):
         look = {"line": {"color": COLORS[(1 + index) % 4], "dash": dash, "width": 1.5}}
         place = circle(cone.axis, cone.half_angle)
-        found.append(_on_map(name, *place, mode="lines", **look))
-    return found
+        traces.append(_on_map(name, *place, mode="lines", **look))
+    return traces
 
 
 def _on_map(name: str, across: Any, up: Any, **look: Any) -> dict[str, Any]:
@@ -190,5 +190,5 @@ def _shadow(problem: AttitudeManeuverProblem) -> Intervals:
         return []
     times, dark = problem.environment.times, ~problem.environment.sunlit
     edges = np.flatnonzero(np.diff(np.concatenate([[False], dark, [False]])))
-    found = np.append(times, times[-1])[edges].reshape(-1, 2)
-    return [(start, end) for start, end in found.tolist()]
+    intervals = np.append(times, times[-1])[edges].reshape(-1, 2)
+    return [(start, end) for start, end in intervals.tolist()]

@@ -173,8 +173,8 @@ def remedies(
             rows[f"{_LONGER:g} s more about body {name}"] = _sigma(model, turned, longer)
     columns = [f"{unit.label} [{unit.unit}]" for unit in units]
     factors = np.array([unit.factor for unit in units])
-    found = pd.DataFrame(np.array(list(rows.values())) * factors, columns=columns)
-    return found.set_index(pd.Index(rows, name="change"))
+    table = pd.DataFrame(np.array(list(rows.values())) * factors, columns=columns)
+    return table.set_index(pd.Index(rows, name="change"))
 
 
 def most(values: pd.Series, least: float = 0.02) -> pd.Series:
@@ -195,7 +195,6 @@ def _sigma(model: FilterModel, design: ArrayLike, step: int) -> Floats:
 
 
 def _halve_noise(suite: Suite) -> Iterator[tuple[str, Suite]]:
-    """Yield the suite with half the noise of the gyro and of each sensor in turn."""
     parts: list[Any] = [suite.gyro, *suite.sensors]
     for i, part in enumerate(parts):
         if not part.noise_parameters:

@@ -37,13 +37,15 @@ def budget(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.
         the unit given in the column's name. The squares of the rows add up to the square of
         ``all``; see `filter.error_budget`.
     """
-    found = error_budget(model, design, history.t_end)
+    parts_by_source = error_budget(model, design, history.t_end)
     columns = {}
     for block, unit in enumerate(block_units(model.suite)):
         axis = _worst(history, block)
-        parts = np.append(found.variances[:, axis], found.variances[:, axis].sum())
+        parts = np.append(
+            parts_by_source.variances[:, axis], parts_by_source.variances[:, axis].sum()
+        )
         columns[f"{unit.label} [{unit.unit}]"] = np.sqrt(parts) * unit.factor
-    return pd.DataFrame(columns, index=pd.Index([*found.sources, "all"], name="source"))
+    return pd.DataFrame(columns, index=pd.Index([*parts_by_source.sources, "all"], name="source"))
 
 
 def reasons(
