@@ -171,7 +171,7 @@ def test_an_existing_run_is_refused_unless_told(mgeo):
         (["cantilever", "--scenario", "no.toml"], "there is no scenario file no.toml"),
         (["cantilever", "--out", "file"], "file is a file: expected a folder"),
         (["cantilever", "--set", "bits"], "--set bits: expected NAME=VALUE"),
-        (["bnh", "--algorithm", "moead"], "does not treat constraints"),
+        (["bnh", "--algorithm", "moead"], "does not support the constraints"),
     ],
 )
 def test_bad_input_is_one_line_and_leaves_nothing(mgeo, arguments, message):

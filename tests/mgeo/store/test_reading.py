@@ -6,7 +6,7 @@ from mgeo.validation.entries import FileError
 
 @pytest.mark.parametrize(
     ("text", "message"),
-    [('{"a": [1, NaN]}', "NaN is no finite number"), ("", "Expecting value")],
+    [('{"a": [1, NaN]}', "NaN is not a finite number"), ("", "Expecting value")],
 )
 def test_a_file_that_is_no_json_is_refused(text, message, tmp_path):
     path = tmp_path / "a.json"
