@@ -104,7 +104,7 @@ def parse_parameters(settings: Iterable[str]) -> dict[str, Any]:
 
 
 def _parse_value(text: str) -> Any:
-    """Return an integer, float, boolean or word, or a list of them if the text contains commas."""
+    """Return an integer, float, boolean or word; a list of them if the text contains commas."""
     if "," in text:
         return [_parse_value(entry) for entry in text.split(",")]
     if text.lower() in ("true", "false"):

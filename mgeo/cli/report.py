@@ -136,9 +136,12 @@ def _check_options(
     if len(sources) > 2:
         raise ValueError(f"{len(sources)} runs: expected one, or two to compare")
     if len(sources) == 2 and (formats or solution is not None):
-        raise ValueError("two runs are compared on a page without pictures: expected no options")
+        raise ValueError(
+            "a comparison of two runs has no figure files: expected no options for figures or "
+            "solutions"
+        )
     if is_study and (out is not None or solution is not None):
-        raise ValueError("a study has its report already: expected no --out and no --solution")
+        raise ValueError("a study already has a report: expected neither --out nor --solution")
     if len(sources) == 1 and sources[0].is_file():
         raise ValueError(f"{sources[0]} is a file: expected the folder of a run, or two solutions")
 
@@ -150,7 +153,7 @@ def _check_page(path: Path) -> None:
     if path.suffix != ".html":
         raise ValueError(f"--out {path}: expected a name that ends in .html")
     if path.is_dir():
-        raise IsADirectoryError(f"{path} is a folder: expected a file, or none yet")
+        raise IsADirectoryError(f"{path} is a folder: expected the path of a file")
     if not path.parent.is_dir():
         raise FileNotFoundError(f"{path} cannot be written: there is no folder {path.parent}")
     check_writable(path.parent)

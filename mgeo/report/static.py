@@ -118,7 +118,7 @@ def drawn(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> dict[str,
         return asyncio.run(draw())
     except (RuntimeError, OSError) as error:
         raise StaticExportError(
-            "PNG and PDF need Chrome or Chromium, and none was found that starts: install one, run "
+            "PNG and PDF need Chrome or Chromium, and no working one was found: install one, run "
             f"kaleido_get_chrome, or set BROWSER_PATH to one ({type(error).__name__})"
         ) from error
 

@@ -74,7 +74,7 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
     )
     record = ALGORITHMS[name]
     if not record.constraints and problem.has_constraints():
-        raise ValueError(f"algorithm {name!r} does not treat constraints, which this problem has")
+        raise ValueError(f"algorithm {name!r} does not support the constraints of this problem")
     declared = getattr(problem, "vars", None) is not None  # Such variables have their own bounds.
     if not declared and name != "random" and (problem.xl is None or problem.xu is None):
         raise ValueError(f"algorithm {name!r} needs bounds, which this problem does not have")
@@ -140,13 +140,13 @@ def suggest(algorithm: Algorithm, n: int) -> None:
     name = type(algorithm).__name__
     most = getattr(algorithm, "n_walkers", None) or getattr(algorithm, "pop_size", None)
     if most is not None and n > most:
-        raise ValueError(f"starts = {n}: expected at most {most}, with which {name} begins")
+        raise ValueError(f"starts = {n}: expected at most {most}, the initial size of {name}")
     if isinstance(algorithm, ExtremalOptimization):
         algorithm.sampling = SuggestedSampling(n)
         return
     initialization: Any = getattr(algorithm, "initialization", None)
     if not isinstance(getattr(initialization, "sampling", None), Sampling):
-        raise ValueError(f"starts = {n}: {name} takes no designs to begin with: expected 0")
+        raise ValueError(f"starts = {n}: {name} accepts no initial designs: expected 0")
     initialization.sampling = SuggestedSampling(n, initialization.sampling)
 
 

@@ -201,7 +201,7 @@ def prepare(
     try:  # A repeated run reads its values from JSON, so the first run uses such values as well.
         data = json.loads(json.dumps(data, allow_nan=False))
     except (TypeError, ValueError) as error:
-        raise ValueError(f"the options of {problem!r} are no JSON values: {error}") from error
+        raise ValueError(f"the options of {problem!r} are not JSON values: {error}") from error
     run = PreparedRun(checked(RunConfiguration, data), built, optimizer, record=record)
     run.check()
     return run
@@ -260,7 +260,7 @@ def resume_run(
     if budget < min(resumed.evaluator.n_eval, run.evaluations):
         raise ValueError(
             f"the new budget is {budget} evaluations: expected at least the "
-            f"{resumed.evaluator.n_eval} that were made already"
+            f"{resumed.evaluator.n_eval} already made"
         )
     configuration = run.model_copy(update={"evaluations": budget})
     return PreparedRun(configuration, problem_of_run, resumed, notes, notes.record)

@@ -127,7 +127,7 @@ class SeededComparison:
 
 
 def seed_draws(algorithm: Algorithm) -> None:
-    """Make an algorithm that is set up use its own random generator only.
+    """Restrict an algorithm that is set up to its own random generator.
 
     pymoo breaks ties in NSGA-III and selects elites in CMOPSO by unseeded random numbers, which
     makes runs irreproducible.

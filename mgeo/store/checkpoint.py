@@ -76,7 +76,9 @@ class Checkpoint(Callback):
         super().__init__()
         self.path = Path(path)
         if not self.path.parent.is_dir():
-            raise FileNotFoundError(f"{self.path.parent} is no folder to write a checkpoint into")
+            raise FileNotFoundError(
+                f"{self.path.parent} is not a folder: create it to save checkpoints"
+            )
         self.every_seconds = validate_number("every_seconds", every_seconds, low=0)
         self.notes = notes
         self.warn = warn
@@ -110,7 +112,7 @@ class Checkpoint(Callback):
         except OSError as error:
             if self.warn and self.error is None:
                 warnings.warn(
-                    f"no checkpoint was written: {error}; the run goes on",
+                    f"checkpoint not written: {error}; the run continues",
                     RuntimeWarning,
                     stacklevel=2,
                 )
@@ -176,8 +178,8 @@ def resume(
         raise ValueError(f"{path} belongs to another problem: {changed}")
     if check and (changed := difference(data["versions"], versions())):
         raise ValueError(
-            f"{path} was written with another version: {changed}. Install that version, or "
-            "continue without this check (check=False, --no-check), perhaps not exactly"
+            f"{path} was written with another version: {changed}. Install this version, or "
+            "continue without this check (check=False, --no-check); results may then differ"
         )
     if algorithm is None:
         with errors_of(path):
@@ -210,7 +212,7 @@ def _build_algorithm(state: SavedState) -> ExtremalOptimization:
     name = entry(state.data, "class", str)
     cls = getattr(algorithms, name.rpartition(".")[2], None)
     if not isinstance(cls, type) or full_name(cls) != name:
-        raise ValueError(f"class = {name!r:.80} is no algorithm of mgeo: give it by algorithm=...")
+        raise ValueError(f"class = {name!r:.80} is not an algorithm of mgeo: pass algorithm=...")
     algorithm: ExtremalOptimization = cls(**entry(state.data, "parameters", dict))
     return algorithm
 
@@ -233,9 +235,9 @@ def _read(path: Path | str) -> tuple[SavedState, dict[str, Any]]:
         try:
             arrays = from_npz(content)
         except ValueError as error:
-            raise ValueError(f"no checkpoint, or a damaged one: {error}") from None
+            raise ValueError(f"not a checkpoint, or a damaged one: {error}") from None
         if "json" not in arrays:
-            raise ValueError("no checkpoint: json is missing")
+            raise ValueError("not a checkpoint: json is missing")
         data = parse_json(arrays.pop("json").tobytes().decode("utf-8"))
         for key in ("state", "problem", "notes", "versions"):
             entry(data, key, dict)

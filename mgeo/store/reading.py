@@ -68,7 +68,7 @@ def parse_json(text: str) -> Any:
 
 
 def _refuse_constant(name: str) -> float:
-    raise ValueError(f"{name} is no finite number")
+    raise ValueError(f"{name} is not a finite number")
 
 
 def from_npz(content: bytes) -> dict[str, NDArray[Any]]:
@@ -83,10 +83,12 @@ def from_npz(content: bytes) -> dict[str, NDArray[Any]]:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             arrays = dict(archive)
     except Exception as error:  # zipfile, zlib and numpy raise various errors.
-        raise ValueError(f"no archive of arrays: {type(error).__name__}: {error}") from error
+        raise ValueError(f"not an archive of arrays: {type(error).__name__}: {error}") from error
     for name, array in arrays.items():
         if not isinstance(array, np.ndarray) or array.dtype.kind not in "biufU":
-            raise ValueError(f"no archive of arrays: {name!r} is no array of numbers or text")
+            raise ValueError(
+                f"not an archive of arrays: {name!r} is not an array of numbers or text"
+            )
     return arrays
 
 

@@ -94,7 +94,8 @@ class Recorder(Callback):
         elif evaluated > np.size(candidates):  # The offspring may be a single individual.
             raise ValueError(
                 f"{type(algorithm).__name__} made {evaluated} evaluations in generation "
-                f"{generation} and has {np.size(candidates)} offspring: expected all among these"
+                f"{generation} and has {np.size(candidates)} offspring: "
+                "expected all evaluated candidates among the offspring"
             )
         self._buffer.append(_build_rows(algorithm.problem, candidates, generation))
         self._start_time = algorithm.start_time
@@ -190,7 +191,7 @@ def _read_part(path: Path, columns: list[str] | None = None) -> tuple[list[str],
         names: list[str] = arrays.get("columns", np.empty(0)).tolist()
         rows = arrays.get("rows", np.empty(0))
         if not {"generation", "failed"} <= set(names) or rows.shape[1:] != (len(names),):
-            raise ValueError(f"columns {names!r:.80} and rows of shape {rows.shape}: no record")
+            raise ValueError(f"columns {names!r:.80} and rows of shape {rows.shape}: not a record")
         if columns not in (None, names):
             raise ValueError(f"columns {names!r:.80}: expected {columns!r:.80}")
         return names, rows

@@ -58,7 +58,7 @@ def seed_numbers(seeds: int | Iterable[int]) -> tuple[int, ...]:
         return tuple(range(1, validate_integer("seeds", seeds, low=1) + 1))
     listed = [validate_integer(f"seeds[{i}]", seed, low=0) for i, seed in enumerate(seeds)]
     if not listed or len(set(listed)) < len(listed):
-        raise ValueError(f"seeds = {listed}: expected one or more different ones")
+        raise ValueError(f"seeds = {listed}: expected one or more different seeds")
     return tuple(listed)
 
 
@@ -80,5 +80,5 @@ def grid_steps(grid: int | Sequence[int], n_eval: int) -> list[int]:
         return sorted({max(1, round(n_eval * i / steps)) for i in range(1, steps + 1)})
     listed = {validate_integer(f"grid[{i}]", step, low=1) for i, step in enumerate(grid)} | {n_eval}
     if max(listed) > n_eval:
-        raise ValueError(f"grid goes to {max(listed)}: expected at most n_eval = {n_eval}")
+        raise ValueError(f"grid contains {max(listed)}: expected at most n_eval = {n_eval}")
     return sorted(listed)

@@ -278,8 +278,7 @@ def _fill_label(text: str, where: str, values: Mapping[str, Any]) -> str:
     parts = re.split(r"\{(.*?)\}", text)
     if set(parts[1::2]) - set(values):
         raise ValueError(
-            f"{where}label = {text!r:.80}: expected text in which braces hold only "
-            f"{', '.join(values)}"
+            f"{where}label = {text!r:.80}: expected in braces only {', '.join(values)}"
         )
     parts[1::2] = (str(values[name]) for name in parts[1::2])
     return "".join(parts)

@@ -111,7 +111,7 @@ def generations(task: Task, problem: Problem, watch: Watch) -> Iterator[Any]:
         idle = idle + 1 if evaluator.seen == before else 0
         if idle == IDLE_STEPS:
             raise RuntimeError(
-                f"{type(task.algorithm).__name__} made no new candidate after {before} of "
+                f"{type(task.algorithm).__name__} proposed no new candidate after {before} of "
                 f"{task.n_eval} evaluations"
             )
         yield algorithm

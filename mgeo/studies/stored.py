@@ -181,7 +181,9 @@ def folder_name(label: str) -> str:
 
 def _load_problem(about: Mapping[str, Any], named: Collection[str]) -> Problem:
     if "name" not in about:
-        raise ValueError("the problem was compared in Python: expected problem=, the same object")
+        raise ValueError(
+            "the comparison was made in Python: pass the compared problem as problem=..."
+        )
     return load_problem(about["name"], about["options"], named=named)
 
 

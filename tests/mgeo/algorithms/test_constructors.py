@@ -40,7 +40,9 @@ class Fixed(MGEOReal):
 def test_it_goes_on_from_a_checkpoint_with_all_its_parameters(algorithm, tmp_path):
     kept = Checkpoint(tmp_path / "kept")
     minimize(PROBLEM, algorithm, ("n_gen", 6), callback=kept, seed=1)
-    with pytest.raises(ValueError, match=f"{type(algorithm).__name__}' is no algorithm of mgeo"):
+    with pytest.raises(
+        ValueError, match=f"{type(algorithm).__name__}' is not an algorithm of mgeo"
+    ):
         resume(kept.path, PROBLEM, ("n_gen", 12))
     resumed = resume(kept.path, PROBLEM, ("n_gen", 12), algorithm=algorithm)
     assert type(resumed) is type(algorithm)

@@ -86,7 +86,7 @@ def test_every_evaluation_is_recorded_on_demand(mgeo):
     [
         (["none"], "none cannot be resumed: there is no run.checkpoint in it"),
         (["a", "--evaluations", "24"], "the new budget is 24 evaluations: expected at least the 1"),
-        (["cut"], "run.checkpoint: no checkpoint, or a damaged one"),
+        (["cut"], "run.checkpoint: not a checkpoint, or a damaged one"),
     ],
 )
 def test_bad_input_is_one_line_and_changes_nothing(mgeo, arguments, message):

@@ -79,7 +79,7 @@ def test_bad_input_is_one_line(two, tmp_path):
         (two[0], tmp_path / "none"): "there is neither a run folder nor a file",
         (two[0], two[0]): "twice",
         (*two, two[0]): "3 runs",
-        (*two, "--png"): "expected no options",
+        (*two, "--png"): "expected no options for figures",
         (other,): "some.json is a file",
     }.items():
         done = mgeo("report", *arguments)

@@ -69,7 +69,7 @@ def test_names_parameters_and_values_are_checked():
 
 
 def test_problems_an_algorithm_cannot_treat_are_refused():
-    with pytest.raises(ValueError, match="'moead' does not treat constraints"):
+    with pytest.raises(ValueError, match="'moead' does not support the constraints"):
         build_algorithm("moead", {}, BNH())
     with pytest.raises(ValueError, match="'nsga2' needs bounds, which this problem does not have"):
         build_algorithm("nsga2", {}, Problem(n_var=2, n_obj=2))

@@ -28,5 +28,5 @@ def test_a_configuration_states_everything():
 @pytest.mark.parametrize("value", [{1, 2}, float("nan")])
 def test_options_that_cannot_be_written_are_refused_before_the_run(value, monkeypatch):
     monkeypatch.setattr("stand_in.Cantilever.options", lambda self: {"load": value})
-    with pytest.raises(ValueError, match="options of 'cantilever' are no JSON values"):
+    with pytest.raises(ValueError, match="options of 'cantilever' are not JSON values"):
         prepare("cantilever")

@@ -138,9 +138,11 @@ def test_what_cannot_be_asked_of_a_problem_is_told_before_the_search(monkeypatch
     monkeypatch.delattr(type(load_problem("cantilever")), "refine")
     with pytest.raises(ValueError, match=r"problem Cantilever has no refine\(\)"):
         begun(polish=True)
-    with pytest.raises(ValueError, match=r"starts = 5: expected at most 4, with which MGEODirect"):
+    with pytest.raises(
+        ValueError, match=r"starts = 5: expected at most 4, the initial size of MGEODirect"
+    ):
         begun(starts=5)
-    with pytest.raises(ValueError, match="starts = 1: RandomSearch takes no designs"):
+    with pytest.raises(ValueError, match="starts = 1: RandomSearch accepts no initial designs"):
         begun(starts=1, algorithm="random", parameters={})
     monkeypatch.delattr(type(load_problem("cantilever")), "starts")
     with pytest.raises(ValueError, match=r"Cantilever has no starts\(\)"):

@@ -97,7 +97,7 @@ def test_a_damaged_file_is_refused(checkpoint, tmp_path):
     flipped[len(content) // 2] ^= 0x41
     for bad in (b"", content[:100], content[:-1], bytes(flipped), b"text\n", pickled.getvalue()):
         path.write_bytes(bad)
-        with pytest.raises(FileError, match="bad: no checkpoint"):
+        with pytest.raises(FileError, match="bad: not a checkpoint"):
             resume(path, PROBLEM)
 
 
@@ -133,7 +133,7 @@ def test_another_problem_is_refused_by_its_first_difference(checkpoint, tmp_path
 
 
 def test_bad_arguments(tmp_path):
-    with pytest.raises(FileNotFoundError, match="no folder to write a checkpoint into"):
+    with pytest.raises(FileNotFoundError, match="is not a folder: create it"):
         Checkpoint(tmp_path / "none" / "run.checkpoint")
     with pytest.raises(FileNotFoundError):
         resume(tmp_path / "none", PROBLEM)

@@ -114,5 +114,5 @@ def test_damage_is_noticed(tmp_path):
     middle = len(content) // 2
     for bad in (b"", content[:-1], content[:middle], content[:middle] + b"x" + content[middle:]):
         path.write_bytes(bad)
-        with pytest.raises(ValueError, match=r"000000002\.npz: no archive"):
+        with pytest.raises(ValueError, match=r"000000002\.npz: not an archive"):
             read_record(tmp_path)

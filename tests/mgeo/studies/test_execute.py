@@ -142,7 +142,7 @@ def test_an_algorithm_that_failed_everywhere_is_named_in_a_warning():
 
 
 def test_an_algorithm_without_new_candidates_fails():
-    with pytest.raises(RuntimeError, match="StuckSearch made no new candidate after 7 of 40"):
+    with pytest.raises(RuntimeError, match="StuckSearch proposed no new candidate after 7 of 40"):
         record(Task(PROBLEM, StuckSearch(), 40, 1))
 
 
@@ -175,7 +175,7 @@ def test_infeasible_and_undefined_points_count_but_are_no_front():
         (([NSGA2(), NSGA2()], 10), {}, "expected labels"),
         (([NSGA2()], 0), {}, "n_eval = 0"),
         (([NSGA2()], 10, [1, 1]), {}, "different"),
-        (([NSGA2()], 10), {"grid": [11]}, "grid goes to 11: expected at most n_eval = 10"),
+        (([NSGA2()], 10), {"grid": [11]}, "grid contains 11: expected at most n_eval = 10"),
         (([NSGA2()], 10), {"parts": [2.0, 1.0]}, "expected one or more ascending values"),
         (([NSGA2()], 10), {"resume": True}, "resume = True without folder"),
     ],

@@ -136,7 +136,7 @@ def test_a_finished_study_is_read(first):
     assert read.tests().pairs.equals(found.tests().pairs)
     for key, record in found.records.items():
         assert np.array_equal(read.records[key].front_F, record.front_F)
-    with pytest.raises(ValueError, match="compared in Python: expected problem="):
+    with pytest.raises(ValueError, match="made in Python: pass the compared problem"):
         read_comparison(folder)
 
 

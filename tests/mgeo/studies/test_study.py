@@ -86,7 +86,7 @@ def test_a_study_of_two_problems(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"pymoo:dtlz2"]', '"pymoo:bnh"]', "'moead' does not treat constraints"),
+        ('"pymoo:dtlz2"]', '"pymoo:bnh"]', "'moead' does not support the constraints"),
         ('"pymoo:dtlz2"]', '"pymoo:zdt2"]\nparts = [2.0, 1.0]', "zdt1: parts = "),
         (
             '"pymoo:dtlz2"]',
