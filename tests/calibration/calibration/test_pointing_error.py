@@ -226,3 +226,14 @@ def test_errors_and_verdicts_of_fifty_flights_are_as_claimed(axes, with_sun):
             supported.append(found.supported)
         check_claimed(claimed, chance=0.999, worst=5.0)
     assert np.mean(supported) >= 0.97
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("process", [(2.0, 30.0, 10.0), (5.0, 300.0, 10.0)])
+def test_axes_errors_of_a_magnetometer_are_as_claimed(process):
+    scenario, claimed = with_axes_errors(SCENARIO), []
+    for seed in range(24):
+        flight = held("lvlh", process, seed, scenario=scenario, mounting=Rotation.identity())
+        _, telemetry, table, mapping = flight
+        claimed.append(scaled_error(calibrate(scenario, table, mapping), telemetry))
+    check_claimed(claimed, chance=0.999, worst=5.0)
