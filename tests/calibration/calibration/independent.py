@@ -21,6 +21,7 @@ from .independent_sensors import (
     SENSORS,
     Surroundings,
     displaced,
+    gauss_markov,
     gibbs,
     normalized,
     symmetric,
@@ -246,6 +247,43 @@ def fly(
         gyro_deg_s=readings.pop("gyro"),
         sensors=readings,
         truth=Truth(attitude=attitude[1:].as_matrix().swapaxes(1, 2), states=states),
+    )
+
+
+def fly_held(scenario: Scenario, axes, mounting: Rotation, error, seed, step) -> Telemetry:
+    """Telemetry without gyro of a satellite that is off the axes it holds, with its truth.
+
+    Parameters
+    ----------
+    axes : str
+        ``lvlh`` or ``inertial``.
+    mounting : Rotation
+        Of coordinates from the axes to the body.
+    error : (float, float)
+        1-sigma [rad] and correlation time [s] of the rotation vector between both, a Gauss-Markov
+        process in parts of the steps.
+    """
+    rng, n = np.random.default_rng(seed), round(scenario.duration / step)
+    around = surroundings(scenario, n, step, 0.0, 0.0)
+    held = Rotation.identity(n)
+    if axes == "lvlh":
+        z = -normalized(around.position)
+        y = -normalized(np.cross(around.position, around.velocity))
+        held = Rotation.from_matrix(np.stack([np.cross(y, z), y, z], axis=-1))
+    off = gauss_markov(*error, n * PARTS, step / PARTS, rng)[::PARTS]
+    attitude = held * mounting.inv() * Rotation.from_rotvec(off)
+    readings, states = {}, np.zeros((n, scenario.suite.n_states))
+    for sensor in scenario.sensors:
+        own = errors_of(sensor, rng, {})
+        at = Surroundings(around, {}, scenario.world.earth_albedo)
+        readings[sensor.name] = SENSORS[sensor.kind](sensor, own, at, attitude.inv(), rng)
+        for state in sensor.states():
+            states[:, scenario.suite.slices[f"{sensor.name}.{state}"]] = own[state]
+    return Telemetry(
+        times=np.arange(1, n + 1) * step,
+        gyro_deg_s=np.full((n, 3), np.nan),
+        sensors=readings,
+        truth=Truth(attitude=attitude.as_matrix().swapaxes(1, 2), states=states),
     )
 
 

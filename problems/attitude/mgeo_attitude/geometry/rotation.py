@@ -124,6 +124,14 @@ def rotation_vector(R: Floats) -> Floats:
     return g
 
 
+def rotation_jacobian(g: Floats) -> Floats:
+    """Derivative of the vector of R(g) R(e) by e at e = 0, shape (3, 3, ...), of g, (3, ...)."""
+    derivative = 0.5 * skew(g) + 0.25 * g[:, None] * g
+    for i in range(3):
+        derivative[i, i] += 1.0
+    return derivative
+
+
 def exponential(phi: Floats) -> Floats:
     """Return the rotation matrix exp([φ×]) of a rotation vector φ [rad], shape (3, ...)."""
     half = 0.5 * np.sqrt((phi * phi).sum(axis=0))

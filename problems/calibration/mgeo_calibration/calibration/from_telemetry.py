@@ -47,7 +47,6 @@ from mgeo_calibration.telemetry.gyro_samples import (
     reported,
     usual_step,
 )
-from mgeo_calibration.telemetry.held import with_pointing_error
 from mgeo_calibration.telemetry.mapping import TelemetryMapping
 from mgeo_calibration.telemetry.quantization import LEAST, matters
 from mgeo_calibration.telemetry.reading import read_telemetry
@@ -79,7 +78,7 @@ def calibrate(
     telemetry : Telemetry, DataFrame or path
         See `read_telemetry`.
     mapping : TelemetryMapping, optional
-        How a table or a file is to be read, and the pointing error of a satellite without gyro.
+        How a table or a file is to be read.
     gate : float
         Probability that a reading without fault is left out.
 
@@ -108,11 +107,10 @@ def calibrate(
         raise InvalidValue("gyro.holds", "unknown", "expected none, or that of calibrate_alone")
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
-    if mapping is not None:
-        scenario = with_pointing_error(scenario, mapping.gyro)
-    belief, data = Belief.of(scenario), None
+    data = None
     try:
-        data, belief = for_delays(batch(scenario, telemetry), belief)
+        data = batch(scenario, telemetry)
+        data, belief = for_delays(data, Belief.of(scenario, data.held))
         made = _concluded(scenario, telemetry, belief, fit(data, belief, gate))
     except NoFit as error:
         assert data is not None
@@ -174,7 +172,7 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
     all_past = past if whole is found else filtered(whole.solution)
     channels, left_out = channels_of(telemetry, data, all_past.innovations)
     tested = hypotheses(whole.solution, channels, telemetry.has_gyro)
-    before = Belief.of(scenario)
+    before = Belief.of(scenario, data.held)
     n_tests: float = number_of_tests(before) + left_out * (1 + len(past.innovations))
     n_tests += sum(each.weight for each in tested.values())
     # NIS and correlation fail on one side of an interval each

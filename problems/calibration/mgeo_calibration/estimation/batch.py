@@ -27,6 +27,7 @@ from mgeo_calibration.telemetry.gyro_samples import (
     reported,
     usual_step,
 )
+from mgeo_calibration.telemetry.held import Held
 from mgeo_calibration.telemetry.orbit_checks import norms
 from mgeo_calibration.telemetry.quantization import angle_variance
 from mgeo_calibration.telemetry.telemetry import Telemetry
@@ -61,6 +62,8 @@ class Batch:
         What the sensors look at and their gradients, GCRS; see `FilterModel.references`.
     influences : array, shape (n + 1, n_influences)
         See `Suite.influence_values`.
+    held : Held, optional
+        Attitude that a satellite without gyro holds: it moves by its pointing error, not by rates.
     """
 
     suite: Suite
@@ -73,6 +76,7 @@ class Batch:
     noise: Floats
     vectors: Floats
     influences: Floats
+    held: Held | None = None
 
     def follows(self, owner: Gyro | Sensor, samples: slice | Ints) -> list[Floats]:
         """What influences of an owner are times at m samples, each of shape (m, 1)."""
@@ -102,6 +106,7 @@ class Batch:
             sensors=tuple(rows[samples] for rows in self.sensors),
             vectors=self.vectors[samples],
             influences=self.influences[samples],
+            held=self.held and self.held._replace(attitude=self.held.attitude[samples]),
         )
 
 
@@ -141,7 +146,8 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     there[0] |= scenario.prior is not None
 
     times = telemetry.times[there]
-    environment = Environment.at(scenario, times, telemetry.positions(times))
+    position, hold = telemetry.positions(times), telemetry.hold
+    environment = Environment.at(scenario, times, position)
     if not scenario.eclipse:
         environment = environment.without_shadow()
     vectors, available = inertial_vectors(suite, environment)
@@ -166,7 +172,7 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
         gyro=gyro,
         change=change,
         added=missing[:, None] + (counted + wrong)[j] * np.diff(times)[:, None],
-        breaks=breaks,
+        breaks=breaks & (hold is None),
         sensors=sensors,
         noise=in_threes(_noise(sensor, telemetry) for sensor in suite.sensors),
         vectors=vectors,
@@ -177,6 +183,7 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
             },
             len(times),
         ),
+        held=hold.at(scenario, times, position) if hold else None,
     )
 
 
@@ -251,4 +258,5 @@ def _since_epoch(scenario: Scenario, telemetry: Telemetry) -> Telemetry:
             for name, values in telemetry.others.items()
         },
         steps={name: telemetry.step_of(name) for name in ("gyro", *telemetry.sensors)},
+        hold=telemetry.hold,
     )

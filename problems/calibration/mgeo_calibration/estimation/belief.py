@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.geometry.rotation import matrix, rotation_vector, skew
+from mgeo_attitude.geometry.rotation import matrix, rotation_jacobian, rotation_vector
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite
+
+from mgeo_calibration.telemetry.held import Held
 
 #: 1-sigma of an attitude of which nothing is known [rad], about that of all rotations.
 UNKNOWN = 1.0
@@ -42,11 +44,21 @@ class Belief:
         return cls(suite, None, np.zeros_like(sigma), sigma, suite.initial_correlation)
 
     @classmethod
-    def of(cls, scenario: Scenario) -> Belief:
-        """What an earlier calibration has found, if there was one, or else the `initial` one."""
+    def of(cls, scenario: Scenario, held: Held | None = None) -> Belief:
+        """Return the result of an earlier calibration, if there is one, or the `initial` belief.
+
+        Parameters
+        ----------
+        held : Held, optional
+            Attitude from which the initial one is off by the pointing error.
+        """
         suite, prior = scenario.suite, scenario.prior
         if prior is None:
-            return cls.initial(suite)
+            initial = cls.initial(suite)
+            if held is None:
+                return initial
+            initial.sigma[:3] = held.error.sigma
+            return replace(initial, attitude=held.attitude[0])
         return cls(suite, prior.attitude.T, prior.estimates, prior.sigma, prior.correlation)
 
     def without_attitude(self) -> Belief:
@@ -94,8 +106,6 @@ class Belief:
         off, turned = self.difference(attitude, states), np.eye(len(states))
         for first in self.suite.rotations:
             block = slice(first, first + 3)
-            # of the vector of R(g) R(e) at e = 0
-            g = off[block]
-            turned[block, block] += 0.5 * skew(g) + 0.25 * np.outer(g, g)
+            turned[block, block] = rotation_jacobian(off[block])
         whiten = np.linalg.inv(np.linalg.cholesky(self.correlation)) / self.sigma
         return -whiten @ off, whiten @ turned

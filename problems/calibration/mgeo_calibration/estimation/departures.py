@@ -190,12 +190,17 @@ def along_track(sensors: int, changes: VectorRates) -> Departure:
 
 
 def vector_error(index: int, state: str) -> Departure:
-    """Scale factors or non-orthogonality of a vector sensor."""
+    """Scale factors or non-orthogonality of a vector sensor.
+
+    Of a satellite that holds an attitude, vectors are those of the held attitude: the pointing
+    error is part of the innovations, and the smoothed attitude contains the error.
+    """
 
     def reads(own: Equations) -> Floats:
         batch, at = own.batch, own.trajectory
         first = batch.suite.places(batch.suite.sensors[index]).get("misalignment")
-        body = np.einsum("nji,nj->ni", at.attitude, batch.vectors[:, index])
+        attitude = at.attitude if batch.held is None else batch.held.attitude
+        body = np.einsum("nji,nj->ni", attitude, batch.vectors[:, index])
         mounted = np.eye(3) if first is None else matrix(at.states[0, first : first + 3])
         columns: Floats = mounted @ _axes_error(state, body)
         return columns

@@ -70,7 +70,8 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
 
     A short stretch in which the vectors are far apart is solved first, from Wahba's attitude; it
     grows to both sides, each time from what was found before, carried on by the gyro. From the
-    whole at once a large gyro bias would lead astray.
+    whole at once a large gyro bias would lead astray. If the satellite holds an attitude, the whole
+    is solved at once from there.
 
     Parameters
     ----------
@@ -90,6 +91,8 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     N = len(batch.times)
     begin = replace(belief, states=start_states(batch, belief))
     states = np.tile(begin.states, (N, 1))
+    if batch.held is not None:
+        return _fit_held(batch, belief, Trajectory(batch.held.attitude, states), gate)
     where = stretch(directions(batch, accumulated(batch, states), states), N)
     check_normalized(batch)
     reach = carried_for(batch, belief.sigma[3:6], _ASTRAY)
@@ -119,6 +122,14 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
         rejected[:, low:high] = found.rejected
         if high - low < N:
             del found  # which the next would stand beside
+    check(found, belief, gate)
+    return found
+
+
+def _fit_held(batch: Batch, belief: Belief, at: Trajectory, gate: float) -> Fit:
+    """Solve from the held attitude, all samples at once."""
+    check_normalized(batch)
+    found = settle(batch, belief, at, gate, rejected=implausible(batch))
     check(found, belief, gate)
     return found
 

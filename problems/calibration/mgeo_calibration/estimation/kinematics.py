@@ -9,7 +9,12 @@ from types import SimpleNamespace
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.geometry.rotation import cross, exponential, rotation_vector
+from mgeo_attitude.geometry.rotation import (
+    cross,
+    exponential,
+    rotation_jacobian,
+    rotation_vector,
+)
 from mgeo_attitude.sensors.errors import influenced
 from mgeo_attitude.sensors.gyro import is_uneven
 from mgeo_attitude.sensors.suite import Suite
@@ -19,6 +24,7 @@ from mgeo_calibration.estimation.belief import UNKNOWN
 from mgeo_calibration.estimation.kernels import load
 from mgeo_calibration.estimation.step_noise import correlate
 from mgeo_calibration.estimation.trajectory import Partition, Trajectory
+from mgeo_calibration.telemetry.held import Held
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,12 +121,30 @@ def steps(
     defect[:, :3] = rotation_vector(np.moveaxis(reached, 0, -1)).T
     defect[:, 3:] = np.einsum("nii->ni", F)[:, 3:] * at.states[:-1, bias] - at.states[1:, bias]
     Q[:, range(3), range(3)] += batch.added
+    if batch.held is not None:
+        F[:, :3], G[:], Q[:, :3], Q[:, :, :3] = 0.0, 0.0, 0.0, 0.0
+        F[:, :3, :3], Q[:, :3, :3], defect[:, :3] = _pointing(batch.held, at, batch.durations)
     correlate(suite, parts.driven, batch.durations, Q)
     if batch.breaks.any():
         F[batch.breaks, :3], G[batch.breaks], defect[batch.breaks, :3] = 0.0, 0.0, 0.0
         Q[batch.breaks, :3], Q[batch.breaks, :, :3] = 0.0, 0.0
         Q[np.flatnonzero(batch.breaks)[:, None], range(3), range(3)] = UNKNOWN**2
     return Steps(F, G, Q, defect, grown)
+
+
+def _pointing(held: Held, at: Trajectory, durations: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return F, Q and defect of the attitude if its error is a process about the held attitude.
+
+    The vectors p of the rotations from the held attitude satisfy p_{k+1} = φ p_k + w exactly. An
+    error e of the attitude changes them by J e.
+    """
+    decay, variance = held.error.over(durations)
+    p = rotation_vector(np.moveaxis(held.attitude.swapaxes(1, 2) @ at.attitude, 0, -1))
+    J = np.moveaxis(rotation_jacobian(p), -1, 0)
+    inverse = np.linalg.inv(J[1:])
+    F = decay[:, None, None] * inverse @ J[:-1]
+    Q = variance[:, None, None] * inverse @ inverse.swapaxes(1, 2)
+    return F, Q, np.einsum("nij,jn->ni", inverse, decay * p[:, :-1] - p[:, 1:])
 
 
 def discretized(

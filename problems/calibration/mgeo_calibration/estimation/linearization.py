@@ -110,6 +110,11 @@ def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
     """The readings of a sensor of the suite, by its number.
 
     A sensor that is late has seen the body turn at the rate of the step to the sample.
+
+    If a satellite holds an attitude, sensitivities to all but rotations are those at that attitude,
+    in the directions that an attitude error moves the readings. The estimated attitude contains the
+    pointing error that is in the readings, too: a scale factor would grow to explain that error
+    (instrumental variables; W. A. Fuller, Measurement Error Models, Wiley 1987).
     """
     suite, sensor = batch.suite, batch.suite.sensors[index]
     samples = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]))
@@ -117,6 +122,19 @@ def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
     noise = batch.noise[index, :m]
     if not len(samples):
         return Sighting(samples, np.zeros((0, m)), samples, np.zeros((0, m, 0)), noise)
+    z, states, H = _linear(batch, index, at, samples)
+    if batch.held is not None:
+        held = _linear(batch, index, Trajectory(batch.held.attitude, at.states), samples)
+        turning = H[:, :, states < 3]
+        change = turning @ np.linalg.pinv(turning, rcond=1e-6) @ (held[2] - H)
+        rotations = np.add.outer(suite.rotations, range(3))
+        H = np.where(np.isin(states, rotations), H, H + change)
+    return Sighting(samples, z, states, H, noise)
+
+
+def _linear(batch: Batch, index: int, at: Trajectory, samples: Ints) -> tuple[Floats, Ints, Floats]:
+    """Return z, states and H of a sensor's readings at samples; see `Sighting`."""
+    suite, sensor = batch.suite, batch.suite.sensors[index]
     rate = STILL  # which only a sensor that is late asks for
     if "delay" in suite.places(sensor):
         rates, _ = turns(batch, at.states)
@@ -136,7 +154,7 @@ def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
     )
     states, H = jacobian(r)
     H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
-    return Sighting(samples, r.value.T, states, H, noise)
+    return r.value.T, states, H
 
 
 def misfits(batch: Batch, index: int, at: Trajectory) -> Floats:

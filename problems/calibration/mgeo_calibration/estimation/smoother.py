@@ -224,7 +224,8 @@ def solve(
             del found
             reached = moved(at, parts, grown, e, e_c, batch.suite, share)
             found = linear_solution(batch, belief, reached, parts, rejected)
-            if found.cost <= cost * (1.0 + 1e-9):
+            # the equations of a held attitude are not solved where the cost is least
+            if batch.held is not None or found.cost <= cost * (1.0 + 1e-9):
                 break
             share *= 0.5
     return found

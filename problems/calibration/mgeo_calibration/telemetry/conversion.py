@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.frames import lvlh_to_gcrs, rotation_to_gcrs
-from mgeo_attitude.environment.times import instants
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.settings.errors import expect
-from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
+from mgeo_calibration.telemetry.held import frames_to_gcrs
 from mgeo_calibration.telemetry.mapping import (
     UNITS,
     MountedChannels,
@@ -125,20 +123,8 @@ def _attitudes(
     turned = Rotation.from_quat(q[there])  # takes coordinates of the sensor to the frame
     turned = (turned.inv() if inverse else turned) * entry.to_body().inv()
     if frame != "GCRF":
-        turned = (
-            Rotation.from_matrix(_frames(frame, scenario, table.times, position)[there]) * turned
-        )
+        to_gcrs = frames_to_gcrs(frame, scenario, table.times, position)
+        turned = Rotation.from_matrix(to_gcrs[there]) * turned
     found = np.full_like(q, np.nan)
     found[there] = turned.as_quat(canonical=True)
     return found
-
-
-def _frames(frame: str, scenario: Scenario, times: Floats, position: Floats | None) -> Floats:
-    """Return the matrices that take vectors of a frame to GCRS, shape (n, 3, 3)."""
-    if frame != "LVLH":
-        return rotation_to_gcrs(frame, instants(scenario.epoch, times))
-    if position is None:
-        return lvlh_to_gcrs(*scenario.orbit.propagate(scenario.epoch, times))
-    known = np.isfinite(position[:, 0])
-    course = CubicSpline(times[known], position[known])
-    return lvlh_to_gcrs(course(times), course(times, 1))

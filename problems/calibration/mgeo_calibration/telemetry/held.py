@@ -1,27 +1,76 @@
-"""Satellites without a gyro that hold known axes: rates, and the error of the pointing."""
+"""Axes that a satellite without a gyro holds: attitude, rates and pointing error."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment.frames import lvlh_to_gcrs, rotation_to_gcrs
+from mgeo_attitude.environment.times import instants
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.sensors.errors import GaussMarkov
+from scipy.interpolate import CubicSpline
 
 from mgeo_calibration.telemetry.mapping import GyroChannels
 
-#: Rate offset of a satellite that holds axes, as a share of its pointing error over the
-#: correlation time: it has none, but a bias with a prior of zero has no inverse.
-_OFFSET = 1e-3
-#: Factor of the random walk for caution: the return to the axes is not modeled. Of 24 simulated
-#: flights with errors of 0.5 to 5 deg and times of 100 to 1,000 s 22 are consistent with it, 9
-#: without; the biases differ by less than 0.2 sigma.
-_CAUTION = 2.0
+
+class Held(NamedTuple):
+    """Held attitude at n samples, and the pointing error about it.
+
+    The true attitude is the held one times `rotation.matrix` of an error, body to GCRS.
+
+    Attributes
+    ----------
+    attitude : array, shape (n, 3, 3)
+        Body to GCRS.
+    error : GaussMarkov
+        Error about each body axis [rad].
+    """
+
+    attitude: Floats
+    error: GaussMarkov
 
 
-def held(axes: str, scenario: Scenario, times: Floats) -> Floats:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Hold:
+    """Axes that a satellite holds with a pointing error.
+
+    Attributes
+    ----------
+    axes : str
+        Frame of the axes, ``LVLH`` or ``GCRF``.
+    to_body : array, shape (3, 3)
+        Rotation of coordinates from the axes to the body without pointing error.
+    error : GaussMarkov
+        Error about each body axis [rad].
+    """
+
+    axes: str
+    to_body: Floats
+    error: GaussMarkov
+
+    @staticmethod
+    def declared(gyro: GyroChannels) -> Hold | None:
+        """Return the hold of a mapping that declares a pointing error."""
+        sigma, time = gyro.pointing_error_deg, gyro.pointing_correlation_time
+        if sigma is None or time is None:
+            return None
+        return Hold(
+            axes="LVLH" if gyro.holds == "lvlh" else "GCRF",
+            to_body=gyro.to_body().as_matrix(),
+            error=GaussMarkov(math.radians(sigma), time),
+        )
+
+    def at(self, scenario: Scenario, times: Floats, position: Floats | None) -> Held:
+        """Return the held attitude at times [s]; parameters as in `frames_to_gcrs`."""
+        axes = frames_to_gcrs(self.axes, scenario, times, position)
+        return Held(axes @ self.to_body.T, self.error)
+
+
+def held_rates(axes: str, scenario: Scenario, times: Floats) -> Floats:
     """Return the rate of a satellite that holds LVLH or inertial axes, in those [deg/s], (n, 3).
 
     LVLH has x forward, y against the orbit's normal and z down. It rotates at |r × v| / r².
@@ -33,21 +82,24 @@ def held(axes: str, scenario: Scenario, times: Floats) -> Floats:
     return np.degrees(rates)
 
 
-def with_pointing_error(scenario: Scenario, gyro: GyroChannels) -> Scenario:
-    """Return the scenario with the declared pointing error in place of the gyro's errors.
+def frames_to_gcrs(
+    frame: str, scenario: Scenario, times: Floats, position: Floats | None
+) -> Floats:
+    """Return the matrices that take vectors of a frame to GCRS, shape (n, 3, 3).
 
-    A pointing error of 1-sigma σ and correlation time T is a first-order Markov process. Over times
-    much shorter than T it is a random walk of σ √(2 / T) in angle; over longer times the random
-    walk is larger than the process, so that estimates are cautious. The random walk is taken to be
-    `_CAUTION` times as large.
+    Parameters
+    ----------
+    frame : str
+        One of `mapping.AttitudeFrame`.
+    times : array, shape (n,)
+        [s]
+    position : array, shape (n, 3), optional
+        Satellite [m], GCRS, NaN without a sample. Default: the scenario's orbit.
     """
-    sigma, time = gyro.pointing_error_deg, gyro.pointing_correlation_time
-    if sigma is None or time is None:
-        return scenario
-    deviation = Gyro(
-        angle_random_walk_deg_per_sqrt_h=60.0 * _CAUTION * sigma * math.sqrt(2.0 / time),
-        rate_random_walk=0.0,
-        bias_decay=0.0,
-        initial_bias_deg_s=_OFFSET * sigma / time,
-    )
-    return dataclasses.replace(scenario, gyro=deviation)
+    if frame != "LVLH":
+        return rotation_to_gcrs(frame, instants(scenario.epoch, times))
+    if position is None:
+        return lvlh_to_gcrs(*scenario.orbit.propagate(scenario.epoch, times))
+    known = np.isfinite(position[:, 0])
+    course = CubicSpline(times[known], position[known])
+    return lvlh_to_gcrs(course(times), course(times, 1))

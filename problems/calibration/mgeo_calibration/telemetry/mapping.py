@@ -179,9 +179,10 @@ class GyroChannels(MountedChannels):
     axes, on the body; LVLH has x forward and z down; of unknown ones, magnetometers are calibrated
     alone"""
     pointing_error_deg: Degrees | None = Field(default=None, gt=0.0)
-    """1-sigma, about each axis, by which the attitude is off the axes that it holds"""
+    """1-sigma, about each body axis, of the rotation from the held attitude to the true one; of
+    inertial axes, which are GCRF, the mounting is needed"""
     pointing_correlation_time: Seconds | None = Field(default=None, gt=0.0)
-    """time after which the pointing error has changed by about its size"""
+    """time in which the autocorrelation of the pointing error falls to 1/e"""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -196,6 +197,8 @@ class GyroChannels(MountedChannels):
                 )
         held = self.holds in ("lvlh", "inertial") or error is None
         expect(held, "pointing_error_deg", error, "holds = 'lvlh' or 'inertial' with it")
+        oriented = error is None or self.holds != "inertial" or self.is_mounted
+        expect(oriented, "pointing_error_deg", error, "dcm or quaternion of GCRF with it")
         expect(
             (error is None) == (time is None),
             "pointing_correlation_time",

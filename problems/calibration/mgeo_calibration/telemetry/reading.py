@@ -16,7 +16,7 @@ from mgeo_calibration.telemetry.conversion import body_steps, convert_readings, 
 from mgeo_calibration.telemetry.files import read_table
 from mgeo_calibration.telemetry.finding import Samples
 from mgeo_calibration.telemetry.gyro_samples import means, reported
-from mgeo_calibration.telemetry.held import held
+from mgeo_calibration.telemetry.held import Hold, held_rates
 from mgeo_calibration.telemetry.mapping import GyroChannels, TelemetryMapping
 from mgeo_calibration.telemetry.table import Values, named, read_values
 from mgeo_calibration.telemetry.telemetry import Telemetry
@@ -98,6 +98,7 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
         others=table.others,
         rows=table.numbers,
         has_gyro=not mapping.gyro.holds,
+        hold=Hold.declared(mapping.gyro),
     )
     reported(telemetry)
     if not any(np.isfinite(rows).any() for rows in sensors.values()):
@@ -115,7 +116,7 @@ def _rates(
     rows, entry, _ = read
     assert isinstance(entry, GyroChannels)
     if gyro.holds:
-        rates, step = to_body_axes(held(gyro.holds, scenario, times), entry), np.zeros(3)
+        rates, step = to_body_axes(held_rates(gyro.holds, scenario, times), entry), np.zeros(3)
     else:
         step = body_steps(rows, entry, "deg/s")
         rates = to_body_axes(rows * entry.factor("deg/s"), entry)

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from mgeo.store.atomic import write_file
+from mgeo_calibration.telemetry.held import Hold
 from mgeo_calibration.telemetry.quantization import resolution
 
 #: Longest time between samples of the position that are interpolated [s].
@@ -80,6 +81,8 @@ class Telemetry:
         rotated; see `step_of`.
     has_gyro : bool
         Whether the rates were measured, not assumed.
+    hold : Hold, optional
+        Attitude that a satellite without gyro holds with a pointing error.
 
     Raises
     ------
@@ -107,6 +110,7 @@ class Telemetry:
     others: Mapping[str, Floats] = field(default_factory=dict)
     steps: Mapping[str, Floats] = field(default_factory=dict)
     has_gyro: bool = True
+    hold: Hold | None = None
 
     def __post_init__(self) -> None:
         times = np.array(self.times, dtype=float)
@@ -169,6 +173,7 @@ class Telemetry:
             others={name: values[:n] for name, values in self.others.items()},
             steps=self.steps,
             has_gyro=self.has_gyro,
+            hold=self.hold,
             truth=truth and truth.first(n),
         )
 
