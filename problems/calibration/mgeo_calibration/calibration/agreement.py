@@ -83,21 +83,21 @@ class SensorTest:
 
     def failures(self) -> list[str]:
         """Describe the tests that fail."""
-        found = []
+        result = []
         if not self.nis <= self.nis_high:
-            found.append(
+            result.append(
                 f"{self.sensor} scatters more than its noise (NIS {self.nis:.3f}, expected "
                 f"{self.nis_low:.3f} to {self.nis_high:.3f})"
             )
         if not self.correlation <= self.correlation_bound and not self.excess <= 1.0:
-            found.append(
+            result.append(
                 f"innovations of {self.sensor} are not white (correlation {self.correlation:.3f}, "
                 f"expected at most {self.correlation_bound:.3f})"
             )
         if self.rejected > MOST_REJECTED * self.readings:
             share = 100.0 * self.rejected / self.readings
-            found.append(f"{share:.2g} % of {self.sensor} are outliers")
-        return found
+            result.append(f"{share:.2g} % of {self.sensor} are outliers")
+        return result
 
     def notes(self) -> list[str]:
         """Describe noise declared too large, which inflates the 1-sigmas of the estimates."""
@@ -118,7 +118,7 @@ def caution_notes(solution: Solution, tests: Iterable[SensorTest]) -> tuple[str,
     if not cautious:
         return ()
     suite, states = solution.batch.suite, solution.estimate.states
-    found = []
+    result = []
     for block, process in suite.processes.items():
         first, unit = 3 * suite.blocks.index(block), suite.units[block]
         declared, rms = (
@@ -126,12 +126,12 @@ def caution_notes(solution: Solution, tests: Iterable[SensorTest]) -> tuple[str,
             _compute_rms(states[:, first : first + 3]),
         )
         if rms < _SMALL * declared:
-            found.append(
+            result.append(
                 f"{block} is declared with {unit.factor * declared:.3g} {unit.text}; telemetry "
                 f"shows at most {unit.factor * rms:.2g}"
             )
     names = ", ".join(f"{test.sensor} ({test.correlation:.3f})" for test in cautious)
-    causes = "; ".join(found) or "noise or steps of the gyro are declared larger than they are"
+    causes = "; ".join(result) or "noise or steps of the gyro are declared larger than they are"
     return (f"innovations of {names} correlate negatively, sigmas are too large: {causes}",)
 
 
@@ -167,10 +167,10 @@ def greatest_correlation(innovations: Innovations) -> float:
     """Return the autocorrelation of largest magnitude over all lags, averaged over components."""
     w: Floats = innovations.whitened
     variance = (w * w).mean() if len(w) else 1.0
-    found = [
+    result = [
         float((w[lag:] * w[:-lag]).mean() / variance) for lag in range(1, LAGS + 1) if len(w) > lag
     ]
-    return max(found, key=abs, default=0.0)
+    return max(result, key=abs, default=0.0)
 
 
 def sensor_tests(found: Fit, past: Filtered, n_tests: float) -> tuple[SensorTest, ...]:
@@ -263,7 +263,7 @@ def beyond(chi_square: float, freedom: int, p: float) -> str:
 
 
 def tests_table(kind: type[Any], tests: Sequence[Any], index: str) -> pd.DataFrame:
-    """Return a table with a row for each test."""
+    """Return a table with one row per test, indexed by one of the fields."""
     columns = [field.name for field in fields(kind)]
     rows = [vars(test) for test in tests]
     frame = pd.DataFrame(rows, columns=columns).set_index(index)
@@ -271,7 +271,7 @@ def tests_table(kind: type[Any], tests: Sequence[Any], index: str) -> pd.DataFra
 
 
 def contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, str]]:
-    """Return the chi-square and the description of each failed test.
+    """Return the chi-square and the description of each failed prior test.
 
     The test of all states is included only if no block fails.
     """
@@ -319,7 +319,6 @@ def prior_tests(
 
 
 def _list_blocks(belief: Belief) -> dict[str, slice]:
-    """Return the states of each block with a prior, by block name."""
     named = {name: slice(3 * i, 3 * i + 3) for i, name in enumerate(belief.suite.blocks)}
     if belief.attitude is None:
         del named["attitude"]

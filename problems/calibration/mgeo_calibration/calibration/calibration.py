@@ -229,7 +229,7 @@ class Calibration:
         return pd.DataFrame(columns)
 
     def entries(self) -> dict[str, Any]:
-        """Return the entries that a follow-up scenario needs, ready for JSON."""
+        """Return scenario, estimates and covariance as JSON entries for a follow-up scenario."""
         states = self.states.reshape(-1, 3)[1:].tolist()
         return {
             "scenario": self.scenario.to_dict(),
@@ -241,7 +241,7 @@ class Calibration:
         }
 
     def scenario_after(self, changes: Mapping[str, Any] | None = None) -> Scenario:
-        """Return a scenario that starts from this calibration, for planning, simulation and
+        """Return a scenario for planning, simulation and calibration that starts from this
         calibration.
 
         The epoch of the scenario is the last sample. Its `Scenario.prior` contains attitude, rate,
@@ -307,7 +307,7 @@ class Calibration:
         factors = np.array([unit.factor for unit in each])
         predicted = history.sigma[k] * factors
         achieved = np.sqrt(np.diag(self.covariance)) * factors
-        found = pd.DataFrame(
+        result = pd.DataFrame(
             {
                 "unit": [unit.text for unit in each],
                 "predicted": predicted,
@@ -316,13 +316,11 @@ class Calibration:
             },
             index=pd.Index(States.of(model.suite).names, name="state"),
         )
-        found.attrs |= {"time_s": float(history.times[k]), "flown": exactly(plan.scenario)}
-        return found
+        result.attrs |= {"time_s": float(history.times[k]), "flown": exactly(plan.scenario)}
+        return result
 
     def figures(self) -> dict[str, go.Figure]:
-        """Return the figure ``constants`` and, if there is a history, ``innovations`` and
-        ``attitude``.
-        """
+        """Return the figure ``constants``, and with history ``innovations`` and ``attitude``."""
         from mgeo_calibration.calibration.figures import calibration_figures
 
         names, known = [sensor.name for sensor in self.scenario.sensors], self.scenario.prior

@@ -30,7 +30,7 @@ def uplink(suite: Suite, states: Floats) -> dict[str, Any]:
     states : array, shape (n_states,)
         States in the filter's units.
     """
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for name, owner in suite.owners.items():
         if isinstance(owner, World):  # No reading can be corrected for environment model errors.
             continue
@@ -39,8 +39,8 @@ def uplink(suite: Suite, states: Floats) -> dict[str, Any]:
             for state, first in suite.places(owner).items()
             if f"{name}.{state}" in suite.blocks and f"{name}.{state}" not in suite.uncalibrated
         }
-        found[name] = _build_corrections(owner, constants)
-    return found
+        result[name] = _build_corrections(owner, constants)
+    return result
 
 
 def _build_corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[str, Any]:

@@ -27,14 +27,14 @@ def check(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> Check
     data : Batch, optional
         Batch of the estimator, for the checks of axes and quaternions.
     """
-    found = find_all(scenario, telemetry)
+    result = find_all(scenario, telemetry)
     axes = () if data is None else tuple(axes_causes(data))
-    return {name: found[name] for name in BEFORE_TESTS} | {"axes": axes} | found
+    return {name: result[name] for name in BEFORE_TESTS} | {"axes": axes} | result
 
 
 def causes(checks: Checks) -> tuple[str, ...]:
     """Return the causes that all checks found, most reliable check first."""
-    return tuple(words for found in checks.values() for words in found)
+    return tuple(words for result in checks.values() for words in result)
 
 
 class CannotCalibrate(ValueError):
@@ -49,11 +49,11 @@ class CannotCalibrate(ValueError):
     """
 
     def __init__(self, message: str, checks: Checks | None = None) -> None:
-        found = causes(checks or {})
-        super().__init__(f"{found[0]} ({message})" if found else message)
+        result = causes(checks or {})
+        super().__init__(f"{result[0]} ({message})" if result else message)
         self.checks = checks or {}
 
     def check_table(self) -> pd.DataFrame:
         """Return a table with one row per check and its findings in the column ``says``."""
-        rows = {name: "; ".join(found) or "nothing" for name, found in self.checks.items()}
+        rows = {name: "; ".join(result) or "nothing" for name, result in self.checks.items()}
         return pd.DataFrame({"says": rows}).rename_axis("check")

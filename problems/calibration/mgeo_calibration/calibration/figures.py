@@ -99,7 +99,6 @@ def _plot_innovations(names: Sequence[str], history: History) -> go.Figure:
 
 
 def _plot_attitude(history: History) -> go.Figure:
-    """Plot the 1-sigma of the worst axis over time for filter and smoother."""
     shown: Ints = np.unique(np.linspace(0, len(history.times) - 1, POINTS).astype(np.int64))
     figure = go.Figure()
     drawn: list[Floats] = []

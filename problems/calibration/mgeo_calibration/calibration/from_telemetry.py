@@ -126,7 +126,7 @@ def calibrate(
     if calibration.supported:
         return calibration
     checks = check(scenario, telemetry, None)
-    certain = {name: found for name, found in checks.items() if name in BEFORE_TESTS}
+    certain = {name: result for name, result in checks.items() if name in BEFORE_TESTS}
     return dataclasses.replace(calibration, causes=causes(certain))
 
 
@@ -160,18 +160,17 @@ def _estimate_gyro_walk(scenario: Scenario, telemetry: Telemetry) -> float | Non
     noisy = dataclasses.replace(scenario, gyro=with_noise(scenario.gyro, _NOISIER))
     try:
         data, belief = for_delays(batch(noisy, telemetry), Belief.of(noisy))
-        found = fit(data, belief, GATE)
+        result = fit(data, belief, GATE)
     except ValueError:
         return None
-    if not _build_calibration(noisy, telemetry, belief, found).supported:
+    if not _build_calibration(noisy, telemetry, belief, result).supported:
         return None
-    return float(60.0 * np.degrees(gyro_walk(found.solution)))
+    return float(60.0 * np.degrees(gyro_walk(result.solution)))
 
 
 def _build_calibration(
     scenario: Scenario, telemetry: Telemetry, belief: Belief, found: Fit
 ) -> Calibration:
-    """Return the calibration of a fit, with all tests."""
     data, n = found.batch, len(found.batch.times)
     last = found.solution.estimate
     past = filtered(found.solution)

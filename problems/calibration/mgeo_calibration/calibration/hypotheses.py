@@ -122,7 +122,7 @@ def channels_of(
     telemetry: Telemetry, data: Batch, innovations: Sequence[Innovations]
 ) -> tuple[dict[str, Floats], int]:
     """Return the columns that correlate most with the innovations, and the number of the rest."""
-    found = {}
+    result = {}
     for name, values in telemetry.others.items():
         channel = np.interp(data.times, telemetry.times, values)
         if np.ptp(channel) > 0.0:
@@ -132,9 +132,9 @@ def channels_of(
                 / max(len(each.samples), 1)
                 for each in innovations
             )
-            found[name] = followed, channel
-    most = sorted(found, key=lambda name: -found[name][0])[:_MOST_CHANNELS]
-    return {name: found[name][1] for name in most}, len(found) - len(most)
+            result[name] = followed, channel
+    most = sorted(result, key=lambda name: -result[name][0])[:_MOST_CHANNELS]
+    return {name: result[name][1] for name in most}, len(result) - len(most)
 
 
 def follows(owner: Gyro | Sensor, column: str, error: str = "bias") -> bool:
@@ -152,8 +152,8 @@ def _list_gyro_hypotheses(
     duration, size = float(times[-1] - times[0]), gyro.initial_bias_deg_s
 
     def decays(score: Score) -> str:
-        found, sigma = score.estimate[0] / duration, score.sigma[0] / duration
-        decay = sized(gyro.bias_decay + found, sigma)
+        result, sigma = score.estimate[0] / duration, score.sigma[0] / duration
+        decay = sized(gyro.bias_decay + result, sigma)
         return f"gyro.bias decays by {decay} 1/s, not {gyro.bias_decay:g}"
 
     def may_decay(score: Score) -> bool:
@@ -277,7 +277,6 @@ def _build_channel_hypothesis(
     departure: Departure,
     size: tuple[float, str],
 ) -> Hypothesis:
-    """Return the hypothesis that an error of an owner is proportional to a column."""
     (called, values), (large, unit) = column, size
     is_offset = error == (owner.offset if isinstance(owner, Sensor) else "bias")
     key = f"{name}.{_FOLLOWS[error]}" if error in _FOLLOWS else _TAKEN_OUT
@@ -305,14 +304,12 @@ def sized(value: float, sigma: float) -> str:
 
 
 def _format_worst_axis(words: str, factor: float, unit: str, score: Score) -> str:
-    """Format the most significant axis of a score."""
     axis = int(np.argmax(np.abs(score.estimate) / score.sigma))
     value = sized(factor * score.estimate[axis], factor * score.sigma[axis])
     return " ".join(filter(None, (words, value, unit, f"along {'xyz'[axis]}")))
 
 
 def _format_delay(words: str, positive: str, negative: str, score: Score) -> str:
-    """Format a delay with its sign in words."""
     (off,), (sigma,) = score.estimate.tolist(), score.sigma.tolist()
     side = positive if off >= 0.0 else negative
     large = departures.LARGE_DELAY_S
@@ -320,7 +317,6 @@ def _format_delay(words: str, positive: str, negative: str, score: Score) -> str
 
 
 def _format_step(offset: str, size: float, unit: str, times: Floats, score: Score) -> str:
-    """Format the size and the time of an offset step."""
     by, at = size * _compute_range(_STEPS, score), _find_change_time(times, _STEPS, score)
     return f"{offset} changes by {by:.3g} {unit} at about {at:.0f} s"
 

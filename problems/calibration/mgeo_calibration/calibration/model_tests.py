@@ -97,9 +97,9 @@ def model_tests(
         for name, hypothesis in hypotheses.items()
         for option, departure in enumerate(hypothesis.options)
     }
-    found = scores(solution, departures)
-    alone = _score_hypotheses(found, hypotheses, ())
-    named = _select_errors(found, hypotheses, alone, n_tests, scatter)
+    result = scores(solution, departures)
+    alone = _score_hypotheses(result, hypotheses, ())
+    named = _select_errors(result, hypotheses, alone, n_tests, scatter)
     tests = []
     for name in (*named, *(name for name in hypotheses if name not in named)):
         hypothesis = hypotheses[name]
@@ -122,7 +122,7 @@ def model_tests(
                 alternatives=alternatives,
             )
         )
-    doubts = () if named else tuple(_describe_doubts(solution, hypotheses, alone, found))
+    doubts = () if named else tuple(_describe_doubts(solution, hypotheses, alone, result))
     return tuple(tests), doubts
 
 
@@ -177,7 +177,6 @@ def _describe_alternatives(
     left: Mapping[str, Score],
     rivals: Sequence[str],
 ) -> str:
-    """Describe the errors that a selected error explains, with their correlation to it."""
     words = []
     for name in rivals:
         unexplained = left[name].chi_square / beside[name].chi_square

@@ -109,22 +109,22 @@ def with_states(scenario: Scenario, keys: Sequence[str], others: Mapping[str, Fl
 
 def addable(scenario: Scenario) -> dict[str, str]:
     """Return the states that can be added to a scenario, with the field that adds each state."""
-    found = {}
+    result = {}
     owners: tuple[Any, ...] = (scenario.gyro, *scenario.sensors)
     for owner in owners:
         for field in dataclasses.fields(owner):
             size = field.name.removeprefix("initial_")
             if size in SIZES and field.name != size and not getattr(owner, field.name):
                 state = size.removesuffix("_deg").removesuffix("_s")
-                found[f"{getattr(owner, 'name', 'gyro')}.{state}"] = field.name
-    return found
+                result[f"{getattr(owner, 'name', 'gyro')}.{state}"] = field.name
+    return result
 
 
 def followable(
     scenario: Scenario, others: Mapping[str, Floats]
 ) -> dict[str, tuple[Influence, ...]]:
     """Return the bias sensitivities that a scenario lacks, by the keys of `with_states`."""
-    found: dict[str, tuple[Influence, ...]] = {}
+    result: dict[str, tuple[Influence, ...]] = {}
     owners: tuple[Gyro | Sensor, ...] = (scenario.gyro, *scenario.sensors)
     for owner in owners:
         states, name = owner.states(), getattr(owner, "name", "gyro")
@@ -133,7 +133,7 @@ def followable(
         if isinstance(owner, Gyro):
             del errors["misalignment"]
             if not any(follows(owner, magnitude) for magnitude in RATE_MAGNITUDES):
-                found["gyro.scale_asymmetry"] = tuple(
+                result["gyro.scale_asymmetry"] = tuple(
                     Influence(magnitude, initial_sigma=SIZES["scale_factor"], unit="deg/s")
                     for magnitude in RATE_MAGNITUDES
                 )
@@ -151,8 +151,8 @@ def followable(
                     reference=float(np.mean(values)),
                     error=error,
                 )
-                found[f"{name}.{prefix}{channel}"] = (influence,)
-    return found
+                result[f"{name}.{prefix}{channel}"] = (influence,)
+    return result
 
 
 def with_noise(found: Calibration) -> Scenario:

@@ -39,7 +39,7 @@ def report_html(calibration: Calibration, promised: pd.DataFrame | None = None) 
     parts += ["<h2>Estimate and prior</h2>", _format_table(calibration.prior_table().reset_index())]
     if calibration.model_tests:
         parts += [
-            "<h2>Beside what the scenario says</h2>",
+            "<h2>Errors outside the scenario's model</h2>",
             _format_table(calibration.model_table().reset_index(), classes="wrapped"),
         ]
     parts += list(figures.values())
@@ -47,7 +47,7 @@ def report_html(calibration: Calibration, promised: pd.DataFrame | None = None) 
     if len(rejected):
         more = f", the first {LISTED}" if len(rejected) > LISTED else ""
         parts += [f"<h2>{len(rejected)} outliers{more}</h2>", _format_table(rejected[:LISTED])]
-    parts += ["<h2>To send up</h2>", _format_uplink(calibration)]
+    parts += ["<h2>Correction parameters</h2>", _format_uplink(calibration)]
     return report_page(title, parts)
 
 
@@ -71,7 +71,6 @@ def _format_value(value: object) -> str:
 
 
 def _format_table(frame: pd.DataFrame, classes: str | None = None) -> str:
-    """Return a table as HTML with five significant digits and escaped text."""
     shown = frame.reset_index() if frame.index.name else frame
     text: str = shown.map(lambda x: f"{x:.5g}" if isinstance(x, float) else x).to_html(
         index=False, border=0, classes=classes

@@ -86,7 +86,7 @@ def calibrate_alone(
     magnetometers = [k for k, s in enumerate(suite.sensors) if isinstance(s, Magnetometer)]
     if not magnetometers:
         raise ValueError(
-            "sensors: expected a magnetometer, whose field has a strength that is known"
+            "sensors: expected at least one magnetometer to calibrate by the field strength"
         )
     states = belief.states.copy()
     covariance = belief.sigma[:, None] * belief.correlation * belief.sigma
@@ -95,17 +95,17 @@ def calibrate_alone(
     for index in magnetometers:
         sensor = suite.sensors[index]
         try:
-            found = by_strength(data, index, belief)
+            result = by_strength(data, index, belief)
         except ValueError as error:
             raise ValueError(f"{sensor.name}: {error}") from None
         places = suite.places(sensor)
         numbers = [i for i, block in enumerate(BLOCKS) if block in places]
         own = np.concatenate([places[BLOCKS[i]] + np.arange(3) for i in numbers])
         here = np.concatenate([3 * i + np.arange(3) for i in numbers])
-        states[own] = found.values[here]
+        states[own] = result.values[here]
         covariance[own], covariance[:, own] = 0.0, 0.0
-        covariance[np.ix_(own, own)] = found.covariance[np.ix_(here, here)]
-        tests.append(_test_residuals(data, index, found, n_tests))
+        covariance[np.ix_(own, own)] = result.covariance[np.ix_(here, here)]
+        tests.append(_test_residuals(data, index, result, n_tests))
     time = float(data.times[-1])
     last = Environment.at(scenario, data.times[-1:], telemetry.positions(data.times[-1:]))
     covariance[:3], covariance[:, :3] = 0.0, 0.0
@@ -126,7 +126,6 @@ def calibrate_alone(
 
 
 def _test_residuals(data: Batch, index: int, found: FieldStrengthFit, n_tests: int) -> SensorTest:
-    """Return the tests of the field strength residuals of a magnetometer."""
     sensor, residuals = data.suite.sensors[index], found.residuals
     measured = data.sensors[index][:, 0]
     seen = np.isfinite(measured[:, 0])

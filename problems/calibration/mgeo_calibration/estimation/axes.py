@@ -53,22 +53,22 @@ def axes_causes(batch: Batch) -> Iterator[str]:
     rates = (batch.gyro * batch.durations[:, None])[windows[:, :-1]]
     turned = _accumulate_rotations(rates)
     now = _compute_misfit(seen, turned)
-    found: list[tuple[float, int, str]] = []
+    result: list[tuple[float, int, str]] = []
     for k, i in enumerate(sensors):
         for changes, words, rows in _correct_mistakes(batch.sensors[i][picked]):
             other = [*seen[:k], _normalize_vectors(batch, i, rows, picked), *seen[k + 1 :]]
             words = f"{batch.suite.sensors[i].name}{words}"
-            found.append((_compute_misfit(other, turned), changes, words))
+            result.append((_compute_misfit(other, turned), changes, words))
     for P, changes, words in _permute_axes():
-        found.append(
+        result.append(
             (_compute_misfit(seen, _accumulate_rotations(rates @ P.T)), changes, f"gyro{words}")
         )
-    least = min(misfit for misfit, _, _ in found)
+    least = min(misfit for misfit, _, _ in result)
     lasts = batch.times[windows[:, -1]] - batch.times[windows[:, 0]]
     astray = float(np.median(bias[0] * lasts) ** 2) / 6.0  # of two numbers, about their mean
-    well = _WELL * float(np.mean([_expect_misfit(batch, i) for i in sensors]) + astray)
+    well = _WELL * float(np.mean([_predict_misfit(batch, i) for i in sensors]) + astray)
     if least < min(_BETTER * now, well):
-        yield min((n, misfit, words) for misfit, n, words in found if misfit < _AS_GOOD * least)[2]
+        yield min((n, misfit, words) for misfit, n, words in result if misfit < _AS_GOOD * least)[2]
 
 
 def _permute_axes() -> Iterator[tuple[Floats, int, str]]:
@@ -92,9 +92,9 @@ def _select_windows(batch: Batch, longest: int) -> Ints:
     length = int(np.clip(_TURN / max(float(np.median(rate)), 1e-9), _SAMPLES, _LONGEST))
     length = max(_FEWEST, min(length, n, longest))
     first = np.unique(np.linspace(0, n - length, _WINDOWS).astype(int))
-    found: Ints = first[:, None] + np.arange(length)
-    silent = np.append(batch.breaks, False)[found[:, :-1]].any(axis=1)
-    return found[~silent]
+    result: Ints = first[:, None] + np.arange(length)
+    silent = np.append(batch.breaks, False)[result[:, :-1]].any(axis=1)
+    return result[~silent]
 
 
 def _correct_mistakes(rows: Floats) -> Iterator[tuple[int, str, Floats]]:
@@ -110,12 +110,12 @@ def _correct_mistakes(rows: Floats) -> Iterator[tuple[int, str, Floats]]:
 
 def _convert_quaternions(axes: Floats, order: tuple[int, ...], inverse: bool) -> Floats:
     """Return star tracker axes, shape (w, k, 3, 3), with the quaternions in another convention."""
-    found = np.full_like(axes, np.nan)
+    result = np.full_like(axes, np.nan)
     there = np.isfinite(axes).all(axis=(-2, -1))
     if there.any():
         rotations = Rotation.from_quat(Rotation.from_matrix(axes[there]).as_quat()[:, order])
-        found[there] = (rotations.inv() if inverse else rotations).as_matrix()
-    return found
+        result[there] = (rotations.inv() if inverse else rotations).as_matrix()
+    return result
 
 
 def _has_directions(rows: Floats) -> bool:
@@ -132,7 +132,7 @@ def _normalize_vectors(batch: Batch, index: int, body: Floats, picked: Ints) -> 
     return body, known, np.where(count < _FEWEST, 0.0, there / np.maximum(count, 1))
 
 
-def _expect_misfit(batch: Batch, index: int) -> float:
+def _predict_misfit(batch: Batch, index: int) -> float:
     """Return the expected mean squared error of a unit vector from the prior [rad²]."""
     places = batch.suite.places(batch.suite.sensors[index])
     sigma = Belief.initial(batch.suite).sigma
@@ -147,7 +147,6 @@ def _expect_misfit(batch: Batch, index: int) -> float:
 
 
 def _select_samples(windows: Ints) -> Ints:
-    """Return the positions within a window that are compared."""
     picks: Ints = np.unique(np.linspace(0, windows.shape[1] - 1, _SAMPLES).astype(int))
     return picks
 
@@ -173,8 +172,8 @@ def _accumulate_rotations(angles: Floats) -> Floats:
     while reach <= n:  # products of 2, 4, 8... steps
         R[:, reach:] = R[:, :-reach] @ R[:, reach:]
         reach *= 2
-    found: Floats = R[:, _select_samples(R)]
-    return found
+    result: Floats = R[:, _select_samples(R)]
+    return result
 
 
 def _compute_misfit(seen: Sequence[Seen], turned: Floats) -> float:

@@ -57,9 +57,9 @@ def smoothed_rates(solution: Solution) -> Floats:
     noise = np.median(np.abs(np.diff(rates, _ORDER + 1, axis=0)), axis=0) / math.sqrt(_GAIN)
     for width in _WIDTHS:
         if width < len(rates):
-            found = savgol_filter(rates, width, _ORDER, axis=0)
-            if (np.median(np.abs(rates - found), axis=0) <= _BLUR * noise).all():
-                return np.asarray(found, dtype=np.float64)
+            result = savgol_filter(rates, width, _ORDER, axis=0)
+            if (np.median(np.abs(rates - result), axis=0) <= _BLUR * noise).all():
+                return np.asarray(result, dtype=np.float64)
     return rates
 
 
@@ -80,7 +80,7 @@ def _compute_attitude_rates(solution: Solution) -> Floats:
 
 
 def bias_decay(solution: Solution) -> Departure:
-    """Return the departure of a gyro bias with a different correlation time.
+    """Return the regressors of a gyro bias with a different correlation time.
 
     A coefficient of one increases the inverse correlation time by one over the duration of the
     data.
@@ -94,7 +94,7 @@ def bias_decay(solution: Solution) -> Departure:
 
 
 def bias_drift(solution: Solution) -> Departure:
-    """Return the departure of a gyro bias that drifts.
+    """Return the regressors of a gyro bias that drifts.
 
     A coefficient of one changes the bias by its initial 1-sigma within one of the `PARTS` of the
     data.
@@ -103,14 +103,14 @@ def bias_drift(solution: Solution) -> Departure:
 
     def moves(own: Equations) -> Floats:
         rises = size * risen(share[own.low : own.high - 1])
-        found: Floats = rises[:, None, :, None] * _compute_rate_sensitivity(own)[:, :, None]
-        return found.reshape(len(rises), 3, -1)
+        result: Floats = rises[:, None, :, None] * _compute_rate_sensitivity(own)[:, :, None]
+        return result.reshape(len(rises), 3, -1)
 
     return Departure(width=3 * PARTS, moves=moves, bias=np.tile(size * np.eye(3), PARTS))
 
 
 def gyro_noise(solution: Solution) -> Departure:
-    """Return the departure of sinusoidal gyro errors with `CYCLES` cycles about each axis.
+    """Return the regressors of sinusoidal gyro errors with `CYCLES` cycles about each axis.
 
     The amplitude equals the 1-sigma of the gyro noise in one step. The departure represents gyro
     noise that exceeds the declared noise.
@@ -125,14 +125,14 @@ def gyro_noise(solution: Solution) -> Departure:
     def off(own: Equations) -> Floats:
         phase = 2.0 * np.pi * share[own.low : own.high - 1, None] * np.array(CYCLES)
         waves = np.concatenate([np.sin(phase), np.cos(phase)], axis=1)
-        found: Floats = waves[:, None, :, None] * np.diag(size)[:, None]
-        return found.reshape(len(waves), 3, -1)
+        result: Floats = waves[:, None, :, None] * np.diag(size)[:, None]
+        return result.reshape(len(waves), 3, -1)
 
     return _build_gyro_departure(off, 6 * len(CYCLES))
 
 
 def gyro_error(rates: Floats, state: str) -> Departure:
-    """Return the departure of one calibration parameter of the gyro.
+    """Return the regressors of one calibration parameter of the gyro.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def gyro_error(rates: Floats, state: str) -> Departure:
 
 
 def gyro_early(rates: Floats, durations: Floats) -> Departure:
-    """Return the departure of a gyro that reports rates `LARGE_DELAY_S` ahead of its time stamps.
+    """Return the regressors of a gyro that reports rates `LARGE_DELAY_S` ahead of its time stamps.
 
     Parameters
     ----------
@@ -160,14 +160,14 @@ def gyro_early(rates: Floats, durations: Floats) -> Departure:
     def changes(own: Equations) -> Floats:
         steps = np.arange(own.low, own.high - 1)
         change = rates[steps] - rates[np.maximum(steps - 1, 0)]
-        found: Floats = LARGE_DELAY_S * change / durations[steps, None]
-        return found[:, :, None]
+        result: Floats = LARGE_DELAY_S * change / durations[steps, None]
+        return result[:, :, None]
 
     return _build_gyro_departure(changes, 1)
 
 
 def gyro_follows(solution: Solution, channel: Floats) -> Departure:
-    """Return the departure of a gyro bias that is proportional to a channel, shape (N,)."""
+    """Return the regressors of a gyro bias that is proportional to a channel, shape (N,)."""
     size = solution.batch.suite.gyro.states()["bias"]
     return _build_gyro_departure(
         lambda own: size * channel[own.low : own.high - 1, None, None] * np.eye(3),
@@ -183,7 +183,7 @@ def vector_rates(solution: Solution) -> VectorRates:
 
 
 def delay(index: int, rates: Floats, changes: VectorRates) -> Departure:
-    """Return the departure of a sensor with readings that are `LARGE_DELAY_S` old.
+    """Return the regressors of a sensor with readings that are `LARGE_DELAY_S` old.
 
     Parameters
     ----------
@@ -198,14 +198,14 @@ def delay(index: int, rates: Floats, changes: VectorRates) -> Departure:
     def reads(own: Equations) -> Floats:
         before = rates[np.maximum(np.arange(own.low, own.high) - 1, 0)]
         turned = np.einsum("nij,nj->ni", _select_jacobian(own, index, 0), before)
-        found: Floats = -LARGE_DELAY_S * (turned + changes(own, index))
-        return found[:, :, None]
+        result: Floats = -LARGE_DELAY_S * (turned + changes(own, index))
+        return result[:, :, None]
 
     return Departure(width=1, reads={index: reads})
 
 
 def along_track(sensors: int, changes: VectorRates) -> Departure:
-    """Return the departure of an orbit that lags by `LARGE_DELAY_S` along the track.
+    """Return the regressors of an orbit that lags by `LARGE_DELAY_S` along the track.
 
     Parameters
     ----------
@@ -222,7 +222,7 @@ def along_track(sensors: int, changes: VectorRates) -> Departure:
 
 
 def vector_error(index: int, state: str) -> Departure:
-    """Return the departure of scale factors or non-orthogonality of a vector sensor."""
+    """Return the regressors of scale factors or non-orthogonality of a vector sensor."""
 
     def reads(own: Equations) -> Floats:
         batch, at = own.batch, own.trajectory
@@ -236,7 +236,7 @@ def vector_error(index: int, state: str) -> Departure:
 
 
 def wander(solution: Solution, index: int) -> Departure:
-    """Return the departure of a sensor offset that drifts.
+    """Return the regressors of a sensor offset that drifts.
 
     A coefficient of one changes the offset by `LARGE_OFFSET` within one of the `PARTS` of the data.
     """
@@ -244,14 +244,14 @@ def wander(solution: Solution, index: int) -> Departure:
 
     def reads(own: Equations) -> Floats:
         rises = risen(share[own.low : own.high])
-        found = rises[:, None, :, None] * _compute_offset_columns(own, index)[:, :, None]
-        return found.reshape(len(rises), 3, -1)
+        result = rises[:, None, :, None] * _compute_offset_columns(own, index)[:, :, None]
+        return result.reshape(len(rises), 3, -1)
 
     return Departure(width=3 * PARTS, reads={index: reads})
 
 
 def follows(index: int, channel: Floats) -> Departure:
-    """Return the departure of a sensor offset that is proportional to a channel, shape (N,)."""
+    """Return the regressors of a sensor offset that is proportional to a channel, shape (N,)."""
 
     def reads(own: Equations) -> Floats:
         return channel[own.low : own.high, None, None] * _compute_offset_columns(own, index)
@@ -260,7 +260,7 @@ def follows(index: int, channel: Floats) -> Departure:
 
 
 def turns_with(index: int, channel: Floats) -> Departure:
-    """Return the departure of a sensor misalignment proportional to a channel, shape (N,)."""
+    """Return the regressors of a sensor misalignment proportional to a channel, shape (N,)."""
 
     def reads(own: Equations) -> Floats:
         by_attitude = -_select_jacobian(own, index, 0)
@@ -294,12 +294,12 @@ def ramp(share: Floats) -> Floats:
 def waves(share: Floats) -> Floats:
     """Return cosine profiles of one to `WAVES` half waves that start at zero, shape (n, WAVES)."""
     half_periods = np.arange(1, WAVES + 1)
-    found: Floats = 0.5 - 0.5 * np.cos(np.pi * share[:, None] * half_periods)
-    return found
+    result: Floats = 0.5 - 0.5 * np.cos(np.pi * share[:, None] * half_periods)
+    return result
 
 
 def along(rises: Departure, courses: Sequence[Course]) -> tuple[Combined, ...]:
-    """Return one departure per profile, piecewise linear over the parts of the data.
+    """Return the regressors of each profile, piecewise linear over the parts of the data.
 
     Parameters
     ----------
@@ -324,7 +324,7 @@ def _compute_elapsed_fractions(solution: Solution) -> Floats:
 def _build_gyro_departure(
     off: Callable[[Equations], Floats], width: int, last: Floats | None = None
 ) -> Departure:
-    """Return the departure of a gyro with an additive rate error.
+    """Return the regressors of a gyro with an additive rate error.
 
     Parameters
     ----------
@@ -395,7 +395,6 @@ def _compute_offset_columns(own: Equations, index: int) -> Floats:
 
 
 def _select_jacobian(own: Equations, index: int, first: int) -> Floats:
-    """Return the Jacobian of a sensor's readings for one state block, shape (n, 3, 3)."""
     seen, parts = own.sightings, own.parts
     driven, constants = seen.counts[index]
     places = seen.columns[index]

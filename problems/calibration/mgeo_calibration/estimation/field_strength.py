@@ -93,9 +93,9 @@ def fit_field_strength(
     for _ in range(_ITERATIONS):
         spread = _compute_sigma(values, measured, sigma)  # The weights are constant within a step.
         r, J = equations(values, spread)
-        found, *_ = np.linalg.lstsq(J, -r, rcond=None)
+        result, *_ = np.linalg.lstsq(J, -r, rcond=None)
         step = np.zeros(9)
-        step[free] = found
+        step[free] = result
         while cost(values + step, spread) > (1.0 + 1e-9) * float(r @ r):
             step *= 0.5
         values = values + step
@@ -174,13 +174,13 @@ def start_states(batch: Batch, belief: Belief) -> Floats:
         if belief.sigma[places["bias"]] < _LARGE * strength:
             continue
         try:
-            found = by_strength(batch, index, belief, _MOST)
+            result = by_strength(batch, index, belief, _MOST)
         except ValueError:
             continue  # Keep the prior states.
         for number, block in enumerate(BLOCKS):
             if block in places:
                 first = places[block]
-                states[first : first + 3] = found.values[3 * number : 3 * number + 3]
+                states[first : first + 3] = result.values[3 * number : 3 * number + 3]
     return states
 
 
@@ -230,13 +230,13 @@ def _estimate_linear(measured: Floats, strength: Floats, sigma: Floats, free: Bo
     estimated = free.copy()
     estimated[3:] = free[3:].any()
     A, z = A - A.mean(axis=0), z - z.mean()
-    found = np.zeros(9)
-    found[estimated], *_ = np.linalg.lstsq(A[:, estimated], z, rcond=None)
-    square = response(found)
+    result = np.zeros(9)
+    result[estimated], *_ = np.linalg.lstsq(A[:, estimated], z, rcond=None)
+    square = response(result)
     sizes, axes = np.linalg.eigh(square)
     if sizes.min() <= 0.0:  # The quadric is not an ellipsoid: estimate the bias alone.
-        found[3:], square = 0.0, np.eye(3)
+        result[3:], square = 0.0, np.eye(3)
         sizes, axes = np.linalg.eigh(square)
     K = (axes / np.sqrt(sizes)) @ axes.T
-    bias = scale * np.linalg.solve(square, found[:3])
+    bias = scale * np.linalg.solve(square, result[:3])
     return np.concatenate([bias, np.diag(K) - 1.0, [K[i, j] for i, j in _PAIRS]])

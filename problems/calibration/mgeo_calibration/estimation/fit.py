@@ -177,7 +177,7 @@ def settle(
 
 
 def _count_drift_samples(batch: Batch) -> int:
-    """Return the number of samples over which the rate random walk reaches `_DRIFTED`, 1-sigma."""
+    """Return the number of samples in which the rate random walk rotates by `_DRIFTED`, 1-sigma."""
     walk = float(np.linalg.norm(batch.suite.gyro.drift))
     if not walk:
         return len(batch.times)
@@ -215,7 +215,6 @@ def check(result: Fit, belief: Belief, gate: float) -> None:
 
 
 def _describe_divergence(solution: Solution, belief: Belief) -> str:
-    """Describe the state that is farthest from its prior and the last change of the attitude."""
     suite, at = solution.batch.suite, solution.estimate
     off = belief.difference(at.attitude[0], at.states[0])
     if belief.attitude is None:

@@ -171,8 +171,8 @@ def innovation(
             own[state] = uncertain(estimate.states[first : first + 3].T, first // 3, kind)
     influenced(sensor.influences, own, influences, lambda value, state: state * value)
     predicted = sensor.measured(*taken(sensor, own, [vector, *gradient], to_body, rate))
-    found: Taylor = sensor.innovation(y, predicted)
-    return found
+    result: Taylor = sensor.innovation(y, predicted)
+    return result
 
 
 def jacobian(r: Taylor) -> tuple[Ints, Floats]:
@@ -216,5 +216,4 @@ def second_moments(r: Taylor, P: Floats) -> tuple[Floats, Floats]:
 
 @cache
 def _list_states(numbers: tuple[int, ...]) -> Ints:
-    """Return the state indices of numbered blocks."""
     return np.add.outer(3 * np.array(numbers, dtype=np.int64), np.arange(3)).ravel()

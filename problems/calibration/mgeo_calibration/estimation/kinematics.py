@@ -60,8 +60,8 @@ def growth(batch: Batch, parts: Partition) -> Floats:
     decay[: suite.n_dynamic] = -np.diag(suite.dynamics_matrix(np.zeros(3)))
     if not decay[parts.constant].any():
         return np.broadcast_to(1.0, (N, len(parts.constant)))
-    found: Floats = np.exp(-decay[parts.constant] * (batch.times - batch.times[0])[:, None])
-    return found
+    result: Floats = np.exp(-decay[parts.constant] * (batch.times - batch.times[0])[:, None])
+    return result
 
 
 def turns(batch: Batch, states: Floats) -> tuple[Floats, Floats]:

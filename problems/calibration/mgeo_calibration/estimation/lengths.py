@@ -23,7 +23,7 @@ def implausible(batch: Batch) -> Bools:
     Lengths are compared with the median of their sensor. A bias changes all lengths alike, or less
     than they scatter.
     """
-    found = np.zeros((len(batch.sensors), len(batch.times)), dtype=bool)
+    result = np.zeros((len(batch.sensors), len(batch.times)), dtype=bool)
     for index, rows in enumerate(batch.sensors):
         seen = np.isfinite(rows[:, 0, 0])
         if rows.shape[1:] != (1, 3) or not seen.any():
@@ -31,8 +31,8 @@ def implausible(batch: Batch) -> Bools:
         off = _compute_length(rows[seen, 0]) - _compute_length(batch.vectors[seen, index])
         off -= np.median(off)
         scatter = max(_NORMAL * float(np.median(np.abs(off))), float(batch.noise[index].max()))
-        found[index, seen] = np.abs(off) > _FAR * scatter
-    return found
+        result[index, seen] = np.abs(off) > _FAR * scatter
+    return result
 
 
 def check_normalized(batch: Batch) -> None:

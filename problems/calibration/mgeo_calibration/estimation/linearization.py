@@ -91,7 +91,7 @@ def sightings(batch: Batch, at: Trajectory, parts: Partition) -> Sightings:
     """Linearize the readings of all sensors."""
     each = [sighting(batch, index, at) for index in range(len(batch.suite.sensors))]
     s, N, p = len(each), len(batch.times), max(len(one.states) for one in each)
-    found = Sightings(
+    result = Sightings(
         there=np.zeros((s, N), dtype=bool),
         z=np.zeros((s, N, 3)),
         H=np.zeros((s, N, 3, p)),
@@ -103,17 +103,17 @@ def sightings(batch: Batch, at: Trajectory, parts: Partition) -> Sightings:
     for index, one in enumerate(each):
         chosen = [np.flatnonzero(np.isin(one.states, of)) for of in (parts.driven, parts.constant)]
         order, n = np.concatenate(chosen), len(one.states)
-        found.there[index, one.samples] = True
-        found.z[index, one.samples, : len(one.noise)] = one.z
-        found.H[index, one.samples, : len(one.noise), :n] = one.H[:, :, order]
-        found.counts[index] = [len(some) for some in chosen]
-        found.columns[index, :n] = np.concatenate(
+        result.there[index, one.samples] = True
+        result.z[index, one.samples, : len(one.noise)] = one.z
+        result.H[index, one.samples, : len(one.noise), :n] = one.H[:, :, order]
+        result.counts[index] = [len(some) for some in chosen]
+        result.columns[index, :n] = np.concatenate(
             [
                 np.searchsorted(of, one.states[some])
                 for of, some in zip((parts.driven, parts.constant), chosen, strict=True)
             ]
         )
-    return found
+    return result
 
 
 def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
@@ -161,12 +161,12 @@ def misfits(batch: Batch, index: int, at: Trajectory) -> Floats:
 
     Samples without a reading are NaN.
     """
-    found = np.full((len(batch.times), len(batch.suite.sensors[index].noise())), np.nan)
-    for low, high, first in spans(len(found)):
+    result = np.full((len(batch.times), len(batch.suite.sensors[index].noise())), np.nan)
+    for low, high, first in spans(len(result)):
         seen = sighting(batch.part(low, high), index, at.part(low, high))
         new = seen.samples >= first
-        found[low + seen.samples[new]] = seen.z[new]
-    return found
+        result[low + seen.samples[new]] = seen.z[new]
+    return result
 
 
 @dataclass(frozen=True, eq=False)

@@ -83,7 +83,7 @@ def residuals(solution: Solution) -> Residuals:
     """Compute the residuals of all readings, including the rejected readings."""
     s, N = solution.used.shape
     left = Residuals(np.zeros((s, N, 3)), np.full((s, N), np.nan), np.empty((N, 3)))
-    for span, found in smoothed(solution):
+    for span, result in smoothed(solution):
         seen, first = span.sightings, span.first
         r, squares = np.zeros(seen.z.shape), np.full(seen.there.shape, np.nan)
         load("residuals").all_others(
@@ -93,8 +93,8 @@ def residuals(solution: Solution) -> Residuals:
             span.steps.growth,
             solution.e[span.low : span.high],
             solution.common,
-            found.given,
-            found.slope,
+            result.given,
+            result.slope,
             solution.root,
             first,
             r,

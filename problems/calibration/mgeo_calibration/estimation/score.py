@@ -31,7 +31,7 @@ _FAR = 500.0
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Departure:
-    """Model error that is linear in k coefficients.
+    """Regressors of a model error that is linear in k coefficients.
 
     A coefficient of one is a large error. A combination of coefficients with a 1-sigma above one is
     not tested.
@@ -56,13 +56,13 @@ class Departure:
 
 @dataclass(frozen=True, eq=False)
 class Combined:
-    """Departure with coefficients that are linear combinations of another departure's coefficients.
+    """Model error with coefficients that are linear combinations of a departure's coefficients.
 
     Attributes
     ----------
     departure : Departure
     columns : array, shape (departure.width, k)
-        Coefficients of each of the k combinations.
+        Coefficients of the departure for each of the k combinations.
     """
 
     departure: Departure
@@ -135,14 +135,14 @@ class Scores:
     places: Mapping[str, slice]
 
     def of(self, name: str, beside: Sequence[str] = ()) -> Score:
-        """Return the score test of a departure.
+        """Return the score test of one model error.
 
         Parameters
         ----------
         name : str
-            Name of the departure.
+            Name of the model error.
         beside : sequence of str
-            Names of departures that are estimated at the same time.
+            Names of other model errors to estimate at the same time.
         """
         numbers = np.arange(len(self.score))
         own = numbers[self.places[name]]
@@ -169,13 +169,13 @@ _PART = 0.1
 
 
 def scores(solution: Solution, departures: Mapping[str, Departure | Combined]) -> Scores:
-    """Compute the scores of departures at a converged solution in one pass of the filter.
+    """Compute the scores of model errors at a converged solution in one pass of the filter.
 
     Parameters
     ----------
     solution : Solution
     departures : mapping of str to Departure or Combined
-        Departures by name.
+        Model errors by name.
     """
     of = [each.departure if isinstance(each, Combined) else each for each in departures.values()]
     bases = dict.fromkeys(of)  # Departures compare by identity; a dict keeps their order.
@@ -278,7 +278,6 @@ def _collect_effects(
 
 
 def _drop_zero_columns(each: Sequence[Columns]) -> Columns:
-    """Return the columns that are not zero."""
     numbers, columns = (np.concatenate(of, axis=-1) for of in zip(*each, strict=True))
     live = columns.any(axis=(0, 1))
     return numbers[live], np.ascontiguousarray(columns[:, :, live])

@@ -172,16 +172,17 @@ def sun_directions(suite: Suite, readings: Sequence[Floats], states: Floats) -> 
             seen = np.isfinite(rows[:, 0, 0])
             A[seen] += normals[seen, :, None] * normals[seen, None]
             b[seen] += normals[seen] * rows[seen, 0]
-    found = np.full(b.shape, np.nan)
+    result = np.full(b.shape, np.nan)
     apart = np.linalg.eigvalsh(A)[:, 0] > _APART
-    found[apart] = np.linalg.solve(A[apart], b[apart, :, None])[..., 0]
-    return found
+    result[apart] = np.linalg.solve(A[apart], b[apart, :, None])[..., 0]
+    return result
 
 
 def stretch(seen: Directions, n: int) -> slice:
-    """Return the first sufficient interval of the shortest length.
+    """Return the shortest interval in which the observed directions are far enough apart.
 
-    The directions within a sufficient interval are far enough apart; see `SPREAD`.
+    Lengths come from `LENGTHS`, and the separation is compared with `SPREAD`. Among intervals of
+    equal length, the first is returned.
 
     Parameters
     ----------

@@ -110,14 +110,23 @@ def _multiply_terms(p: Floats, q: Floats) -> Floats:
 
 
 def uncertain(vector: Floats, number: int, kind: type[Taylor] = Taylor) -> Taylor:
-    """Return a vector, shape (r, 3), with the additive error 3-vector of a number."""
+    """Return a vector with an additive error, as a polynomial.
+
+    Parameters
+    ----------
+    vector : array, shape (r, 3)
+    number : int
+        Number of the error 3-vector.
+    kind : type
+        `Taylor` or `Linear`.
+    """
     return kind({**kind.of(vector).terms, (number,): np.eye(3)[:, :, None]})
 
 
 def uncertain_rotation(
     known: Floats | None, number: int, sign: float = 1.0, kind: type[Taylor] = Taylor
 ) -> Callable[[Any], Taylor]:
-    """Return a function that applies R R(±e) to vectors, with the error 3-vector e of a number.
+    """Return a function that rotates vectors by R R(±e) with a rotation error e.
 
     R(g) v is expanded to second order: v + g × v + ½ g × (g × v) for g = ±e.
 

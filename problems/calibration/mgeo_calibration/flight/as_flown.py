@@ -69,21 +69,21 @@ def values(plan: ManeuverPlan, attitude: Floats, wheels: Floats | None = None) -
     scenario, n = plan.scenario, len(attitude)
     apart = np.linalg.norm(attitude - plan.attitude[:n], axis=(1, 2))
     off = 2.0 * np.arcsin(np.minimum(apart / np.sqrt(8.0), 1.0))
-    found = {END: float(np.degrees(off[-1])), GREATEST: float(np.degrees(off.max()))}
+    result = {END: float(np.degrees(off[-1])), GREATEST: float(np.degrees(off.max()))}
     turn = Rotation.from_matrix(attitude[:-1] @ attitude[1:].transpose(0, 2, 1)).as_rotvec()
     around = plan.problem.environment
     at = Place(*(getattr(around, name)[:n] for name in Place._fields))
     at = at if scenario.eclipse else at.without_shadow()
     for limit in scenario.path_limits:
-        found[limit.label] = _compute_angle(
+        result[limit.label] = _compute_angle(
             limit, scenario, at, attitude, np.vstack([np.zeros(3), turn])
         )
     if scenario.wheels is not None:
         if wheels is None:
             start = plan.problem.model.initial_rate
             wheels = _compute_momentum(scenario, attitude, turn / scenario.step, start)
-        found[MOMENTUM] = float(np.abs(wheels).max())
-    return found
+        result[MOMENTUM] = float(np.abs(wheels).max())
+    return result
 
 
 def beside(plan: ManeuverPlan, planned: dict[str, float], flown: dict[str, float]) -> pd.DataFrame:
@@ -132,12 +132,12 @@ def by_gyro(plan: ManeuverPlan, model: FilterModel, draws: Draws, n_steps: int) 
     influenced(suite.gyro.influences, x, follows)
     wrong = suite.gyro.corrected(SimpleNamespace(**x), reported) - rates
     step = Rotation.from_rotvec(-model.step * (rates - wrong)).as_matrix()
-    found = np.concatenate([attitude[:1] @ matrix(-draws.errors[:3] @ attitude[0]), step])
+    result = np.concatenate([attitude[:1] @ matrix(-draws.errors[:3] @ attitude[0]), step])
     reach = 1
     while reach <= n_steps:  # products of 2, 4, 8... steps
-        found[reach:] = found[reach:] @ found[:-reach]
+        result[reach:] = result[reach:] @ result[:-reach]
         reach *= 2
-    return found
+    return result
 
 
 def _compute_angle(
@@ -165,8 +165,8 @@ def _compute_momentum(scenario: Scenario, attitude: Floats, rates: Floats, start
         if wheels.allocation == "pseudo-inverse":
             circulating = held - pseudo_inverse(axes) @ (axes.T @ held)
     ends = np.concatenate([attitude[:-1], attitude[1:]])
-    found: Floats = (ends @ total - np.tile(rates, (2, 1)) @ J.T) @ wheels.shares().T + circulating
-    return found
+    result: Floats = (ends @ total - np.tile(rates, (2, 1)) @ J.T) @ wheels.shares().T + circulating
+    return result
 
 
 def ends(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.DataFrame:
@@ -189,15 +189,15 @@ def ends(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.DataFrame:
     ]
     planned = values(plan, plan.attitude[: n + 1])
     each = [beside(plan, planned, one) for one in flown]
-    found = each[0][["unit", "plan", "bound", "limit"]].copy()
+    result = each[0][["unit", "plan", "bound", "limit"]].copy()
     table = np.array([one["flown"] for one in each])
-    least = (found["bound"] == "at least").to_numpy()
+    least = (result["bound"] == "at least").to_numpy()
     for at, name in ((0.5, HALF), (MOST, MOST_OF)):
         low, high = np.quantile(table, [1.0 - at, at], axis=0)
-        found[name] = np.where(least, low, high)
-    found[BROKEN] = 100.0 * np.mean([~one["kept"].to_numpy(bool) for one in each], axis=0)
-    found.loc[found["bound"] == "", BROKEN] = np.nan
-    return found[["unit", "plan", HALF, MOST_OF, "bound", "limit", BROKEN]]
+        result[name] = np.where(least, low, high)
+    result[BROKEN] = 100.0 * np.mean([~one["kept"].to_numpy(bool) for one in each], axis=0)
+    result.loc[result["bound"] == "", BROKEN] = np.nan
+    return result[["unit", "plan", HALF, MOST_OF, "bound", "limit", BROKEN]]
 
 
 def told(found: pd.DataFrame) -> list[str]:

@@ -154,14 +154,14 @@ def other_truth(truth: Scenario, scenario: Scenario, environment: Environment) -
     start = [key for key in declared(InitialConditions) if key != "attitude_deg"]
     require_same("truth.initial", truth.initial, scenario.initial, start)
     real, believed = (one.suite for one in (truth, scenario))
-    for what, found, expected in (
+    for what, result, expected in (
         ("sensors", *([sensor.name for sensor in suite.sensors] for suite in (real, believed))),
         ("states", real.blocks, believed.blocks),
         ("rotations, by number of their first states,", real.rotations, believed.rotations),
         ("readings", *([*map(n_vectors, suite.sensors)] for suite in (real, believed))),
     ):
-        if found != expected:
-            raise ValueError(f"truth has the {what} {found}: expected the scenario's {expected}")
+        if result != expected:
+            raise ValueError(f"truth has the {what} {result}: expected the scenario's {expected}")
     return FilterModel.from_scenario(truth, surroundings(truth, scenario, environment))
 
 

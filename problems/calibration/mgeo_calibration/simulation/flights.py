@@ -140,13 +140,13 @@ def simulate(
         generators *= 2  # NumPy would sum a single run in another order than many runs.
     n_parts = -(-n_runs // RUNS)
     ends = [len(generators) * part // n_parts for part in range(n_parts + 1)]
-    found = []
+    result = []
     for first, last in pairwise(ends):
         flights = [flight(generator) for generator in generators[first:last]]
         estimated = record(
             model, flights, estimator or Estimator(), samples, real, n_watched, planned.rates
         )
-        found.append(vars(estimated))
+        result.append(vars(estimated))
     return MonteCarlo(
         blocks=model.suite.blocks,
         sensors=tuple(sensor.name for sensor in model.suite.sensors),
@@ -156,7 +156,7 @@ def simulate(
         times=model.times[samples],
         predicted=np.sqrt(variances[samples]),
         path_limits=tuple(limit.label for limit in scenario.path_limits),
-        **{key: np.concatenate([part[key] for part in found])[:n_runs] for key in found[0]},
+        **{key: np.concatenate([part[key] for part in result])[:n_runs] for key in result[0]},
     )
 
 
@@ -199,7 +199,7 @@ def record(
         np.stack([getattr(flight, name) for flight in flights], axis=-1)
         for name in ("start", "errors", "gyro")
     )
-    found = Record(
+    result = Record(
         errors=np.empty((n_runs, m, suite.n_states)),
         sigma=np.empty((n_runs, m, suite.n_states)),
         nees=np.empty((n_runs, m)),
@@ -233,21 +233,21 @@ def record(
                 now = passage.rows(slice(k, k + 1))
                 # A controller keeps the estimate on the plan; the truth is off by the error.
                 ways = [_is_violated(cone, turns[k], now, each) for each in (steered, attitude)]
-                found.broken[:, :, index] += np.stack(ways, axis=1)
+                result.broken[:, :, index] += np.stack(ways, axis=1)
         seen = ~np.isnan(nis.T)
-        found.nis[:, row] += np.where(seen, nis.T, 0.0)
-        found.updates[:, row] += seen
+        result.nis[:, row] += np.where(seen, nis.T, 0.0)
+        result.updates[:, row] += seen
         if k == samples[row]:
             states[3:d] = gyro[k]
             e, P = after.error(attitude, states).T, after.covariance
-            found.errors[:, row], found.sigma[:, row] = e, np.sqrt(np.einsum("iir->ri", P))
+            result.errors[:, row], result.sigma[:, row] = e, np.sqrt(np.einsum("iir->ri", P))
             solved = np.linalg.solve(P.transpose(2, 0, 1), e[..., None])[..., 0]
-            found.nees[:, row] = (e * solved).sum(axis=1)
+            result.nees[:, row] = (e * solved).sum(axis=1)
             row += 1
             if row == m:
                 break
-    found.broken[:] /= max(n_watched, 1)
-    return found
+    result.broken[:] /= max(n_watched, 1)
+    return result
 
 
 def _is_violated(cone: Cone, turn: Floats, passage: Passage, attitude: Floats) -> Bools:

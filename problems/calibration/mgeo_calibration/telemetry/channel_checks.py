@@ -22,15 +22,15 @@ def constant_channels(samples: Samples) -> Iterator[Finding]:
     """Find columns that never change: one of three components, or all columns of a sensor."""
     for name, (columns, rows) in samples.columns.items():
         seen = np.flatnonzero(np.isfinite(rows).all(axis=1))
-        found = rows[seen]
+        result = rows[seen]
         reported = samples.telemetry.sensors.get(name, rows)[seen]
         in_the_dark = len(columns) == 1 and (np.abs(reported) < _DARK).all()  # a photodiode
-        if len(found) < _FEWEST or in_the_dark:
+        if len(result) < _FEWEST or in_the_dark:
             continue
-        stuck = np.ptp(found, axis=0) == 0.0
+        stuck = np.ptp(result, axis=0) == 0.0
         if stuck.all() or (stuck.any() and len(columns) == 3):
             k = int(np.argmax(stuck))
-            value = f"{float(found[0, k])!r} in all {len(found)} samples"
+            value = f"{float(result[0, k])!r} in all {len(result)} samples"
             advice = f"check {name}.columns, or leave {name} out of the scenario"
             place = samples.place(seen[0])
             yield Finding(columns[k], place, value, "a channel that changes", advice)

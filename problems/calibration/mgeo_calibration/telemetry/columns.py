@@ -50,22 +50,25 @@ def find_columns(frame: pd.DataFrame, wanted: Sequence[str]) -> dict[str, Column
     """
     names = [str(name) for name in frame.columns]
     plain = [_plain_name(name) for name in names]
-    found, missing = dict[str, Column](), []
+    result, missing = dict[str, Column](), []
     for name in wanted:
         sign = -1.0 if name.startswith("-") and name not in names else 1.0
         bare = name[1:].strip() if sign < 0.0 else name
         places = [k for k, each in enumerate(names) if each == bare]
         places = places or [k for k, each in enumerate(plain) if each == _plain_name(bare)]
-        if len(places) > 1 or any(k == other.place for k in places for other in found.values()):
-            raise ValueError(f"column {bare!r} is there, or asked for, twice")
+        if len(places) > 1 or any(k == other.place for k in places for other in result.values()):
+            raise ValueError(
+                f"column {bare!r} occurs, or is declared, more than once: expected it once. "
+                "Rename or remove one of them"
+            )
         for k in places:
-            found[name] = Column(k, sign, name_and_unit(names[k])[1])
+            result[name] = Column(k, sign, name_and_unit(names[k])[1])
         missing += [] if places else [bare]
     if missing:
         raise ValueError(f"missing columns {', '.join(missing)}: there are {', '.join(names)}")
     if frame.empty:
         raise ValueError("there are no rows")
-    return found
+    return result
 
 
 def name_and_unit(name: object) -> tuple[str, str]:
@@ -137,7 +140,7 @@ def followed(suite: Suite, others: Mapping[str, Floats]) -> dict[str, Floats]:
     InvalidValue
         With the bias sensitivity whose channel is missing.
     """
-    found = {}
+    result = {}
     for key, influence in suite.influence_keys.items():
         name = channel_of(others, influence.channel)
         if name is None:
@@ -145,8 +148,8 @@ def followed(suite: Suite, others: Mapping[str, Floats]) -> dict[str, Floats]:
             way = "; give it a column of this name, or take the influence out of the scenario"
             expected = f"expected a column of the telemetry{hint}{way}"
             raise InvalidValue(f"{key}.channel", influence.channel, expected)
-        found[influence.channel] = others[name]
-    return found
+        result[influence.channel] = others[name]
+    return result
 
 
 def other_columns(
@@ -157,7 +160,7 @@ def other_columns(
     Wanted columns need only one value.
     """
     asked = {_plain_name(name) for name in wanted}
-    found = {}
+    result = {}
     for place, name in enumerate(frame.columns):
         column = frame.iloc[:, place]
         if place in used or column.dtype.kind in "mM":
@@ -169,8 +172,8 @@ def other_columns(
         there = np.isfinite(values)
         varies = 2 * there.sum() > len(values) and np.ptp(values[there]) > 0.0
         if there.any() if _plain_name(name) in asked else varies:
-            found[str(name)] = values
-    return found
+            result[str(name)] = values
+    return result
 
 
 def numeric(column: pd.Series) -> pd.Series:

@@ -143,9 +143,9 @@ def _convert_attitudes(
             Rotation.from_matrix(_rotate_frame(frame, scenario, table.times, position)[there])
             * turned
         )
-    found = np.full_like(q, np.nan)
-    found[there] = turned.as_quat(canonical=True)
-    return found
+    result = np.full_like(q, np.nan)
+    result[there] = turned.as_quat(canonical=True)
+    return result
 
 
 def _rotate_frame(frame: str, scenario: Scenario, times: Floats, position: Floats | None) -> Floats:

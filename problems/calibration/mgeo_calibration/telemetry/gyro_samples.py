@@ -78,9 +78,9 @@ def means(at: Floats, rates: Floats) -> Floats:
     if len(at) < 2:
         return rates
     angle, stands = CubicSpline(at, rates).antiderivative(), covered(at)
-    found: Floats = (angle(at) - angle(at - stands)) / stands[:, None]
-    found[0] = rates[0]
-    return found
+    result: Floats = (angle(at) - angle(at - stands)) / stands[:, None]
+    result[0] = rates[0]
+    return result
 
 
 def spikes(rates: Floats, least: Floats) -> Floats:
@@ -95,9 +95,9 @@ def spikes(rates: Floats, least: Floats) -> Floats:
     least : array, shape (3,)
         Smallest scatter of the samples, 1-sigma.
     """
-    found = np.zeros(rates.shape)
+    result = np.zeros(rates.shape)
     if len(rates) < _NEAR:
-        return found
+        return result
     for many in (1, 2):
         last, after = rates[: -many - 1], rates[many + 1 :]
         inner = [rates[1 + k : len(last) + 1 + k] for k in range(many)]
@@ -109,8 +109,8 @@ def spikes(rates: Floats, least: Floats) -> Floats:
         apart &= size > _FAR * _NORMAL * median_filter(size, (_NEAR, 1))
         (first,) = np.nonzero(apart.any(axis=1))
         for k in range(many):
-            found[first + 1 + k] = off[k, first]
-    return found
+            result[first + 1 + k] = off[k, first]
+    return result
 
 
 def reported(telemetry: Telemetry) -> tuple[Floats, Floats]:

@@ -176,12 +176,12 @@ class MountedChannels(Channels):
     def to_body(self) -> Rotation:
         """Return the rotation of coordinates from sensor to body axes."""
         if self.dcm is not None:
-            found = Rotation.from_matrix(self.dcm)
+            result = Rotation.from_matrix(self.dcm)
         else:
             q = np.array(self.quaternion or (0.0, 0.0, 0.0, 1.0))
-            found = Rotation.from_quat(scalar_last(q, self.scalar if self.quaternion else "last"))
-            found = found.inv()  # Coordinates transform by the inverse of the axes.
-        return found.inv() if self.rotation == "body-to-sensor" else found
+            result = Rotation.from_quat(scalar_last(q, self.scalar if self.quaternion else "last"))
+            result = result.inv()  # Coordinates transform by the inverse of the axes.
+        return result.inv() if self.rotation == "body-to-sensor" else result
 
 
 @dataclass(frozen=True, kw_only=True)

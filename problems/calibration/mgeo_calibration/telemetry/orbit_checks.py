@@ -52,20 +52,20 @@ def time_range(samples: Samples) -> Iterator[Finding]:
     inside = (times >= start) & (times <= end) & (np.abs(times) < _FARTHEST_TIME)
     steps = np.diff(times)
     years = f"{FIELD_MODEL_START:%Y-%m-%d} to {FIELD_MODEL_END:%Y-%m-%d}"
-    found = []
+    result = []
     if not inside.all():
         k = int(np.argmin(inside))
         expected = f"a time within a year of it, and in the years of IGRF-14, {years}"
-        found.append((k, f"{times[k] / DAY:.6g} days after the epoch", expected))
+        result.append((k, f"{times[k] / DAY:.6g} days after the epoch", expected))
     if (steps > _LONGEST_SILENCE).any():
         k = int(np.argmax(steps > _LONGEST_SILENCE))
         expected = f"a sample at least every {_LONGEST_SILENCE:g} s"
-        found.append((k, f"{steps[k]:.6f} s until the next sample", expected))
+        result.append((k, f"{steps[k]:.6f} s until the next sample", expected))
     if len(steps) and (step := np.median(steps)) < _SHORTEST_STEP:
         value = f"{step:.3g} s until the next sample (median)"
-        found.append((0, value, f"{_SHORTEST_STEP:g} s or more"))
+        result.append((0, value, f"{_SHORTEST_STEP:g} s or more"))
     advice = "declare time_epoch and time_unit, or correct the scenario's epoch"
-    for k, value, expected in found:
+    for k, value, expected in result:
         yield Finding(samples.mapping.time, samples.place(k), value, expected, advice)
 
 
@@ -81,15 +81,15 @@ def norms(samples: Samples) -> Iterator[Finding]:
             advice = "declare position.unit and position.scale"
             yield Finding("position", samples.place(row), value, expected, advice)
     for sensor, k, measured, strength in _select_vectors(samples):
-        found, should = (float(np.median(each)) for each in (_compute_length(measured), strength))
+        result, should = (float(np.median(each)) for each in (_compute_length(measured), strength))
         bias = np.sqrt(3.0) * sensor.initial_bias_nt if isinstance(sensor, Magnetometer) else 0.0
-        if not should / _OTHER_UNIT - bias < found < should * _OTHER_UNIT + 3.0 * bias:
-            ratio, unit = should / found if found else np.inf, sensor.channel_unit.text
+        if not should / _OTHER_UNIT - bias < result < should * _OTHER_UNIT + 3.0 * bias:
+            ratio, unit = should / result if result else np.inf, sensor.channel_unit.text
             fits = [u for u, by in UNITS[unit].items() if 0.25 < ratio / by < 4.0]
             unit_key = f"unit = {fits[0]!r}" if fits else "unit or scale"
             advice = f"declare {unit_key} of {sensor.name}"
             advice += ", or a larger initial_bias_nt in the scenario" if bias else ""
-            value = f"a length of {found:.3g} {unit} (median)"
+            value = f"a length of {result:.3g} {unit} (median)"
             expected = f"about {should:.5g} {unit}"
             yield Finding(sensor.name, samples.place(k[0]), value, expected, advice)
 
@@ -197,11 +197,11 @@ def rates(samples: Samples) -> Iterator[Finding]:
         duration = times[lag:] - times[:-lag]
         rate = (angle[lag:] - angle[:-lag]) / duration[:, None]
         reported = float(np.median(_compute_length(np.cross(rate, unit[lag:]))))
-        found = float(np.median(np.degrees(chord) / duration))
+        result = float(np.median(np.degrees(chord) / duration))
         slack = bias + turning + np.degrees(3.0 * noise) / float(np.median(duration))
-        if not found / 1.5 - slack < reported < 1.5 * found + slack:
+        if not result / 1.5 - slack < reported < 1.5 * result + slack:
             value = f"{reported:.3g} deg/s across {sensor.name} (median)"
-            expected = f"about {found:.3g} deg/s, as {sensor.name} rotates"
+            expected = f"about {result:.3g} deg/s, as {sensor.name} rotates"
             advice = "declare gyro.unit, gyro.scale or time_unit, or a larger initial_bias_deg_s"
             yield Finding("gyro", samples.place(both[1]), value, expected, advice)
 

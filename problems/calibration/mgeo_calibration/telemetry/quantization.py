@@ -57,8 +57,8 @@ def _estimate_step(channel: Floats) -> float:
 
 def matters(step: Floats, sigma: Floats) -> Bools:
     """Return whether the quantization variance is relevant compared with the noise, per axis."""
-    found: Bools = step**2 / 12.0 >= LEAST * np.square(sigma)
-    return found
+    result: Bools = step**2 / 12.0 >= LEAST * np.square(sigma)
+    return result
 
 
 def angle_variance(rates: Floats, duration: float, step: Floats, sigma: Floats) -> Floats:
@@ -81,7 +81,7 @@ def angle_variance(rates: Floats, duration: float, step: Floats, sigma: Floats) 
     sigma : array, shape (3,)
         1-sigma of the noise of a sample before rounding [rad/s].
     """
-    found = np.zeros(rates.shape)
+    result = np.zeros(rates.shape)
     for axis in np.flatnonzero(matters(step, sigma)):
         q = step[axis]
         m = np.arange(1, 50)
@@ -89,8 +89,8 @@ def angle_variance(rates: Floats, duration: float, step: Floats, sigma: Floats) 
         stays = (np.exp(-((2.0 * np.pi * m * ratio) ** 2)) / (2.0 * (np.pi * m) ** 2)).sum()
         levels = math.ceil(1.0 + 4.0 * ratio)
         length = _measure_stretches(np.rint(rates[:, axis] / q), levels)
-        found[:, axis] = duration * q**2 * (1.0 / 12.0 + stays * (length - 1.0))
-    return found
+        result[:, axis] = duration * q**2 * (1.0 / 12.0 + stays * (length - 1.0))
+    return result
 
 
 def _measure_stretches(counts: Floats, levels: int) -> Floats:

@@ -80,13 +80,13 @@ def _build_telemetry(
     frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping
 ) -> Telemetry:
     table = read_values(frame, scenario, mapping)
-    times, found = table.times, table.found
+    times, result = table.times, table.found
     with named("gyro"):
-        rates, step = _convert_rates(times, found["gyro"], mapping.gyro, scenario)
+        rates, step = _convert_rates(times, result["gyro"], mapping.gyro, scenario)
     steps, position = {"gyro": step}, None
-    if "position" in found:
+    if "position" in result:
         with named("position"):
-            position = found["position"].rows * mapping.position.factor("m")
+            position = result["position"].rows * mapping.position.factor("m")
             frames = rotation_to_gcrs(
                 mapping.position.frame or "GCRF", instants(scenario.epoch, times)
             )
@@ -95,7 +95,7 @@ def _build_telemetry(
     for sensor in scenario.sensors:
         with named(sensor.name):
             sensors[sensor.name], steps[sensor.name] = convert_readings(
-                sensor, found[sensor.name], table, scenario, position
+                sensor, result[sensor.name], table, scenario, position
             )
     telemetry = Telemetry(
         times=times,
@@ -111,7 +111,7 @@ def _build_telemetry(
     if not any(np.isfinite(rows).any() for rows in sensors.values()):
         raise ValueError(f"{', '.join(sensors)}: expected a sample of one of them")
     names = [*(["gyro"] if telemetry.has_gyro else []), *sensors]
-    columns = {name: (found[name].columns, found[name].rows) for name in names}
+    columns = {name: (result[name].columns, result[name].rows) for name in names}
     refuse(Samples(scenario, telemetry, columns, mapping))
     return telemetry
 

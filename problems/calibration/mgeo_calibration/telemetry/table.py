@@ -88,13 +88,13 @@ def read_values(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappi
     at, table = _merge_rows(times, table, names)
     first = np.unique(times, return_index=True)[1] + 1
     ends = np.cumsum([len(own) for _, own in asked.values()])
-    found = {
+    result = {
         name: Values(rows, with_unit(name, entry, [columns[column] for column in own]), own)
         for (name, (entry, own)), rows in zip(
             asked.items(), np.hsplit(table, ends[:-1]), strict=True
         )
     }
-    return Table(at, first, found, others)
+    return Table(at, first, result, others)
 
 
 def _collect_entries(
@@ -165,8 +165,8 @@ def _merge_rows(times: Floats, table: Floats, names: Sequence[str]) -> tuple[Flo
 def _merge_channels(times: Floats, channels: Mapping[str, Floats]) -> dict[str, Floats]:
     """Sort channels by time and interpolate missing values linearly."""
     order, at = np.argsort(times, kind="stable"), np.unique(times)
-    found = {}
+    result = {}
     for name, values in channels.items():
         there = order[np.isfinite(values[order])]
-        found[name] = np.interp(at, times[there], values[there])
-    return found
+        result[name] = np.interp(at, times[there], values[there])
+    return result

@@ -211,8 +211,8 @@ class Telemetry:
                 f"position: none near time {times[np.argmax(far)]:.6f} s: expected samples at most "
                 f"{LONGEST_STEP:g} s apart, from the start to the end"
             )
-        found: Floats = CubicSpline(at, self.position[there])(times)
-        return found
+        result: Floats = CubicSpline(at, self.position[there])(times)
+        return result
 
     def readings(self, suite: Suite) -> tuple[Floats, ...]:
         """Return the readings of each sensor of a suite in the filter's units, shape (n, k, 3).

@@ -46,8 +46,8 @@ def seconds(columns: Sequence[pd.Series], mapping: TelemetryMapping, epoch: date
         )
     elif column.dtype.kind == "M":
         clock = (pd.to_datetime(column, utc=True) - pd.Timestamp(epoch)).dt.total_seconds()
-        found = clock_seconds_after(epoch, clock.to_numpy(dtype=float), mapping.time_scale)
-        times = found + more
+        result = clock_seconds_after(epoch, clock.to_numpy(dtype=float), mapping.time_scale)
+        times = result + more
     else:
         stamps = column.astype(str).str.strip()
         times = _parse_stamps(stamps, epoch, mapping.time_scale) + more
@@ -79,10 +79,10 @@ def _parse_stamps(stamps: pd.Series, epoch: datetime, system: str) -> Floats:
     ahead = ahead.where(offsets[0] != "-", -ahead).fillna(0.0)
     clocks = stamps.str.replace(_UTC_OFFSET, "", regex=True).tolist()
     try:
-        found = seconds_after(epoch, clocks, system)
+        result = seconds_after(epoch, clocks, system)
     except ValueError:
-        found = np.array([_parse_stamp(clock, epoch, system) for clock in clocks])
-    return found - ahead.to_numpy()
+        result = np.array([_parse_stamp(clock, epoch, system) for clock in clocks])
+    return result - ahead.to_numpy()
 
 
 def _parse_stamp(stamp: str, epoch: datetime, system: str) -> float:

@@ -17,9 +17,7 @@ NOTHING = 1e-200
 
 @reordered
 def tile(A, i, B, j, low, high):
-    """Return the nine products of three rows of A and three rows of B, over columns low to high -
-    1.
-    """
+    """Return the nine dot products of three rows of A and of B over columns low to high - 1."""
     a = b = c = d = e = f = g = h = o = 0.0
     for m in range(low, high):
         x, y, z, u, v, w = A[i, m], A[i + 1, m], A[i + 2, m], B[j, m], B[j + 1, m], B[j + 2, m]

@@ -126,7 +126,7 @@ class Guidance(sysModel.SysModel):
 
 
 def reaction_wheels(vehicle: Vehicle, satellite: Any, rate: Floats) -> tuple[Any, Any]:
-    """Add Basilisk's reaction wheels to a satellite.
+    """Attach Basilisk's reaction wheels to a satellite.
 
     Initial speeds follow `Vehicle.momentum`. A wheel at its momentum limit cannot accelerate
     further.

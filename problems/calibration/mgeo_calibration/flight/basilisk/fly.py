@@ -94,7 +94,7 @@ def fly(
     from mgeo_calibration.flight.basilisk.simulation import Drawn, simulate
 
     if scenario.turned_by_coils and vehicle is not None:
-        raise InvalidValue("vehicle", vehicle, "nothing for a scenario whose coils turn it")
+        raise InvalidValue("vehicle", vehicle, "expected none with magnetorquers")
     environment = environment or Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
     check_suite(model.suite)
@@ -144,13 +144,13 @@ def _mask_readings(
     model: FilterModel, attitude: Floats, rates: Floats, sensors: tuple[Floats, ...]
 ) -> tuple[Floats, ...]:
     """Return the readings of each sensor with NaN in eclipse and for blinded star trackers."""
-    found = []
+    result = []
     for index, (sensor, vectors) in enumerate(zip(model.suite.sensors, sensors, strict=True)):
         there = model.available[:, index]
         if isinstance(sensor, StarTracker):
             there = can_measure(model, index, attitude, rates)
-        found.append(np.where(there[:, None, None], vectors, np.nan))
-    return tuple(found)
+        result.append(np.where(there[:, None, None], vectors, np.nan))
+    return tuple(result)
 
 
 def require_basilisk() -> None:

@@ -120,8 +120,8 @@ def three_axis_magnetometer(
     tam.walkBounds = [NO_BOUND] * 3
 
     def vectors(own: Any, log: Log) -> Floats:
-        found: Floats = own.tam_S[:, None] / _TESLA
-        return found
+        result: Floats = own.tam_S[:, None] / _TESLA
+        return result
 
     return Instrument(tam, tam.tamDataOutMsg, vectors)
 
@@ -146,8 +146,8 @@ def coarse_sun_sensors(
 
     def vectors(own: Any, log: Log) -> Floats:
         cosines = own.CosValue[:, :6]
-        found = cosines[:, 0::2] - cosines[:, 1::2]
-        reported: Floats = np.where(_find_visible_samples(sensor, log)[:, None], found, np.nan)
+        result = cosines[:, 0::2] - cosines[:, 1::2]
+        reported: Floats = np.where(_find_visible_samples(sensor, log)[:, None], result, np.nan)
         if sensor.unit_length:
             reported /= np.linalg.norm(reported, axis=1, keepdims=True)
         return reported[:, None]

@@ -28,12 +28,12 @@ BASILISK_AU = 149597870.693e3
 
 def field_coefficients(date: datetime) -> str:
     """Return IGRF-14 at a date as a coefficient file of the World Magnetic Model, without drift."""
-    found = gauss_coefficients(date)
+    result = gauss_coefficients(date)
     year = date.year + (date.timetuple().tm_yday - 1) / 365.25
     lines = [f"    {year:.1f}            IGRF-14        {date:%m/%d/%Y}"]
     for n in range(1, FIELD_DEGREE + 1):
         for m in range(n + 1):
-            g, h = found[n, m].real, found[n, m].imag
+            g, h = result[n, m].real, result[n, m].imag
             lines.append(f"{n:3d}{m:3d}{g:11.4f}{h:11.4f}{0:11.4f}{0:11.4f}")
     return "\n".join([*lines, "9" * 48, "9" * 48, ""])
 
