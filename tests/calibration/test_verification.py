@@ -25,13 +25,15 @@ def test_conclusions():
     """One state that fails is enough, in either way, and so are correlations."""
     assert conclusion(judged(1.1)) == (
         "achieved: no error is larger than predicted, the largest 1.10 times its 1-sigma "
-        "(sun bias y), nor than the filter claims (200 flights, one test at 1%)"
+        "(sun bias y), nor than the filter claims (200 Monte Carlo runs, one test at 1%)"
     )
     known, unknown = judged(1.3, 1.0, (0.001, 1.0)), judged(1.3, 1.25, (0.001, 0.002))
     assert not known.achieved
     assert not unknown.achieved
     assert (known.worse, known.too_sure) == (["sun bias y"], [])
-    assert findings(known) == ["sun bias (y) 1.30 times the predicted 1-sigma, the filter knows it"]
+    assert findings(known) == [
+        "sun bias (y) 1.30 times the predicted 1-sigma, the filter covariance reflects it"
+    ]
     assert findings(unknown) == [
         "sun bias (y) 1.30 times the predicted 1-sigma, the filter is overconfident by 1.25"
     ]

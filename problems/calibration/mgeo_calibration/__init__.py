@@ -1,4 +1,4 @@
-"""What comes after a plan: flights, telemetry, estimation, calibration, verification."""
+"""Simulation, telemetry, estimation, calibration and verification of attitude maneuver plans."""
 
 from importlib import import_module
 from importlib.metadata import version
@@ -35,8 +35,8 @@ __all__ = [
     "verify",
 ]
 
-#: Modules of the public names. A name is imported when it is first used, so that the command
-#: line starts quickly.
+#: Module of each public name. Names are imported at their first use, so that the command line
+#: starts quickly.
 _MODULES = {
     "Calibration": "mgeo_calibration.calibration.calibration",
     "CannotCalibrate": "mgeo_calibration.calibration.diagnosis",

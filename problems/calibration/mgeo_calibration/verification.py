@@ -1,4 +1,4 @@
-"""Whether a plan achieves what its covariance promises, in numbers and in words."""
+"""Monte Carlo verification of the predicted accuracy of a plan, with conclusions in words."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from mgeo_calibration.flight.as_flown import ends
 from mgeo_calibration.simulation.flights import simulate
 from mgeo_calibration.simulation.monte_carlo import MonteCarlo
 
-#: Probability of calling a plan and its filter wrong that are right, in all tests together.
+#: Probability that at least one of all tests rejects a valid plan and filter.
 LEVEL = 0.01
-#: With which an error that is too large is to be found, to say how large that must be.
+#: Power at which `Verification.detectable` is stated.
 POWER = 0.9
 
 PREDICTED, CLAIMED = "rms / predicted [-]", "rms / claimed [-]"
@@ -33,29 +33,31 @@ _P = {PREDICTED: "p, predicted", CLAIMED: "p, claimed"}
 
 @dataclass(frozen=True, eq=False)
 class Verification:
-    """Errors of simulated flights at a plan's `t_end`, against its prediction and their filter.
+    """Comparison of the errors of Monte Carlo runs with prediction and filter covariance at
+    `t_end`.
 
-    It is one test at the `LEVEL`: that no state's error is larger than predicted, that none is
-    larger than the filter claims, and that the filter's covariance as a whole, with its
-    correlations, is not too small (NEES). Their p-values are chi-square's, corrected by Holm for
-    all of them together.
+    The verification is one test at the level `LEVEL`. The test requires that no state error exceeds
+    the prediction, that no state error exceeds the filter's 1-sigma, and that the filter covariance
+    as a whole, including its correlations, is not too small (NEES). The chi-square p-values are
+    corrected by Holm's method over all tests.
 
     Attributes
     ----------
     n_runs : int
     table : DataFrame
         One row per state: ``unit``; ``predicted`` 1-sigma, see `predictions`, and ``rms`` error,
-        root mean squares of the flights; the ratio of each error to its prediction, and to what
-        its own filter claims (root mean squares); ``within 3 sigma [%]`` of the claim; and the two
-        ratios' p-values, corrected.
+        both root mean squares over the runs; ratio of the error to the prediction and to the
+        filter's 1-sigma, root mean squares; ``within 3 sigma [%]`` of the filter's 1-sigma; and the
+        corrected p-values of both ratios.
     nees : float
-        Mean normalized error squared per state, eᵀ P⁻¹ e / n_states; 1 for a consistent filter.
+        Mean normalized estimation error squared per state, eᵀ P⁻¹ e / n_states; 1 for a consistent
+        filter.
     nees_p : float
-        Its p-value, corrected.
+        Corrected p-value of `nees`.
     path_limits : DataFrame
-        How often each path limit was truly broken; see `MonteCarlo.broken_limits`.
+        Violations of path constraints; see `MonteCarlo.broken_limits`.
     ends : DataFrame
-        Where flights end that are turned by their gyro, and what they keep; see `ends`.
+        Pointing errors and constraints with gyro-based guidance; see `ends`.
 
     Examples
     --------
@@ -78,22 +80,22 @@ class Verification:
 
     @property
     def worse(self) -> list[str]:
-        """States whose error is larger than predicted, beyond chance."""
+        """States with errors significantly larger than predicted."""
         return self._beyond(PREDICTED)
 
     @property
     def too_sure(self) -> list[str]:
-        """States whose error is larger than the filter claims, beyond chance."""
+        """States with errors significantly larger than the filter's 1-sigma."""
         return self._beyond(CLAIMED)
 
     @property
     def achieved(self) -> bool:
-        """Whether no test fails."""
+        """True if no test fails."""
         return not (self.worse or self.too_sure) and self.nees_p >= LEVEL
 
     @property
     def detectable(self) -> float:
-        """How many times too large an error must be for so many flights to show it with `POWER`."""
+        """Ratio of error to 1-sigma that the number of runs detects with the power `POWER`."""
         tests = 2 * len(self.table) + 1
         smallest = chi2.isf(LEVEL / tests, self.n_runs) / chi2.isf(POWER, self.n_runs)
         return float(np.sqrt(smallest))
@@ -104,7 +106,7 @@ class Verification:
 
 
 def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification:
-    """Fly a plan `n_runs` times, to its `t_end`, with other errors each time.
+    """Verify the predicted accuracy of a plan at its `t_end` in Monte Carlo runs.
 
     See `simulation.simulate`.
 
@@ -112,14 +114,14 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
     ----------
     plan : ManeuverPlan
     n_runs : int
-        From 2.
+        Number of runs, at least 2.
     seed : int
-        From 0.
+        Seed of the random errors, at least 0.
 
     Raises
     ------
     ValueError
-        For fewer than two runs.
+        If there are fewer than two runs.
 
     Examples
     --------
@@ -142,12 +144,12 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
         environment=plan.problem.environment,
         until=plan.t_end,
     )
-    found, at = flights.table(), flights.sample()
+    result, at = flights.table(), flights.sample()
     states = States.of(plan.problem.model.suite)
-    promised = predictions(plan, flights)
+    prediction = predictions(plan, flights)
     predicted, claimed = (
         np.sqrt(((flights.errors[:, at] / sigma) ** 2).mean(axis=0))
-        for sigma in (promised, flights.sigma[:, at])
+        for sigma in (prediction, flights.sigma[:, at])
     )
     nees, m = float(flights.nees[:, at].mean() / len(states.names)), len(states.names)
     p = holm(
@@ -161,11 +163,11 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
     table = pd.DataFrame(
         {
             "unit": states.units,
-            "predicted": np.sqrt((promised**2).mean(axis=0)) * states.factors,
-            "rms": found["rms"].to_numpy() * states.factors,
+            "predicted": np.sqrt((prediction**2).mean(axis=0)) * states.factors,
+            "rms": result["rms"].to_numpy() * states.factors,
             PREDICTED: predicted,
             CLAIMED: claimed,
-            "within 3 sigma [%]": 100.0 * found["within 3 sigma"].to_numpy(),
+            "within 3 sigma [%]": 100.0 * result["within 3 sigma"].to_numpy(),
             _P[PREDICTED]: p[:m],
             _P[CLAIMED]: p[m:-1],
         },
@@ -176,26 +178,26 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
 
 
 def predictions(plan: ManeuverPlan, flights: MonteCarlo) -> Floats:
-    """1-sigma of each state at `t_end` that the linear covariance predicts, shape (n, n_states).
+    """Return the predicted 1-sigma of each state at `t_end` in each run, shape (n, n_states).
 
-    That of the plan flown exactly, for all flights; or for each flight that of the motion that
-    coils make of the attitude it begins at.
+    The prediction is the linear covariance of the plan, equal in all runs. For magnetorquers it is
+    the linear covariance of the motion of each run, which depends on the initial attitude.
     """
     model, at = plan.problem.model, flights.sample()
     if not plan.scenario.turned_by_coils:
         return np.broadcast_to(flights.predicted[at], flights.errors[:, at].shape)
     first, step = model.initial_attitude, round(plan.t_end / model.step)
-    found = []
+    result = []
     for error in flights.errors[:, 0, :3]:
         flown = model.turned(first.T @ matrix(error) @ first)
         run = evaluate(flown, [plan.design], 1, covariance=True, until=step)
-        found.append(np.sqrt(np.diag(run.covariance[0])))
-    return np.array(found)
+        result.append(np.sqrt(np.diag(run.covariance[0])))
+    return np.array(result)
 
 
 def conclusion(found: Verification) -> str:
-    """In one line, whether the plan achieves its prediction, at which level, and the margin."""
-    at = f"{found.n_runs} flights, one test at {LEVEL:.0%}"
+    """Return one line on whether the plan achieves its prediction, with level and margin."""
+    at = f"{found.n_runs} Monte Carlo runs, one test at {LEVEL:.0%}"
     if not found.achieved:
         return f"not achieved: {'; '.join(findings(found))} ({at})"
     ratio = found.table[PREDICTED]
@@ -206,7 +208,10 @@ def conclusion(found: Verification) -> str:
 
 
 def findings(found: Verification) -> list[str]:
-    """Of each 3-vector of the state that fails: by what factor, and whether the filter knows."""
+    """Describe each failed state block: ratio of error to prediction, and filter consistency.
+
+    If only the NEES fails, the result is one line on the filter as a whole.
+    """
     lines = []
     blocks: dict[str, list[str]] = {}
     for state in dict.fromkeys([*found.worse, *found.too_sure]):
@@ -217,7 +222,11 @@ def findings(found: Verification) -> list[str]:
         )
         axes = ", ".join(state.rpartition(" ")[2] for state in states)
         sure = any(state in found.too_sure for state in states)
-        why = f"the filter is overconfident by {claimed:.2f}" if sure else "the filter knows it"
+        why = (
+            f"the filter is overconfident by {claimed:.2f}"
+            if sure
+            else "the filter covariance reflects it"
+        )
         lines.append(f"{block} ({axes}) {predicted:.2f} times the predicted 1-sigma, {why}")
     if not lines and found.nees_p < LEVEL:
         factor = math.sqrt(found.nees)
@@ -226,33 +235,33 @@ def findings(found: Verification) -> list[str]:
 
 
 def power(found: Verification) -> str:
-    """What so many flights can show."""
+    """Describe the detectable error ratio and the probability of a false alarm."""
     return (
-        f"an error {found.detectable:.2f} times too large would be found with {POWER:.0%}, once in "
-        f"{1 / LEVEL:.0f} a good plan is called bad"
+        f"an error {found.detectable:.2f} times too large is detected with a probability of "
+        f"{POWER:.0%}; a valid plan is rejected with a probability of {LEVEL:.0%}"
     )
 
 
 def remedies(plan: ManeuverPlan, found: Verification) -> Iterator[str]:
-    """What to try where a plan fails, the first first; nothing where it does not."""
+    """Yield suggestions for a plan that fails, the most effective first."""
     if found.achieved:
         return
     scenario, outside = plan.scenario, validity(plan.scenario)
     if outside:
-        yield f"know more at the start: {'; '.join(outside)}"
+        yield f"reduce the initial uncertainty: {'; '.join(outside)}"
     elif scenario.prior is None:
         known = f"initial.attitude_deg, {scenario.initial.attitude_deg:g} here"
-        yield f"know more at the start, such as the attitude ({known})"
+        yield f"reduce the initial uncertainty, for example of the attitude ({known})"
     if plan.t_end < scenario.duration:
         yield (
-            f"a plan that converges later than {span(plan.t_end)}: --pick best, or --time SECONDS; "
-            "the first updates are forgotten by then"
+            f"choose a plan that converges later than {span(plan.t_end)}: --pick best, or "
+            "--time SECONDS; the effect of the first, nonlinear updates then decays"
         )
     yield (
-        "another estimator on board: docs/consistency.md compares its options (Jacobians at the "
-        "estimate, reset, second order)"
+        "choose other options of the on-board filter: docs/consistency.md compares Jacobians at "
+        "the estimate, reset and second order"
     )
     yield (
-        "a wider requirement: multiply the predicted 1-sigma by the ratio of its row, or ask for a "
-        "required_sigma that leaves room for it"
+        "relax the requirement: multiply the predicted 1-sigma by the ratio in its row, or set a "
+        "required_sigma with a margin for it"
     )

@@ -48,7 +48,7 @@ def test_files_and_what_a_plan_promised(run, flight, tmp_path):
     found = calibrate(scenario, telemetry)
     promised = found.compare(ManeuverPlan(scenario, PLAN))
     printed = table(
-        text, f"1-sigma that the plan predicted for {found.time:.6g} s, and achieved: plan.json"
+        text, f"1-sigma at {found.time:.6g} s, predicted by the plan and achieved: plan.json"
     )
     assert printed["mag bias x"][1:3] == [
         f"{promised.loc['mag bias x', name]:.4g}" for name in ("predicted", "achieved")
@@ -105,7 +105,7 @@ def test_all_that_is_tested_is_printed_where_nothing_is_calibrated(run, flight, 
     says = "gyro: the vectors turn as if its rates were in deg/h"
     done = run(*command, "--diagnose", code=2)
     assert done.stderr.startswith(f"Error: {says} (")
-    assert table(done.stdout, "Without any attitude")["axes"] == [says]
+    assert table(done.stdout, "Attitude-independent checks")["axes"] == [says]
     found = json.loads(run(*command, "--diagnose", "--json", code=2).stdout)
     assert found["refused"].startswith(says)
     assert found["checks"][2] == {"check": "axes", "says": says}
@@ -148,7 +148,11 @@ def test_all_that_is_tested_and_what_is_added_is_printed(run, flight):
     folder, _, _ = flight
     command = ("calibrate", folder / "telemetry.csv", "--plan", folder / "plan.json")
     printed = run(*command, "--diagnose", "--fit", " mag.scale_factor").stdout
-    titles = ("Beside what the scenario says", "Estimate and prior", "With and without what was")
+    titles = (
+        "Errors outside the scenario's model",
+        "Estimate and prior",
+        "With and without the additions",
+    )
     assert all(title in printed for title in titles)
     assert "orbit.along_track" in printed
     refused = run(*command, "--fit", "mag.gain", code=2)

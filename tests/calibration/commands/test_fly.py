@@ -33,7 +33,7 @@ def test_telemetry_is_what_python_gets_and_truth_has_the_calibration_s_names(run
     found, path = plan
     out, truth = tmp_path / "telemetry.csv", tmp_path / "truth.json"
     text = run("fly", path, "--seed", 3, "--out", out, "--truth", truth).stdout
-    assert "601 samples to 600 s of gyro, sun, mag, flown by own" in text
+    assert "601 samples to 600 s of gyro, sun, mag, simulator own" in text
     expected = fly(found.scenario, found, 3)
     off = as_flown(found, expected).loc[END, "flown"]
     assert re.search(rf"\noff the plan, end +deg +0 +{off:.4g} *\n", text)
@@ -54,7 +54,7 @@ def test_telemetry_is_what_python_gets_and_truth_has_the_calibration_s_names(run
     ("arguments", "expected"),
     [
         (("--simulator", "simulink"), "'simulink' is not one of 'own', 'basilisk'"),
-        (("--vehicle", "paper"), "--vehicle: the own simulation has none"),
+        (("--vehicle", "paper"), "--vehicle: the own simulator has none"),
         (("--truth", "truth.csv"), "truth.csv: expected a name that ends in .json"),
     ],
 )

@@ -136,7 +136,10 @@ def test_what_is_wrong_with_files_and_mappings(frame, tmp_path):
         ({"sensors": (SensorChannels(name="star"),)}, "unknown sensor.*known: 'sun', 'mag'"),
         ({"sensors": (SensorChannels(name="mag", unit="V"),)}, "mag.unit = 'V': unknown unit"),
         ({"gyro": GyroChannels(range_deg_s=0.45)}, "expected less than range_deg_s, 0.45 deg/s"),
-        ({"gyro": GyroChannels(columns=("sun_x", "sun_y", "sun_z"))}, "asked for, twice"),
+        (
+            {"gyro": GyroChannels(columns=("sun_x", "sun_y", "sun_z"))},
+            "is declared, more than once",
+        ),
     ):
         with pytest.raises(ValueError, match=message):
             read_telemetry(own, PAPER, TelemetryMapping(**mapping))

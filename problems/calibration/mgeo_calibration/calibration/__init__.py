@@ -1,1 +1,1 @@
-"""What telemetry says of gyro and sensors: estimated, tested, written, drawn and read back."""
+"""Calibration of gyro and sensors from telemetry: estimates, tests, documents and reports."""

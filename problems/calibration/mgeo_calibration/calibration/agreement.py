@@ -1,4 +1,4 @@
-"""Tests of an estimate against the noise of the readings and against the prior."""
+"""Consistency tests of an estimate with the readings and with the prior."""
 
 from __future__ import annotations
 
@@ -19,39 +19,42 @@ from mgeo_calibration.estimation.residuals import Filtered, Innovations
 from mgeo_calibration.estimation.smoother import Solution
 from mgeo_calibration.estimation.trajectory import Trajectory
 
-#: Probability that any test of a healthy calibration fails.
+#: Probability that at least one test of a healthy calibration fails.
 SIGNIFICANCE = 0.01
 #: Lags, in readings of a sensor, at which innovations are tested for correlation.
 LAGS = 5
-#: Share of a sensor's readings that may be outliers.
+#: Largest fraction of a sensor's readings that may be outliers.
 MOST_REJECTED = 0.05
-#: Rms of a varying error over its declared 1-sigma below which the error is declared too large.
+#: Ratio of the rms of a varying error to its declared 1-sigma below which the declared 1-sigma is
+#: reported as too large.
 _SMALL = 0.5
-#: Name of the test of all states together.
+#: Block name of the test of all states together.
 ALL = "all"
 
 
 @dataclass(frozen=True, kw_only=True)
 class SensorTest:
-    """Tests of a sensor's innovations.
+    """Tests of the innovations of a sensor.
 
     Attributes
     ----------
     sensor : str
+        Name of the sensor.
     readings : int
-        Used and rejected readings.
+        Number of readings, rejected readings included.
     rejected : int
-        Outliers.
+        Number of outliers.
     nis, nis_low, nis_high : float
-        Mean normalized innovation squared per component, and its interval about 1.
+        Mean normalized innovation squared per component, and its acceptance interval about 1.
     correlation, correlation_bound : float
-        Autocorrelation of largest magnitude at `LAGS` lags, and the bound of its magnitude.
-        Innovations of the right model are white. If declared errors are too small, innovations
-        correlate positively; if they are too large, negatively.
+        Autocorrelation of largest magnitude within `LAGS` lags, and the bound of its magnitude.
+        Innovations of a correct model are white. They correlate positively if declared errors are
+        too small and negatively if declared errors are too large.
     unit : str
+        Unit of the three rms values.
     noise, before, after : float
-        Root mean square per component: the scenario's noise, and residuals of the used readings to
-        the smoothed attitude without and with the estimated errors of the sensor.
+        Root mean square per component: declared noise, and residuals of the used readings without
+        and with the estimated calibration parameters of the sensor.
     """
 
     sensor: str
@@ -69,35 +72,35 @@ class SensorTest:
 
     @property
     def excess(self) -> float:
-        """Variance of the mean of neighboring innovations over the predicted variance."""
+        """Ratio of actual to predicted variance of the mean of neighboring innovations."""
         correlated = self.correlation if self.correlation > self.correlation_bound else 0.0
         return self.nis * (1.0 + 2.0 * LAGS * correlated)
 
     @property
     def is_cautious(self) -> bool:
-        """Whether errors that vary are declared larger than they are."""
+        """True if varying errors are declared larger than the innovations show."""
         return self.correlation < -self.correlation_bound
 
     def failures(self) -> list[str]:
         """Describe the tests that fail."""
-        found = []
+        result = []
         if not self.nis <= self.nis_high:
-            found.append(
+            result.append(
                 f"{self.sensor} scatters more than its noise (NIS {self.nis:.3f}, expected "
                 f"{self.nis_low:.3f} to {self.nis_high:.3f})"
             )
         if not self.correlation <= self.correlation_bound and not self.excess <= 1.0:
-            found.append(
+            result.append(
                 f"innovations of {self.sensor} are not white (correlation {self.correlation:.3f}, "
                 f"expected at most {self.correlation_bound:.3f})"
             )
         if self.rejected > MOST_REJECTED * self.readings:
             share = 100.0 * self.rejected / self.readings
-            found.append(f"{share:.2g} % of {self.sensor} are outliers")
-        return found
+            result.append(f"{share:.2g} % of {self.sensor} are outliers")
+        return result
 
     def notes(self) -> list[str]:
-        """Describe noise that is declared too large: estimates are better than their 1-sigmas."""
+        """Describe noise declared too large, which inflates the 1-sigmas of the estimates."""
         if self.nis >= self.nis_low or self.is_cautious:
             return []
         less = float(np.sqrt(self.nis))
@@ -115,45 +118,73 @@ def caution_notes(solution: Solution, tests: Iterable[SensorTest]) -> tuple[str,
     if not cautious:
         return ()
     suite, states = solution.batch.suite, solution.estimate.states
-    found = []
+    result = []
     for block, process in suite.processes.items():
         first, unit = 3 * suite.blocks.index(block), suite.units[block]
-        declared, rms = _rms(np.array(process.sigma)), _rms(states[:, first : first + 3])
+        declared, rms = (
+            _compute_rms(np.array(process.sigma)),
+            _compute_rms(states[:, first : first + 3]),
+        )
         if rms < _SMALL * declared:
-            found.append(
+            result.append(
                 f"{block} is declared with {unit.factor * declared:.3g} {unit.text}; telemetry "
                 f"shows at most {unit.factor * rms:.2g}"
             )
     names = ", ".join(f"{test.sensor} ({test.correlation:.3f})" for test in cautious)
-    causes = "; ".join(found) or "noise or steps of the gyro are declared larger than they are"
+    causes = "; ".join(result) or "noise or steps of the gyro are declared larger than they are"
     return (f"innovations of {names} correlate negatively, sigmas are too large: {causes}",)
 
 
 def nis_bounds(count: int, tests: float) -> tuple[float, float]:
-    """Return the interval of the mean of squared standard normal numbers, for one of the tests."""
+    """Return the acceptance interval of the mean of squared standard normal numbers.
+
+    Parameters
+    ----------
+    count : int
+        Number of squared values.
+    tests : float
+        Number of tests that share the significance level.
+    """
     tail = 0.5 * SIGNIFICANCE / tests
     low, high = 2.0 * gammaincinv(0.5 * count, [tail, 1.0 - tail]) / count
     return float(low), float(high)
 
 
 def correlation_bound(count: int, tests: float) -> float:
-    """Return the bound of the largest of `LAGS` correlations of white noise."""
+    """Return the bound of the largest of `LAGS` autocorrelations of white noise.
+
+    Parameters
+    ----------
+    count : int
+        Number of values.
+    tests : float
+        Number of tests that share the significance level.
+    """
     return float(-ndtri(0.5 * SIGNIFICANCE / tests / LAGS) / np.sqrt(count))
 
 
 def greatest_correlation(innovations: Innovations) -> float:
-    """Return the autocorrelation of largest magnitude over lags, averaged over the components."""
+    """Return the autocorrelation of largest magnitude over all lags, averaged over components."""
     w: Floats = innovations.whitened
     variance = (w * w).mean() if len(w) else 1.0
-    found = [
+    result = [
         float((w[lag:] * w[:-lag]).mean() / variance) for lag in range(1, LAGS + 1) if len(w) > lag
     ]
-    return max(found, key=abs, default=0.0)
+    return max(result, key=abs, default=0.0)
 
 
 def sensor_tests(found: Fit, past: Filtered, n_tests: float) -> tuple[SensorTest, ...]:
-    """Return the tests of all sensors that have reported."""
-    suite, made = found.batch.suite, []
+    """Return the tests of all sensors with readings.
+
+    Parameters
+    ----------
+    found : Fit
+    past : Filtered
+        Innovations of the fit.
+    n_tests : float
+        Number of tests that share the significance level.
+    """
+    suite, tests = found.batch.suite, []
     at = found.solution.estimate
     aligned = Trajectory(at.attitude, np.zeros_like(at.states))
     for index, (sensor, each) in enumerate(zip(suite.sensors, past.innovations, strict=True)):
@@ -163,7 +194,7 @@ def sensor_tests(found: Fit, past: Filtered, n_tests: float) -> tuple[SensorTest
         count, rejected = each.whitened.size, int(found.rejected[index].sum())
         low, high = nis_bounds(count, n_tests)
         before = misfits(found.batch, index, aligned)
-        made.append(
+        tests.append(
             SensorTest(
                 sensor=sensor.name,
                 readings=len(each.samples) + rejected,
@@ -174,29 +205,30 @@ def sensor_tests(found: Fit, past: Filtered, n_tests: float) -> tuple[SensorTest
                 correlation=greatest_correlation(each),
                 correlation_bound=correlation_bound(count, n_tests),
                 unit=unit.text,
-                noise=unit.factor * _rms(found.batch.noise[index, : before.shape[1]]),
-                before=unit.factor * _rms(before[each.samples]),
-                after=unit.factor * _rms(found.residuals.r[index, each.samples, : before.shape[1]]),
+                noise=unit.factor * _compute_rms(found.batch.noise[index, : before.shape[1]]),
+                before=unit.factor * _compute_rms(before[each.samples]),
+                after=unit.factor
+                * _compute_rms(found.residuals.r[index, each.samples, : before.shape[1]]),
             )
         )
-    return tuple(made)
+    return tuple(tests)
 
 
 @dataclass(frozen=True, kw_only=True)
 class PriorTest:
-    """Test of an estimate x against the prior estimate x0 with the covariance P0.
+    """Test of an estimate x against the prior estimate x0 with covariance P0.
 
     Attributes
     ----------
     block : str
         Block of states, or `ALL`.
     chi_square : float
-        (x - x0)ᵀ P0⁻¹ (x - x0), at the first sample. It is zero without readings, so that the test
-        fails less often than its level.
+        (x - x0)ᵀ P0⁻¹ (x - x0) at the first sample. Without readings it is zero; the test therefore
+        fails less often than its significance level.
     freedom : int
         Degrees of freedom.
     sigmas : float
-        Largest difference of a state over its prior 1-sigma.
+        Largest difference of a state in units of its prior 1-sigma.
     p : float
         Upper bound of the p-value.
     p_least : float
@@ -212,12 +244,12 @@ class PriorTest:
 
     @property
     def fails(self) -> bool:
-        """Whether the estimate contradicts the prior."""
+        """True if the estimate contradicts the prior."""
         return self.p < self.p_least
 
     @property
     def words(self) -> str:
-        """Describe the difference from the prior."""
+        """Description of the difference from the prior."""
         off = beyond(self.chi_square, self.freedom, self.p)
         if self.block == ALL:
             return f"the estimate contradicts the prior {off}"
@@ -231,7 +263,7 @@ def beyond(chi_square: float, freedom: int, p: float) -> str:
 
 
 def tests_table(kind: type[Any], tests: Sequence[Any], index: str) -> pd.DataFrame:
-    """Return a table with a row for each test."""
+    """Return a table with one row per test, indexed by one of the fields."""
     columns = [field.name for field in fields(kind)]
     rows = [vars(test) for test in tests]
     frame = pd.DataFrame(rows, columns=columns).set_index(index)
@@ -239,35 +271,41 @@ def tests_table(kind: type[Any], tests: Sequence[Any], index: str) -> pd.DataFra
 
 
 def contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, str]]:
-    """Return the chi-square and description of blocks that fail, or else of the test of all."""
+    """Return the chi-square and the description of each failed prior test.
+
+    The test of all states is included only if no block fails.
+    """
     failed = [test for test in tests if test.fails]
     blocks = [test for test in failed if test.block != ALL]
     return [(test.chi_square, test.words) for test in blocks or failed]
 
 
 def number_of_tests(belief: Belief) -> int:
-    """Return the number of prior tests: one for each block with a prior, and one for all."""
-    return len(_blocks(belief)) + 1
+    """Return the number of prior tests: one per block with a prior, and one of all blocks."""
+    return len(_list_blocks(belief)) + 1
 
 
 def prior_tests(
     belief: Belief, attitude: Floats, states: Floats, p_least: float
 ) -> tuple[PriorTest, ...]:
-    """Return the tests of all states and of each block, at the first sample.
+    """Test the estimate at the first sample against the prior, for all states and for each block.
 
     Parameters
     ----------
     attitude : array, shape (3, 3)
-        Body to GCRS.
+        Estimated rotation matrix from body to GCRS.
     states : array, shape (n_states,)
+        Estimated states.
+    p_least : float
+        Significance level of each test.
     """
     off = belief.difference(attitude, states)
-    made = []
-    for name, block in {ALL: slice(None), **_blocks(belief)}.items():
+    tests = []
+    for name, block in {ALL: slice(None), **_list_blocks(belief)}.items():
         x = off[block] / belief.sigma[block]
         square = float(x @ np.linalg.solve(belief.correlation[block, block], x))
-        freedom = len(x) if name != ALL else sum(len(off[b]) for b in _blocks(belief).values())
-        made.append(
+        freedom = len(x) if name != ALL else sum(len(off[b]) for b in _list_blocks(belief).values())
+        tests.append(
             PriorTest(
                 block=name,
                 chi_square=square,
@@ -277,16 +315,15 @@ def prior_tests(
                 p_least=p_least,
             )
         )
-    return tuple(made)
+    return tuple(tests)
 
 
-def _blocks(belief: Belief) -> dict[str, slice]:
-    """Return the states of each block with a prior, by name."""
+def _list_blocks(belief: Belief) -> dict[str, slice]:
     named = {name: slice(3 * i, 3 * i + 3) for i, name in enumerate(belief.suite.blocks)}
     if belief.attitude is None:
         del named["attitude"]
     return named
 
 
-def _rms(values: Floats) -> float:
+def _compute_rms(values: Floats) -> float:
     return float(np.sqrt((values * values).mean()))

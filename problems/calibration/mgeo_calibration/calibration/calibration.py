@@ -1,4 +1,4 @@
-"""A calibration: what is known of attitude, gyro and sensors once telemetry has been read."""
+"""Result of a calibration, with its tables, tests, conclusions and JSON entries."""
 
 from __future__ import annotations
 
@@ -32,36 +32,37 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Calibration:
-    """What telemetry says, at its last sample.
+    """Estimates at the last sample of telemetry, with their consistency tests.
 
     Attributes
     ----------
     scenario : Scenario
     time : float
-        Of the last sample [s].
+        Time of the last sample [s].
     quaternion : array, shape (4,)
-        Attitude then, from GCRF to body, scalar last; see `quaternions`.
+        Attitude at the last sample, from GCRF to body, scalar last; see `quaternions`.
     rate_deg_s : array, shape (3,)
-        Body rate in the last step, by the gyro without its errors.
+        Body rate in the last step from the corrected gyro [deg/s].
     states : array, shape (n_states,)
-        Gyro and sensor states then, in the filter's units, rotations as vectors of
-        `rotation.rotate`; zero for the attitude.
+        Gyro and sensor states at the last sample in the filter's units. Rotations are vectors of
+        `rotation.rotate`; the attitude block is zero.
     covariance : array, shape (n_states, n_states)
-        Of their errors, the attitude's first.
+        Covariance of the state errors, attitude first.
     tests : tuple of SensorTest
+        Tests of the innovations of each sensor.
     prior_tests : tuple of PriorTest
-        Of the estimate against what was believed before; none in files of earlier versions.
+        Tests of the estimate against the prior; empty in files of earlier versions.
     model_tests : tuple of ModelTest
-        Of what the scenario says beside; none in files of earlier versions.
+        Tests for errors that the scenario does not model; empty in files of earlier versions.
     causes : tuple of str
-        Why prior, model or innovations speak against it, in words, as far as that is seen without
-        any attitude; none in files of earlier versions.
+        Causes of an inconsistency that attitude-independent checks found; empty in files of earlier
+        versions.
     notes : tuple of str
-        What else telemetry says, in words.
+        Further findings.
     rejected : tuple of (time [s], name of sensor, chi-square)
         Outliers.
     history : History, optional
-        Not in files.
+        Attitude at every sample; not stored in files.
 
     Examples
     --------
@@ -93,20 +94,20 @@ class Calibration:
 
     @property
     def suite(self) -> Suite:
-        """Gyro, sensors and world."""
+        """Gyro, sensors and environment model errors of the scenario."""
         return self.scenario.suite
 
     @property
     def utc(self) -> str:
-        """The instant of the last sample, ISO 8601."""
+        """UTC of the last sample, ISO 8601."""
         return utc_texts(self.scenario.epoch, [self.time])[0]
 
     def table(self) -> pd.DataFrame:
-        """A row for each error and axis: ``block``, ``axis``, ``unit``, ``estimate``...
+        """Return a table with one row per calibration parameter and axis.
 
-        ``sigma`` is the 1-sigma of the estimate, ``prior_sigma`` what was believed before; an error
-        that varies is that at the last sample. The gyro's bias is in deg/s, that of other sensors
-        in the unit of their readings; misalignments are rotation vectors in deg.
+        Columns: ``block``, ``axis``, ``unit``, ``estimate``, ``sigma`` (1-sigma of the estimate)
+        and ``prior_sigma``. Varying parameters are given at the last sample. The gyro bias is in
+        deg/s, other biases in the unit of the readings; misalignments are rotation vectors in deg.
         """
         known, sigma = self.scenario.prior, np.sqrt(np.diag(self.covariance))
         prior = self.suite.initial_sigma(0.0) if known is None else known.sigma
@@ -121,29 +122,29 @@ class Calibration:
         return pd.DataFrame(rows, columns=columns)
 
     def uplink(self) -> dict[str, Any]:
-        """Numbers to send up, of gyro and sensors by name.
+        """Return the correction parameters of the gyro and the sensors, by name.
 
-        A sensor reports R (I + diag k + N) s + b of a vector s in body axes, the gyro of the rate:
-        ``dcm`` is R, rows first, and ``quaternion`` the same from body to sensor, scalar last;
-        ``scale_factor`` is k; ``nonorthogonality`` the elements yz, zx and xy of the symmetric N,
-        whose diagonal is zero; ``bias`` is b, in ``unit``, that of the report. So
-        s = (I + diag k + N)⁻¹ Rᵀ (report - b), and where there is k or N, ``correction`` is the
-        matrix before the bracket. What the scenario does not estimate is left out, and so is what
-        varies.
+        A sensor reports R (I + diag k + N) s + b for a vector s in the body frame, and the gyro for
+        the body rate. ``dcm`` is R in row-major order, and ``quaternion`` the same rotation from
+        body to sensor, scalar last. ``scale_factor`` is k. ``nonorthogonality`` holds the elements
+        yz, zx and xy of the symmetric N with zero diagonal. ``bias`` is b in the unit ``unit`` of
+        the readings. If k or N is estimated, ``correction`` is the matrix C = (I + diag k + N)⁻¹ Rᵀ
+        of the correction s = C (report - b). Parameters that the scenario does not estimate and
+        parameters that vary are omitted.
         """
         return uplink(self.suite, self.states)
 
     @property
     def failures(self) -> list[str]:
-        """What prior, model and innovations say against it, in words; none is what one wants.
+        """Descriptions of all failed tests; empty for a consistent calibration.
 
-        The `causes` come first. What is far from its prior, or what the scenario does not say,
-        follows, that with the greatest chi-square before the other: it makes good readings look
-        bad.
+        `causes` come first. Contradictions of the prior and unmodeled errors follow, starting with
+        the group of the largest chi-square. Failed innovation tests come last, because an unmodeled
+        error also affects the innovations of healthy sensors.
         """
-        said = [words for test in self.tests for words in test.failures()]
-        scatter = scatter_of(self.tests)  # which tests of the model are without
-        # what has changed since an earlier calibration looks like a change soon after
+        innovation_failures = [words for test in self.tests for words in test.failures()]
+        scatter = scatter_of(self.tests)  # Chi-squares of model tests are divided by the scatter.
+        # A change since an earlier calibration resembles a change soon after the first sample.
         since = [
             f"{test.block} "
             for test in self.prior_tests
@@ -156,22 +157,22 @@ class Calibration:
         ]
         far = sorted(contradictions(self.prior_tests), reverse=True)
         first, second = sorted((far, named), key=lambda causes: causes[:1], reverse=True)
-        return [*self.causes, *(words for _, words in first + second), *said]
+        return [*self.causes, *(words for _, words in first + second), *innovation_failures]
 
     @property
     def supported(self) -> bool:
-        """Whether innovations and estimate are what the scenario says of them."""
+        """True if innovations and estimate are statistically consistent with the scenario."""
         return not self.failures
 
     @property
     def conclusion(self) -> str:
-        """That in one line."""
+        """Conclusion of all tests in one line."""
         if self.supported:
             return SUPPORTED
-        return f"{self._against} not support it: {'; '.join(self.failures)}"
+        return f"{self._subjects} not support it: {'; '.join(self.failures)}"
 
     @property
-    def _against(self) -> str:
+    def _subjects(self) -> str:
         against = {
             "prior": any(test.fails for test in self.prior_tests),
             "model": any(test.named for test in self.model_tests),
@@ -183,27 +184,28 @@ class Calibration:
         return "the innovations do" if last == "innovations" else f"the {last} does"
 
     def test_table(self) -> pd.DataFrame:
-        """A row for each sensor, see `SensorTest`."""
+        """Return a table with one row per sensor; see `SensorTest`."""
         return tests_table(SensorTest, self.tests, "sensor")
 
     def prior_table(self) -> pd.DataFrame:
-        """A row for each block of states and one for all, see `PriorTest`."""
+        """Return a table with one row per block of states and one for all; see `PriorTest`."""
         return tests_table(PriorTest, self.prior_tests, "block")
 
     def model_table(self) -> pd.DataFrame:
-        """A row for each test of what the scenario says, see `ModelTest`."""
+        """Return a table with one row per unmodeled error; see `ModelTest`."""
         return tests_table(ModelTest, self.model_tests, "name")
 
     def rejected_table(self) -> pd.DataFrame:
-        """A row for each outlier: ``time``, ``sensor``, ``chi_square``."""
+        """Return a table with one row per outlier: ``time``, ``sensor``, ``chi_square``."""
         return pd.DataFrame(list(self.rejected), columns=["time", "sensor", "chi_square"])
 
     @property
     def attitude(self) -> pd.DataFrame:
-        """The attitude at every sample.
+        """Table of the attitude at every sample.
 
-        Columns: ``time``; ``q1`` to ``q4`` from GCRF to body and ``sigma_x``... [deg] about body
-        axes by the smoother; the same by the filter, ``filtered_q1``...
+        Columns: ``time`` [s]; smoothed quaternion ``q1`` to ``q4`` from GCRF to body and 1-sigma
+        ``sigma_x`` to ``sigma_z`` about the body axes [deg]; the filtered quaternion and 1-sigma
+        with the prefix ``filtered_``.
 
         Raises
         ------
@@ -212,7 +214,10 @@ class Calibration:
         """
         history = self.history
         if history is None:
-            raise ValueError("no history of the attitude: a file holds the last sample only")
+            raise ValueError(
+                "no history of the attitude: a file holds the last sample only. Repeat the "
+                "calibration from telemetry"
+            )
         columns = {"time": history.times}
         for name, R, sigma in (
             ("", history.smoothed, history.smoothed_sigma),
@@ -224,7 +229,7 @@ class Calibration:
         return pd.DataFrame(columns)
 
     def entries(self) -> dict[str, Any]:
-        """Where a run goes on from, as JSON has it; a part of files."""
+        """Return scenario, estimates and covariance as JSON entries for a follow-up scenario."""
         states = self.states.reshape(-1, 3)[1:].tolist()
         return {
             "scenario": self.scenario.to_dict(),
@@ -236,36 +241,49 @@ class Calibration:
         }
 
     def scenario_after(self, changes: Mapping[str, Any] | None = None) -> Scenario:
-        """The scenario that goes on from here: plans are searched, flown and calibrated from it.
+        """Return a scenario for planning, simulation and calibration that starts from this
+        calibration.
 
-        Its epoch is the last sample, its `Scenario.prior` has attitude, rate, estimates and the
-        whole covariance. With an ``epoch`` among the changes it is a later one: constants are known
-        as well as before, the gyro's bias has drifted by its model, attitude and rate are those of
-        ``initial``. All else stays but for the `changes`, as in `Scenario.from_dict`:
-        ``{"maneuvers": {"count": 2}}``. A rate above the limit of maneuvers or wheels by no more
-        than the gyro's noise is at the limit.
+        The epoch of the scenario is the last sample. Its `Scenario.prior` contains attitude, rate,
+        estimates and the full covariance. A later ``epoch`` may be given in the changes: the
+        covariance of the constant states then stays, the gyro bias drifts by its model, and
+        attitude and rate come from ``initial``. A rate that exceeds the limit of maneuvers or
+        wheels by at most the gyro noise is set to the limit.
+
+        Parameters
+        ----------
+        changes : mapping, optional
+            Changes of the scenario as in `Scenario.from_dict`, for example
+            ``{"maneuvers": {"count": 2}}``.
 
         Raises
         ------
         InvalidValue
-            If the calibration is not `supported`, unless ``{"accept_unsupported": True}`` is among
-            the changes. Or from the scenario: a run that leaves the field model, say.
+            If the calibration is not `supported` and the changes lack ``{"accept_unsupported":
+            True}``, or if the scenario is invalid, for example beyond the range of the field model.
         """
         document = {**self.entries(), "conclusion": self.conclusion}
         return Scenario.from_dict({**(changes or {}), "after": document})
 
     def compare(self, plan: ManeuverPlan) -> pd.DataFrame:
-        """1-sigmas that a plan promises for the last sample beside those achieved, per state.
+        """Compare the 1-sigmas that a plan predicts with the achieved 1-sigmas, per state.
 
-        Columns: ``unit``, that of telemetry, ``predicted``, ``achieved``, and their ratio. The
-        plan's linear covariance is that at the last sample, or at the end of the plan's scenario
-        if that is earlier: ``attrs["time_s"]``. ``attrs["flown"]`` says of what motion, if that
-        may be asked.
+        Parameters
+        ----------
+        plan : ManeuverPlan
+
+        Returns
+        -------
+        DataFrame
+            Columns: ``unit`` of telemetry, ``predicted``, ``achieved`` and their ratio. The
+            prediction is the linear covariance of the plan at the last sample, or at the end of the
+            plan's scenario if that is earlier; ``attrs["time_s"]`` is the time. ``attrs["flown"]``
+            describes the simulated motion where it is ambiguous.
 
         Raises
         ------
         ValueError
-            For a plan of a satellite with other states, or from another epoch.
+            If the plan has other states or another epoch.
         """
         from mgeo_attitude.filter.history import filter_history
         from mgeo_attitude.view.describe import exactly
@@ -289,7 +307,7 @@ class Calibration:
         factors = np.array([unit.factor for unit in each])
         predicted = history.sigma[k] * factors
         achieved = np.sqrt(np.diag(self.covariance)) * factors
-        found = pd.DataFrame(
+        result = pd.DataFrame(
             {
                 "unit": [unit.text for unit in each],
                 "predicted": predicted,
@@ -298,11 +316,11 @@ class Calibration:
             },
             index=pd.Index(States.of(model.suite).names, name="state"),
         )
-        found.attrs |= {"time_s": float(history.times[k]), "flown": exactly(plan.scenario)}
-        return found
+        result.attrs |= {"time_s": float(history.times[k]), "flown": exactly(plan.scenario)}
+        return result
 
     def figures(self) -> dict[str, go.Figure]:
-        """Figures ``constants`` and, of one with history, ``innovations`` and ``attitude``."""
+        """Return the figure ``constants``, and with history ``innovations`` and ``attitude``."""
         from mgeo_calibration.calibration.figures import calibration_figures
 
         names, known = [sensor.name for sensor in self.scenario.sensors], self.scenario.prior

@@ -1,4 +1,4 @@
-"""Numbers to send up, which correct the readings of gyro and sensors."""
+"""Correction parameters for the readings of gyro and sensors, and their units."""
 
 from __future__ import annotations
 
@@ -18,32 +18,32 @@ from mgeo_attitude.sensors.world import World
 from mgeo_attitude.settings.types import DEG, Unit
 from scipy.spatial.transform import Rotation
 
-#: Unit of the gyro in telemetry.
+#: Unit of gyro rates in telemetry.
 DEG_S = Unit("deg/s", "deg_s", float(np.degrees(1.0)))
 
 
 def uplink(suite: Suite, states: Floats) -> dict[str, Any]:
-    """See `Calibration.uplink`.
+    """Return the correction parameters of all owners; see `Calibration.uplink`.
 
     Parameters
     ----------
     states : array, shape (n_states,)
-        In the filter's units.
+        States in the filter's units.
     """
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for name, owner in suite.owners.items():
-        if isinstance(owner, World):  # whose errors are nobody's to take out
+        if isinstance(owner, World):  # No reading can be corrected for environment model errors.
             continue
         constants = {
             state: states[first : first + 3]
             for state, first in suite.places(owner).items()
             if f"{name}.{state}" in suite.blocks and f"{name}.{state}" not in suite.uncalibrated
         }
-        found[name] = _corrections(owner, constants)
-    return found
+        result[name] = _build_corrections(owner, constants)
+    return result
 
 
-def _corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[str, Any]:
+def _build_corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[str, Any]:
     entry: dict[str, Any] = {}
     R = stretch = np.eye(3)
     followed = {each.state: each for each in owner.influences}
@@ -82,22 +82,22 @@ def _corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[
 
 
 def unit_of_bias(owner: Gyro | Sensor) -> Unit:
-    """Return the unit of a bias in telemetry."""
+    """Return the telemetry unit of a bias."""
     return DEG_S if isinstance(owner, Gyro) else owner.channel_unit
 
 
 def unit_of_error(owner: Gyro | Sensor, influence: Influence) -> Unit:
-    """Return the unit in telemetry of the error that an influence changes."""
+    """Return the telemetry unit of the error that a bias sensitivity changes."""
     return unit_of_bias(owner) if influence.error == "bias" else DEG
 
 
 def unit_of_innovations(sensor: Sensor) -> Unit:
-    """Return the unit of innovations: that of the readings, or degrees of a quaternion."""
+    """Return the unit of innovations: the unit of the readings, or degrees for quaternions."""
     return DEG if len(sensor.channels) == 4 else sensor.channel_unit
 
 
 def telemetry_units(suite: Suite) -> dict[str, Unit]:
-    """Return the unit of each block but the attitude; a bias has the unit of the readings."""
+    """Return the telemetry unit of each block except the attitude."""
     units = {block: unit for block, unit in suite.units.items() if block != "attitude"}
     biases: dict[str, Unit] = {}
     owners: tuple[Gyro | Sensor, ...] = (suite.gyro, *suite.sensors)
@@ -112,7 +112,7 @@ def telemetry_units(suite: Suite) -> dict[str, Unit]:
 
 
 def in_units(suite: Suite, states: Floats, block: str) -> Floats:
-    """Return a block of states in its unit, shape (3,); of a rotation the rotation vector."""
+    """Return a block of states in its telemetry unit, shape (3,); rotations as rotation vectors."""
     first = 3 * suite.blocks.index(block)
     values = states[first : first + 3]
     if first in suite.rotations:

@@ -1,4 +1,4 @@
-"""Diagnose telemetry that cannot be calibrated by checks that need no attitude."""
+"""Attitude-independent checks that diagnose telemetry without a valid calibration."""
 
 from __future__ import annotations
 
@@ -12,46 +12,48 @@ from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.telemetry.checks import find_all
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
-#: Causes in words, the most certain first, by the name of the check.
+#: Descriptions of the causes that each check found, by check name, most reliable check first.
 Checks = Mapping[str, tuple[str, ...]]
-#: Checks whose findings come before the tests of a fit that converges; what the others find is then
-#: tested with its size.
+#: Checks that also explain an inconsistent calibration. The other checks apply only if there is no
+#: fit, because the model tests of a fit estimate the sizes of these errors.
 BEFORE_TESTS = ("repeated samples", "repeated numbers")
 
 
 def check(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> Checks:
-    """Check telemetry and axes without any attitude, the most certain check first.
+    """Run all attitude-independent checks, most reliable check first.
 
     Parameters
     ----------
     data : Batch, optional
-        Samples for the estimator, if telemetry allows them.
+        Batch of the estimator, for the checks of axes and quaternions.
     """
-    found = find_all(scenario, telemetry)
+    result = find_all(scenario, telemetry)
     axes = () if data is None else tuple(axes_causes(data))
-    return {name: found[name] for name in BEFORE_TESTS} | {"axes": axes} | found
+    return {name: result[name] for name in BEFORE_TESTS} | {"axes": axes} | result
 
 
 def causes(checks: Checks) -> tuple[str, ...]:
-    """Return the causes of all checks, the most certain first."""
-    return tuple(words for found in checks.values() for words in found)
+    """Return the causes that all checks found, most reliable check first."""
+    return tuple(words for result in checks.values() for words in result)
 
 
 class CannotCalibrate(ValueError):
-    """No attitude or no estimate follows from telemetry; a cause comes first if a check finds one.
+    """Telemetry does not determine an attitude, or the fit does not converge.
+
+    The message starts with the most reliable cause that a check found.
 
     Attributes
     ----------
     checks : mapping of str to tuple of str
-        See `check`.
+        Result of `check`.
     """
 
     def __init__(self, message: str, checks: Checks | None = None) -> None:
-        found = causes(checks or {})
-        super().__init__(f"{found[0]} ({message})" if found else message)
+        result = causes(checks or {})
+        super().__init__(f"{result[0]} ({message})" if result else message)
         self.checks = checks or {}
 
     def check_table(self) -> pd.DataFrame:
-        """Return a row for each check with what it ``says``."""
-        rows = {name: "; ".join(found) or "nothing" for name, found in self.checks.items()}
+        """Return a table with one row per check and its findings in the column ``says``."""
+        rows = {name: "; ".join(result) or "nothing" for name, result in self.checks.items()}
         return pd.DataFrame({"says": rows}).rename_axis("check")

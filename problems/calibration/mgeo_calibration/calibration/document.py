@@ -1,9 +1,9 @@
-"""Calibrations as JSON files that read back.
+"""JSON documents of calibrations.
 
-``scenario``, ``time_s``, ``quaternion``, ``rate_deg_s``, ``states``, ``covariance``, ``tests``,
-``prior_tests``, ``model_tests``, ``causes``, ``notes`` and ``rejected`` are the calibration.
-``utc``, ``table``, ``uplink`` and ``conclusion`` follow from them; on reading they are ignored and
-computed again.
+The keys ``scenario``, ``time_s``, ``quaternion``, ``rate_deg_s``, ``states``, ``covariance``,
+``tests``, ``prior_tests``, ``model_tests``, ``causes``, ``notes`` and ``rejected`` define the
+calibration. ``utc``, ``table``, ``uplink`` and ``conclusion`` are derived from the other keys and
+ignored on reading.
 """
 
 from __future__ import annotations
@@ -30,17 +30,23 @@ _ESTIMATES = {"quaternion": list, "rate_deg_s": list, "states": dict, "covarianc
 
 
 def to_json(calibration: Calibration) -> str:
-    """Return the calibration as JSON text; floats by repr, so that it reads back exactly."""
+    """Return a calibration as JSON text, with floats that round-trip exactly."""
     return written(document(calibration))
 
 
 def document(calibration: Calibration) -> dict[str, Any]:
-    """Return the content of the JSON document."""
+    """Return a calibration as a JSON-compatible mapping."""
     return _FORM.document(calibration)
 
 
 def from_json(text: str) -> Calibration:
-    """Return the calibration of a JSON text, without the history; raises as `Form.read`."""
+    """Return the calibration of a JSON text, without history.
+
+    Raises
+    ------
+    ValueError
+        As `Form.read`.
+    """
     return _FORM.read(text)
 
 
@@ -50,14 +56,14 @@ def read_json(path: Path | str) -> Calibration:
     Raises
     ------
     OSError
-        If it cannot be read.
+        If the file cannot be read.
     ValueError
-        Naming the file and the key, see `from_json`.
+        With the file and the invalid key; see `from_json`.
     """
     return read_document(path, from_json)
 
 
-def _keys(calibration: Calibration) -> dict[str, Any]:
+def _collect_keys(calibration: Calibration) -> dict[str, Any]:
     return {
         **calibration.entries(),
         "tests": [vars(test) for test in calibration.tests],
@@ -69,7 +75,7 @@ def _keys(calibration: Calibration) -> dict[str, Any]:
     }
 
 
-def _consequences(calibration: Calibration) -> dict[str, Any]:
+def _derive_keys(calibration: Calibration) -> dict[str, Any]:
     return {
         "utc": calibration.utc,
         "table": calibration.table().to_dict("records"),
@@ -78,7 +84,7 @@ def _consequences(calibration: Calibration) -> dict[str, Any]:
     }
 
 
-def _calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
+def _build_calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
     for key, kind in _ESTIMATES.items():
         entry(table, key, kind)
     prior = prior_of(table, scenario.suite)
@@ -89,19 +95,19 @@ def _calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
         rate_deg_s=np.array(prior.rate_deg_s),
         states=prior.estimates,
         covariance=np.array(prior.covariance),
-        tests=_tests(SensorTest, table, "tests"),
+        tests=_read_tests(SensorTest, table, "tests"),
         rejected=tuple(
             (float(time), str(sensor), float(square))
             for time, sensor, square in entry(table, "rejected", _ROWS)
         ),
-        prior_tests=_tests(PriorTest, table, "prior_tests"),
-        model_tests=_tests(ModelTest, table, "model_tests"),
+        prior_tests=_read_tests(PriorTest, table, "prior_tests"),
+        model_tests=_read_tests(ModelTest, table, "model_tests"),
         causes=tuple(entry(table, "causes", list[str])),
         notes=tuple(entry(table, "notes", list[str])),
     )
 
 
-def _tests(kind: type[T], table: Mapping[str, Any], key: str) -> tuple[T, ...]:
+def _read_tests(kind: type[T], table: Mapping[str, Any], key: str) -> tuple[T, ...]:
     types = get_type_hints(kind)
     return tuple(
         kind(**{name: to(entry(row, name, to, f"{key}[{i}].")) for name, to in types.items()})
@@ -112,7 +118,7 @@ def _tests(kind: type[T], table: Mapping[str, Any], key: str) -> tuple[T, ...]:
 _FORM = Form(
     "mgeo-attitude-calibration",
     2,
-    keys=_keys,
-    made=_calibration,
-    consequences=_consequences,
+    keys=_collect_keys,
+    made=_build_calibration,
+    consequences=_derive_keys,
 )

@@ -1,4 +1,4 @@
-"""Figures of a calibration."""
+"""Plotly figures of a calibration."""
 
 from __future__ import annotations
 
@@ -13,33 +13,34 @@ from mgeo_attitude.view.figures.style import line
 from mgeo.figures.style import COLORS, GRAY, finished, log_axis, symbol
 from mgeo_calibration.estimation.residuals import History
 
-#: Points of a line that are drawn, about: more cannot be distinguished.
+#: Approximate number of points per line; more cannot be distinguished.
 POINTS = 1500
 
 
 def calibration_figures(
     table: pd.DataFrame, believed: Floats, sensors: Sequence[str], history: History | None
 ) -> dict[str, go.Figure]:
-    """Figures ``constants`` and, of one with history, ``innovations`` and ``attitude``.
+    """Return the figure ``constants`` and, if there is a history, ``innovations`` and ``attitude``.
 
     Parameters
     ----------
     table : DataFrame
         `Calibration.table`.
     believed : array, shape (n,)
-        What its estimates were before.
+        Prior value of each row of the table.
     sensors : sequence of str
-        Names, in the order of the history's innovations.
+        Sensor names in the order of the history's innovations.
+    history : History, optional
     """
-    figures = {"constants": _constants(table.assign(change=table["estimate"] - believed))}
+    figures = {"constants": _plot_constants(table.assign(change=table["estimate"] - believed))}
     if history is not None:
-        figures["innovations"] = _innovations(sensors, history)
-        figures["attitude"] = _attitude(history)
+        figures["innovations"] = _plot_innovations(sensors, history)
+        figures["attitude"] = _plot_attitude(history)
     return figures
 
 
-def _constants(table: pd.DataFrame) -> go.Figure:
-    """Estimates with 3-sigma bars, over what was believed before."""
+def _plot_constants(table: pd.DataFrame) -> go.Figure:
+    """Plot the change of each parameter from its prior with 3-sigma bars, in prior 1-sigmas."""
     figure = go.Figure()
     for number, block in enumerate(table["block"].unique()):
         rows = table[table["block"] == block]
@@ -61,8 +62,8 @@ def _constants(table: pd.DataFrame) -> go.Figure:
         )
     finished(
         figure,
-        "Errors of gyro and sensors",
-        "estimates with bars of 3-sigma, less what was believed before and in units of its 1-sigma",
+        "Calibration parameters",
+        "estimate minus prior with 3-sigma bars, in units of the prior 1-sigma",
     )
     figure.add_hline(y=0.0, line={"color": GRAY, "width": 1})
     figure.update_layout(height=480, showlegend=False)
@@ -70,8 +71,8 @@ def _constants(table: pd.DataFrame) -> go.Figure:
     return figure.update_yaxes(title_text="change / initial 1-sigma [-]")
 
 
-def _innovations(names: Sequence[str], history: History) -> go.Figure:
-    """Mean NIS of consecutive readings, which should scatter about 1."""
+def _plot_innovations(names: Sequence[str], history: History) -> go.Figure:
+    """Plot the mean NIS of consecutive readings."""
     figure = go.Figure()
     for number, (name, each) in enumerate(zip(names, history.innovations, strict=True)):
         if not len(each.samples):
@@ -89,7 +90,7 @@ def _innovations(names: Sequence[str], history: History) -> go.Figure:
     finished(
         figure,
         "Normalized innovations squared",
-        "mean per component over pieces of the readings; 1 is what the scenario's noise explains",
+        "mean per component over consecutive readings; 1 for the declared noise",
     )
     figure.add_hline(y=1.0, line={"color": GRAY, "width": 1})
     figure.update_layout(height=420)
@@ -97,8 +98,7 @@ def _innovations(names: Sequence[str], history: History) -> go.Figure:
     return figure.update_yaxes(title_text="NIS per component [-]")
 
 
-def _attitude(history: History) -> go.Figure:
-    """1-sigma of the worst axis against time, of filter and smoother."""
+def _plot_attitude(history: History) -> go.Figure:
     shown: Ints = np.unique(np.linspace(0, len(history.times) - 1, POINTS).astype(np.int64))
     figure = go.Figure()
     drawn: list[Floats] = []

@@ -1,4 +1,4 @@
-"""From telemetry to a calibration."""
+"""Calibration of a scenario from telemetry."""
 
 from __future__ import annotations
 
@@ -52,9 +52,9 @@ from mgeo_calibration.telemetry.quantization import LEAST, matters
 from mgeo_calibration.telemetry.reading import read_telemetry
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
-#: Probability that a reading without fault is taken for an outlier.
+#: Probability of rejecting a valid reading.
 GATE = 1e-5
-#: Factor of the gyro's noise with which a fit is tried that does not converge otherwise.
+#: Factor of the gyro noise for a second attempt of a fit that does not converge.
 _NOISIER = 10.0
 
 
@@ -65,22 +65,23 @@ def calibrate(
     *,
     gate: float = GATE,
 ) -> Calibration:
-    """Estimate attitude, gyro and sensor errors from telemetry.
+    """Estimate attitude, gyro bias and sensor calibration parameters from telemetry.
 
-    Nothing has to be known of the attitude. The errors' initial 1-sigmas are the scenario's, as are
-    noise, orbit and eclipses; if the scenario goes on from a calibration, so does this. All samples
-    are estimated at once, by a smoother that is iterated until it settles; a reading that all
-    others contradict, by a chi-square test, is left out. States that are only considered stay what
-    was believed of them, and as uncertain.
+    No prior attitude is needed. The initial 1-sigmas of the parameters, noise, orbit and eclipses
+    come from the scenario; a scenario that continues a calibration provides its estimates as the
+    prior. An iterated smoother estimates all samples at once, and a chi-square test rejects
+    readings that contradict all other readings. Considered states keep their prior estimate and
+    uncertainty.
 
     Parameters
     ----------
+    scenario : Scenario
     telemetry : Telemetry, DataFrame or path
         See `read_telemetry`.
     mapping : TelemetryMapping, optional
-        How a table or a file is to be read.
+        Interpretation of the columns of a table or a file.
     gate : float
-        Probability that a reading without fault is left out.
+        Probability of rejecting a valid reading.
 
     Returns
     -------
@@ -89,8 +90,10 @@ def calibrate(
     Raises
     ------
     ValueError, OSError, ImportError
-        From `read_telemetry`; or, as `CannotCalibrate`, for readings of another unit or of other
-        sensors, an attitude that does not follow from them, or a fit that does not converge.
+        From `read_telemetry`.
+    CannotCalibrate
+        (ValueError) If readings have another unit or belong to other sensors, if they do not
+        determine the attitude, or if the fit does not converge.
 
     Examples
     --------
@@ -111,30 +114,30 @@ def calibrate(
     try:
         data = batch(scenario, telemetry)
         data, belief = for_delays(data, Belief.of(scenario, data.held))
-        made = _concluded(scenario, telemetry, belief, fit(data, belief, gate))
+        calibration = _build_calibration(scenario, telemetry, belief, fit(data, belief, gate))
     except NoFit as error:
         assert data is not None
-        made = _without_fit(scenario, telemetry, data, belief, error)
+        calibration = _calibrate_without_fit(scenario, telemetry, data, belief, error)
     except ValueError as error:
         raise CannotCalibrate(str(error), check(scenario, telemetry, data)) from error
-    if made.supported:
-        return made
+    if calibration.supported:
+        return calibration
     checks = check(scenario, telemetry, None)
-    certain = {name: found for name, found in checks.items() if name in BEFORE_TESTS}
-    return dataclasses.replace(made, causes=causes(certain))
+    certain = {name: result for name, result in checks.items() if name in BEFORE_TESTS}
+    return dataclasses.replace(calibration, causes=causes(certain))
 
 
-def _without_fit(
+def _calibrate_without_fit(
     scenario: Scenario, telemetry: Telemetry, data: Batch, belief: Belief, error: NoFit
 ) -> Calibration:
-    """Return a calibration from all readings if no check finds a cause, which is inconsistent.
+    """Return an inconsistent calibration from all readings if no check finds a cause.
 
     Raises
     ------
     CannotCalibrate
-        With the noise of the gyro for which the fit is consistent, or with what a check finds.
+        With the gyro noise of a consistent fit, or with the cause that a check found.
     """
-    walk = _walk_of_gyro(scenario, telemetry) if telemetry.has_gyro else None
+    walk = _estimate_gyro_walk(scenario, telemetry) if telemetry.has_gyro else None
     if walk is not None:
         sample = walk / (60.0 * np.sqrt(np.median(data.durations)))
         raise CannotCalibrate(
@@ -145,37 +148,38 @@ def _without_fit(
     checks = check(scenario, telemetry, data)
     if not causes(checks):
         with suppress(ValueError):
-            return _concluded(scenario, telemetry, belief, fit(data, belief, 0.0))
+            return _build_calibration(scenario, telemetry, belief, fit(data, belief, 0.0))
     raise CannotCalibrate(str(error), checks) from error
 
 
-def _walk_of_gyro(scenario: Scenario, telemetry: Telemetry) -> float | None:
-    """Return the angle random walk [deg/sqrt(h)] that explains telemetry, if one does."""
+def _estimate_gyro_walk(scenario: Scenario, telemetry: Telemetry) -> float | None:
+    """Return an angle random walk [deg/sqrt(h)] that makes telemetry consistent, or None."""
     noisy = dataclasses.replace(scenario, gyro=with_noise(scenario.gyro, _NOISIER))
     try:
         data, belief = for_delays(batch(noisy, telemetry), Belief.of(noisy))
-        found = fit(data, belief, GATE)
+        result = fit(data, belief, GATE)
     except ValueError:
         return None
-    if not _concluded(noisy, telemetry, belief, found).supported:
+    if not _build_calibration(noisy, telemetry, belief, result).supported:
         return None
-    return float(60.0 * np.degrees(gyro_walk(found.solution)))
+    return float(60.0 * np.degrees(gyro_walk(result.solution)))
 
 
-def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: Fit) -> Calibration:
-    """Return the calibration of a fit, with all tests."""
+def _build_calibration(
+    scenario: Scenario, telemetry: Telemetry, belief: Belief, found: Fit
+) -> Calibration:
     data, n = found.batch, len(found.batch.times)
     last = found.solution.estimate
     past = filtered(found.solution)
     states, covariance = at_the_end(belief, found)
-    whole = _with_all_readings(belief, found)
+    whole = _refit_all_readings(belief, found)
     all_past = past if whole is found else filtered(whole.solution)
     channels, left_out = channels_of(telemetry, data, all_past.innovations)
     tested = hypotheses(whole.solution, channels, telemetry.has_gyro)
     before = Belief.of(scenario, data.held)
     n_tests: float = number_of_tests(before) + left_out * (1 + len(past.innovations))
     n_tests += sum(each.weight for each in tested.values())
-    # NIS and correlation fail on one side of an interval each
+    # The tests of NIS and correlation are one-sided: together they count as one test.
     n_tests += sum(len(each.samples) > 0 for each in past.innovations)
     tests = sensor_tests(found, past, n_tests)
     scatter = models.scatter_of(sensor_tests(whole, all_past, n_tests))
@@ -188,7 +192,7 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
         states=states,
         covariance=covariance,
         tests=tests,
-        rejected=_rejected(found),
+        rejected=_list_rejected(found),
         prior_tests=prior_tests(
             before,
             last.attitude[0],
@@ -197,17 +201,17 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
         ),
         model_tests=model_tests,
         notes=(
-            *_notes(telemetry, data),
+            *_describe_readings(telemetry, data),
             *(note for test in tests for note in test.notes()),
             *caution_notes(found.solution, tests),
             *doubts,
         ),
-        history=_history(found, past),
+        history=_build_history(found, past),
     )
 
 
-def _with_all_readings(belief: Belief, found: Fit) -> Fit:
-    """Return a fit that keeps outliers, if a sensor has more of them than an outlier explains."""
+def _refit_all_readings(belief: Belief, found: Fit) -> Fit:
+    """Return a fit without outlier rejection if a sensor has too many outliers."""
     counts = found.solution.used.sum(axis=1) + found.rejected.sum(axis=1)
     if not (found.rejected.sum(axis=1) > MOST_REJECTED * counts).any():
         return found
@@ -216,7 +220,7 @@ def _with_all_readings(belief: Belief, found: Fit) -> Fit:
 
 
 def at_the_end(belief: Belief, found: Fit) -> tuple[Floats, Floats]:
-    """States at the last sample, rotations as vectors, and their covariance."""
+    """Return the states at the last sample, rotations as rotation vectors, and their covariance."""
     solution, own = found.solution, without_step_noise(found.batch.suite)
     states = solution.estimate.states[-1]
     states, covariance = as_believed(belief, solution, states, last_covariance(solution))
@@ -226,23 +230,31 @@ def at_the_end(belief: Belief, found: Fit) -> tuple[Floats, Floats]:
 def as_believed(
     belief: Belief, solution: Solution, states: Floats, covariance: Floats
 ) -> tuple[Floats, Floats]:
-    """States and covariance at the last sample with those considered left as they were believed.
+    """Reset the considered states at the last sample to their prior.
 
-    A smoother weighs all readings at once. What it says of other states is then the same whether
-    those considered are estimated beside them or have no gain, and so are the correlations: errors
-    of the best estimate depend on no reading. A filter that goes from sample to sample loses by it.
+    The smoother weights all readings at once. Errors of the best estimate are independent of the
+    readings, so that estimating the considered states does not degrade the other states or their
+    correlations. A sequential filter would not have this property.
 
     Parameters
     ----------
     belief : Belief
-        At the first sample.
-    states, covariance : arrays, shapes (n_states,) and (n_states, n_states)
-        With all of them estimated.
+        Prior at the first sample.
+    solution : Solution
+    states : array, shape (n_states,)
+        States at the last sample, with the considered states estimated.
+    covariance : array, shape (n_states, n_states)
+        Covariance of these states.
+
+    Returns
+    -------
+    states : array, shape (n_states,)
+    covariance : array, shape (n_states, n_states)
     """
     c = belief.suite.considered
     if not c.size:
         return states, covariance
-    left, added = _without_readings(belief, solution)
+    left, added = _propagate_prior(belief, solution)
     states, covariance = states.copy(), covariance.copy()
     states[c] = left[c] * belief.states[c]
     sigma = left[c] * belief.sigma[c]
@@ -251,8 +263,8 @@ def as_believed(
     return states, covariance
 
 
-def _without_readings(belief: Belief, solution: Solution) -> tuple[Floats, Floats]:
-    """By what gyro and sensor states decay until the last sample, and the variance that is new."""
+def _propagate_prior(belief: Belief, solution: Solution) -> tuple[Floats, Floats]:
+    """Propagate the prior to the last sample: decay factor and added variance of each state."""
     parts, batch = solution.parts, solution.batch
     left, added = np.ones_like(belief.sigma), np.zeros_like(belief.sigma)
     left[parts.constant] = solution.growth[-1]
@@ -262,14 +274,14 @@ def _without_readings(belief: Belief, solution: Solution) -> tuple[Floats, Float
         durations, follows = own.durations, own.follows(own.suite.gyro, slice(1, None))
         F, Q = discretized(own.suite, np.zeros((len(durations), 3)), durations, follows)
         decay, new = (np.einsum("nii->ni", matrix)[:, driven] for matrix in (F, Q))
-        later = np.cumprod(decay[::-1], axis=0)[::-1]  # from the begin of each step to the end
+        later = np.cumprod(decay[::-1], axis=0)[::-1]  # from the start of each step to the end
         after = np.vstack([later[1:], np.ones_like(later[:1])])
         left[driven] *= later[0]
         added[driven] = later[0] ** 2 * added[driven] + (after**2 * new).sum(axis=0)
     return left, added
 
 
-def _rejected(found: Fit) -> tuple[tuple[float, str, float], ...]:
+def _list_rejected(found: Fit) -> tuple[tuple[float, str, float], ...]:
     listed = [
         (float(found.batch.times[k]), sensor.name, float(square[k]))
         for sensor, no, square in zip(
@@ -280,8 +292,8 @@ def _rejected(found: Fit) -> tuple[tuple[float, str, float], ...]:
     return tuple(sorted(listed))
 
 
-def _notes(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
-    """Of steps in which gyro and sensors count that noise does not hide, and of wild rates."""
+def _describe_readings(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
+    """Describe quantization that adds to the noise, and spikes of the gyro."""
     at, _ = reported(telemetry)
     sigma = gyro_noise(data.suite, usual_step(at))
     seen = {"gyro": (matters(np.radians(telemetry.step_of("gyro")), sigma), "deg/s")}
@@ -289,7 +301,7 @@ def _notes(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
         believed = sensor.noise()
         more = noise[: len(believed)] ** 2 >= (1.0 + LEAST) * np.square(believed)
         seen[sensor.name] = more, sensor.channel_unit.text
-    told = [
+    notes = [
         f"{name} counts in steps of {telemetry.step_of(name).max():.3g} {unit}".rstrip()
         + ", which are part of its noise"
         for name, (some, unit) in seen.items()
@@ -297,15 +309,15 @@ def _notes(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
     ]
     off = np.degrees(np.abs(gyro_spikes(data.suite, telemetry)).max(axis=1))
     if off.any():
-        told.append(
+        notes.append(
             f"gyro: {np.count_nonzero(off)} of {len(at)} samples stand apart from both neighbors, "
             f"by {off.max():.3g} deg/s at {at[off.argmax()]:.6f} s: taken half way between these, "
             "with that as 1-sigma"
         )
-    return tuple(told)
+    return tuple(notes)
 
 
-def _history(found: Fit, past: Filtered) -> History:
+def _build_history(found: Fit, past: Filtered) -> History:
     attitude = found.solution.estimate.attitude
     at_time = found.solution.trajectory.attitude @ np.moveaxis(matrix(past.errors.T), -1, 0)
     return History(

@@ -1,4 +1,4 @@
-"""Errors that a scenario does not model, for score tests: one list of hypotheses."""
+"""Hypotheses for score tests: errors that a scenario does not model."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
 
 from mgeo_calibration.calibration.corrections import unit_of_innovations
-from mgeo_calibration.estimation import departures as made
+from mgeo_calibration.estimation import departures
 from mgeo_calibration.estimation.batch import RATE_MAGNITUDES, Batch
 from mgeo_calibration.estimation.residuals import Innovations
 from mgeo_calibration.estimation.score import Combined, Departure, Score
@@ -23,57 +23,62 @@ from mgeo_calibration.estimation.smoother import Solution
 from mgeo_calibration.telemetry.columns import channel_of
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
-#: Keys of errors that no state models.
+#: Advice for errors that no state models.
 _SPLIT = "calibrate what is before and after on its own"
 _SAMPLED = 'rate = "instantaneous" under [gyro] of the mapping, or its times'
 _TAKEN_OUT = "no state models it, remove it from the readings"
-#: Key of an error that follows a column.
+#: Key of an error that is proportional to a column.
 _FOLLOWS = {"bias": "influences", "misalignment": 'influences with error = "misalignment"'}
-#: Courses of an offset: slow ones, and a change within one part of the flight. A change in the
-#: first part is left to the test of the prior.
-_DRIFTS: tuple[made.Course, ...] = (made.ramp, made.waves)
-_STEPS = tuple(made.step(number) for number in range(1, made.PARTS))
+#: Offset profiles: slow drifts, and a step within one part of the data. A step in the first part is
+#: covered by the prior test.
+_DRIFTS: tuple[departures.Course, ...] = (departures.ramp, departures.waves)
+_STEPS = tuple(departures.step(number) for number in range(1, departures.PARTS))
 _SHARES = np.linspace(0.0, 1.0, 1001)
-#: 1-sigmas by which a decay may be negative, and coefficients of axes errors that are linear.
+#: Number of 1-sigmas by which a decay may be negative, and largest coefficient of an axes error for
+#: which the model is linear.
 _FAR, _LINEAR = 4.0, 5.0
-#: Other columns that are tested, at most: each has hypotheses for gyro and every sensor.
+#: Largest number of tested columns. Each column adds hypotheses for the gyro and every sensor.
 _MOST_CHANNELS = 4
 _RARE = 0.02
-_DEG = float(np.degrees(made.LARGE_AXES_ERROR))
+_DEG = float(np.degrees(departures.LARGE_AXES_ERROR))
 #: Size of an axes error with a coefficient of one, its unit, and the key that models it.
 _AXES = {
-    "scale_factor": (made.LARGE_AXES_ERROR, "", "initial_scale_factor"),
+    "scale_factor": (departures.LARGE_AXES_ERROR, "", "initial_scale_factor"),
     "misalignment": (_DEG, "deg", "initial_misalignment_deg"),
     "nonorthogonality": (_DEG, "deg", "initial_nonorthogonality_deg"),
-    "scale_asymmetry": (made.LARGE_AXES_ERROR, "", f"influences of {', '.join(RATE_MAGNITUDES)}"),
+    "scale_asymmetry": (
+        departures.LARGE_AXES_ERROR,
+        "",
+        f"influences of {', '.join(RATE_MAGNITUDES)}",
+    ),
 }
 
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """An error that the scenario does not model.
+    """Error that the scenario does not model.
 
     Attributes
     ----------
     name : str
-        Owner and error: ``mag.delay``.
+        Owner and error, for example ``mag.delay``.
     key : str
-        Key of the scenario that models the error, or what to do.
+        Key of the scenario that models the error, or advice.
     says : function
-        Describes the estimate of a score, with its 1-sigma and unit.
+        Formats the estimate of a score with its 1-sigma and unit.
     options : tuple of Departure or Combined
-        Alternative forms of the error, of which the most significant counts.
+        Alternative forms of the error; the most significant form counts.
     applies : bool
-        Whether the scenario does not model the error.
+        False if the scenario already models the error.
     possible : function
         Returns whether a score is physically possible.
     shown_by : str
-        What makes the error observable.
+        Condition that makes the error observable.
     instead : float, optional
-        Coefficient that is likely if the error exists at all: a convention that was not declared.
+        Coefficient of an alternative convention that the user may have overlooked.
     weight : float
-        Share of the significance level, relative to other tests; less of an error that is rare, or
-        large where it exists.
+        Share of the significance level relative to other tests. Rare errors, and errors that are
+        large if they exist, have a smaller weight.
     """
 
     name: str
@@ -90,24 +95,24 @@ class Hypothesis:
 def hypotheses(
     solution: Solution, channels: Mapping[str, Floats], has_gyro: bool = True
 ) -> dict[str, Hypothesis]:
-    """Return all hypotheses that a flight can be tested for, by name.
+    """Return all hypotheses that a calibration can test, by name.
 
     Parameters
     ----------
     channels : mapping of str to array, shape (N,)
         Other columns at the samples, in any unit.
     has_gyro : bool
-        Whether the rates are measured; a satellite without gyro has no errors of a gyro.
+        False for a satellite without gyro, which has no gyro errors.
     """
-    rates, changes = made.smoothed_rates(solution), made.vector_rates(solution)
-    tested = [*_of_gyro(solution, rates, channels)] if has_gyro else []
+    rates, changes = departures.smoothed_rates(solution), departures.vector_rates(solution)
+    tested = [*_list_gyro_hypotheses(solution, rates, channels)] if has_gyro else []
     for index in range(len(solution.batch.suite.sensors)):
         if solution.used[index].any():
-            late = made.delay(index, rates, changes)
-            tested += _of_sensor(solution, index, late, channels)
+            late = departures.delay(index, rates, changes)
+            tested += _list_sensor_hypotheses(solution, index, late, channels)
     sensors = solution.batch.suite.sensors
-    track, shifted = "its orbit along the track", made.along_track(len(sensors), changes)
-    says = partial(_in_time, "the satellite is", f"behind {track}", f"ahead of {track}")
+    track, shifted = "its orbit along the track", departures.along_track(len(sensors), changes)
+    says = partial(_format_delay, "the satellite is", f"behind {track}", f"ahead of {track}")
     has_field = any(isinstance(sensor, Magnetometer) for sensor in sensors)
     tested.append(Hypothesis("orbit.along_track", "orbit, epoch", says, (shifted,), has_field))
     return {each.name: each for each in tested if each.applies}
@@ -116,8 +121,8 @@ def hypotheses(
 def channels_of(
     telemetry: Telemetry, data: Batch, innovations: Sequence[Innovations]
 ) -> tuple[dict[str, Floats], int]:
-    """Return the other columns that innovations follow most, and the number of the rest."""
-    found = {}
+    """Return the columns that correlate most with the innovations, and the number of the rest."""
+    result = {}
     for name, values in telemetry.others.items():
         channel = np.interp(data.times, telemetry.times, values)
         if np.ptp(channel) > 0.0:
@@ -127,19 +132,19 @@ def channels_of(
                 / max(len(each.samples), 1)
                 for each in innovations
             )
-            found[name] = followed, channel
-    most = sorted(found, key=lambda name: -found[name][0])[:_MOST_CHANNELS]
-    return {name: found[name][1] for name in most}, len(found) - len(most)
+            result[name] = followed, channel
+    most = sorted(result, key=lambda name: -result[name][0])[:_MOST_CHANNELS]
+    return {name: result[name][1] for name in most}, len(result) - len(most)
 
 
 def follows(owner: Gyro | Sensor, column: str, error: str = "bias") -> bool:
-    """Return whether the scenario models that an error of an owner follows a column."""
+    """Return whether the scenario models a bias sensitivity of an owner to a column."""
     return any(
         channel_of([column], each.channel) for each in owner.influences if each.error == error
     )
 
 
-def _of_gyro(
+def _list_gyro_hypotheses(
     solution: Solution, rates: Floats, channels: Mapping[str, Floats]
 ) -> Iterator[Hypothesis]:
     gyro, batch = solution.batch.suite.gyro, solution.batch
@@ -147,8 +152,8 @@ def _of_gyro(
     duration, size = float(times[-1] - times[0]), gyro.initial_bias_deg_s
 
     def decays(score: Score) -> str:
-        found, sigma = score.estimate[0] / duration, score.sigma[0] / duration
-        decay = sized(gyro.bias_decay + found, sigma)
+        result, sigma = score.estimate[0] / duration, score.sigma[0] / duration
+        decay = sized(gyro.bias_decay + result, sigma)
         return f"gyro.bias decays by {decay} 1/s, not {gyro.bias_decay:g}"
 
     def may_decay(score: Score) -> bool:
@@ -156,7 +161,7 @@ def _of_gyro(
         return bool(total > -_FAR * score.sigma[0])
 
     def drifts(score: Score) -> str:
-        by = size * _range(_DRIFTS, score)
+        by = size * _compute_range(_DRIFTS, score)
         walk = math.radians(by) / math.sqrt(duration)
         return (
             f"gyro.bias drifts by {by:.2g} deg/s, as with a random walk of about {walk:.1g}, not "
@@ -164,79 +169,93 @@ def _of_gyro(
         )
 
     def is_noisy(score: Score) -> str:
-        # about half of the variance of a score is the gyro's, the other half the sensors'
+        # Gyro and sensors contribute about half of the variance of a score each.
         more = 2.0 * max(0.0, score.chi_square / max(score.freedom, 1) - 1.0)
         walk = max(by_axis(gyro.angle_random_walk_deg_per_sqrt_h)) * math.sqrt(1.0 + more)
         return f"gyro is noisier than declared, about {walk:.2g} deg/sqrt(h)"
 
-    rises, steps = made.bias_drift(solution), partial(_stepped, "gyro.bias", size, "deg/s", times)
-    noise, decay = (made.gyro_noise(solution),), (made.bias_decay(solution),)
+    rises, steps = (
+        departures.bias_drift(solution),
+        partial(_format_step, "gyro.bias", size, "deg/s", times),
+    )
+    noise, decay = (departures.gyro_noise(solution),), (departures.bias_decay(solution),)
     constant = -gyro.bias_decay * duration or None
     walk, name = "gyro.angle_random_walk_deg_per_sqrt_h", "gyro.bias_decay"
     yield Hypothesis(name, name, decays, decay, possible=may_decay, instead=constant)
-    yield Hypothesis("gyro.drift", "gyro.rate_random_walk", drifts, made.along(rises, _DRIFTS))
-    yield Hypothesis("gyro.step", _SPLIT, steps, made.along(rises, _STEPS))
+    yield Hypothesis(
+        "gyro.drift", "gyro.rate_random_walk", drifts, departures.along(rises, _DRIFTS)
+    )
+    yield Hypothesis("gyro.step", _SPLIT, steps, departures.along(rises, _STEPS))
     yield Hypothesis("gyro.noise", walk, is_noisy, noise, weight=_RARE)
     modeled = {*gyro.states()} | (
         {"scale_asymmetry"} if follows(gyro, RATE_MAGNITUDES[0]) else set()
     )
     for state in _AXES:
-        yield _axes_error("gyro", state, made.gyro_error(rates, state), state not in modeled)
+        yield _build_axes_hypothesis(
+            "gyro", state, departures.gyro_error(rates, state), state not in modeled
+        )
     yield Hypothesis(
         "gyro.delay",
         _SAMPLED,
-        partial(_in_time, "gyro reports rates", "early", "late"),
-        (made.gyro_early(rates, durations),),
-        applies=int(solution.used.any(axis=1).sum()) > 1,  # else it is the sensor's delay
+        partial(_format_delay, "gyro reports rates", "early", "late"),
+        (departures.gyro_early(rates, durations),),
+        # With a single sensor, a delay of the gyro is equivalent to a delay of the sensor.
+        applies=int(solution.used.any(axis=1).sum()) > 1,
         shown_by="rotation",
-        instead=0.5 * float(np.median(durations)) / made.LARGE_DELAY_S,
+        instead=0.5 * float(np.median(durations)) / departures.LARGE_DELAY_S,
     )
     for column, channel in channels.items():
-        departure = made.gyro_follows(solution, _scaled(channel))
-        yield _following("gyro", gyro, "bias", (column, channel), departure, (size, "deg/s"))
+        departure = departures.gyro_follows(solution, _scale_channel(channel))
+        yield _build_channel_hypothesis(
+            "gyro", gyro, "bias", (column, channel), departure, (size, "deg/s")
+        )
 
 
-def _of_sensor(
+def _list_sensor_hypotheses(
     solution: Solution, index: int, late: Departure, channels: Mapping[str, Floats]
 ) -> Iterator[Hypothesis]:
     times, sensor = solution.batch.times, solution.batch.suite.sensors[index]
     name, states, unit = sensor.name, sensor.states(), unit_of_innovations(sensor)
-    size = made.LARGE_OFFSET * float(np.max(sensor.noise())) * unit.factor
-    offset, rises = f"{name}.{sensor.offset}", made.wander(solution, index)
+    size = departures.LARGE_OFFSET * float(np.max(sensor.noise())) * unit.factor
+    offset, rises = f"{name}.{sensor.offset}", departures.wander(solution, index)
 
     def wanders(score: Score) -> str:
-        by = f"{offset} changes by {size * _range(_DRIFTS, score):.3g} {unit.text}"
+        by = f"{offset} changes by {size * _compute_range(_DRIFTS, score):.3g} {unit.text}"
         if not score.option:
             return f"{by}, evenly"
-        return f"{by}, most about {_when(times, _DRIFTS, score):.0f} s"
+        return f"{by}, most about {_find_change_time(times, _DRIFTS, score):.0f} s"
 
-    steps = partial(_stepped, offset, size, unit.text, times)
-    yield Hypothesis(f"{name}.drift", _SPLIT, wanders, made.along(rises, _DRIFTS))
-    yield Hypothesis(f"{name}.step", _SPLIT, steps, made.along(rises, _STEPS))
+    steps = partial(_format_step, offset, size, unit.text, times)
+    yield Hypothesis(f"{name}.drift", _SPLIT, wanders, departures.along(rises, _DRIFTS))
+    yield Hypothesis(f"{name}.step", _SPLIT, steps, departures.along(rises, _STEPS))
     yield Hypothesis(
         f"{name}.delay",
         f"{name}.initial_delay_s",
-        partial(_in_time, f"{name} is", "late", "early"),
+        partial(_format_delay, f"{name} is", "late", "early"),
         (late,),
         applies="delay" not in states,
         shown_by="rotation",
     )
     for state in ("scale_factor", "nonorthogonality"):
         if isinstance(sensor, Magnetometer):
-            error = made.vector_error(index, state)
-            yield _axes_error(name, state, error, state not in states)
+            error = departures.vector_error(index, state)
+            yield _build_axes_hypothesis(name, state, error, state not in states)
     for each in channels.items():
-        channel = _scaled(each[1])
-        departure = made.follows(index, channel)
-        yield _following(name, sensor, sensor.offset, each, departure, (size, unit.text))
+        channel = _scale_channel(each[1])
+        departure = departures.follows(index, channel)
+        yield _build_channel_hypothesis(
+            name, sensor, sensor.offset, each, departure, (size, unit.text)
+        )
         if "misalignment" in states and sensor.offset == "bias":
-            turned = made.turns_with(index, channel)
-            yield _following(name, sensor, "misalignment", each, turned, (_DEG, "deg"))
+            turned = departures.turns_with(index, channel)
+            yield _build_channel_hypothesis(
+                name, sensor, "misalignment", each, turned, (_DEG, "deg")
+            )
 
 
-def _axes_error(name: str, state: str, error: Departure, applies: bool) -> Hypothesis:
+def _build_axes_hypothesis(name: str, state: str, error: Departure, applies: bool) -> Hypothesis:
     size, unit, key = _AXES[state]
-    says = partial(_worst, f"{name}.{state} is", size, unit)
+    says = partial(_format_worst_axis, f"{name}.{state} is", size, unit)
     weight = _RARE if state == "scale_asymmetry" else 1.0
     return Hypothesis(
         f"{name}.{state}",
@@ -250,7 +269,7 @@ def _axes_error(name: str, state: str, error: Departure, applies: bool) -> Hypot
     )
 
 
-def _following(
+def _build_channel_hypothesis(
     name: str,
     owner: Gyro | Sensor,
     error: str,
@@ -258,14 +277,15 @@ def _following(
     departure: Departure,
     size: tuple[float, str],
 ) -> Hypothesis:
-    """Return the hypothesis that an error of an owner follows a column, by name and values."""
     (called, values), (large, unit) = column, size
     is_offset = error == (owner.offset if isinstance(owner, Sensor) else "bias")
     key = f"{name}.{_FOLLOWS[error]}" if error in _FOLLOWS else _TAKEN_OUT
     return Hypothesis(
         f"{name}.{called}" if is_offset else f"{name}.{error}.{called}",
         key,
-        partial(_worst, f"{name}.{error} follows {called} by", large / np.ptp(values), unit),
+        partial(
+            _format_worst_axis, f"{name}.{error} follows {called} by", large / np.ptp(values), unit
+        ),
         (departure,),
         applies=not follows(owner, called, error),
         weight=1.0 if is_offset else _RARE,
@@ -273,7 +293,7 @@ def _following(
 
 
 def sized(value: float, sigma: float) -> str:
-    """Format a value with its 1-sigma, to the same digit."""
+    """Format a value with its 1-sigma, rounded to the same digit."""
     if not 0.0 < sigma < np.inf:
         return f"{value:.2g} ± {sigma:.1g}"
     digit = math.floor(math.log10(sigma))
@@ -283,45 +303,43 @@ def sized(value: float, sigma: float) -> str:
     return f"{text} ± {sigma:.1g}"
 
 
-def _worst(words: str, factor: float, unit: str, score: Score) -> str:
-    """Describe the most significant axis."""
+def _format_worst_axis(words: str, factor: float, unit: str, score: Score) -> str:
     axis = int(np.argmax(np.abs(score.estimate) / score.sigma))
     value = sized(factor * score.estimate[axis], factor * score.sigma[axis])
     return " ".join(filter(None, (words, value, unit, f"along {'xyz'[axis]}")))
 
 
-def _in_time(words: str, positive: str, negative: str, score: Score) -> str:
-    """Describe a time by its size and sign."""
+def _format_delay(words: str, positive: str, negative: str, score: Score) -> str:
     (off,), (sigma,) = score.estimate.tolist(), score.sigma.tolist()
     side = positive if off >= 0.0 else negative
-    return f"{words} {sized(made.LARGE_DELAY_S * abs(off), made.LARGE_DELAY_S * sigma)} s {side}"
+    large = departures.LARGE_DELAY_S
+    return f"{words} {sized(large * abs(off), large * sigma)} s {side}"
 
 
-def _stepped(offset: str, size: float, unit: str, times: Floats, score: Score) -> str:
-    """Describe an offset that changes at once."""
-    by, at = size * _range(_STEPS, score), _when(times, _STEPS, score)
+def _format_step(offset: str, size: float, unit: str, times: Floats, score: Score) -> str:
+    by, at = size * _compute_range(_STEPS, score), _find_change_time(times, _STEPS, score)
     return f"{offset} changes by {by:.3g} {unit} at about {at:.0f} s"
 
 
-def _scaled(channel: Floats) -> Floats:
-    """Return a channel without its mean, over its range."""
+def _scale_channel(channel: Floats) -> Floats:
+    """Return a channel minus its mean, divided by its range."""
     scaled: Floats = (channel - channel.mean()) / np.ptp(channel)
     return scaled
 
 
-def _path(courses: Sequence[made.Course], score: Score) -> Floats:
-    """Return the offset over the flight, shape (1001, 3)."""
+def _evaluate_offset(courses: Sequence[departures.Course], score: Score) -> Floats:
+    """Return the estimated offset over the data, shape (1001, 3)."""
     path: Floats = courses[score.option](_SHARES) @ score.estimate.reshape(-1, 3)
     return path
 
 
-def _range(courses: Sequence[made.Course], score: Score) -> float:
-    return float(np.ptp(_path(courses, score), axis=0).max())
+def _compute_range(courses: Sequence[departures.Course], score: Score) -> float:
+    return float(np.ptp(_evaluate_offset(courses, score), axis=0).max())
 
 
-def _when(times: Floats, courses: Sequence[made.Course], score: Score) -> float:
-    """Return the time at which an offset changes fastest, the middle if it changes evenly."""
-    speed = np.linalg.norm(np.diff(_path(courses, score), axis=0), axis=1)
+def _find_change_time(times: Floats, courses: Sequence[departures.Course], score: Score) -> float:
+    """Return the time of the fastest change of an offset; the middle for a constant slope."""
+    speed = np.linalg.norm(np.diff(_evaluate_offset(courses, score), axis=0), axis=1)
     fastest = np.flatnonzero(speed >= 0.999 * speed.max())
     share = 0.5 * (_SHARES[fastest[0]] + _SHARES[fastest[-1] + 1])
     return float(times[0] + share * (times[-1] - times[0]))

@@ -1,4 +1,4 @@
-"""Score tests of all hypotheses: which errors a flight shows, and which it cannot tell apart."""
+"""Score tests of all hypotheses, and the selection of the errors that explain the data."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from mgeo_calibration.calibration.hypotheses import Hypothesis
 from mgeo_calibration.estimation.score import Score, Scores, scores
 from mgeo_calibration.estimation.smoother import Solution, last_covariance
 
-#: Hypotheses cannot be told apart if their p-values differ by less than this factor.
+#: Hypotheses are indistinguishable if their p-values differ by less than this factor.
 _INDISTINCT = 1000.0
-#: Change of an estimate, in its 1-sigmas, from which a convention in doubt is noted.
+#: Smallest change of an estimate, in 1-sigmas, for a note on a doubtful convention.
 _MATTERS = 1.0
-#: 1-sigmas within which a convention may be another one.
+#: Largest distance of a score from an alternative convention, in 1-sigmas, for a note.
 _COMPATIBLE = 3.0
 
 
@@ -28,11 +28,13 @@ class ModelTest:
     Attributes
     ----------
     name : str
+        Owner and error.
     says : str
-        Size of the error with its 1-sigma, or why it is not tested.
+        Size of the error with its 1-sigma, or the reason why it is not tested.
     key : str
-        Key that models the error.
+        Key of the scenario that models the error.
     chi_square : float
+        Test statistic.
     freedom : int
         Degrees of freedom; zero if the error is not tested.
     p : float
@@ -40,10 +42,10 @@ class ModelTest:
     p_least : float
         Significance level of the test.
     named : bool
-        Whether the error is significant, and not explained by more significant ones.
+        True if the error is significant and not explained by more significant errors.
     alternatives : str
-        Errors with their sizes and keys that telemetry cannot tell from this one, and the
-        correlation of their effects.
+        Errors that cannot be distinguished from this error, with their sizes, keys and
+        correlations.
     """
 
     name: str
@@ -58,7 +60,7 @@ class ModelTest:
 
     @property
     def words(self) -> str:
-        """Describe the error, its significance, its key and its alternatives."""
+        """Description of the error with its significance, key and alternatives."""
         text = f"{self.says} {beyond(self.chi_square, self.freedom, self.p)}: {self.key}"
         return f"either {text}, {self.alternatives}" if self.alternatives else text
 
@@ -66,30 +68,38 @@ class ModelTest:
 def model_tests(
     solution: Solution, hypotheses: Mapping[str, Hypothesis], n_tests: float, scatter: float
 ) -> tuple[tuple[ModelTest, ...], tuple[str, ...]]:
-    """Test all hypotheses at a converged solution; also return notes on doubtful conventions.
+    """Test all hypotheses at a converged solution.
 
-    The most significant error is named, then the most significant of the others beside it, until
-    none is significant: an error resembles many others. Each time there is one test less (S. Holm,
-    A simple sequentially rejective multiple test procedure, Scandinavian Journal of Statistics 6
-    (1979) 65-70).
+    The most significant error is selected first. The other errors are then tested again with the
+    selected error estimated, until none is significant: one error resembles many others. The number
+    of tests decreases with each selection (S. Holm, A simple sequentially rejective multiple test
+    procedure, Scandinavian Journal of Statistics 6 (1979) 65-70).
 
     Parameters
     ----------
+    solution : Solution
     hypotheses : mapping of str to Hypothesis
-        See `hypotheses`.
+        Result of `hypotheses.hypotheses`.
     n_tests : float
         Sum of the weights of tests of all kinds.
     scatter : float
-        Ratio of the variance of the sensors' readings to that of the scenario.
+        Ratio of actual to declared variance of the readings.
+
+    Returns
+    -------
+    tests : tuple of ModelTest
+        Selected errors first.
+    doubts : tuple of str
+        Notes on doubtful conventions, if no error is selected.
     """
     departures = {
         _key(name, option): departure
         for name, hypothesis in hypotheses.items()
         for option, departure in enumerate(hypothesis.options)
     }
-    found = scores(solution, departures)
-    alone = _beside(found, hypotheses, ())
-    named = _named(found, hypotheses, alone, n_tests, scatter)
+    result = scores(solution, departures)
+    alone = _score_hypotheses(result, hypotheses, ())
+    named = _select_errors(result, hypotheses, alone, n_tests, scatter)
     tests = []
     for name in (*named, *(name for name in hypotheses if name not in named)):
         hypothesis = hypotheses[name]
@@ -112,23 +122,23 @@ def model_tests(
                 alternatives=alternatives,
             )
         )
-    doubts = () if named else tuple(_doubts(solution, hypotheses, alone, found))
+    doubts = () if named else tuple(_describe_doubts(solution, hypotheses, alone, result))
     return tuple(tests), doubts
 
 
 def scatter_of(tests: Sequence[SensorTest]) -> float:
-    """Return the largest ratio of the variance of mean innovations to the predicted, 1 or more."""
+    """Return the largest ratio of actual to predicted variance of mean innovations, at least 1."""
     return max([1.0, *(test.excess for test in tests)])
 
 
-def _named(
+def _select_errors(
     found: Scores,
     hypotheses: Mapping[str, Hypothesis],
     alone: Mapping[str, Score],
     n_tests: float,
     scatter: float,
 ) -> dict[str, tuple[Score, str]]:
-    """Return the score and the alternatives of each error that is named."""
+    """Select the significant errors; return the score and the alternatives of each."""
     named: dict[str, tuple[Score, str]] = {}
     beside, rest = alone, n_tests
 
@@ -147,7 +157,7 @@ def _named(
         keys = [_key(name, score.option) for name, (score, _) in named.items()]
         keys.append(_key(best, beside[best].option))
         others = {n: each for n, each in hypotheses.items() if n not in named and n != best}
-        left = _beside(found, others, keys)
+        left = _score_hypotheses(found, others, keys)
         least = evidence[best] - 2.0 * math.log(_INDISTINCT)
         rivals = sorted(
             (
@@ -157,17 +167,16 @@ def _named(
             ),
             key=lambda name: -evidence[name],
         )
-        named[best] = beside[best], _alternatives(hypotheses, beside, left, rivals)
+        named[best] = beside[best], _describe_alternatives(hypotheses, beside, left, rivals)
         beside, rest = left, rest - hypotheses[best].weight
 
 
-def _alternatives(
+def _describe_alternatives(
     hypotheses: Mapping[str, Hypothesis],
     beside: Mapping[str, Score],
     left: Mapping[str, Score],
     rivals: Sequence[str],
 ) -> str:
-    """Describe errors that a named one explains; the correlation is that of the two effects."""
     words = []
     for name in rivals:
         unexplained = left[name].chi_square / beside[name].chi_square
@@ -179,10 +188,10 @@ def _alternatives(
     return ", ".join(words)
 
 
-def _beside(
+def _score_hypotheses(
     found: Scores, hypotheses: Mapping[str, Hypothesis], keys: Sequence[str]
 ) -> dict[str, Score]:
-    """Return each hypothesis's most significant option, with others estimated beside it."""
+    """Return the score of the most significant option of each hypothesis, with others estimated."""
     best = {}
     for name, hypothesis in hypotheses.items():
         count = len(hypothesis.options)
@@ -198,13 +207,13 @@ def _key(name: str, option: int) -> str:
     return f"{name} {option}"
 
 
-def _doubts(
+def _describe_doubts(
     solution: Solution,
     hypotheses: Mapping[str, Hypothesis],
     alone: Mapping[str, Score],
     found: Scores,
 ) -> Iterator[str]:
-    """Yield notes on conventions that telemetry fits better, though not significantly."""
+    """Yield notes on alternative conventions that fit telemetry better, but not significantly."""
     order = np.concatenate([solution.parts.driven, solution.parts.constant])
     sigma = np.sqrt(np.diag(last_covariance(solution)))[order]
     for name, hypothesis in hypotheses.items():

@@ -1,4 +1,4 @@
-"""Calibrate again, with states that a first calibration found missing, or noise from the data."""
+"""Repeated calibration with additional states, or with noise estimated from the data."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from mgeo_calibration.estimation.batch import RATE_MAGNITUDES
 from mgeo_calibration.telemetry.columns import name_and_unit
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
-#: Asks for the noise of the sensors.
+#: Key that requests noise estimation.
 NOISE = "noise"
 _INFLUENCES = "influences"
-#: Times the initial 1-sigma of a bias by which it may follow a channel that is added: a bias that
-#: has been measured is known better than what it follows.
+#: Ratio of the 1-sigma of an added bias variation to the initial 1-sigma of the bias. The initial
+#: 1-sigma of a measured bias is small, but its variation may be larger.
 _LARGE = 10.0
-#: What a state that is added may be, 1-sigma, in the unit of its key.
+#: Initial 1-sigma of each added state, in the unit of its key.
 SIZES = {"scale_factor": 0.02, "misalignment_deg": 1.0, "nonorthogonality_deg": 1.0, "delay_s": 1.0}
 T = TypeVar("T", Gyro, Sensor)
-_ROUNDS = 3  # what is an outlier depends on the noise
+_ROUNDS = 3  # The set of outliers depends on the noise.
 
 
 def calibrate_with(
@@ -42,20 +42,22 @@ def calibrate_with(
     telemetry: Telemetry,
     keys: Sequence[str],
 ) -> Calibration:
-    """Calibrate again, with states added to the scenario of a calibration, or noise from the data.
+    """Repeat a calibration with additional states, or with noise estimated from the data.
 
     Parameters
     ----------
+    found : Calibration
+    telemetry : Telemetry
     keys : sequence of str
-        ``mag.scale_factor``, ``gyro.misalignment``..., ``mag.temp`` of a column that its bias
-        follows, and `NOISE`.
+        States such as ``mag.scale_factor`` or ``gyro.misalignment``, bias sensitivities such as
+        ``mag.temp`` for the column ``temp``, and `NOISE`.
 
     Raises
     ------
     InvalidValue
-        For a key that adds nothing, or a scenario that goes on from a calibration.
+        If a key adds nothing, or the scenario continues an earlier calibration.
     CannotCalibrate
-        From `calibrate`.
+        As `calibrate`.
     """
     states = [key for key in keys if key != NOISE]
     scenario = with_states(found.scenario, states, telemetry.others)
@@ -66,13 +68,13 @@ def calibrate_with(
 
 
 def with_states(scenario: Scenario, keys: Sequence[str], others: Mapping[str, Floats]) -> Scenario:
-    """Return the scenario with more states, of about the size that they usually have.
+    """Return a scenario with additional states of typical size.
 
     Parameters
     ----------
     keys : sequence of str
-        ``mag.scale_factor``; ``mag.temp`` or ``mag.misalignment.temp`` of a column that the bias or
-        misalignment follows; ``gyro.scale_asymmetry``.
+        ``mag.scale_factor``; ``mag.temp`` or ``mag.misalignment.temp`` for a bias or misalignment
+        that is proportional to the column ``temp``; ``gyro.scale_asymmetry``.
     others : mapping of str to array
         Other columns of telemetry.
     """
@@ -85,7 +87,7 @@ def with_states(scenario: Scenario, keys: Sequence[str], others: Mapping[str, Fl
     if keys and scenario.prior is not None:
         raise InvalidValue("fit", keys[0], "expected no earlier calibration, which is without it")
 
-    def grown(owner: T) -> T:
+    def extend(owner: T) -> T:
         name = getattr(owner, "name", "gyro")
         own = [key for key in keys if key.partition(".")[0] == name]
         more: dict[str, Any] = {
@@ -100,29 +102,29 @@ def with_states(scenario: Scenario, keys: Sequence[str], others: Mapping[str, Fl
 
     return dataclasses.replace(
         scenario,
-        gyro=grown(scenario.gyro),
-        sensors=tuple(grown(sensor) for sensor in scenario.sensors),
+        gyro=extend(scenario.gyro),
+        sensors=tuple(extend(sensor) for sensor in scenario.sensors),
     )
 
 
 def addable(scenario: Scenario) -> dict[str, str]:
-    """States that a scenario is without, and the field of each that adds it."""
-    found = {}
+    """Return the states that can be added to a scenario, with the field that adds each state."""
+    result = {}
     owners: tuple[Any, ...] = (scenario.gyro, *scenario.sensors)
     for owner in owners:
         for field in dataclasses.fields(owner):
             size = field.name.removeprefix("initial_")
             if size in SIZES and field.name != size and not getattr(owner, field.name):
                 state = size.removesuffix("_deg").removesuffix("_s")
-                found[f"{getattr(owner, 'name', 'gyro')}.{state}"] = field.name
-    return found
+                result[f"{getattr(owner, 'name', 'gyro')}.{state}"] = field.name
+    return result
 
 
 def followable(
     scenario: Scenario, others: Mapping[str, Floats]
 ) -> dict[str, tuple[Influence, ...]]:
-    """Return influences that a scenario does not have, by the keys of `with_states`."""
-    found: dict[str, tuple[Influence, ...]] = {}
+    """Return the bias sensitivities that a scenario lacks, by the keys of `with_states`."""
+    result: dict[str, tuple[Influence, ...]] = {}
     owners: tuple[Gyro | Sensor, ...] = (scenario.gyro, *scenario.sensors)
     for owner in owners:
         states, name = owner.states(), getattr(owner, "name", "gyro")
@@ -131,7 +133,7 @@ def followable(
         if isinstance(owner, Gyro):
             del errors["misalignment"]
             if not any(follows(owner, magnitude) for magnitude in RATE_MAGNITUDES):
-                found["gyro.scale_asymmetry"] = tuple(
+                result["gyro.scale_asymmetry"] = tuple(
                     Influence(magnitude, initial_sigma=SIZES["scale_factor"], unit="deg/s")
                     for magnitude in RATE_MAGNITUDES
                 )
@@ -149,12 +151,12 @@ def followable(
                     reference=float(np.mean(values)),
                     error=error,
                 )
-                found[f"{name}.{prefix}{channel}"] = (influence,)
-    return found
+                result[f"{name}.{prefix}{channel}"] = (influence,)
+    return result
 
 
 def with_noise(found: Calibration) -> Scenario:
-    """The scenario of a calibration with 1-sigmas of the sensors as its innovations have them."""
+    """Return the scenario of a calibration with sensor noise estimated from its innovations."""
     factors = {test.sensor: float(np.sqrt(test.nis)) for test in found.tests}
     sensors = tuple(
         scaled_noise(sensor, factors.get(sensor.name, 1.0)) for sensor in found.scenario.sensors
@@ -163,10 +165,10 @@ def with_noise(found: Calibration) -> Scenario:
 
 
 def compare_calibrations(first: Calibration, second: Calibration) -> pd.DataFrame:
-    """Compare estimates and 1-sigmas of the states of the second calibration.
+    """Compare the estimates and 1-sigmas of two calibrations for the states of the second.
 
-    ``moved`` is the difference over the second's 1-sigma, of a state that the first is without from
-    zero.
+    ``moved`` is the difference in units of the second 1-sigma. A state that the first calibration
+    lacks is compared with zero.
     """
     columns = ["estimate", "sigma"]
     keys = ["block", "axis", "unit"]
@@ -179,15 +181,15 @@ def compare_calibrations(first: Calibration, second: Calibration) -> pd.DataFram
 
 
 def describe_noise(calibration: Calibration) -> str:
-    """Describe the noise of the sensors by keys of the scenario."""
+    """Describe the sensor noise as keys of the scenario."""
     return ", ".join(
-        f"{sensor.name}.{name} = {_text(getattr(sensor, name))}"
+        f"{sensor.name}.{name} = {_format_sigma(getattr(sensor, name))}"
         for sensor in calibration.scenario.sensors
         for name in sensor.noise_parameters
     )
 
 
-def _text(sigma: float | tuple[float, ...]) -> str:
+def _format_sigma(sigma: float | tuple[float, ...]) -> str:
     if isinstance(sigma, tuple):
-        return f"[{', '.join(map(_text, sigma))}]"
+        return f"[{', '.join(map(_format_sigma, sigma))}]"
     return f"{sigma:.4g}"

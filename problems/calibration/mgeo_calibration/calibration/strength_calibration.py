@@ -1,4 +1,4 @@
-"""Calibrate magnetometers from the field strength, where attitude and rate are unknown."""
+"""Attitude-independent calibration of magnetometers from the field strength."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from mgeo_calibration.telemetry.mapping import TelemetryMapping
 from mgeo_calibration.telemetry.reading import read_telemetry
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
-#: Note on the limits of the method.
+#: Note on the limits of the method in each calibration.
 ALONE = (
     "magnetometers are calibrated by the field strength alone: misalignments and errors that vary "
     "keep their prior, attitude and rate are those of [initial]"
@@ -47,27 +47,28 @@ def calibrate_alone(
     telemetry: Telemetry | pd.DataFrame | Path | str,
     mapping: TelemetryMapping | None = None,
 ) -> Calibration:
-    """Calibrate the magnetometers of a scenario, each by the strength of the field alone.
+    """Calibrate the magnetometers of a scenario from the field strength alone.
 
-    Bias, scale factor and non-orthogonality are estimated, as far as the scenario has them. All
-    other states, attitude and rate are those of the scenario before any telemetry, with their
-    uncertainty, so that a scenario goes on from the calibration as from any other.
+    Bias, scale factor and non-orthogonality are estimated if the scenario contains them. All other
+    states, the attitude and the rate keep their prior, so that a scenario can continue from the
+    result as from any calibration.
 
     Parameters
     ----------
+    scenario : Scenario
     telemetry, mapping
-        As of `calibrate`; a mapping with ``holds = "unknown"`` under ``gyro`` needs no gyro.
+        As in `calibrate`. A mapping with ``holds = "unknown"`` under ``gyro`` needs no gyro.
 
     Returns
     -------
     Calibration
-        Without history.
+        Calibration without history.
 
     Raises
     ------
     ValueError, OSError, ImportError
-        From `read_telemetry`; or without a magnetometer, or for one whose readings do not determine
-        the errors.
+        From `read_telemetry`; or if the scenario has no magnetometer, or the readings do not
+        determine the parameters.
 
     Examples
     --------
@@ -85,7 +86,7 @@ def calibrate_alone(
     magnetometers = [k for k, s in enumerate(suite.sensors) if isinstance(s, Magnetometer)]
     if not magnetometers:
         raise ValueError(
-            "sensors: expected a magnetometer, whose field has a strength that is known"
+            "sensors: expected at least one magnetometer to calibrate by the field strength"
         )
     states = belief.states.copy()
     covariance = belief.sigma[:, None] * belief.correlation * belief.sigma
@@ -94,17 +95,17 @@ def calibrate_alone(
     for index in magnetometers:
         sensor = suite.sensors[index]
         try:
-            found = by_strength(data, index, belief)
+            result = by_strength(data, index, belief)
         except ValueError as error:
             raise ValueError(f"{sensor.name}: {error}") from None
         places = suite.places(sensor)
         numbers = [i for i, block in enumerate(BLOCKS) if block in places]
         own = np.concatenate([places[BLOCKS[i]] + np.arange(3) for i in numbers])
         here = np.concatenate([3 * i + np.arange(3) for i in numbers])
-        states[own] = found.values[here]
+        states[own] = result.values[here]
         covariance[own], covariance[:, own] = 0.0, 0.0
-        covariance[np.ix_(own, own)] = found.covariance[np.ix_(here, here)]
-        tests.append(_test(data, index, found, n_tests))
+        covariance[np.ix_(own, own)] = result.covariance[np.ix_(here, here)]
+        tests.append(_test_residuals(data, index, result, n_tests))
     time = float(data.times[-1])
     last = Environment.at(scenario, data.times[-1:], telemetry.positions(data.times[-1:]))
     covariance[:3], covariance[:, :3] = 0.0, 0.0
@@ -124,8 +125,7 @@ def calibrate_alone(
     )
 
 
-def _test(data: Batch, index: int, found: FieldStrengthFit, n_tests: int) -> SensorTest:
-    """Tests of the residuals of a magnetometer's strength."""
+def _test_residuals(data: Batch, index: int, found: FieldStrengthFit, n_tests: int) -> SensorTest:
     sensor, residuals = data.suite.sensors[index], found.residuals
     measured = data.sensors[index][:, 0]
     seen = np.isfinite(measured[:, 0])

@@ -1,1 +1,1 @@
-"""Commands of the command line."""
+"""Commands ``mgeo attitude verify``, ``fly`` and ``calibrate``."""

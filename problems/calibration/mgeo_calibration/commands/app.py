@@ -1,4 +1,4 @@
-"""What comes after a plan, as commands ``mgeo attitude verify | fly | calibrate``."""
+"""Command line of simulation and calibration: ``mgeo attitude verify | fly | calibrate``."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ def verify(
     pick: Pick = None,
     time: Time = None,
     solution: Solution = None,
-    runs: Annotated[int, typer.Option(min=2, help="Flights to simulate.")] = 200,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of their errors.")] = 1,
+    runs: Annotated[int, typer.Option(min=2, help="Number of Monte Carlo runs.")] = 200,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random errors.")] = 1,
     out: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Write the result there [default: of a run into its folder, as "
-            "verification-solutionN-seedS.json, for `mgeo report`].",
+            help="Result file [default for a run: verification-solutionN-seedS.json in its "
+            "folder, for `mgeo report`].",
         ),
     ] = None,
     overwrite: Overwrite = False,
@@ -56,12 +56,11 @@ def verify(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Fly a plan many times: does it achieve what it promises?
+    """Test in Monte Carlo runs whether a plan achieves its predicted accuracy.
 
-    If it does not, the exit code is 3. So it is of a plan that breaks a limit of its scenario,
-    whatever it achieves, such as the nearest of a run that found none that keeps all. The truth is
-    nonlinear, the errors are drawn from the scenario, the filter feeds them back. Of path limits it
-    says how often they were broken.
+    The runs simulate the nonlinear truth, with errors drawn from the scenario, and the error-state
+    filter. The result includes how often path constraints are violated. The exit code is 3 if the
+    accuracy is not achieved, or if the plan violates a constraint of its scenario.
     """
     from mgeo_attitude.commands.files import check_targets, load_plan
     from mgeo_attitude.scenario.validity import OutsideValidity
@@ -76,16 +75,16 @@ def verify(
         picked = load_plan(source, pick, time, solution)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", OutsideValidity)
-            found = verification.verify(picked.plan, runs, seed)
+            result = verification.verify(picked.plan, runs, seed)
         for warning in caught:
             output.note(f"Note: {warning.message}")
-        document = command.verification_document(picked, found, seed)
-        command.print_verification(picked, found, output)
+        document = command.verification_document(picked, result, seed)
+        command.print_verification(picked, result, output)
         output.result(document)
         if target := out or command.result_file(source, picked, seed):
             write_file(target, f"{json_text(document)}\n".encode())
             output.print(f"written: {target}")
-    holds = found.achieved and not document["violations"]
+    holds = result.achieved and not document["violations"]
     raise typer.Exit(ExitCode.DONE if holds else ExitCode.INCOMPLETE)
 
 
@@ -98,40 +97,40 @@ def fly(
     simulator: Annotated[
         Literal["own", "basilisk"],
         typer.Option(
-            help="Exact rates, or a rigid body with wheels by Basilisk, which is an extra."
+            help="Exact rates, or rigid-body dynamics with actuators by Basilisk (an extra)."
         ),
     ] = "own",
     vehicle: Annotated[
         Literal["paper", "cubesat_6u"] | None,
-        typer.Option(help="Body and wheels for Basilisk [default: the scenario's]."),
+        typer.Option(help="Inertia and wheels for Basilisk [default: from the scenario]."),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of errors and noise.")] = 1,
     after: Annotated[
         Path | None,
         typer.Option(
-            metavar="TRUTH.json", help="Go on with the satellite of the flight that wrote this."
+            metavar="TRUTH.json", help="Continue from the final truth of an earlier simulation."
         ),
     ] = None,
     until: Annotated[
-        float | None, typer.Option(metavar="SECONDS", help="Send down no later samples.")
+        float | None, typer.Option(metavar="SECONDS", help="Omit samples after this time.")
     ] = None,
     out: Annotated[
-        Path, typer.Option(metavar="FILE.csv", help="Telemetry, for `mgeo attitude calibrate`.")
+        Path, typer.Option(metavar="FILE.csv", help="Telemetry for `mgeo attitude calibrate`.")
     ] = Path("telemetry.csv"),
     truth: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.json", help="Also write what was true at the last sample."),
+        typer.Option(metavar="FILE.json", help="Also write the truth at the last sample."),
     ] = None,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Fly a plan once, and write what the satellite sends down.
+    """Simulate one run of a plan and write its telemetry.
 
-    It is flown to the end of its scenario, unless --until ends it. Attitude and errors are drawn
-    from the scenario, unless --after says whose they are; the same seed draws the same for both
-    simulators.
+    The run ends at the end of the scenario, or at --until. Initial attitude and errors are drawn
+    from the scenario, or continue from the file of --after. Both simulators draw equal initial
+    errors from equal seeds.
     """
     from mgeo_attitude.commands.files import check_targets, load_plan
 
@@ -165,19 +164,19 @@ def fly(
 @app.command(epilog=epilog("calibrate", EXAMPLES))
 def calibrate(
     telemetry: Annotated[
-        Path, typer.Argument(metavar="TELEMETRY", help="Table of samples: CSV, or .parquet.")
+        Path, typer.Argument(metavar="TELEMETRY", help="Telemetry table in CSV or .parquet.")
     ],
     scenario: Annotated[
         str | None,
         typer.Option(
             metavar="FILE.toml|PRESET",
-            help="Satellite, orbit and epoch [default: those of --plan].",
+            help="Satellite, orbit and epoch [default: scenario of --plan].",
         ),
     ] = None,
     plan: Annotated[
         Path | None,
         typer.Option(
-            metavar="RUN|PLAN.json", help="Compare with the 1-sigmas that a plan predicted."
+            metavar="RUN|PLAN.json", help="Compare with the predicted 1-sigmas of a plan."
         ),
     ] = None,
     pick: Pick = None,
@@ -187,22 +186,22 @@ def calibrate(
         Path | None,
         typer.Option(
             metavar="FILE.toml",
-            help="Columns, units and mounting frames, where they are not the usual ones.",
+            help="Columns, units and mounting frames that differ from the defaults.",
         ),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Also write JSON, CSV and an HTML report there."),
+        typer.Option(metavar="DIR", help="Folder for JSON, CSV and HTML report."),
     ] = None,
     fit: Annotated[
         str | None,
         typer.Option(
             metavar="KEY,...",
-            help="Calibrate again with states, such as mag.scale_factor, or noise from the data.",
+            help="Repeat with additional states, such as mag.scale_factor, or estimated noise.",
         ),
     ] = None,
     diagnose: Annotated[
-        bool, typer.Option("--diagnose", help="Print all that is tested, not only what fails.")
+        bool, typer.Option("--diagnose", help="Print all tests, not only failed tests.")
     ] = False,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
@@ -211,8 +210,8 @@ def calibrate(
 ) -> None:
     """Calibrate gyro and sensors from telemetry.
 
-    If the innovations do not support it, the exit code is 3. Nothing has to be known of the
-    attitude. Outliers are left out, and listed.
+    No prior attitude is needed. Outliers are rejected and listed. The exit code is 3 if the result
+    is statistically inconsistent with the scenario.
     """
     from mgeo_attitude.scenario.validity import Implausible
 
@@ -238,24 +237,27 @@ def calibrate(
         read = TelemetryMapping.from_toml(mapping) if mapping else None
         alone = read is not None and read.gyro.holds == "unknown"
         if alone and fit is not None:
-            raise ValueError('--fit: expected none with holds = "unknown", which needs an attitude')
+            raise ValueError(
+                '--fit: expected none with holds = "unknown" in the mapping, which gives no '
+                "attitude. Remove --fit"
+            )
         samples = read_telemetry(telemetry, of, read)
         try:
-            found = calibrate_alone(of, samples) if alone else calibrated(of, samples, read)
-        except CannotCalibrate as refused:
+            result = calibrate_alone(of, samples) if alone else calibrated(of, samples, read)
+        except CannotCalibrate as error:
             if diagnose:
-                command.report_refusal(refused, output)
+                command.report_refusal(error, output)
             raise
-        predicted = found.compare(flown) if flown else None
-        first = found
+        predicted = result.compare(flown) if flown else None
+        first = result
         if fit is not None:
-            found = calibrate_with(first, samples, [key.strip() for key in fit.split(",")])
-        command.print_calibration(found, predicted, picked, output)
+            result = calibrate_with(first, samples, [key.strip() for key in fit.split(",")])
+        command.print_calibration(result, predicted, picked, output)
         if diagnose:
-            command.print_tests(found, output)
-        if found is not first:
-            command.print_comparison(first, found, output)
-        files = command.write_calibration(found, predicted, out) if out else []
+            command.print_tests(result, output)
+        if result is not first:
+            command.print_comparison(first, result, output)
+        files = command.write_calibration(result, predicted, out) if out else []
     output.print(*(f"wrote {file}" for file in files))
-    output.result(command.calibration_document(found, predicted, files))
-    raise typer.Exit(ExitCode.DONE if found.supported else ExitCode.INCOMPLETE)
+    output.result(command.calibration_document(result, predicted, files))
+    raise typer.Exit(ExitCode.DONE if result.supported else ExitCode.INCOMPLETE)

@@ -1,4 +1,4 @@
-"""``mgeo attitude calibrate``."""
+"""Functions of the command ``mgeo attitude calibrate``."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from mgeo_calibration.calibration.diagnosis import CannotCalibrate
 from mgeo_calibration.calibration.document import document, to_json
 from mgeo_calibration.calibration.recalibration import compare_calibrations, describe_noise
 
-#: Files of a folder, in the order of writing.
+#: Files of the output folder, in the order of writing.
 FILES = ("calibration.csv", "attitude.csv", "calibration.html", "calibration.json")
 
 
 def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
-    """Return the named scenario, or that of the plan.
+    """Return the scenario of the option --scenario, or the scenario of the plan.
 
     Raises
     ------
     OSError, ValueError, TypeError
-        If neither is given, the scenario cannot be read, or its epoch differs from the plan's:
-        times of telemetry count from the epoch.
+        If both are missing, the scenario cannot be read, or its epoch differs from the epoch of the
+        plan, which is the origin of telemetry times.
 
     Warns
     -----
     Implausible
-        For an implausible value in a file.
+        If a value in the file is implausible.
     """
     if text is None:
         if plan is None:
@@ -58,17 +58,23 @@ def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
 def flown_plan(
     source: Path | None, pick: str | None, time: float | None, solution: int | None
 ) -> Picked | None:
-    """Return the named plan; raises as `load_plan`."""
+    """Return the plan of the option --plan, if given.
+
+    Raises
+    ------
+    OSError, ValueError, TypeError
+        As `load_plan`, or if an option that selects a solution is given without --plan.
+    """
     if source is not None:
         return load_plan(source, pick, time, solution)
     for flag, value in {"--pick": pick, "--time": time, "--solution": solution}.items():
         if value is not None:
-            raise ValueError(f"{flag}: expected with --plan RUN, of which it picks a solution")
+            raise ValueError(f"{flag}: expected with --plan RUN, to select a solution of the run")
     return None
 
 
 def check_folder(folder: Path, overwrite: bool) -> None:
-    """Raise an OSError for a folder in which the files could not or must not be written."""
+    """Raise OSError if the output files cannot be written to a folder."""
     if folder.exists() and not folder.is_dir():
         raise FileExistsError(f"{folder} is no folder: choose another name")
     check_writable(folder)
@@ -80,7 +86,7 @@ def check_folder(folder: Path, overwrite: bool) -> None:
 def write_calibration(
     calibration: Calibration, promised: pd.DataFrame | None, folder: Path
 ) -> list[str]:
-    """Write `FILES` into a folder, without attitudes if there are none, and return the paths."""
+    """Write `FILES` to a folder and return the paths; attitude.csv only if there is a history."""
     from mgeo_calibration.calibration.report import report_html
 
     attitude = calibration.attitude if calibration.history is not None else None
@@ -101,46 +107,46 @@ def write_calibration(
 def print_calibration(
     calibration: Calibration, promised: pd.DataFrame | None, picked: Picked | None, output: Output
 ) -> None:
-    """Print estimates, tests and conclusion."""
+    """Print estimates, tests and conclusion of a calibration."""
     table = calibration.table().set_index("block")
     output.print(
         f"scenario {calibration.scenario.name}: calibrated at {calibration.time:.6g} s, "
         f"{calibration.utc} UTC",
-        *titled("Errors of gyro and sensors", table),
+        *titled("Calibration parameters", table),
         *titled("Innovations", calibration.test_table().T),
         note("before, after: rms of the residuals without and with the calibration"),
     )
     if promised is not None and picked is not None:
         time = f"{promised.attrs['time_s']:.6g} s"
         time += promised.attrs["flown"]
-        title = f"1-sigma that the plan predicted for {time}, and achieved: {picked.name}"
+        title = f"1-sigma at {time}, predicted by the plan and achieved: {picked.name}"
         output.print(*titled(title, promised), *picked.doubts())
-    for told in calibration.notes:
-        output.print(note(told))
+    for text in calibration.notes:
+        output.print(note(text))
     output.print("", plain(calibration.conclusion, "bold"))
 
 
 def report_refusal(refused: CannotCalibrate, output: Output) -> None:
-    """Print the checks of telemetry that cannot be calibrated."""
+    """Print the findings of attitude-independent checks if a calibration is not possible."""
     table = refused.check_table()
-    output.print(*titled("Without any attitude", table))
+    output.print(*titled("Attitude-independent checks", table))
     output.result({"refused": str(refused), "checks": rows(table)})
 
 
 def print_tests(calibration: Calibration, output: Output) -> None:
-    """Print all tests of the model and of the prior, and the causes found without attitude."""
+    """Print the tests of model and prior, and the causes that attitude-independent checks found."""
     columns = ["says", "chi_square", "freedom", "p", "named", "key"]
-    output.print(*titled("Beside what the scenario says", calibration.model_table()[columns]))
+    output.print(*titled("Errors outside the scenario's model", calibration.model_table()[columns]))
     output.print(*titled("Estimate and prior", calibration.prior_table()))
     for cause in calibration.causes:
-        output.print(f"seen without any attitude: {cause}")
+        output.print(f"found without an attitude: {cause}")
 
 
 def print_comparison(first: Calibration, second: Calibration, output: Output) -> None:
-    """Print the difference between calibrations with and without added states or noise."""
+    """Print the comparison of two calibrations with and without additional states or noise."""
     output.print(
-        *titled("With and without what was added", compare_calibrations(first, second)),
-        note("moved: by how many of its 1-sigmas"),
+        *titled("With and without the additions", compare_calibrations(first, second)),
+        note("moved: change of the estimate in units of its 1-sigma"),
         note(f"noise: {describe_noise(second)}"),
         note(f"without: {first.conclusion}"),
     )
@@ -149,7 +155,7 @@ def print_comparison(first: Calibration, second: Calibration, output: Output) ->
 def calibration_document(
     calibration: Calibration, promised: pd.DataFrame | None, files: list[str]
 ) -> dict[str, Any]:
-    """Return the content of calibration.json, the comparison with a plan, and the files."""
+    """Return calibration.json with the comparison to a plan and the list of files."""
     compared = [] if promised is None else rows(promised)
     return {
         **document(calibration),

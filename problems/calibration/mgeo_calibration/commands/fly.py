@@ -1,4 +1,4 @@
-"""``mgeo attitude fly``."""
+"""Functions of the command ``mgeo attitude fly``."""
 
 from __future__ import annotations
 
@@ -17,12 +17,13 @@ def simulate_flight(
     seed: int,
     after: Truth | None = None,
 ) -> Telemetry:
-    """Fly the plan once by the chosen simulator.
+    """Simulate one run of a plan with the selected simulator.
 
     Raises
     ------
     ValueError
-        For an unknown vehicle, a vehicle of the own simulator, or from the simulator.
+        If the vehicle is unknown, a vehicle is given for the own simulator, or the simulator
+        refuses the plan.
     ImportError
         If the simulator is not installed.
     """
@@ -31,7 +32,7 @@ def simulate_flight(
         from mgeo_calibration.flight.own import fly
 
         if vehicle is not None:
-            raise ValueError("--vehicle: the own simulation has none; see --simulator basilisk")
+            raise ValueError("--vehicle: the own simulator has none. Use --simulator basilisk")
         return fly(scenario, plan, seed, after=after, environment=environment)
     from mgeo_calibration.flight.basilisk.fly import fly as fly_basilisk
     from mgeo_calibration.flight.basilisk.vehicle import Vehicle
@@ -40,12 +41,12 @@ def simulate_flight(
     return fly_basilisk(scenario, plan, seed, vehicle=chosen, after=after, environment=environment)
 
 
-#: What a flight by coils is not.
-_COILS = note("coils turn it by the field in its own attitude, which is not held to the plan's")
+#: Note on simulated runs with magnetorquers.
+_COILS = note("magnetorquers act in the true attitude, which is not controlled to the plan")
 
 
 def limited(frame: pd.DataFrame) -> pd.DataFrame:
-    """A table of what is to be kept as it fits a terminal: bound and limit in one column."""
+    """Return a constraint table for the terminal, with bound and limit in one column."""
     shown = frame.drop(columns="bound")
     limits = zip(frame["bound"], frame["limit"], strict=True)
     shown["limit"] = [f"{bound} {limit:.4g}" if bound else "" for bound, limit in limits]
@@ -63,15 +64,21 @@ def print_flight(
     files: list[str],
     output: Output,
 ) -> None:
-    """Print what was flown, what it came to (`as_flown`), and where it is."""
+    """Print plan, files and the comparison of the simulated run with the plan.
+
+    Parameters
+    ----------
+    came_to : DataFrame
+        Result of `as_flown`.
+    """
     output.print(
         plain(picked.answer, "bold"),
         *picked.doubts(),
-        *(f"Note: it breaks a limit: {line}" for line in picked.plan.violations()),
+        *(f"Note: the plan violates a constraint: {line}" for line in picked.plan.violations()),
         f"{len(telemetry.times)} samples to {telemetry.times[-1]:.6g} s of gyro, "
-        f"{', '.join(telemetry.sensors)}, flown by {simulator}",
-        *titled(f"The plan until {came_to.attrs['time_s']:.6g} s, and as flown", limited(came_to)),
-        note("both without margin"),
+        f"{', '.join(telemetry.sensors)}, simulator {simulator}",
+        *titled(f"Plan and simulation until {came_to.attrs['time_s']:.6g} s", limited(came_to)),
+        note("values of plan and simulation without margin"),
         *([_COILS] if picked.plan.scenario.turned_by_coils else []),
         *(f"wrote {file}" for file in files),
     )

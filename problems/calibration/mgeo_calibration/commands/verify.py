@@ -1,4 +1,4 @@
-"""``mgeo attitude verify``."""
+"""Functions of the command ``mgeo attitude verify``."""
 
 from __future__ import annotations
 
@@ -23,53 +23,53 @@ from mgeo_calibration.verification import (
     remedies,
 )
 
-#: Columns of the table as they fit a terminal.
+#: Short column names for the terminal.
 _SHORT = {"rms / predicted [-]": "/ predicted", "rms / claimed [-]": "/ claimed"}
 
 
 def print_verification(picked: Picked, found: Verification, output: Output) -> None:
-    """Print errors of simulated flights against their prediction, and suggestions."""
+    """Print the errors of Monte Carlo runs with their prediction, and suggestions."""
     plan = picked.plan
     shown = found.table.iloc[:, :5].rename(columns=_SHORT)
     output.print(
         plain(picked.answer, "bold"),
-        *(plain(f"breaks a limit: {line}", "bold") for line in plan.violations()),
+        *(plain(f"violated constraint: {line}", "bold") for line in plan.violations()),
         plain(conclusion(found), "bold"),
         *picked.doubts(),
     )
     if ways := list(remedies(plan, found)):
-        output.print(plain("what to try", "bold"), *(plain(f"  {way}") for way in ways))
+        output.print(plain("suggestions", "bold"), *(plain(f"  {way}") for way in ways))
     output.print(
-        *titled(f"{found.n_runs} simulated flights, errors after {plan.t_end:.6g} s", shown),
+        *titled(f"{found.n_runs} Monte Carlo runs, errors at {plan.t_end:.6g} s", shown),
         note(f"NEES per state {found.nees:.3f}; {power(found)}"),
     )
     output.print(*render_table(TABLES["promises"], plan))
     if len(found.path_limits):
         output.print(
             *titled("path limits broken", found.path_limits),
-            note("steered by the estimate, and flown open loop, of all flights"),
+            note("steered: attitude control with the estimate; open loop: exact rates of the plan"),
         )
     if len(found.ends):
         output.print(
-            *titled("Flights that are turned by what their gyro says", limited(found.ends)),
+            *titled("Monte Carlo runs with gyro-based guidance", limited(found.ends)),
             *(note(line) for line in told(found.ends)),
         )
 
 
 def verification_document(picked: Picked, found: Verification, seed: int) -> dict[str, Any]:
-    """Return the result as JSON values, with problem and design."""
+    """Return the verification with problem and design as a JSON-compatible mapping."""
     plan = picked.plan
     table = found.table.reset_index()
     lines = [
-        *(f"breaks a limit: {line}" for line in plan.violations()),
+        *(f"violated constraint: {line}" for line in plan.violations()),
         conclusion(found),
         f"NEES per state {found.nees:.3f}",
         power(found),
-        *_limits(found),
+        *_describe_constraints(found),
         *told(found.ends),
     ]
     return {
-        "title": f"{found.n_runs} simulated flights of the plan with t_end {plan.t_end:.6g} s and "
+        "title": f"{found.n_runs} Monte Carlo runs of the plan with t_end {plan.t_end:.6g} s and "
         f"trace {plan.trace:.5g}, seed {seed}",
         "conclusion": "; ".join(lines),
         "seed": seed,
@@ -93,13 +93,12 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
 
 
 def result_file(source: Path, picked: Picked, seed: int) -> Path | None:
-    """Return the file for the result of a run's solution, for `mgeo report`; None for a plan."""
+    """Return the result file of a solution in its run folder, or None for a plan."""
     number = picked.solution
     return None if number is None else source / f"verification-solution{number}-seed{seed}.json"
 
 
-def _limits(found: Verification) -> Iterator[str]:
-    """Say how often each path limit was broken."""
+def _describe_constraints(found: Verification) -> Iterator[str]:
     for name, row in found.path_limits.iterrows():
         ways = ", ".join(
             f"{row[f'{way}: flights [%]']:.3g} % of flights ({row[f'{way}: time [%]']:.3g} % of "

@@ -1,1 +1,1 @@
-"""What is concluded from all readings at once: attitude at every sample, errors and covariance."""
+"""Fixed-interval smoothing of attitude and calibration parameters from all readings of a batch."""

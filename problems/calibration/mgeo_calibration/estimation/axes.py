@@ -1,7 +1,7 @@
-"""Search for swapped axes and other orders of quaternions.
+"""Search for permuted axes and other quaternion conventions.
 
-Short windows of samples are compared with what the vectors should be by Wahba's problem, once as
-the telemetry says and once for each mistake.
+Short windows of samples are checked with Wahba's problem, for the readings as declared and for each
+possible mistake. Used to suggest a cause when a calibration fails.
 """
 
 from __future__ import annotations
@@ -18,58 +18,61 @@ from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.start import carried_for
 
-#: Windows that are looked at, samples in each, and the angle that the body should turn by [rad].
+#: Number of windows, compared samples in each window, and desired rotation within a window [rad].
 _WINDOWS, _SAMPLES, _TURN = 24, 60, 0.5
 _LONGEST, _FEWEST = 600, 5
-_ASTRAY = 0.5  # by how much the gyro's bias may turn a window, 1-sigma [rad]
-_WILD = 3.0  # a step does not turn by more [rad]
-#: A cause leaves this share of the misfit; of those that leave hardly more the simplest is taken.
+_ASTRAY = 0.5  # largest rotation of a window by the gyro bias, 1-sigma [rad]
+_WILD = 3.0  # largest rotation in a step [rad]
+#: Largest misfit after a correction relative to the original misfit, and largest misfit relative to
+#: the best correction. Among the corrections within both bounds, the simplest is reported.
 _BETTER, _AS_GOOD = 0.2, 1.5
-_WELL = 5.0  # and no more than so many times what noise and errors as believed leave
+_WELL = 5.0  # largest misfit after a correction relative to the misfit expected from the prior
 
-#: Mistaken readings of quaternions: in words, which numbers are (x, y, z, scalar), and whether the
-#: rotation is the inverse.
+#: Quaternion conventions: description, positions of (x, y, z, scalar), and whether the rotation is
+#: the inverse.
 ORDERS = (
     ("scalar first", (1, 2, 3, 0), False),
     ("from the body to GCRF", (0, 1, 2, 3), True),
     ("scalar first, from the body to GCRF", (1, 2, 3, 0), True),
 )
 
-#: Body and inertial unit vectors, shape (w, k, m, 3), and weights, shape (w, k, m): of a tracker
-#: the axes of GCRS.
+#: Body and inertial unit vectors, shape (w, k, m, 3), and weights, shape (w, k, m). A star tracker
+#: observes the axes of GCRS.
 Seen = tuple[Floats, Floats, Floats]
 
 
 def axes_causes(batch: Batch) -> Iterator[str]:
-    """Yield the mistake whose correction makes the windows agree far better, in words."""
+    """Yield a description of the axis or quaternion mistake that explains the misfit, if any."""
     bias = np.full(3, batch.suite.gyro.states()["bias"])
-    windows = _windows(batch, carried_for(batch, bias, _ASTRAY))
+    windows = _select_windows(batch, carried_for(batch, bias, _ASTRAY))
     sensors = [i for i in range(len(batch.sensors)) if _has_directions(batch.sensors[i])]
     if not len(windows) or not sensors:
         return
-    picked = windows[:, _picks(windows)]
-    seen = [_seen(batch, i, batch.sensors[i][picked], picked) for i in sensors]
+    picked = windows[:, _select_samples(windows)]
+    seen = [_normalize_vectors(batch, i, batch.sensors[i][picked], picked) for i in sensors]
     rates = (batch.gyro * batch.durations[:, None])[windows[:, :-1]]
-    turned = _turned(rates)
-    now = _misfit(seen, turned)
-    found: list[tuple[float, int, str]] = []
+    turned = _accumulate_rotations(rates)
+    now = _compute_misfit(seen, turned)
+    result: list[tuple[float, int, str]] = []
     for k, i in enumerate(sensors):
-        for changes, words, rows in _variants(batch.sensors[i][picked]):
-            other = [*seen[:k], _seen(batch, i, rows, picked), *seen[k + 1 :]]
+        for changes, words, rows in _correct_mistakes(batch.sensors[i][picked]):
+            other = [*seen[:k], _normalize_vectors(batch, i, rows, picked), *seen[k + 1 :]]
             words = f"{batch.suite.sensors[i].name}{words}"
-            found.append((_misfit(other, turned), changes, words))
-    for P, changes, words in _signed():
-        found.append((_misfit(seen, _turned(rates @ P.T)), changes, f"gyro{words}"))
-    least = min(misfit for misfit, _, _ in found)
+            result.append((_compute_misfit(other, turned), changes, words))
+    for P, changes, words in _permute_axes():
+        result.append(
+            (_compute_misfit(seen, _accumulate_rotations(rates @ P.T)), changes, f"gyro{words}")
+        )
+    least = min(misfit for misfit, _, _ in result)
     lasts = batch.times[windows[:, -1]] - batch.times[windows[:, 0]]
     astray = float(np.median(bias[0] * lasts) ** 2) / 6.0  # of two numbers, about their mean
-    well = _WELL * float(np.mean([_believed(batch, i) for i in sensors]) + astray)
+    well = _WELL * float(np.mean([_predict_misfit(batch, i) for i in sensors]) + astray)
     if least < min(_BETTER * now, well):
-        yield min((n, misfit, words) for misfit, n, words in found if misfit < _AS_GOOD * least)[2]
+        yield min((n, misfit, words) for misfit, n, words in result if misfit < _AS_GOOD * least)[2]
 
 
-def _signed() -> Iterator[tuple[Floats, int, str]]:
-    """Yield the 47 signed permutations of axes, the number of changed axes, and words."""
+def _permute_axes() -> Iterator[tuple[Floats, int, str]]:
+    """Yield the 47 signed axis permutations with the number of changed axes and a description."""
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
             P = np.zeros((3, 3))
@@ -83,43 +86,43 @@ def _signed() -> Iterator[tuple[Floats, int, str]]:
                 yield P, changes, f" agrees with all else if its axes are ({axes}), not (x, y, z)"
 
 
-def _windows(batch: Batch, longest: int) -> Ints:
-    """Return the samples of each window, shape (w, k); none spans a silence of the gyro."""
+def _select_windows(batch: Batch, longest: int) -> Ints:
+    """Return the samples of each window, shape (w, k); no window spans a break of the gyro."""
     n, rate = len(batch.times), np.linalg.norm(batch.gyro * batch.durations[:, None], axis=1)
     length = int(np.clip(_TURN / max(float(np.median(rate)), 1e-9), _SAMPLES, _LONGEST))
     length = max(_FEWEST, min(length, n, longest))
     first = np.unique(np.linspace(0, n - length, _WINDOWS).astype(int))
-    found: Ints = first[:, None] + np.arange(length)
-    silent = np.append(batch.breaks, False)[found[:, :-1]].any(axis=1)
-    return found[~silent]
+    result: Ints = first[:, None] + np.arange(length)
+    silent = np.append(batch.breaks, False)[result[:, :-1]].any(axis=1)
+    return result[~silent]
 
 
-def _variants(rows: Floats) -> Iterator[tuple[int, str, Floats]]:
-    """Yield the number of changed axes, words, and the corrected rows for each mistake."""
+def _correct_mistakes(rows: Floats) -> Iterator[tuple[int, str, Floats]]:
+    """Yield the number of changed axes, a description and the corrected rows for each mistake."""
     if rows.shape[-2] == 1:
-        yield from ((changes, words, rows @ P.T) for P, changes, words in _signed())
+        yield from ((changes, words, rows @ P.T) for P, changes, words in _permute_axes())
         return
     for words, order, inverse in ORDERS:
         says = f": its quaternions agree with all else if they are read as {words}: expected "
         says += "scalar last, from GCRF to the body"
-        yield 1, says, _reread(rows, order, inverse)
+        yield 1, says, _convert_quaternions(rows, order, inverse)
 
 
-def _reread(axes: Floats, order: tuple[int, ...], inverse: bool) -> Floats:
-    """Return the axes, shape (w, k, 3, 3), of quaternions with their numbers in another order."""
-    found = np.full_like(axes, np.nan)
+def _convert_quaternions(axes: Floats, order: tuple[int, ...], inverse: bool) -> Floats:
+    """Return star tracker axes, shape (w, k, 3, 3), with the quaternions in another convention."""
+    result = np.full_like(axes, np.nan)
     there = np.isfinite(axes).all(axis=(-2, -1))
     if there.any():
         rotations = Rotation.from_quat(Rotation.from_matrix(axes[there]).as_quat()[:, order])
-        found[there] = (rotations.inv() if inverse else rotations).as_matrix()
-    return found
+        result[there] = (rotations.inv() if inverse else rotations).as_matrix()
+    return result
 
 
 def _has_directions(rows: Floats) -> bool:
     return rows.shape[2] == 3 and bool(np.isfinite(rows[:, 0, 0]).sum() > 3 * _WINDOWS)
 
 
-def _seen(batch: Batch, index: int, body: Floats, picked: Ints) -> Seen:
+def _normalize_vectors(batch: Batch, index: int, body: Floats, picked: Ints) -> Seen:
     known = batch.vectors[picked, index][:, :, None] if body.shape[2] == 1 else np.eye(3)
     with np.errstate(over="ignore", invalid="ignore"):
         body = np.nan_to_num(body / np.linalg.norm(body, axis=-1, keepdims=True))
@@ -129,33 +132,32 @@ def _seen(batch: Batch, index: int, body: Floats, picked: Ints) -> Seen:
     return body, known, np.where(count < _FEWEST, 0.0, there / np.maximum(count, 1))
 
 
-def _believed(batch: Batch, index: int) -> float:
-    """Return the expected mean square error of a unit vector [rad²]: noise, bias, misalignment."""
+def _predict_misfit(batch: Batch, index: int) -> float:
+    """Return the expected mean squared error of a unit vector from the prior [rad²]."""
     places = batch.suite.places(batch.suite.sensors[index])
     sigma = Belief.initial(batch.suite).sigma
     bias, turned = (
         float((sigma[k : k + 3] ** 2).mean()) if (k := places.get(state)) else 0.0
         for state in ("bias", "misalignment")
     )
-    tracker = batch.sensors[index].shape[1] == 3  # whose noise is an angle
+    tracker = batch.sensors[index].shape[1] == 3  # The noise of a star tracker is an angle.
     square = 1.0 if tracker else float(np.median((batch.vectors[:, index] ** 2).sum(axis=1)))
-    # of three numbers two are across
+    # Two of the three components are perpendicular to the vector.
     return 2.0 * ((float((batch.noise[index] ** 2).mean()) + bias) / square + turned)
 
 
-def _picks(windows: Ints) -> Ints:
-    """Return the positions within a window that are compared."""
+def _select_samples(windows: Ints) -> Ints:
     picks: Ints = np.unique(np.linspace(0, windows.shape[1] - 1, _SAMPLES).astype(int))
     return picks
 
 
-def _turned(angles: Floats) -> Floats:
-    """Return rotations from the body axes of the compared samples to those of the first sample.
+def _accumulate_rotations(angles: Floats) -> Floats:
+    """Return the rotations from the body frame of the compared samples to that of the first sample.
 
     Parameters
     ----------
     angles : array, shape (w, n - 1, 3)
-        Rotation of the body in each step [rad].
+        Rotation vector of the body in each step [rad].
 
     Returns
     -------
@@ -170,12 +172,12 @@ def _turned(angles: Floats) -> Floats:
     while reach <= n:  # products of 2, 4, 8... steps
         R[:, reach:] = R[:, :-reach] @ R[:, reach:]
         reach *= 2
-    found: Floats = R[:, _picks(R)]
-    return found
+    result: Floats = R[:, _select_samples(R)]
+    return result
 
 
-def _misfit(seen: Sequence[Seen], turned: Floats) -> float:
-    """Return the mean square residual of Wahba's problem over all windows [rad²]."""
+def _compute_misfit(seen: Sequence[Seen], turned: Floats) -> float:
+    """Return the mean squared residual of Wahba's problem over all windows [rad²]."""
     profile, total = np.zeros((len(turned), 3, 3)), np.zeros(len(turned))
     for body, known, weight in seen:
         there = np.einsum("wkij,wkmj->wkmi", turned, body)

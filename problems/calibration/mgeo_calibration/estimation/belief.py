@@ -1,4 +1,4 @@
-"""What is believed at the first of some samples, before any of them is read."""
+"""Prior estimate of attitude and calibration parameters at the first sample of a batch."""
 
 from __future__ import annotations
 
@@ -12,22 +12,25 @@ from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.telemetry.held import Held
 
-#: 1-sigma of an attitude of which nothing is known [rad], about that of all rotations.
+#: 1-sigma of an unknown attitude [rad], about the spread of uniformly distributed rotations.
 UNKNOWN = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class Belief:
-    """Estimates and the covariance of their errors.
+    """Prior estimate with the covariance of its errors.
 
     Attributes
     ----------
+    suite : Suite
     attitude : array, shape (3, 3), optional
-        Body to GCRS; without it the attitude is whatever it is taken to be, give or take `UNKNOWN`.
+        Rotation matrix from body to GCRS. None for an unknown attitude, with the 1-sigma `UNKNOWN`
+        about any value.
     states : array, shape (n_states,)
-        Of gyro and sensors, rotations as vectors of `rotation.rotate`; zero for the attitude.
+        States of the gyro and the sensors; rotations are rotation vectors. The attitude block is
+        zero.
     sigma : array, shape (n_states,)
-        1-sigmas.
+        1-sigma of each state.
     correlation : array, shape (n_states, n_states)
     """
 
@@ -39,18 +42,21 @@ class Belief:
 
     @classmethod
     def initial(cls, suite: Suite) -> Belief:
-        """No error, with the initial 1-sigmas of gyro and sensors, and nothing of the attitude."""
+        """Return the prior of an uncalibrated suite.
+
+        All states are zero with their initial 1-sigmas, and the attitude is unknown.
+        """
         sigma = suite.initial_sigma(UNKNOWN)
         return cls(suite, None, np.zeros_like(sigma), sigma, suite.initial_correlation)
 
     @classmethod
     def of(cls, scenario: Scenario, held: Held | None = None) -> Belief:
-        """Return the result of an earlier calibration, if there is one, or the `initial` belief.
+        """Return the result of an earlier calibration, or `initial` if the scenario has none.
 
         Parameters
         ----------
         held : Held, optional
-            Attitude from which the initial one is off by the pointing error.
+            Held attitude, from which the initial attitude differs by the pointing error.
         """
         suite, prior = scenario.suite, scenario.prior
         if prior is None:
@@ -62,7 +68,10 @@ class Belief:
         return cls(suite, prior.attitude.T, prior.estimates, prior.sigma, prior.correlation)
 
     def without_attitude(self) -> Belief:
-        """The same of constants, and nothing of the attitude and of errors that vary."""
+        """Return a prior with only the constant states.
+
+        The attitude and the varying states have their initial uncertainty again.
+        """
         unknown = np.r_[:3, self.suite.n_kinematic : self.suite.n_dynamic]
         correlation, sigma, states = self.correlation.copy(), self.sigma.copy(), self.states.copy()
         correlation[unknown], correlation[:, unknown], states[unknown] = 0.0, 0.0, 0.0
@@ -71,15 +80,17 @@ class Belief:
         return replace(self, attitude=None, states=states, sigma=sigma, correlation=correlation)
 
     def difference(self, attitude: Floats, states: Floats) -> Floats:
-        """Of an estimate of the same sample; of rotations the vector of what is between.
+        """Return the difference of an estimate from the prior, shape (n_states,).
 
-        Shape (n_states,); zero for an attitude of which nothing is known.
+        Differences of rotations are rotation vectors. The attitude difference is zero if the
+        attitude of the prior is unknown.
 
         Parameters
         ----------
         attitude : array, shape (3, 3)
-            Body to GCRS.
+            Rotation matrix from body to GCRS at the first sample.
         states : array, shape (n_states,)
+            Estimated states at the first sample.
         """
         off = states - self.states
         off[:3] = 0.0 if self.attitude is None else rotation_vector(self.attitude.T @ attitude)
@@ -90,18 +101,21 @@ class Belief:
         return off
 
     def residual(self, attitude: Floats, states: Floats) -> tuple[Floats, Floats]:
-        """Residual of an estimate of the same sample and its derivative, -J.
+        """Return the whitened residual of the prior and its Jacobian.
 
         Parameters
         ----------
-        attitude, states
-            As of `difference`.
+        attitude : array, shape (3, 3)
+            Rotation matrix from body to GCRS at the first sample.
+        states : array, shape (n_states,)
+            Estimated states at the first sample.
 
         Returns
         -------
-        r : array, shape (n_states,), standard normal
+        r : array, shape (n_states,)
+            Residual; standard normal if the prior is consistent.
         J : array, shape (n_states, n_states)
-            r - J e remains when errors e are taken out.
+            The residual becomes r - J e when the estimate is corrected by the errors e.
         """
         off, turned = self.difference(attitude, states), np.eye(len(states))
         for first in self.suite.rotations:

@@ -1,8 +1,9 @@
-"""Regressors of score tests: errors that a scenario does not model, linear about a solution.
+"""Regressors of score tests for errors that the scenario does not model.
 
-All regressors follow from the smoothed trajectory, whose errors are independent of the residuals.
-The gyro's rates are not: their noise is in the residuals, too, and gives a healthy gyro at rest a
-scale factor of 100 % (W. A. Fuller, Measurement Error Models, Wiley 1987).
+All regressors are linear about a smoother solution and follow from the smoothed trajectory, whose
+errors are independent of the residuals. The measured gyro rates are not independent: their noise is
+part of the residuals, and a healthy gyro at rest would appear to have a scale factor error of 100 %
+(W. A. Fuller, Measurement Error Models, Wiley 1987).
 """
 
 from __future__ import annotations
@@ -23,52 +24,54 @@ from mgeo_calibration.estimation.linearization import Equations, sighting
 from mgeo_calibration.estimation.score import Combined, Departure
 from mgeo_calibration.estimation.smoother import Solution
 
-#: Parts of the flight, in each of which an offset may change: slow courses are sums of these.
+#: Number of equal parts of the data. A slowly varying offset is piecewise linear over the parts.
 PARTS = 8
-#: Number of half waves in a slow drift.
+#: Number of half waves in the model of a slow drift.
 WAVES = 3
-#: Cycles per flight of gyro errors that stand for its noise: more than a drift has.
+#: Cycles over the data of the sinusoids that represent gyro noise; all are faster than a drift.
 CYCLES = (3.0, 6.0, 12.0, 24.0)
-#: Widths of the filter of the rates, in steps, its order, and the variance of differences of the
-#: next order of white noise. A filter is too wide if it changes rates by more than this many times
-#: their noise.
+#: Savitzky-Golay filter of the rates: window lengths in steps, polynomial order, variance gain of
+#: differences of the next order for white noise, and largest change of the rates by the filter in
+#: units of their noise.
 _WIDTHS, _ORDER, _GAIN, _BLUR = (33, 17, 9, 5), 2, 20.0, 1.5
-#: Large sizes: a combination of coefficients that is less certain is not tested.
+#: Error sizes for a coefficient of one. A combination of coefficients with a larger 1-sigma is not
+#: tested.
 LARGE_DELAY_S = 10.0
 LARGE_AXES_ERROR = 0.1
-LARGE_OFFSET = 10.0  # in 1-sigmas of a sensor's noise
-#: Course of an offset over the fraction of the flight, shapes (n,) to (n, k).
+LARGE_OFFSET = 10.0  # in units of the 1-sigma of a sensor's noise
+#: Function from the fraction of elapsed time, shape (n,), to k offset profiles, shape (n, k).
 Course = Callable[[Floats], Floats]
-#: Change of a sensor's readings per second as the observed vector changes, shape (n, 3).
+#: Function that returns the rate of a sensor's readings due to the inertial motion of the observed
+#: vector, shape (n, 3) [1/s].
 VectorRates = Callable[[Equations, int], Floats]
 
 
 def smoothed_rates(solution: Solution) -> Floats:
-    """Return the mean body rate in each step by the smoothed attitude, shape (N - 1, 3) [rad/s].
+    """Return the mean body rate of the smoothed attitude in each step, shape (N - 1, 3) [rad/s].
 
-    If noise is declared too large, the smoothed attitude follows the noise of single readings. The
-    rates are filtered over as many steps as the motion allows (A. Savitzky, M. J. E. Golay,
-    Analytical Chemistry 36 (1964) 1627-1639).
+    If the declared gyro noise is too large, the smoothed attitude follows the noise of single
+    readings. The rates are therefore filtered over as many steps as the motion allows (A. Savitzky,
+    M. J. E. Golay, Analytical Chemistry 36 (1964) 1627-1639).
     """
-    rates = _attitude_rates(solution)
+    rates = _compute_attitude_rates(solution)
     noise = np.median(np.abs(np.diff(rates, _ORDER + 1, axis=0)), axis=0) / math.sqrt(_GAIN)
     for width in _WIDTHS:
         if width < len(rates):
-            found = savgol_filter(rates, width, _ORDER, axis=0)
-            if (np.median(np.abs(rates - found), axis=0) <= _BLUR * noise).all():
-                return np.asarray(found, dtype=np.float64)
+            result = savgol_filter(rates, width, _ORDER, axis=0)
+            if (np.median(np.abs(rates - result), axis=0) <= _BLUR * noise).all():
+                return np.asarray(result, dtype=np.float64)
     return rates
 
 
 def gyro_walk(solution: Solution) -> float:
-    """Return the angle random walk of the gyro about the smoothed attitude [rad/sqrt(s)]."""
+    """Return the angle random walk of the gyro relative to the smoothed attitude [rad/sqrt(s)]."""
     batch = solution.batch
     rates, _ = turns(batch, solution.estimate.states)
-    off = (rates - _attitude_rates(solution))[~batch.breaks]
+    off = (rates - _compute_attitude_rates(solution))[~batch.breaks]
     return float(np.sqrt(np.mean(off**2 * batch.durations[~batch.breaks, None])))
 
 
-def _attitude_rates(solution: Solution) -> Floats:
+def _compute_attitude_rates(solution: Solution) -> Floats:
     attitude, batch = solution.estimate.attitude, solution.batch
     turn = attitude[:-1].swapaxes(1, 2) @ attitude[1:]
     rates: Floats = Rotation.from_matrix(turn).as_rotvec() / batch.durations[:, None]
@@ -77,60 +80,79 @@ def _attitude_rates(solution: Solution) -> Floats:
 
 
 def bias_decay(solution: Solution) -> Departure:
-    """Bias whose inverse correlation time is larger by one over the duration of the flight."""
+    """Return the regressors of a gyro bias with a different correlation time.
+
+    A coefficient of one increases the inverse correlation time by one over the duration of the
+    data.
+    """
     times = solution.batch.times
     at, dt, bias = times - times[0], np.diff(times), solution.estimate.states[:-1, 3:6]
     left = np.exp(-solution.batch.suite.gyro.bias_decay * at)[:, None]
     more = np.cumsum(dt[:, None] * bias / left[:-1], axis=0) / at[-1]
     off = -left * np.vstack([np.zeros(3), more])
-    return _gyro_offset(lambda own: off[own.low : own.high - 1, :, None], 1, off[-1:].T)
+    return _build_gyro_departure(lambda own: off[own.low : own.high - 1, :, None], 1, off[-1:].T)
 
 
 def bias_drift(solution: Solution) -> Departure:
-    """Bias that changes by its initial 1-sigma in each part of the flight, about each axis."""
-    share, size = _fractions(solution), solution.batch.suite.gyro.states()["bias"]
+    """Return the regressors of a gyro bias that drifts.
+
+    A coefficient of one changes the bias by its initial 1-sigma within one of the `PARTS` of the
+    data.
+    """
+    share, size = _compute_elapsed_fractions(solution), solution.batch.suite.gyro.states()["bias"]
 
     def moves(own: Equations) -> Floats:
         rises = size * risen(share[own.low : own.high - 1])
-        found: Floats = rises[:, None, :, None] * _turned_by(own)[:, :, None]
-        return found.reshape(len(rises), 3, -1)
+        result: Floats = rises[:, None, :, None] * _compute_rate_sensitivity(own)[:, :, None]
+        return result.reshape(len(rises), 3, -1)
 
     return Departure(width=3 * PARTS, moves=moves, bias=np.tile(size * np.eye(3), PARTS))
 
 
 def gyro_noise(solution: Solution) -> Departure:
-    """Sines and cosines of `CYCLES` about each axis, as large as the gyro's noise of a step."""
+    """Return the regressors of sinusoidal gyro errors with `CYCLES` cycles about each axis.
+
+    The amplitude equals the 1-sigma of the gyro noise in one step. The departure represents gyro
+    noise that exceeds the declared noise.
+    """
     batch = solution.batch
     density = np.sqrt(np.array(batch.suite.gyro.diffusion()["theta"]))
-    size, share = density / np.sqrt(np.median(batch.durations)), _fractions(solution)
+    size, share = (
+        density / np.sqrt(np.median(batch.durations)),
+        _compute_elapsed_fractions(solution),
+    )
 
     def off(own: Equations) -> Floats:
         phase = 2.0 * np.pi * share[own.low : own.high - 1, None] * np.array(CYCLES)
         waves = np.concatenate([np.sin(phase), np.cos(phase)], axis=1)
-        found: Floats = waves[:, None, :, None] * np.diag(size)[:, None]
-        return found.reshape(len(waves), 3, -1)
+        result: Floats = waves[:, None, :, None] * np.diag(size)[:, None]
+        return result.reshape(len(waves), 3, -1)
 
-    return _gyro_offset(off, 6 * len(CYCLES))
+    return _build_gyro_departure(off, 6 * len(CYCLES))
 
 
 def gyro_error(rates: Floats, state: str) -> Departure:
-    """Scale factors, misalignment, non-orthogonality or scale asymmetry of a gyro.
+    """Return the regressors of one calibration parameter of the gyro.
 
     Parameters
     ----------
     rates : array, shape (N - 1, 3)
-        See `smoothed_rates`.
+        Body rates from `smoothed_rates` [rad/s].
+    state : str
+        "scale_factor", "misalignment", "nonorthogonality" or "scale_asymmetry".
     """
-    return _gyro_offset(lambda own: _axes_error(state, rates[own.low : own.high - 1]), 3)
+    return _build_gyro_departure(
+        lambda own: _compute_vector_changes(state, rates[own.low : own.high - 1]), 3
+    )
 
 
 def gyro_early(rates: Floats, durations: Floats) -> Departure:
-    """Gyro that reports the rates of `LARGE_DELAY_S` later.
+    """Return the regressors of a gyro that reports rates `LARGE_DELAY_S` ahead of its time stamps.
 
     Parameters
     ----------
     rates : array, shape (N - 1, 3)
-        See `smoothed_rates`.
+        Body rates from `smoothed_rates` [rad/s].
     durations : array, shape (N - 1,)
         Durations of the steps [s].
     """
@@ -138,16 +160,16 @@ def gyro_early(rates: Floats, durations: Floats) -> Departure:
     def changes(own: Equations) -> Floats:
         steps = np.arange(own.low, own.high - 1)
         change = rates[steps] - rates[np.maximum(steps - 1, 0)]
-        found: Floats = LARGE_DELAY_S * change / durations[steps, None]
-        return found[:, :, None]
+        result: Floats = LARGE_DELAY_S * change / durations[steps, None]
+        return result[:, :, None]
 
-    return _gyro_offset(changes, 1)
+    return _build_gyro_departure(changes, 1)
 
 
 def gyro_follows(solution: Solution, channel: Floats) -> Departure:
-    """Bias of its initial 1-sigma times a channel, shape (N,), about each axis."""
+    """Return the regressors of a gyro bias that is proportional to a channel, shape (N,)."""
     size = solution.batch.suite.gyro.states()["bias"]
-    return _gyro_offset(
+    return _build_gyro_departure(
         lambda own: size * channel[own.low : own.high - 1, None, None] * np.eye(3),
         3,
         size * channel[-1] * np.eye(3),
@@ -155,33 +177,43 @@ def gyro_follows(solution: Solution, channel: Floats) -> Departure:
 
 
 def vector_rates(solution: Solution) -> VectorRates:
-    """Return a function that caches the `VectorRates` of each sensor, by its index."""
+    """Return a cached `VectorRates` function of the solution."""
     sensors = len(solution.batch.suite.sensors)
-    return lru_cache(maxsize=sensors)(partial(_vector_rate, solution))
+    return lru_cache(maxsize=sensors)(partial(_compute_vector_rate, solution))
 
 
 def delay(index: int, rates: Floats, changes: VectorRates) -> Departure:
-    """Sensor whose readings are `LARGE_DELAY_S` old: attitude and vector are earlier ones.
+    """Return the regressors of a sensor with readings that are `LARGE_DELAY_S` old.
 
     Parameters
     ----------
+    index : int
+        Index of the sensor in the suite.
     rates : array, shape (N - 1, 3)
-        See `smoothed_rates`.
-    changes : function
-        See `vector_rates`.
+        Body rates from `smoothed_rates` [rad/s].
+    changes : VectorRates
+        Function from `vector_rates`.
     """
 
     def reads(own: Equations) -> Floats:
         before = rates[np.maximum(np.arange(own.low, own.high) - 1, 0)]
-        turned = np.einsum("nij,nj->ni", _sensitivity(own, index, 0), before)
-        found: Floats = -LARGE_DELAY_S * (turned + changes(own, index))
-        return found[:, :, None]
+        turned = np.einsum("nij,nj->ni", _select_jacobian(own, index, 0), before)
+        result: Floats = -LARGE_DELAY_S * (turned + changes(own, index))
+        return result[:, :, None]
 
     return Departure(width=1, reads={index: reads})
 
 
 def along_track(sensors: int, changes: VectorRates) -> Departure:
-    """Satellite that is where its orbit has it `LARGE_DELAY_S` earlier."""
+    """Return the regressors of an orbit that lags by `LARGE_DELAY_S` along the track.
+
+    Parameters
+    ----------
+    sensors : int
+        Number of sensors in the suite.
+    changes : VectorRates
+        Function from `vector_rates`.
+    """
 
     def reads(index: int) -> Callable[[Equations], Floats]:
         return lambda own: -LARGE_DELAY_S * changes(own, index)[:, :, None]
@@ -190,10 +222,10 @@ def along_track(sensors: int, changes: VectorRates) -> Departure:
 
 
 def vector_error(index: int, state: str) -> Departure:
-    """Scale factors or non-orthogonality of a vector sensor.
+    """Return the regressors of scale factors or non-orthogonality of a vector sensor.
 
-    Of a satellite that holds an attitude, vectors are those of the held attitude: the pointing
-    error is part of the innovations, and the smoothed attitude contains the error.
+    For a satellite that holds an attitude, the vectors are those at the held attitude, because the
+    smoothed attitude contains the pointing error that is part of the innovations.
     """
 
     def reads(own: Equations) -> Floats:
@@ -202,68 +234,85 @@ def vector_error(index: int, state: str) -> Departure:
         attitude = at.attitude if batch.held is None else batch.held.attitude
         body = np.einsum("nji,nj->ni", attitude, batch.vectors[:, index])
         mounted = np.eye(3) if first is None else matrix(at.states[0, first : first + 3])
-        columns: Floats = mounted @ _axes_error(state, body)
+        columns: Floats = mounted @ _compute_vector_changes(state, body)
         return columns
 
     return Departure(width=3, reads={index: reads})
 
 
 def wander(solution: Solution, index: int) -> Departure:
-    """Offset of a sensor that changes by `LARGE_OFFSET` in each part of the flight."""
-    share = _fractions(solution)
+    """Return the regressors of a sensor offset that drifts.
+
+    A coefficient of one changes the offset by `LARGE_OFFSET` within one of the `PARTS` of the data.
+    """
+    share = _compute_elapsed_fractions(solution)
 
     def reads(own: Equations) -> Floats:
         rises = risen(share[own.low : own.high])
-        found = rises[:, None, :, None] * _offset(own, index)[:, :, None]
-        return found.reshape(len(rises), 3, -1)
+        result = rises[:, None, :, None] * _compute_offset_columns(own, index)[:, :, None]
+        return result.reshape(len(rises), 3, -1)
 
     return Departure(width=3 * PARTS, reads={index: reads})
 
 
 def follows(index: int, channel: Floats) -> Departure:
-    """Offset of a sensor of `LARGE_OFFSET` times a channel, shape (N,), on each axis."""
+    """Return the regressors of a sensor offset that is proportional to a channel, shape (N,)."""
 
     def reads(own: Equations) -> Floats:
-        return channel[own.low : own.high, None, None] * _offset(own, index)
+        return channel[own.low : own.high, None, None] * _compute_offset_columns(own, index)
 
     return Departure(width=3, reads={index: reads})
 
 
 def turns_with(index: int, channel: Floats) -> Departure:
-    """Misalignment of a sensor of `LARGE_AXES_ERROR` [rad] times a channel, shape (N,)."""
+    """Return the regressors of a sensor misalignment proportional to a channel, shape (N,)."""
 
     def reads(own: Equations) -> Floats:
-        by_attitude = -_sensitivity(own, index, 0)
+        by_attitude = -_select_jacobian(own, index, 0)
         return LARGE_AXES_ERROR * channel[own.low : own.high, None, None] * by_attitude
 
     return Departure(width=3, reads={index: reads})
 
 
 def risen(share: Floats) -> Floats:
-    """Return the rise from zero to one in each part, at fractions of the flight, (n, PARTS)."""
+    """Return ramps from zero to one, one within each part of the data, shape (n, PARTS).
+
+    Parameters
+    ----------
+    share : array, shape (n,)
+        Fraction of elapsed time.
+    """
     rises: Floats = np.clip(PARTS * share[:, None] - np.arange(PARTS), 0.0, 1.0)
     return rises
 
 
 def step(number: int) -> Course:
-    """Return the course that rises within one of the parts."""
+    """Return the offset profile that rises from zero to one within one part of the data."""
     return lambda share: risen(share)[:, [number]]
 
 
 def ramp(share: Floats) -> Floats:
-    """Return the course that is proportional to time, shape (n, 1)."""
+    """Return the offset profile that is proportional to time, shape (n, 1)."""
     return share[:, None]
 
 
 def waves(share: Floats) -> Floats:
-    """Return the courses of one to `WAVES` half waves from zero, shape (n, WAVES)."""
+    """Return cosine profiles of one to `WAVES` half waves that start at zero, shape (n, WAVES)."""
     half_periods = np.arange(1, WAVES + 1)
-    found: Floats = 0.5 - 0.5 * np.cos(np.pi * share[:, None] * half_periods)
-    return found
+    result: Floats = 0.5 - 0.5 * np.cos(np.pi * share[:, None] * half_periods)
+    return result
 
 
 def along(rises: Departure, courses: Sequence[Course]) -> tuple[Combined, ...]:
-    """Return an offset that follows each course, piecewise linear over the parts."""
+    """Return the regressors of each profile, piecewise linear over the parts of the data.
+
+    Parameters
+    ----------
+    rises : Departure
+        Departure with a coefficient for each part and axis, from `bias_drift` or `wander`.
+    courses : sequence of Course
+        Offset profiles.
+    """
     ends = np.linspace(0.0, 1.0, PARTS + 1)
     return tuple(
         Combined(rises, np.asarray(np.kron(np.diff(of(ends), axis=0), np.eye(3)), dtype=np.float64))
@@ -271,32 +320,36 @@ def along(rises: Departure, courses: Sequence[Course]) -> tuple[Combined, ...]:
     )
 
 
-def _fractions(solution: Solution) -> Floats:
+def _compute_elapsed_fractions(solution: Solution) -> Floats:
     times = solution.batch.times
     fractions: Floats = (times - times[0]) / (times[-1] - times[0])
     return fractions
 
 
-def _gyro_offset(
+def _build_gyro_departure(
     off: Callable[[Equations], Floats], width: int, last: Floats | None = None
 ) -> Departure:
-    """Return the departure of a gyro that reports more in each step, (n - 1, 3, k) [rad/s].
+    """Return the regressors of a gyro with an additive rate error.
 
     Parameters
     ----------
+    off : function of Equations
+        Rate error in each step for each of the coefficients, shape (n - 1, 3, k) [rad/s].
+    width : int
+        Number k of coefficients.
     last : array, shape (3, k), optional
-        Excess at the last sample, if it is of the bias.
+        Change of the gyro bias at the last sample, if the rate error is a bias error.
     """
 
     def moves(own: Equations) -> Floats:
-        moved: Floats = np.einsum("nij,njk->nik", _turned_by(own), off(own))
+        moved: Floats = np.einsum("nij,njk->nik", _compute_rate_sensitivity(own), off(own))
         return moved
 
     return Departure(width=width, moves=moves, bias=last)
 
 
-def _turned_by(own: Equations) -> Floats:
-    """Return the attitude error per rate of the gyro in each step, shape (n - 1, 3, 3)."""
+def _compute_rate_sensitivity(own: Equations) -> Floats:
+    """Return the attitude error per gyro rate error in each step, shape (n - 1, 3, 3) [s]."""
     parts, move = own.parts, own.steps
     if (parts.driven == 3).any():
         first = int(np.flatnonzero(parts.driven == 3)[0])
@@ -306,8 +359,11 @@ def _turned_by(own: Equations) -> Floats:
     return turned
 
 
-def _axes_error(state: str, vectors: Floats) -> Floats:
-    """Return the change of vectors by three errors of `LARGE_AXES_ERROR`, shape (n, 3, 3)."""
+def _compute_vector_changes(state: str, vectors: Floats) -> Floats:
+    """Return the change of vectors for each axis of a calibration parameter, shape (n, 3, 3).
+
+    The parameter has the size `LARGE_AXES_ERROR`.
+    """
     if state == "misalignment":
         columns: Floats = -np.moveaxis(skew(vectors.T), -1, 0)
     elif state == "nonorthogonality":
@@ -318,7 +374,7 @@ def _axes_error(state: str, vectors: Floats) -> Floats:
     return LARGE_AXES_ERROR * columns
 
 
-def _vector_rate(solution: Solution, own: Equations, index: int) -> Floats:
+def _compute_vector_rate(solution: Solution, own: Equations, index: int) -> Floats:
     whole, vectors = solution.batch, own.batch.vectors.copy()
     low, high = max(0, own.low - 1), min(len(whole.times), own.high + 1)
     rate = np.gradient(whole.vectors[low:high, index], whole.times[low:high], axis=0)
@@ -330,21 +386,20 @@ def _vector_rate(solution: Solution, own: Equations, index: int) -> Floats:
     return change
 
 
-def _offset(own: Equations, index: int) -> Floats:
-    """Return the change of readings by `LARGE_OFFSET` along each axis, shape (n, 3, 3)."""
+def _compute_offset_columns(own: Equations, index: int) -> Floats:
+    """Return the change of the readings by an offset on each axis, shape (n, 3, 3)."""
     suite = own.batch.suite
     sensor = suite.sensors[index]
     places = suite.places(sensor)
     if (state := sensor.offset) in places:
-        columns = _sensitivity(own, index, places[state])
-    else:  # a misalignment, which turns readings as an attitude error turns them back
-        columns = -_sensitivity(own, index, 0)
+        columns = _select_jacobian(own, index, places[state])
+    else:  # A misalignment rotates the readings opposite to an attitude error.
+        columns = -_select_jacobian(own, index, 0)
     offset: Floats = LARGE_OFFSET * float(np.max(sensor.noise())) * columns
     return offset
 
 
-def _sensitivity(own: Equations, index: int, first: int) -> Floats:
-    """Return the change of a sensor's readings by three states from the first, (n, 3, 3)."""
+def _select_jacobian(own: Equations, index: int, first: int) -> Floats:
     seen, parts = own.sightings, own.parts
     driven, constants = seen.counts[index]
     places = seen.columns[index]

@@ -1,13 +1,13 @@
-"""A magnetometer by the strength of the field alone, whatever its attitude.
+"""Attitude-independent magnetometer calibration from the strength of the field.
 
 TWOSTEP (R. Alonso and M. D. Shuster, Complete Linear Attitude-Independent Magnetometer Calibration,
-Journal of the Astronautical Sciences 50 (2002) 477-490): a linear estimate from differences to the
-mean, in which squares of the unknowns drop out, then Gauss-Newton on all of them. A rotation of the
-magnetometer does not change a length: its misalignment is not to be found.
+Journal of the Astronautical Sciences 50 (2002) 477-490): a linear estimate from centered
+differences, in which squares of the unknowns cancel, followed by Gauss-Newton on the full model.
+The field strength does not depend on the misalignment of the magnetometer, which is not estimated.
 
 A magnetometer reports m = (I + diag k + N) B + b, with the elements yz, zx and xy of the symmetric
-N. With u = (I + diag k + N)⁻¹ (m - b), |u|² - |B|² is zero but for noise. Unknowns are b, k and N,
-nine numbers in this order.
+N. With u = (I + diag k + N)⁻¹ (m - b), |u|² - |B|² is zero apart from noise. The nine unknowns are
+b, k and N, in this order.
 """
 
 from __future__ import annotations
@@ -22,29 +22,29 @@ from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.lengths import implausible
 
-#: Fewer readings say nothing of nine unknowns.
+#: Smallest number of readings for nine unknowns.
 FEWEST = 20
-#: Blocks of a magnetometer's states that lengths depend on, in the order of the unknowns.
+#: State blocks of a magnetometer that the field strength depends on, in the order of the unknowns.
 BLOCKS = ("bias", "scale_factor", "nonorthogonality")
-_LARGE = 0.1  # share of the field's strength from which on a bias spoils directions
-_MOST = 3000  # readings that are enough for a start
+_LARGE = 0.1  # smallest bias, relative to the field strength, that corrupts field directions
+_MOST = 3000  # number of readings for an initial estimate
 _ITERATIONS = 30
-_LAST = 1e-6  # step, in 1-sigmas, that is the last
-_PAIRS = ((1, 2), (2, 0), (0, 1))  # of the elements of N
+_LAST = 1e-6  # convergence tolerance of a step, in 1-sigmas
+_PAIRS = ((1, 2), (2, 0), (0, 1))  # row and column of each element of N
 
 
 @dataclass(frozen=True, eq=False)
 class FieldStrengthFit:
-    """What lengths say.
+    """Magnetometer parameters estimated from the field strength.
 
     Attributes
     ----------
     values : array, shape (9,)
-        b, in the unit of the field, then k and N [-].
+        b in the unit of the field, then k and N [-].
     covariance : array, shape (9, 9)
-        Zero of what is not estimated.
+        Covariance of the values; zero for parameters that are not estimated.
     residuals : array, shape (n,)
-        Of every reading, standard normal if the noise is as given.
+        Normalized residual of each reading; standard normal if the declared noise is correct.
     """
 
     values: Floats
@@ -55,31 +55,32 @@ class FieldStrengthFit:
 def fit_field_strength(
     measured: Floats, strength: Floats, sigma: Floats, mean: Floats, prior: Floats
 ) -> FieldStrengthFit:
-    """The most probable b, k and N of a magnetometer.
+    """Estimate b, k and N of a magnetometer by maximum a posteriori.
 
     Parameters
     ----------
     measured : array, shape (n, 3)
+        Measured field.
     strength : array, shape (n,)
-        Of the field, where and when the magnetometer measured, in the same unit.
+        Strength of the field model at each reading, in the same unit.
     sigma : array, shape (3,)
-        Noise per axis, 1-sigma.
+        1-sigma of the noise of each axis.
     mean, prior : arrays, shape (9,)
-        What is believed of the unknowns, and its 1-sigmas; what has none, zero, is not estimated.
+        Prior mean and 1-sigma of the unknowns. An unknown with a 1-sigma of zero is not estimated.
 
     Raises
     ------
     ValueError
-        For fewer than `FEWEST` readings, or an estimate that does not settle.
+        If there are fewer than `FEWEST` readings, or the estimate does not converge.
     """
     if len(measured) < FEWEST:
         raise ValueError(f"{len(measured)} readings: expected {FEWEST} or more")
     free = prior > 0.0
     weight = np.where(free, 1.0 / np.where(free, prior, 1.0), 0.0)
-    starts = [mean, np.where(free, _linear(measured, strength, sigma, free), mean)]
+    starts = [mean, np.where(free, _estimate_linear(measured, strength, sigma, free), mean)]
 
     def equations(values: Floats, spread: Floats) -> tuple[Floats, Floats]:
-        z, slopes = _residuals(values, measured, strength, sigma)
+        z, slopes = _compute_residuals(values, measured, strength, sigma)
         r = np.concatenate([z / spread, weight * (values - mean)])
         return r, np.vstack([slopes / spread[:, None], np.diag(weight)])[:, free]
 
@@ -88,21 +89,24 @@ def fit_field_strength(
         total = float(r @ r)
         return total if np.isfinite(total) else np.inf
 
-    values = min(starts, key=lambda start: cost(start, _spread(start, measured, sigma)))
+    values = min(starts, key=lambda start: cost(start, _compute_sigma(start, measured, sigma)))
     for _ in range(_ITERATIONS):
-        spread = _spread(values, measured, sigma)  # weights, which do not change within a step
+        spread = _compute_sigma(values, measured, sigma)  # The weights are constant within a step.
         r, J = equations(values, spread)
-        found, *_ = np.linalg.lstsq(J, -r, rcond=None)
+        result, *_ = np.linalg.lstsq(J, -r, rcond=None)
         step = np.zeros(9)
-        step[free] = found
+        step[free] = result
         while cost(values + step, spread) > (1.0 + 1e-9) * float(r @ r):
             step *= 0.5
         values = values + step
         if np.linalg.norm(J @ step[free]) < _LAST:
             break
     else:
-        raise ValueError("the strength of the field does not say bias and scale: no end of steps")
-    r, J = equations(values, _spread(values, measured, sigma))
+        raise ValueError(
+            "the estimate of bias and scale factors from the field strength does not converge in "
+            f"{_ITERATIONS} iterations"
+        )
+    r, J = equations(values, _compute_sigma(values, measured, sigma))
     covariance = np.zeros((9, 9))
     covariance[np.ix_(free, free)] = np.linalg.inv(J.T @ J)
     return FieldStrengthFit(values, covariance, r[: len(measured)])
@@ -111,16 +115,28 @@ def fit_field_strength(
 def by_strength(
     batch: Batch, index: int, belief: Belief, most: int | None = None
 ) -> FieldStrengthFit:
-    """Of a magnetometer of a batch, in the filter's units; raises as `fit_field_strength`.
+    """Estimate the parameters of a magnetometer of a batch from the field strength.
 
-    What else varies in the field counts as noise. Readings whose length stands apart are left out.
+    Field model errors are added to the noise. Readings with implausible lengths are excluded.
 
     Parameters
     ----------
     index : int
-        Of the sensor.
+        Index of the magnetometer in the suite.
+    belief : Belief
+        Prior of the magnetometer's states.
     most : int, optional
-        Readings to take, evenly.
+        Largest number of readings to use, evenly spaced. Default: all.
+
+    Returns
+    -------
+    FieldStrengthFit
+        Values in the filter's units.
+
+    Raises
+    ------
+    ValueError
+        As `fit_field_strength`.
     """
     suite, sensor = batch.suite, batch.suite.sensors[index]
     places = suite.places(sensor)
@@ -144,8 +160,11 @@ def by_strength(
 
 
 def start_states(batch: Batch, belief: Belief) -> Floats:
-    """States to begin with, shape (n_states,): what is believed, but for magnetometers whose bias
-    may be so large that directions with it in them lead astray; theirs is that of the strength."""
+    """Return initial states for a fit, shape (n_states,).
+
+    The states are the prior states, except for magnetometers with a potentially large bias. Their
+    states are estimated from the field strength, because such a bias corrupts the field directions.
+    """
     states = belief.states.copy()
     for index, sensor in enumerate(batch.suite.sensors):
         if not isinstance(sensor, Magnetometer):
@@ -155,28 +174,28 @@ def start_states(batch: Batch, belief: Belief) -> Floats:
         if belief.sigma[places["bias"]] < _LARGE * strength:
             continue
         try:
-            found = by_strength(batch, index, belief, _MOST)
+            result = by_strength(batch, index, belief, _MOST)
         except ValueError:
-            continue  # what is believed is all there is
+            continue  # Keep the prior states.
         for number, block in enumerate(BLOCKS):
             if block in places:
                 first = places[block]
-                states[first : first + 3] = found.values[3 * number : 3 * number + 3]
+                states[first : first + 3] = result.values[3 * number : 3 * number + 3]
     return states
 
 
 def response(values: Floats) -> Floats:
-    """I + diag k + N, shape (3, 3)."""
+    """Return the matrix I + diag k + N, shape (3, 3)."""
     K = np.diag(1.0 + values[3:6])
     for value, (i, j) in zip(values[6:], _PAIRS, strict=True):
         K[i, j] = K[j, i] = value
     return K
 
 
-def _residuals(
+def _compute_residuals(
     values: Floats, measured: Floats, strength: Floats, sigma: Floats
 ) -> tuple[Floats, Floats]:
-    """|u|² - |B|² without what noise adds in the mean, and its derivatives, shapes (n,), (n, 9)."""
+    """Return |u|² - |B|² minus its mean due to noise, shape (n,), and its Jacobian, (n, 9)."""
     W = np.linalg.inv(response(values))
     u = (measured - values[:3]) @ W
     Wu = u @ W
@@ -185,8 +204,11 @@ def _residuals(
     return z, -2.0 * np.column_stack([Wu, Wu * u, *shear])
 
 
-def _spread(values: Floats, measured: Floats, sigma: Floats) -> Floats:
-    """1-sigma of those residuals, shape (n,): noise w adds 2 uᵀ W w + |W w|², W = (I + ...)⁻¹."""
+def _compute_sigma(values: Floats, measured: Floats, sigma: Floats) -> Floats:
+    """Return the 1-sigma of the residuals, shape (n,).
+
+    Noise w adds 2 uᵀ W w + |W w|² to a residual, with W = (I + diag k + N)⁻¹.
+    """
     W = np.linalg.inv(response(values))
     Wu = (measured - values[:3]) @ W @ W
     noise = (W * sigma**2) @ W
@@ -194,9 +216,12 @@ def _spread(values: Floats, measured: Floats, sigma: Floats) -> Floats:
     return spread
 
 
-def _linear(measured: Floats, strength: Floats, sigma: Floats, free: Bools) -> Floats:
-    """The first step: |m|² - |B|² = 2 mᵀ d - mᵀ E m + a constant, with I + E = (I + diag k + N)⁻²
-    and d = (I + E) b, by differences to the mean."""
+def _estimate_linear(measured: Floats, strength: Floats, sigma: Floats, free: Bools) -> Floats:
+    """Return the linear first estimate of TWOSTEP, shape (9,).
+
+    Centered differences of |m|² - |B|² = 2 mᵀ d - mᵀ E m + constant give d and E, with
+    I + E = (I + diag k + N)⁻² and d = (I + E) b.
+    """
     scale = float(np.median(strength))
     m = measured / scale
     z = (m * m).sum(axis=1) - (strength / scale) ** 2
@@ -205,13 +230,13 @@ def _linear(measured: Floats, strength: Floats, sigma: Floats, free: Bools) -> F
     estimated = free.copy()
     estimated[3:] = free[3:].any()
     A, z = A - A.mean(axis=0), z - z.mean()
-    found = np.zeros(9)
-    found[estimated], *_ = np.linalg.lstsq(A[:, estimated], z, rcond=None)
-    square = response(found)
+    result = np.zeros(9)
+    result[estimated], *_ = np.linalg.lstsq(A[:, estimated], z, rcond=None)
+    square = response(result)
     sizes, axes = np.linalg.eigh(square)
-    if sizes.min() <= 0.0:  # no ellipsoid
-        found[3:], square = 0.0, np.eye(3)
+    if sizes.min() <= 0.0:  # The quadric is not an ellipsoid: estimate the bias alone.
+        result[3:], square = 0.0, np.eye(3)
         sizes, axes = np.linalg.eigh(square)
     K = (axes / np.sqrt(sizes)) @ axes.T
-    bias = scale * np.linalg.solve(square, found[:3])
+    bias = scale * np.linalg.solve(square, result[:3])
     return np.concatenate([bias, np.diag(K) - 1.0, [K[i, j] for i, j in _PAIRS]])

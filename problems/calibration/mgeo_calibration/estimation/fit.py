@@ -1,4 +1,7 @@
-"""A batch from nothing: a first attitude, a stretch that grows, outliers that are left out."""
+"""Batch fit from an unknown attitude: initial attitude, growing data interval, outlier rejection.
+
+`calibration.calibration` fits telemetry with this module.
+"""
 
 from __future__ import annotations
 
@@ -29,26 +32,29 @@ from mgeo_calibration.estimation.start import (
 )
 from mgeo_calibration.estimation.trajectory import Trajectory
 
-#: Samples to each side of the first stretch, at most, and how much longer each next one is.
+#: Largest number of samples that the first extension adds to each side, and the factor by which
+#: each extension lengthens the interval.
 FIRST, GROWTH = 200, 3
 _FEWEST = 10
-_ASTRAY = 1.0  # by how much the gyro's bias may turn the attitude over those, 1-sigma [rad]
-_DRIFTED = 0.3  # by how much its random walk may turn what a stretch grows by [rad]
+_ASTRAY = 1.0  # largest rotation by the gyro bias over the first extension, 1-sigma [rad]
+_DRIFTED = 0.3  # largest rotation by the rate random walk over an extension, 1-sigma [rad]
 _ITERATIONS = 30
 _LAST_OF_STRETCH = 0.1, 1e-3
-_ROUNDS = 30  # of leaving out outliers
-_RETURNS = 6  # of these in which one may come back
+_ROUNDS = 30  # rounds of outlier rejection
+_RETURNS = 6  # rounds in which a rejected reading may be accepted again
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A batch and the smoother's settled solution of it.
+    """Smoother solution of a batch after outlier rejection.
 
     Attributes
     ----------
     rejected : array of bool, shape (s, N)
-        Readings of each sensor that the solution is without: those beyond the gate, and what has
-        come and gone.
+        Readings of each sensor that the solution does not use: readings beyond the gate, and
+        readings that crossed the gate in both directions in earlier rounds.
+    residuals : Residuals
+    solution : Solution
     """
 
     rejected: Bools
@@ -57,36 +63,38 @@ class Fit:
 
     @property
     def batch(self) -> Batch:
-        """With all readings."""
+        """Batch with all readings."""
         return self.solution.batch
 
 
 class NoFit(ValueError):
-    """The estimate does not converge, or most readings of a sensor are outliers."""
+    """Raised if the fit does not converge or most readings of a sensor are outliers."""
 
 
 def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
-    """Estimate everything, whatever the attitude is.
+    """Estimate attitude and calibration parameters from an unknown attitude.
 
-    A short stretch in which the vectors are far apart is solved first, from Wahba's attitude; it
-    grows to both sides, each time from what was found before, carried on by the gyro. From the
-    whole at once a large gyro bias would lead astray. If the satellite holds an attitude, the whole
-    is solved at once from there.
+    The fit starts with a short interval in which the observed vectors are far apart. Wahba's
+    problem gives the initial attitude. The interval is extended on both sides, each time from the
+    previous estimate propagated with the gyro. A large gyro bias would make a fit of the whole
+    batch diverge. If the satellite
+    holds an attitude, the whole batch is solved at once from the held attitude.
 
     Parameters
     ----------
+    batch : Batch
     belief : Belief
-        Before the first sample.
+        Prior at the first sample.
     gate : float
-        Probability that a reading without fault is taken for an outlier; 0 keeps all readings.
+        Probability of rejecting a valid reading; 0 keeps all readings.
 
     Raises
     ------
     NoFit
         If the estimate does not converge, or more than half of a sensor's readings are outliers.
     ValueError
-        If no attitude follows from the vectors, or they are directions where three numbers are
-        expected.
+        If the vectors do not determine an attitude, or a sensor reports unit vectors where three
+        noisy components are expected.
     """
     N = len(batch.times)
     begin = replace(belief, states=start_states(batch, belief))
@@ -97,33 +105,33 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     check_normalized(batch)
     reach = carried_for(batch, belief.sigma[3:6], _ASTRAY)
     least = min(FIRST, max(_FEWEST, where.stop - where.start, reach))
-    drifted = _drifted_for(batch)
+    drifted = _count_drift_samples(batch)
     at = Trajectory(np.tile(np.eye(3), (N, 1, 1)), states)
-    rejected = implausible(batch)  # until the first solution says what is an outlier
+    rejected = implausible(batch)  # Only the first solution can replace this initial guess.
     arcs = np.concatenate([[0], np.flatnonzero(batch.breaks) + 1, [N]])
     low = high = where.start
     while high - low < N:
         grown = (GROWTH - 1) * (high - low)
         more = max(least, where.stop - where.start, min(grown, max(drifted, grown // 8)))
-        if drifted >= N and 2 * (high - low + more) > N:  # hardly less work than all
+        if drifted >= N and 2 * (high - low + more) > N:  # The whole batch costs hardly more.
             more = N
         old = low, high
-        low, high = _grown(low, high, more, arcs)
-        at = _carried(batch, at, old, (low, high), arcs)
+        low, high = _extend_interval(low, high, more, arcs)
+        at = _extend_trajectory(batch, at, old, (low, high), arcs)
         if low == 0 and belief.attitude is not None and batch.breaks[:1].any():
             at.attitude[0] = belief.attitude
         part = batch.part(low, high)
         before = belief if low == 0 else belief.without_attitude()
         known = Trajectory(at.attitude[low:high], at.states[low:high])
         last = LAST if high - low == N else _LAST_OF_STRETCH
-        found = settle(part, before, known, gate, last, rejected[:, low:high])
-        at.attitude[low:high] = found.solution.estimate.attitude
-        at.states[low:high] = found.solution.estimate.states
-        rejected[:, low:high] = found.rejected
+        result = settle(part, before, known, gate, last, rejected[:, low:high])
+        at.attitude[low:high] = result.solution.estimate.attitude
+        at.states[low:high] = result.solution.estimate.states
+        rejected[:, low:high] = result.rejected
         if high - low < N:
-            del found  # which the next would stand beside
-    check(found, belief, gate)
-    return found
+            del result  # Two solutions at once would double the memory.
+    check(result, belief, gate)
+    return result
 
 
 def _fit_held(batch: Batch, belief: Belief, at: Trajectory, gate: float) -> Fit:
@@ -142,14 +150,23 @@ def settle(
     last: tuple[float, float] = LAST,
     rejected: Bools | None = None,
 ) -> Fit:
-    """Solve from a trajectory until the readings beyond the gate are those that were left out.
+    """Solve from a trajectory and reject outliers until the set of rejected readings is stable.
 
     Parameters
     ----------
+    at : Trajectory
+        Initial trajectory.
+    gate : float
+        Probability of rejecting a valid reading; 0 keeps all readings.
     last : (float, float)
-        Which step is the last; see `Solution.settled`.
+        Convergence tolerances; see `Solution.settled`.
     rejected : array of bool, shape (s, N), optional
-        Readings to begin without.
+        Readings to reject in the first round.
+
+    Returns
+    -------
+    Fit
+        Best effort: the solution may not have converged; see `check`.
     """
     limit = limits(batch.suite, gate)[:, None]
     if rejected is None:
@@ -159,7 +176,7 @@ def settle(
         solution = solve(batch, belief, at, _ITERATIONS, last, rejected)
         left = residuals(solution)
         beyond = left.squares > limit
-        # readings may come and go for ever: in the end those that went do not come back
+        # Readings near the gate could alternate forever. After some rounds they stay rejected.
         if number >= _RETURNS:
             beyond |= rejected
         ended = not solution.settled(last) or np.array_equal(beyond, rejected)
@@ -167,11 +184,11 @@ def settle(
         if ended or number == _ROUNDS:
             return Fit(rejected, left, solution)
         rejected, at = beyond, solution.estimate
-        del solution, left  # which the next would stand beside
+        del solution, left  # Two solutions at once would double the memory.
 
 
-def _drifted_for(batch: Batch) -> int:
-    """Samples over which the gyro's rate random walk turns the attitude by `_DRIFTED`, 1-sigma."""
+def _count_drift_samples(batch: Batch) -> int:
+    """Return the number of samples in which the rate random walk rotates by `_DRIFTED`, 1-sigma."""
     walk = float(np.linalg.norm(batch.suite.gyro.drift))
     if not walk:
         return len(batch.times)
@@ -180,21 +197,21 @@ def _drifted_for(batch: Batch) -> int:
 
 
 def limits(suite: Suite, gate: float) -> Floats:
-    """What the square of a reading of each sensor exceeds by chance with this probability."""
+    """Return the chi-square threshold of each sensor for a probability of false rejection."""
     return np.array([chdtri(len(sensor.noise()), gate) for sensor in suite.sensors])
 
 
-def check(found: Fit, belief: Belief, gate: float) -> None:
-    """Refuse a fit that has not converged, or that rejects more readings of a sensor than it uses.
+def check(result: Fit, belief: Belief, gate: float) -> None:
+    """Raise NoFit if a fit has not converged or rejects most readings of a sensor.
 
     Raises
     ------
     NoFit
-        With the state that diverged, or the sensor.
+        With the diverging state, or the name of the sensor.
     """
-    suite = found.batch.suite
+    suite = result.batch.suite
     for sensor, no, square, limit in zip(
-        suite.sensors, found.rejected, found.residuals.squares, limits(suite, gate), strict=True
+        suite.sensors, result.rejected, result.residuals.squares, limits(suite, gate), strict=True
     ):
         count = int(np.isfinite(square).sum())
         if 2 * no.sum() > count > 10:
@@ -204,12 +221,11 @@ def check(found: Fit, belief: Belief, gate: float) -> None:
                 f"{chdtri(len(sensor.noise()), 0.5):.2g}. Check noise, mounting and unit of "
                 f"{sensor.name}"
             )
-    if not found.solution.settled():
-        raise NoFit(f"the fit does not converge: {_diverged(found.solution, belief)}")
+    if not result.solution.settled():
+        raise NoFit(f"the fit does not converge: {_describe_divergence(result.solution, belief)}")
 
 
-def _diverged(solution: Solution, belief: Belief) -> str:
-    """Describe the state that is farthest from its prior, and the last change of the estimate."""
+def _describe_divergence(solution: Solution, belief: Belief) -> str:
     suite, at = solution.batch.suite, solution.estimate
     off = belief.difference(at.attitude[0], at.states[0])
     if belief.attitude is None:
@@ -227,8 +243,11 @@ def _diverged(solution: Solution, belief: Belief) -> str:
     )
 
 
-def _grown(low: int, high: int, more: int, arcs: np.ndarray) -> tuple[int, int]:
-    """So many samples more on both sides; what lies beyond a break is added as a whole."""
+def _extend_interval(low: int, high: int, more: int, arcs: np.ndarray) -> tuple[int, int]:
+    """Return the interval extended by a number of samples on both sides.
+
+    Arcs beyond a break of the gyro are added as a whole.
+    """
     N = int(arcs[-1])
     left, right = max(0, low - more), min(N, high + more)
     first = int(arcs[np.searchsorted(arcs, low, side="right") - 1])
@@ -240,10 +259,14 @@ def _grown(low: int, high: int, more: int, arcs: np.ndarray) -> tuple[int, int]:
     return left, right
 
 
-def _carried(
+def _extend_trajectory(
     batch: Batch, at: Trajectory, old: tuple[int, int], new: tuple[int, int], arcs: np.ndarray
 ) -> Trajectory:
-    """The trajectory with what is new: carried on by the gyro, or by Wahba's problem."""
+    """Extend a trajectory in place over the new samples and return it.
+
+    The attitude is propagated with the gyro, or estimated by Wahba's problem in an arc without
+    estimate.
+    """
     (low, high), (left, right) = old, new
     states, attitude = at.states, at.attitude
     processes, m = batch.suite.processes, batch.suite.n_dynamic
@@ -264,7 +287,7 @@ def _carried(
             continue
         part = batch.part(a, b)
         if known[0] >= known[1]:
-            attitude[a:b] = _attitude(part, states[a:b])
+            attitude[a:b] = _estimate_attitude(part, states[a:b])
             continue
         relative = accumulated(part, states[a:b])
         for k, span in ((known[0], slice(a, known[0])), (known[1] - 1, slice(known[1], b))):
@@ -273,8 +296,8 @@ def _carried(
     return at
 
 
-def _attitude(part: Batch, states: Floats) -> Floats:
-    """By Wahba's problem; of a piece whose vectors do not say, any."""
+def _estimate_attitude(part: Batch, states: Floats) -> Floats:
+    """Return attitudes by Wahba's problem, or arbitrary attitudes where it has no solution."""
     try:
         return first_attitude(part, states)[0]
     except ValueError:

@@ -1,6 +1,6 @@
-"""Estimates, and a sensor's innovation in their errors: value, first and second derivatives.
+"""Estimates of many runs, and the innovation of a sensor with its first and second derivatives.
 
-Runs are the last axis of all arrays.
+The last axis of all arrays is the run.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ STILL = np.zeros(3)
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimates of r runs.
+    """Estimates of r runs with their covariance.
 
-    The error of a rotation is a rotation, R = R̂ R(e); that of any other state a difference.
+    The error e of a rotation is multiplicative, R = R̂ R(e). All other errors are additive.
 
     Attributes
     ----------
     places : array of int, shape (3, k)
-        States that are rotations, attitude first; see `Suite.rotations`.
+        Indices of the states that are rotations, attitude first; see `Suite.rotations`.
     rotations : array, shape (3, 3, k, r)
-        Body to GCRS, then those of the other states.
+        Rotation matrix from body to GCRS, then the rotation matrices of the other rotations.
     states : array, shape (n_states, r)
-        States that are no rotations; zero for those that are.
+        States; zero for rotations.
     covariance : array, shape (n_states, n_states, r)
-        Of the errors.
+        Covariance of the errors.
     """
 
     places: Ints
@@ -48,7 +48,16 @@ class Estimate:
 
     @classmethod
     def of(cls, suite: Suite, attitude: Floats, states: Floats, covariance: Floats) -> Estimate:
-        """Of attitudes, body to GCRS, shape (3, 3, r), and states with the vectors of rotations."""
+        """Return an estimate from attitudes and states.
+
+        Parameters
+        ----------
+        attitude : array, shape (3, 3, r)
+            Rotation matrices from body to GCRS.
+        states : array, shape (n_states, r)
+            States, with rotation vectors for the rotations other than the attitude.
+        covariance : array, shape (n_states, n_states, r)
+        """
         places = np.arange(3)[:, None] + np.array(suite.rotations)
         rotations, others = matrix(states[places]), states.copy()
         rotations[:, :, 0], others[places] = attitude, 0.0
@@ -56,27 +65,29 @@ class Estimate:
 
     @classmethod
     def at_start(cls, model: FilterModel, n_runs: int = 1) -> Estimate:
-        """What a model says of the start, the same in all runs."""
+        """Return the initial estimate of a filter model, equal in all runs."""
         states = np.repeat(model.initial_states[:, None], n_runs, axis=-1)
         P = np.repeat(model.initial_covariance[..., None], n_runs, axis=-1)
         return cls.of(model.suite, model.initial_attitude.T[..., None], states, P)
 
     def corrected(self, e: Floats, covariance: Floats) -> Estimate:
-        """With errors e, shape (n_states, r), taken out, and the covariance of what remains."""
+        """Return the estimate corrected by errors e, shape (n_states, r), with a new covariance."""
         states = self.states + e
         states[self.places] = 0.0
         rotations = np.einsum("ijkr,jlkr->ilkr", self.rotations, matrix(e[self.places]))
         return Estimate(self.places, rotations, states, covariance)
 
     def error(self, attitude: Floats, states: Floats) -> Floats:
-        """What `corrected` would have to take out to come to the truth, shape (n_states, r).
+        """Return the errors of the estimate with respect to the true state, shape (n_states, r).
+
+        `corrected` with these errors gives the true state.
 
         Parameters
         ----------
         attitude : array, shape (3, 3, r)
-            GCRS to body.
+            True rotation matrices from GCRS to body.
         states : array, shape (n_states, r)
-            With the vectors of rotations.
+            True states, with rotation vectors for rotations.
         """
         true = matrix(states[self.places])
         true[:, :, 0] = attitude.swapaxes(0, 1)
@@ -86,10 +97,17 @@ class Estimate:
 
 
 def reset(P: Floats, e: Floats, places: Ints) -> None:
-    """Turn covariances, in place, into those of the errors that remain once e is taken out.
+    """Transform covariances in place when the errors e are corrected.
 
-    What remains of an error g of a rotation is the vector of R(-e) R(g), whose derivative at g = e
-    is (I - ½ [e×]) / (1 + |e|² / 4).
+    An error g of a rotation becomes the rotation vector of R(-e) R(g). The derivative at g = e is
+    (I - ½ [e×]) / (1 + |e|² / 4).
+
+    Parameters
+    ----------
+    P : array, shape (n_states, n_states, r)
+    e : array, shape (n_states, r)
+    places : array of int, shape (3, k)
+        Indices of the states that are rotations.
     """
     g = e[places]
     turns = (np.eye(3)[:, :, None, None] - 0.5 * skew(g)) / (1.0 + 0.25 * (g * g).sum(axis=0))
@@ -112,26 +130,28 @@ def innovation(
     rate: Floats = STILL,
     influences: Sequence[Any] = (),
 ) -> Taylor:
-    """Innovation as a polynomial in the errors of an estimate, by numbers of their blocks.
+    """Return the innovation of a sensor as a polynomial in the errors of an estimate.
+
+    The number of an error 3-vector in the polynomial is the number of its state block.
 
     Parameters
     ----------
     index : int
-        Number of the sensor in the suite.
-    y : array, shape (r, 3), or a tuple of them
-        What it reports.
+        Index of the sensor in the suite.
+    y : array, shape (r, 3), or a tuple of arrays
+        Reading.
     vector : array, shape (3,) or (r, 3)
-        What it looks at, GCRS; see `Sensor.inertial_vector`.
+        Observed vector in GCRS; see `Sensor.inertial_vector`.
     aligned : bool
-        Whether the estimate of every rotation but the attitude is taken to be none.
+        Treat the estimates of all rotations other than the attitude as zero.
     gradient : sequence of arrays, shape (3,)
-        What else it looks at, GCRS; see `Suite.looks`.
-    rate : array, shape (3,) or (r, 3)
-        Of the body [rad/s]; see `readings.taken`.
-    influences : sequence of floats or arrays, shape (r, 1)
-        What the sensor's are times, see `Suite.influence_values`.
+        Further observed vectors in GCRS; see `Suite.looks`.
     kind : type
-        `Taylor`, or `Linear` for the first derivatives alone.
+        `Taylor`, or `Linear` for first derivatives only.
+    rate : array, shape (3,) or (r, 3)
+        Body rate [rad/s]; see `readings.taken`.
+    influences : sequence of floats or arrays, shape (r, 1)
+        Values of the channels of the sensor's bias sensitivities; see `Suite.influence_values`.
     """
     sensor, turn = suite.sensors[index], uncertain_rotation(None, 0, -1.0, kind)
 
@@ -151,27 +171,38 @@ def innovation(
             own[state] = uncertain(estimate.states[first : first + 3].T, first // 3, kind)
     influenced(sensor.influences, own, influences, lambda value, state: state * value)
     predicted = sensor.measured(*taken(sensor, own, [vector, *gradient], to_body, rate))
-    found: Taylor = sensor.innovation(y, predicted)
-    return found
+    result: Taylor = sensor.innovation(y, predicted)
+    return result
 
 
 def jacobian(r: Taylor) -> tuple[Ints, Floats]:
-    """The p states that matter, shape (p,), and H = -∂r/∂e of these, shape (m, p, runs)."""
+    """Return the states in the first-order terms and H = -∂r/∂e.
+
+    Returns
+    -------
+    states : array of int, shape (p,)
+    H : array, shape (m, p, runs)
+    """
     numbers = tuple(term[0] for term in r.terms if len(term) == 1)
     H = np.empty((len(r.value), 3 * len(numbers), r.value.shape[-1]))
     for k, number in enumerate(numbers):
         np.negative(r.terms[(number,)], out=H[:, 3 * k : 3 * k + 3])
-    return _states(numbers), H
+    return _list_states(numbers), H
 
 
 def second_moments(r: Taylor, P: Floats) -> tuple[Floats, Floats]:
-    """Mean, shape (m, runs), and covariance, shape (m, m, runs), of the terms of second order.
+    """Return the mean and covariance of the second-order terms for errors e ~ N(0, P).
 
-    For e ~ N(0, P) the term ½ eᵀ B e has the mean ½ tr(B P) and covariance ½ tr(B P B' P).
+    The term ½ eᵀ B e has the mean ½ tr(B P), and two terms have the covariance ½ tr(B P B' P).
+
+    Returns
+    -------
+    mean : array, shape (m, runs)
+    covariance : array, shape (m, m, runs)
     """
     terms = {term: part for term, part in r.terms.items() if len(term) == 2}
     numbers = tuple(sorted({number for term in terms for number in term}))
-    states = _states(numbers)
+    states = _list_states(numbers)
     m, n = len(r.value), len(states)
     half = np.zeros((m, n, n, P.shape[-1]))
     for (i, j), part in terms.items():
@@ -184,6 +215,5 @@ def second_moments(r: Taylor, P: Floats) -> tuple[Floats, Floats]:
 
 
 @cache
-def _states(numbers: tuple[int, ...]) -> Ints:
-    """The states of blocks, one after the other."""
+def _list_states(numbers: tuple[int, ...]) -> Ints:
     return np.add.outer(3 * np.array(numbers, dtype=np.int64), np.arange(3)).ravel()

@@ -1,4 +1,4 @@
-"""From one sample to the next: how errors of a trajectory go on, by what the gyro has measured."""
+"""Process equations of a trajectory from the measured gyro rates."""
 
 from __future__ import annotations
 
@@ -29,17 +29,22 @@ from mgeo_calibration.telemetry.held import Held
 
 @dataclass(frozen=True, eq=False)
 class Steps:
-    """defect + F e_k + G e_c - e_{k+1} ~ N(0, Q) for driven errors e_k and constant errors e_c.
+    """Process equations defect + F e_k + G e_c - e_{k+1} ~ N(0, Q).
 
-    Constants change the attitude alone: only these three rows of G are there.
+    e_k are the errors of the stochastic states, e_c the errors of the constant states. Constant
+    states affect only the attitude, so G has three rows.
 
     Attributes
     ----------
     F, Q : arrays, shape (n, d, d)
+        Transition matrices and process noise covariances.
     G : array, shape (n, 3, c)
+        Change of the attitude error by the constant states.
     defect : array, shape (n, d)
+        Propagated minus estimated states at the end of each step.
     growth : array, shape (n + 1, c)
-        Of constants since the first sample: a bias that nothing drives decays.
+        Factor of each constant state since the first sample of the batch; below one for a gyro bias
+        that decays without process noise.
     """
 
     F: Floats
@@ -50,37 +55,45 @@ class Steps:
 
     @property
     def arrays(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """All but `growth`, in this order."""
+        """F, G, Q and defect, as the compiled loops expect them."""
         return self.F, self.G, self.Q, self.defect
 
 
 def growth(batch: Batch, parts: Partition) -> Floats:
-    """Of constants since the first sample, shape (N, c); see `Steps`."""
+    """Return the factors of the constant states since the first sample, shape (N, c)."""
     suite, N = batch.suite, len(batch.times)
     decay = np.zeros(suite.n_states)
     decay[: suite.n_dynamic] = -np.diag(suite.dynamics_matrix(np.zeros(3)))
     if not decay[parts.constant].any():
         return np.broadcast_to(1.0, (N, len(parts.constant)))
-    found: Floats = np.exp(-decay[parts.constant] * (batch.times - batch.times[0])[:, None])
-    return found
+    result: Floats = np.exp(-decay[parts.constant] * (batch.times - batch.times[0])[:, None])
+    return result
 
 
 def turns(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
-    """Corrected body rate, shape (n, 3), and what it turns GCRS-to-body matrices by in each step.
+    """Return the corrected body rates and the rotation of the body in each step.
 
-    A rate that is a line turns by a rotation vector that is its integral and a twelfth of the
-    step's square times rate × change (J. E. Bortz, A New Mathematical Formulation for Strapdown
-    Inertial Navigation, IEEE Transactions on Aerospace and Electronic Systems AES-7 (1971) 61-66).
+    The rotation of a linearly varying rate includes the coning term (J. E. Bortz, A New
+    Mathematical Formulation for Strapdown Inertial Navigation, IEEE Transactions on Aerospace and
+    Electronic Systems AES-7 (1971) 61-66).
 
     Parameters
     ----------
     states : array, shape (n + 1, n_states)
+        States of the gyro and the sensors at each sample.
+
+    Returns
+    -------
+    rates : array, shape (n, 3)
+        Corrected rates [rad/s].
+    turn : array, shape (n, 3, 3)
+        Matrices that multiply GCRS-to-body rotation matrices from the left.
     """
     gyro, suite, dt = batch.suite.gyro, batch.suite, batch.durations[:, None]
-    # all but the bias are the same at all samples
+    # All gyro states except the bias are constant.
     x = {name: states[:1, i : i + 3] for name, i in suite.places(gyro).items()}
     half = 0.5 * gyro.bias_decay * dt
-    # a decaying bias's mean over the step, (1 - exp(-2 h)) / (2 h)
+    # Mean of the decaying bias over the step, (1 - exp(-2 h)) / (2 h).
     x["bias"] = states[:-1, 3:6] * np.exp(-half) * _sinhc(half)
     influenced(gyro.influences, x, batch.follows(gyro, slice(1, None)))
     errors = SimpleNamespace(**x)
@@ -96,23 +109,25 @@ def steps(
     parts: Partition,
     grown: Floats | None = None,
 ) -> Steps:
-    """The kinematics of a trajectory.
+    """Linearize the process equations about a trajectory.
 
     Parameters
     ----------
+    at : Trajectory
+        Trajectory to linearize about.
     grown : array, shape (n + 1, c), optional
-        Its `growth`, if the first sample of all is another one.
+        Factors of the constant states, if the first sample is not the first sample of the batch.
     """
     suite, n = batch.suite, len(batch.gyro)
     rates, turn = turns(batch, at.states)
     follows = batch.follows(suite.gyro, slice(1, None))
     F, Q = discretized(suite, rates, batch.durations, follows)
-    # of the gyro's constants alone, which are the leading ones
+    # Only the constant states of the gyro, which come first, change the attitude.
     turned_by = F[:, :3, parts.constant[parts.constant < suite.n_kinematic]]
     F, Q = (each.take(parts.driven, axis=1).take(parts.driven, axis=2) for each in (F, Q))
     grown = np.ascontiguousarray(growth(batch, parts) if grown is None else grown)
     G = np.zeros((n, 3, len(parts.constant)))
-    # rows of F from the fourth on are of a diagonal
+    # F is diagonal from the fourth row on.
     c = turned_by.shape[2]
     G[:, :, :c] = turned_by * grown[:-1, None, :c]
     bias = parts.driven[3:]
@@ -150,19 +165,31 @@ def _pointing(held: Held, at: Trajectory, durations: Floats) -> tuple[Floats, Fl
 def discretized(
     suite: Suite, rates: Floats, durations: Floats, follows: Sequence[Floats] = ()
 ) -> tuple[Floats, Floats]:
-    """F and Q, equation (7), of n steps at once, shape (n, n_dynamic, n_dynamic).
+    """Discretize the error dynamics of n steps, equation (7).
 
-    Of attitude and gyro by a series; of the sensors' processes, which depend on nothing else,
-    exactly. Coefficients of the gyro's influences turn the attitude as a constant bias does.
+    Attitude and gyro use a power series, the independent sensor processes the exact solution. The
+    bias sensitivities of the gyro act on the attitude as constant biases.
 
     Parameters
     ----------
+    rates : array, shape (n, 3)
+        Body rates [rad/s].
+    durations : array, shape (n,)
+        Durations of the steps [s].
     follows : sequence of arrays, shape (n, 1)
-        Of each of the gyro's influences; see `Suite.influence_values`.
+        Value of each channel of the gyro's bias sensitivities; see `Suite.influence_values`.
+
+    Returns
+    -------
+    F, Q : arrays, shape (n, n_dynamic, n_dynamic)
     """
     n, m, k = len(rates), suite.n_dynamic, suite.n_kinematic
     F, Q = np.zeros((2, n, m, m))
-    density, turning, unit = suite.diffusion(), np.ascontiguousarray(rates), _by_rate(suite)
+    density, turning, unit = (
+        suite.diffusion(),
+        np.ascontiguousarray(rates),
+        _differentiate_dynamics(suite),
+    )
     densities, kernel = (density[0], density[3]), load("kinematics")
     kernel.discretized(suite.gyro.bias_decay, densities, unit, turning, durations, F, Q)
     if is_uneven(density):
@@ -182,13 +209,13 @@ def discretized(
 
 
 @lru_cache(maxsize=16)
-def _by_rate(suite: Suite) -> Floats:
-    """By what the gyro's constants change the attitude's rate, of each component of the rate."""
+def _differentiate_dynamics(suite: Suite) -> Floats:
+    """Return the derivative of the gyro columns of the dynamics matrix by each rate component."""
     k, rest = suite.n_kinematic, suite.dynamics_matrix(np.zeros(3))
     return np.array([(suite.dynamics_matrix(axis) - rest)[:3, 6:k] for axis in np.eye(3)])
 
 
 def _sinhc(x: Floats) -> Floats:
-    """sinh(x) / x."""
+    """Return sinh(x) / x."""
     ratio: Floats = np.divide(np.sinh(x), x, out=np.ones_like(x), where=x != 0.0)
     return ratio

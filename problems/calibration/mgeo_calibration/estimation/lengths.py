@@ -1,4 +1,4 @@
-"""Lengths of vectors: outliers that need no attitude, and directions where vectors are expected."""
+"""Checks of vector lengths, which need no attitude: outliers and normalized vectors."""
 
 from __future__ import annotations
 
@@ -9,44 +9,45 @@ from mgeo_attitude.sensors.vector_sensors import SunSensor
 
 from mgeo_calibration.estimation.batch import Batch
 
-#: Times the scatter of its sensor by which a vector is too long or too short.
+#: Smallest deviation of an outlier's length, in units of the scatter of its sensor.
 _FAR = 20.0
-#: Lengths that scatter by less than this share of the noise are those of normalized vectors.
+#: Largest scatter of the lengths of normalized vectors, relative to the declared noise.
 _NORMALIZED = 0.05
-_FEWEST = 10  # vectors, or samples, that can tell
-_NORMAL = 1.4826  # 1-sigma of normal numbers over their median absolute deviation
+_FEWEST = 10  # smallest number of vectors for a decision
+_NORMAL = 1.4826  # ratio of 1-sigma to the median absolute deviation of a normal distribution
 
 
 def implausible(batch: Batch) -> Bools:
-    """Vectors whose lengths stand apart from all others of their sensor, shape (s, N).
+    """Return a mask of vectors with outlying lengths, shape (s, N).
 
-    Lengths need no attitude. A bias changes them less than they scatter, or all of them alike.
+    Lengths are compared with the median of their sensor. A bias changes all lengths alike, or less
+    than they scatter.
     """
-    found = np.zeros((len(batch.sensors), len(batch.times)), dtype=bool)
+    result = np.zeros((len(batch.sensors), len(batch.times)), dtype=bool)
     for index, rows in enumerate(batch.sensors):
         seen = np.isfinite(rows[:, 0, 0])
         if rows.shape[1:] != (1, 3) or not seen.any():
             continue
-        off = _length(rows[seen, 0]) - _length(batch.vectors[seen, index])
+        off = _compute_length(rows[seen, 0]) - _compute_length(batch.vectors[seen, index])
         off -= np.median(off)
         scatter = max(_NORMAL * float(np.median(np.abs(off))), float(batch.noise[index].max()))
-        found[index, seen] = np.abs(off) > _FAR * scatter
-    return found
+        result[index, seen] = np.abs(off) > _FAR * scatter
+    return result
 
 
 def check_normalized(batch: Batch) -> None:
-    """Refuse vectors to the Sun that are directions where three noisy numbers are expected.
+    """Raise ValueError if a Sun sensor reports unit vectors instead of three noisy components.
 
     Raises
     ------
     ValueError
-        Naming the kind of sensor that they are of.
+        With the sensor kind to use instead.
     """
     for sensor, rows in zip(batch.suite.sensors, batch.sensors, strict=True):
         seen = np.isfinite(rows[:, 0, 0])
         if not isinstance(sensor, SunSensor) or sensor.unit_length or seen.sum() < _FEWEST:
             continue
-        length, noise = _length(rows[seen, 0]), min(sensor.noise())
+        length, noise = _compute_length(rows[seen, 0]), min(sensor.noise())
         scatter = float(np.median(np.abs(length - np.median(length))))
         if scatter < _NORMALIZED * noise:
             raise ValueError(
@@ -56,7 +57,7 @@ def check_normalized(batch: Batch) -> None:
             )
 
 
-def _length(vectors: Floats) -> Floats:
+def _compute_length(vectors: Floats) -> Floats:
     with np.errstate(over="ignore"):
         length: Floats = np.linalg.norm(vectors, axis=1)
     return length

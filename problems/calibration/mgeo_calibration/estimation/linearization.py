@@ -1,4 +1,7 @@
-"""Equations of some samples at once, and readings, linear in the errors of a trajectory."""
+"""Linearized process and measurement equations about a trajectory.
+
+The smoother and the score tests solve these equations.
+"""
 
 from __future__ import annotations
 
@@ -17,16 +20,20 @@ from mgeo_calibration.estimation.trajectory import Partition, Trajectory, spans
 
 @dataclass(frozen=True, eq=False)
 class Sighting:
-    """z - H e ~ N(0, diag(noise)²) for m readings of a sensor.
+    """Linearized readings of one sensor: z - H e ~ N(0, diag(noise)²).
 
     Attributes
     ----------
     samples : array of int, shape (m,)
+        Sample index of each reading.
     z : array, shape (m, k)
-        k numbers of each, up to three.
+        Innovations of the k components, at most three.
     states : array of int, shape (p,)
-        Those that H, shape (m, k, p), is of.
+        States of the columns of H.
+    H : array, shape (m, k, p)
+        Jacobian with respect to the errors of these states.
     noise : array, shape (k,)
+        1-sigma of each component.
     """
 
     samples: Ints
@@ -38,23 +45,26 @@ class Sighting:
 
 @dataclass(frozen=True, eq=False)
 class Sightings:
-    """The readings of all s sensors.
+    """Linearized readings of all s sensors.
 
-    One of fewer numbers than three has others that are zero, whatever the errors.
+    Readings with fewer than three components are padded with components that are always zero.
 
     Attributes
     ----------
     there : array of bool, shape (s, N)
+        True where a sensor has a reading.
     z : array, shape (s, N, 3)
+        Innovations.
     H : array, shape (s, N, 3, p)
-        By driven errors first, then by those of constants.
+        Jacobians with respect to the stochastic states, then to the constant states.
     noise : array, shape (s, 3)
+        1-sigma of each component.
     numbers : array of int, shape (s,)
-        How many numbers each has.
+        Number of components of each sensor.
     counts : array of int, shape (s, 2)
-        How many columns of H are of driven errors, and of constants.
+        Number of columns of H for the stochastic states and for the constant states.
     columns : array of int, shape (s, p)
-        Their places among the driven and the constant ones.
+        Index of each column of H among the stochastic or the constant states.
     """
 
     there: Bools
@@ -67,21 +77,21 @@ class Sightings:
 
     @property
     def arrays(self) -> tuple[Floats, Floats, Floats, Ints, Ints]:
-        """All but `there` and `numbers`, in this order."""
+        """z, H, noise, counts and columns, as the compiled loops expect them."""
         return self.z, self.H, self.noise, self.counts, self.columns
 
     @property
     def leading(self) -> int:
-        """How many leading driven states the readings depend on; the attitude's at least."""
+        """Number of leading stochastic states that the readings depend on, at least three."""
         each = zip(self.columns, self.counts, strict=True)
         return max(3, *(int(row[:n].max(initial=-1)) + 1 for row, (n, _) in each))
 
 
 def sightings(batch: Batch, at: Trajectory, parts: Partition) -> Sightings:
-    """The readings of all sensors."""
+    """Linearize the readings of all sensors."""
     each = [sighting(batch, index, at) for index in range(len(batch.suite.sensors))]
     s, N, p = len(each), len(batch.times), max(len(one.states) for one in each)
-    found = Sightings(
+    result = Sightings(
         there=np.zeros((s, N), dtype=bool),
         z=np.zeros((s, N, 3)),
         H=np.zeros((s, N, 3, p)),
@@ -93,28 +103,35 @@ def sightings(batch: Batch, at: Trajectory, parts: Partition) -> Sightings:
     for index, one in enumerate(each):
         chosen = [np.flatnonzero(np.isin(one.states, of)) for of in (parts.driven, parts.constant)]
         order, n = np.concatenate(chosen), len(one.states)
-        found.there[index, one.samples] = True
-        found.z[index, one.samples, : len(one.noise)] = one.z
-        found.H[index, one.samples, : len(one.noise), :n] = one.H[:, :, order]
-        found.counts[index] = [len(some) for some in chosen]
-        found.columns[index, :n] = np.concatenate(
+        result.there[index, one.samples] = True
+        result.z[index, one.samples, : len(one.noise)] = one.z
+        result.H[index, one.samples, : len(one.noise), :n] = one.H[:, :, order]
+        result.counts[index] = [len(some) for some in chosen]
+        result.columns[index, :n] = np.concatenate(
             [
                 np.searchsorted(of, one.states[some])
                 for of, some in zip((parts.driven, parts.constant), chosen, strict=True)
             ]
         )
-    return found
+    return result
 
 
 def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
-    """The readings of a sensor of the suite, by its number.
+    """Linearize the readings of one sensor.
 
-    A sensor that is late has seen the body turn at the rate of the step to the sample.
+    The body rate for a measurement latency is the rate of the step that ends at the sample.
 
-    If a satellite holds an attitude, sensitivities to all but rotations are those at that attitude,
-    in the directions that an attitude error moves the readings. The estimated attitude contains the
-    pointing error that is in the readings, too: a scale factor would grow to explain that error
-    (instrumental variables; W. A. Fuller, Measurement Error Models, Wiley 1987).
+    If a satellite holds an attitude, the sensitivities to all states but rotations are taken at the
+    held attitude, in the directions in which an attitude error moves the readings. The estimated
+    attitude contains the pointing error that is in the readings, and a scale factor would grow to
+    explain this error (instrumental variables; W. A. Fuller, Measurement Error Models, Wiley 1987).
+
+    Parameters
+    ----------
+    index : int
+        Index of the sensor in the suite.
+    at : Trajectory
+        Trajectory to linearize about.
     """
     suite, sensor = batch.suite, batch.suite.sensors[index]
     samples = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]))
@@ -133,9 +150,9 @@ def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
 
 
 def _linear(batch: Batch, index: int, at: Trajectory, samples: Ints) -> tuple[Floats, Ints, Floats]:
-    """Return z, states and H of a sensor's readings at samples; see `Sighting`."""
+    """Return z, states and H of the readings of one sensor at some samples; see `Sighting`."""
     suite, sensor = batch.suite, batch.suite.sensors[index]
-    rate = STILL  # which only a sensor that is late asks for
+    rate = STILL  # Only a sensor with a measurement latency depends on the body rate.
     if "delay" in suite.places(sensor):
         rates, _ = turns(batch, at.states)
         rate = rates[np.maximum(samples - 1, 0)]
@@ -158,25 +175,35 @@ def _linear(batch: Batch, index: int, at: Trajectory, samples: Ints) -> tuple[Fl
 
 
 def misfits(batch: Batch, index: int, at: Trajectory) -> Floats:
-    """z of a sensor at all samples, shape (N, k), NaN where it has not reported; see `Sighting`."""
-    found = np.full((len(batch.times), len(batch.suite.sensors[index].noise())), np.nan)
-    for low, high, first in spans(len(found)):
+    """Return the innovations of a sensor at all samples, shape (N, k).
+
+    Samples without a reading are NaN.
+    """
+    result = np.full((len(batch.times), len(batch.suite.sensors[index].noise())), np.nan)
+    for low, high, first in spans(len(result)):
         seen = sighting(batch.part(low, high), index, at.part(low, high))
         new = seen.samples >= first
-        found[low + seen.samples[new]] = seen.z[new]
-    return found
+        result[low + seen.samples[new]] = seen.z[new]
+    return result
 
 
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """Those of samples low to high - 1 of a batch.
+    """Linearized equations of the samples low to high - 1 of a batch.
 
     Attributes
     ----------
+    low, high : int
+        First sample, and one past the last sample.
     batch : Batch
-        Of these samples.
+        Part of the batch at these samples.
     trajectory : Trajectory
-        At these samples.
+        Part of the trajectory at these samples.
+    parts : Partition
+    steps : Steps
+        Process equations.
+    sightings : Sightings
+        Measurement equations.
     """
 
     low: int
@@ -191,7 +218,15 @@ class Equations:
 def equations(
     batch: Batch, at: Trajectory, parts: Partition, growth: Floats, low: int, high: int
 ) -> Equations:
-    """Of samples low to high - 1, with the growth of constants at all samples, shape (N, c)."""
+    """Linearize the equations of the samples low to high - 1.
+
+    Parameters
+    ----------
+    at : Trajectory
+        Trajectory at all samples.
+    growth : array, shape (N, c)
+        Factors of the constant states at all samples; see `kinematics.growth`.
+    """
     own, here = batch.part(low, high), at.part(low, high)
     move = steps(own, here, parts, growth[low:high])
     return Equations(low, high, own, here, parts, move, sightings(own, here, parts))

@@ -1,4 +1,7 @@
-"""What a solution leaves of the readings: each against all others, and against those before it."""
+"""Residuals and innovations of a smoother solution.
+
+Used for outlier rejection, consistency tests and the history that a calibration reports.
+"""
 
 from __future__ import annotations
 
@@ -13,13 +16,17 @@ from mgeo_calibration.estimation.smoother import Solution, smoothed
 
 @dataclass(frozen=True, eq=False)
 class Innovations:
-    """Of m readings of a sensor, each predicted from those before it.
+    """Whitened innovations of one sensor.
+
+    Each of the m readings is predicted from all earlier readings.
 
     Attributes
     ----------
     samples : array of int, shape (m,)
+        Sample index of each reading.
     whitened : array, shape (m, k)
-        L⁻¹ r for the innovation r and its covariance L Lᵀ: standard normal, and independent.
+        L⁻¹ r for the innovation r with covariance L Lᵀ. Independent and standard normal if the
+        model is correct.
     """
 
     samples: Ints
@@ -34,15 +41,16 @@ class Innovations:
 
 @dataclass(frozen=True, eq=False)
 class Filtered:
-    """The Kalman filter that is linear about a solution.
+    """Estimates of the Kalman filter linearized about a smoother solution.
 
     Attributes
     ----------
     errors : array, shape (N, n)
-        Estimates of the n leading driven errors after the readings of each sample.
+        Estimated errors of the first n stochastic states after the readings of each sample.
     covariances : array, shape (N, n, n)
+        Covariance of these errors.
     innovations : tuple of Innovations
-        One a sensor.
+        Innovations of each sensor.
     """
 
     errors: Floats
@@ -52,16 +60,16 @@ class Filtered:
 
 @dataclass(frozen=True, eq=False)
 class Residuals:
-    """What the estimate leaves of every reading, and how well the attitude is known.
+    """Residuals of all readings and the 1-sigma of the smoothed attitude.
 
     Attributes
     ----------
     r : array, shape (s, N, 3)
-        To the smoothed estimate.
+        Reading minus its prediction from the smoothed estimate.
     squares : array, shape (s, N)
-        rᵀ (R ∓ H P Hᵀ)⁻¹ r: minus where the reading is part of the estimate, plus where it is not,
-        NaN where there is none. Unlike the square of an innovation it can tell an outlier among the
-        first readings, too.
+        Normalized residual squared, rᵀ V⁻¹ r; NaN where a sensor has no reading. V = R - H P Hᵀ for
+        a reading that the solution uses, and V = R + H P Hᵀ for a rejected reading. Unlike the
+        normalized innovation squared, it also detects an outlier among the first readings.
     sigma : array, shape (N, 3)
         1-sigma of the smoothed attitude about the body axes [rad].
     """
@@ -72,10 +80,10 @@ class Residuals:
 
 
 def residuals(solution: Solution) -> Residuals:
-    """Of all readings, also of those that the solution is without."""
+    """Compute the residuals of all readings, including the rejected readings."""
     s, N = solution.used.shape
     left = Residuals(np.zeros((s, N, 3)), np.full((s, N), np.nan), np.empty((N, 3)))
-    for span, found in smoothed(solution):
+    for span, result in smoothed(solution):
         seen, first = span.sightings, span.first
         r, squares = np.zeros(seen.z.shape), np.full(seen.there.shape, np.nan)
         load("residuals").all_others(
@@ -85,8 +93,8 @@ def residuals(solution: Solution) -> Residuals:
             span.steps.growth,
             solution.e[span.low : span.high],
             solution.common,
-            found.given,
-            found.slope,
+            result.given,
+            result.slope,
             solution.root,
             first,
             r,
@@ -98,7 +106,18 @@ def residuals(solution: Solution) -> Residuals:
 
 
 def filtered(solution: Solution, n: int = 3) -> Filtered:
-    """One sample after the other; of the n leading errors, those of the attitude."""
+    """Compute the filter estimates and innovations of a smoother solution.
+
+    Parameters
+    ----------
+    solution : Solution
+    n : int
+        Number of leading stochastic states to return. The default returns the attitude errors.
+
+    Returns
+    -------
+    Filtered
+    """
     r, J = solution.prior
     s, N = solution.used.shape
     root = np.linalg.inv(J)
@@ -118,18 +137,19 @@ def filtered(solution: Solution, n: int = 3) -> Filtered:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class History:
-    """Attitude at N samples, and innovations.
+    """Smoothed and filtered attitude at N samples, with the innovations.
 
     Attributes
     ----------
     times : array, shape (N,)
-        [s]
+        Time of each sample [s].
     smoothed, filtered : arrays, shape (N, 3, 3)
-        GCRS to body: by all readings, and by those until the sample.
+        Rotation matrices from GCRS to body. The smoothed attitude uses all readings, the filtered
+        attitude only the readings up to each sample.
     smoothed_sigma, filtered_sigma : arrays, shape (N, 3)
         1-sigma about the body axes [rad].
     innovations : tuple of Innovations
-        One a sensor.
+        Innovations of each sensor.
     """
 
     times: Floats

@@ -1,11 +1,11 @@
-"""The fixed-interval smoother: the most probable trajectory and constants of a whole batch.
+"""Fixed-interval smoother: the most probable trajectory and constant states of a batch.
 
-Gauss-Newton on all residuals at once (B. M. Bell, The iterated Kalman smoother as a Gauss-Newton
-method, SIAM Journal on Optimization 4 (1994) 626-636): each step is that of the linear smoother
-about the trajectory (`kernels/two_stage.py`, `kernels/bryson_frazier.py`).
+Each Gauss-Newton step over all residuals is a linear smoother about the trajectory (B. M. Bell, The
+iterated Kalman smoother as a Gauss-Newton method, SIAM Journal on Optimization 4 (1994) 626-636).
+The compiled loops are in `kernels/two_stage.py` and `kernels/bryson_frazier.py`.
 
-Equations are formed, and the filter goes forward, in spans of samples. Of long telemetry what it
-knew at the first sample of each is kept, and all else is formed again when it goes backward.
+The forward filter forms the equations in spans of consecutive samples. For long telemetry, only the
+filter estimate at the start of each span is stored; the backward pass forms the equations again.
 """
 
 from __future__ import annotations
@@ -32,29 +32,29 @@ from mgeo_calibration.estimation.trajectory import (
     spans,
 )
 
-#: A step this small, in 1-sigmas of the constants and in rad, is the last: what it leaves is of the
-#: order of its square.
+#: Convergence tolerances of a step: change of the constant states in 1-sigmas, and of the attitude
+#: in rad. The remaining error is of the order of the square of the step.
 LAST = 1e-2, 1e-5
-_HALVINGS = 4  # of a step that makes it worse
-#: x, T and P, see `Span.kept`, of one sample.
+_HALVINGS = 4  # largest number of halvings of a step that increases the cost
+#: Filter estimate x, T and P of one sample; see `Span.kept`.
 Known = tuple[Floats, Floats, Floats]
 
 
 @dataclass(frozen=True, eq=False)
 class Span(Equations):
-    """What the filter makes of the equations of some samples.
+    """Filter estimates and linearized equations of consecutive samples.
 
     Attributes
     ----------
     first : int
-        0, or 1 if the first of them is the last of the span before.
+        1 if the first sample is the last sample of the previous span, otherwise 0.
     used : array of bool, shape (s, n)
-        Readings that are not left out.
+        Readings that are not rejected.
     kept : tuple of arrays
-        x, T and P, shapes (n, d), (n, d, q) and (n, d, d): driven errors, by the readings until a
-        sample, are e = x + T c, with covariance P of e - T c.
+        x, T and P, shapes (n, d), (n, d, q) and (n, d, d). The errors of the stochastic states
+        after the readings up to a sample are e = x + T c, where P is the covariance of e - T c.
     readings : tuple of arrays
-        What `kernels/two_stage.py` keeps of each.
+        Hw, K, w and W of each reading; see `kernels/two_stage.py`.
     """
 
     first: int
@@ -64,26 +64,29 @@ class Span(Equations):
 
     @property
     def new(self) -> slice:
-        """The samples of the batch that are not of the span before."""
+        """Samples of the batch that do not belong to the previous span."""
         return slice(self.low + self.first, self.high)
 
     @property
     def last(self) -> Known:
-        """What is known at its last sample."""
+        """Filter estimate at the last sample."""
         x, T, P = (each[-1].copy() for each in self.kept)
         return x, T, P
 
 
 @dataclass(frozen=True, eq=False)
 class Linear:
-    """A batch with its equations, linear about a trajectory.
+    """Batch with the trajectory of its linearization.
 
     Attributes
     ----------
+    batch : Batch
+    trajectory : Trajectory
+    parts : Partition
     used : array of bool, shape (s, N)
-        Readings that are not left out.
+        Readings that are not rejected.
     growth : array, shape (N, c)
-        See `Steps`.
+        Factors of the constant states; see `kinematics.Steps`.
     """
 
     batch: Batch
@@ -95,7 +98,23 @@ class Linear:
     def filtered(
         self, known: Known, span: tuple[int, int, int], cost: float = 0.0
     ) -> tuple[Span, float]:
-        """One of `spans`, from what is known at its first sample, and the cost until its end."""
+        """Run the filter over one span.
+
+        Parameters
+        ----------
+        known : tuple of arrays
+            Filter estimate at the first sample of the span.
+        span : (int, int, int)
+            One of `trajectory.spans`.
+        cost : float
+            Cost up to the first sample of the span.
+
+        Returns
+        -------
+        span : Span
+        cost : float
+            Cost up to the last sample of the span.
+        """
         low, high, first = span
         own = equations(self.batch, self.trajectory, self.parts, self.growth, low, high)
         move, seen = own.steps, own.sightings
@@ -107,33 +126,33 @@ class Linear:
         readings, used = (Hw, K, w, W), np.ascontiguousarray(self.used[:, low:high])
         forward = load("two_stage").forward
         cost = forward(move.arrays, used, seen.arrays, move.growth, kept, readings, first, cost)
-        found = Span(**vars(own), first=first, used=used, kept=kept, readings=readings)
-        return found, cost
+        result = Span(**vars(own), first=first, used=used, kept=kept, readings=readings)
+        return result, cost
 
 
 @dataclass(frozen=True, eq=False)
 class Solution(Linear):
-    """The linear smoother about a trajectory.
+    """Linear smoother solution about a trajectory.
 
-    Errors c, to be taken out, are the driven ones at the first sample, then those of the constants;
-    q = d + c of them.
+    The vector c of length q contains the errors of the d stochastic states at the first sample,
+    followed by the errors of the constant states. Errors are corrections to the trajectory.
 
     Attributes
     ----------
     cost : float
-        Sum of squares of all residuals over their 1-sigmas.
+        Sum of squares of all normalized residuals.
     prior : tuple of arrays
-        Residual of what is believed of c and minus its derivative, shapes (q,) and (q, q).
+        Whitened residual of the prior of c and its negative derivative, shapes (q,) and (q, q).
     starts : tuple of Known
-        At the first sample of each span, and at the last one of all.
+        Filter estimates at the first sample of each span and at the last sample of the batch.
     held : tuple of Span
-        All, or none if they would take more than `KEPT`.
+        All spans, or none if the spans would take more memory than `KEPT`.
     root : array, shape (q, q)
-        S, an upper triangle, with S Sᵀ the covariance of c.
+        Upper triangular S, where S Sᵀ is the covariance of c.
     common : array, shape (q,)
-        c.
+        Estimate of c.
     e : array, shape (N, d)
-        Smoothed driven errors, to be taken out.
+        Smoothed errors of the stochastic states.
     """
 
     cost: float
@@ -146,35 +165,35 @@ class Solution(Linear):
 
     @cached_property
     def covariance(self) -> Floats:
-        """Of c, shape (q, q)."""
-        # not by `@`: BLAS would start its threads, which then wait for more in a busy loop
+        """Covariance of c, shape (q, q)."""
+        # `@` would start BLAS threads, which then wait for further work in a busy loop.
         covariance: Floats = np.einsum("ij,kj->ik", self.root, self.root)
         return covariance
 
     @property
     def e_c(self) -> Floats:
-        """Errors of the constants, to be taken out, shape (c,)."""
+        """Estimated errors of the constant states, shape (c,)."""
         return self.common[len(self.parts.driven) :]
 
     @property
     def constants_covariance(self) -> Floats:
-        """Of e_c, shape (c, c)."""
+        """Covariance of the constant states, shape (c, c)."""
         d = len(self.parts.driven)
         return self.covariance[d:, d:]
 
     @cached_property
     def estimate(self) -> Trajectory:
-        """The trajectory with the errors taken out."""
+        """Trajectory after the correction by the estimated errors."""
         return moved(self.trajectory, self.parts, self.growth, self.e, self.e_c, self.batch.suite)
 
     def settled(self, last: tuple[float, float] = LAST) -> bool:
-        """Whether the step is small enough to be the last."""
+        """Return whether the step is within the convergence tolerances; see `LAST`."""
         step = np.abs(self.e_c / np.sqrt(np.diag(self.constants_covariance))).max(initial=0.0)
         turn = np.abs(self.e[:, :3]).max()
         return bool(step < last[0] and turn < last[1])
 
     def spans(self, backward: bool = False) -> Iterator[Span]:
-        """All, one after the other, formed again unless they are held."""
+        """Yield all spans in order, recomputed unless they are in memory."""
         if self.held:
             yield from reversed(self.held) if backward else self.held
             return
@@ -185,12 +204,14 @@ class Solution(Linear):
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """Covariances of the n leading smoothed driven errors, given c, and their change with c.
+    """Covariances of the first n smoothed stochastic states for a known c, and their derivatives.
 
     Attributes
     ----------
     given : array, shape (N, n, n)
+        Covariance of the errors e for a known c.
     slope : array, shape (N, n, q)
+        Derivative of e with respect to c.
     """
 
     given: Floats
@@ -205,30 +226,43 @@ def solve(
     last: tuple[float, float] = LAST,
     rejected: Bools | None = None,
 ) -> Solution:
-    """Iterate from a trajectory until the step is `settled`, at most so many times.
+    """Iterate from a trajectory until convergence or a number of iterations.
 
     Parameters
     ----------
+    belief : Belief
+        Prior at the first sample.
+    start : Trajectory
+        Initial trajectory.
+    iterations : int
+        Largest number of iterations.
+    last : (float, float)
+        Convergence tolerances; see `LAST`.
     rejected : array of bool, shape (s, N), optional
-        Readings to leave out.
+        Readings to exclude.
+
+    Returns
+    -------
+    Solution
+        Solution of the last iteration; `Solution.settled` tells whether it has converged.
     """
     parts = Partition.of(batch.suite)
-    found = linear_solution(batch, belief, start, parts, rejected)
+    result = linear_solution(batch, belief, start, parts, rejected)
     for _ in range(iterations):
-        if found.settled(last):
+        if result.settled(last):
             break
-        # all else of the solution would be as large as that of the next
-        cost, at, grown = found.cost, found.trajectory, found.growth
-        share, e, e_c = 1.0, found.e, found.e_c
+        # Delete the old solution before the next one is computed, to halve the peak memory.
+        cost, at, grown = result.cost, result.trajectory, result.growth
+        share, e, e_c = 1.0, result.e, result.e_c
         for _ in range(_HALVINGS):
-            del found
+            del result
             reached = moved(at, parts, grown, e, e_c, batch.suite, share)
-            found = linear_solution(batch, belief, reached, parts, rejected)
-            # the equations of a held attitude are not solved where the cost is least
-            if batch.held is not None or found.cost <= cost * (1.0 + 1e-9):
+            result = linear_solution(batch, belief, reached, parts, rejected)
+            # The equations of a held attitude have no solution of least cost.
+            if batch.held is not None or result.cost <= cost * (1.0 + 1e-9):
                 break
             share *= 0.5
-    return found
+    return result
 
 
 def linear_solution(
@@ -238,7 +272,22 @@ def linear_solution(
     parts: Partition,
     rejected: Bools | None = None,
 ) -> Solution:
-    """The step from a trajectory, and the covariance of c."""
+    """Compute one Gauss-Newton step about a trajectory.
+
+    Parameters
+    ----------
+    belief : Belief
+        Prior at the first sample.
+    at : Trajectory
+        Trajectory to linearize about.
+    parts : Partition
+    rejected : array of bool, shape (s, N), optional
+        Readings to exclude.
+
+    Returns
+    -------
+    Solution
+    """
     used = batch.there if rejected is None else batch.there & ~rejected
     linear = Linear(batch, at, parts, used, growth(batch, parts))
     N, d = len(batch.times), len(parts.driven)
@@ -250,11 +299,12 @@ def linear_solution(
     starts, held, cost = [known], list[Span](), 0.0
     hold = N * row_bytes(batch.suite, parts) <= KEPT
     for span in spans(N):
-        found, cost = linear.filtered(starts[-1], span, cost)
-        load("two_stage").learn(found.used, found.readings, found.first, R)
-        starts.append(found.last)
-        held += [found] if hold else []
-    root = np.ascontiguousarray(dtrtri(R[:, :q])[0])  # in one thread, unlike `solve_triangular`
+        result, cost = linear.filtered(starts[-1], span, cost)
+        load("two_stage").learn(result.used, result.readings, result.first, R)
+        starts.append(result.last)
+        held += [result] if hold else []
+    # `solve_triangular` would start BLAS threads.
+    root = np.ascontiguousarray(dtrtri(R[:, :q])[0])
     solution = Solution(
         **vars(linear),
         cost=cost + float(r @ r),
@@ -285,18 +335,21 @@ def linear_solution(
 
 
 def smoothed(solution: Solution, n: int | None = None) -> Iterator[tuple[Span, Spread]]:
-    """All spans, the last one first, with the spread at their samples; the first may be without.
+    """Yield all spans backward in time with the smoothed covariances of their samples.
+
+    The covariances at the first sample of a span are undefined if `Span.first` is 1.
 
     Parameters
     ----------
     n : int, optional
-        How many leading errors. Default: those of the attitude, and of all that readings depend on.
+        Number of leading stochastic states. Default: all that the readings depend on, at least
+        three.
     """
     d, q = solution.starts[0][1].shape
     later, adjoint = np.zeros((d, d)), np.zeros((d, q))
     for each in solution.spans(backward=True):
         size, leading = each.high - each.low, each.sightings.leading if n is None else n
-        found = Spread(np.empty((size, leading, leading)), np.empty((size, leading, q)))
+        result = Spread(np.empty((size, leading, leading)), np.empty((size, leading, q)))
         load("bryson_frazier").smoothed(
             each.steps.arrays,
             each.used,
@@ -306,14 +359,14 @@ def smoothed(solution: Solution, n: int | None = None) -> Iterator[tuple[Span, S
             each.first,
             later,
             adjoint,
-            found.given,
-            found.slope,
+            result.given,
+            result.slope,
         )
-        yield each, found
+        yield each, result
 
 
 def last_covariance(solution: Solution) -> Floats:
-    """Of all states at the last sample, shape (n_states, n_states)."""
+    """Return the covariance of all states at the last sample, shape (n_states, n_states)."""
     parts, grown = solution.parts, solution.growth[-1]
     d, n = len(parts.driven), len(parts.driven) + len(parts.constant)
     _, T, P_given = solution.starts[-1]

@@ -1,4 +1,4 @@
-"""A first attitude from vectors alone: Wahba's problem over a stretch of samples."""
+"""Initial attitude from vector readings by Wahba's problem over an interval of samples."""
 
 from __future__ import annotations
 
@@ -16,25 +16,31 @@ from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.kernels import load
 from mgeo_calibration.estimation.kinematics import turns
 
-#: Lengths of stretches to look at, in samples; the first that will do is taken.
+#: Lengths of intervals to try, in samples. The first sufficient interval is used.
 LENGTHS = (10, 30, 100, 300, 1000, 3000)
-#: Directions have to be this far apart: the second eigenvalue of their mean dyad; 20° between two.
+#: Smallest second eigenvalue of the mean dyad of the directions; 20° between two directions.
 SPREAD = 0.03
-#: Smallest eigenvalue of Σ n nᵀ over normals of lit faces: it is 1 of three at right angles.
+#: Smallest eigenvalue of Σ n nᵀ over the normals of lit faces; three orthogonal faces give 1.
 _APART = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class Directions:
-    """Unit vectors that were seen, m of them, in the body axes of sample 0, and what they are.
+    """Observed unit vectors and their inertial directions.
 
     Attributes
     ----------
     samples : array of int, shape (m,)
+        Sample index of each vector.
     sensor : array of int, shape (m,)
+        Sensor index of each vector.
     weight : array, shape (m,)
-        All sensors together weigh the same, how often each may have reported.
-    body, inertial : arrays, shape (m, 3)
+        Weights. The weights of each sensor add up to the same total, whatever its number of
+        readings.
+    body : array, shape (m, 3)
+        Observed directions in the body frame of sample 0.
+    inertial : array, shape (m, 3)
+        Directions in GCRS.
     """
 
     samples: Ints
@@ -45,18 +51,26 @@ class Directions:
 
 
 def first_attitude(batch: Batch, states: Floats) -> tuple[Floats, slice]:
-    """Attitudes, body to GCRS, shape (N, 3, 3), by Wahba's problem; and where it was solved.
+    """Solve Wahba's problem and propagate the attitude to all samples with the gyro.
 
-    Rates of the gyro carry the attitude between samples; `breaks` count for nothing.
+    Breaks of the gyro are ignored.
 
     Parameters
     ----------
     states : array, shape (N, n_states)
+        States of the gyro and the sensors.
+
+    Returns
+    -------
+    attitude : array, shape (N, 3, 3)
+        Rotation matrices from body to GCRS.
+    where : slice
+        Samples that Wahba's problem used.
 
     Raises
     ------
     ValueError
-        If nowhere vectors are far enough apart.
+        If no interval has vectors that are far enough apart.
     """
     relative = accumulated(batch, states)
     seen = directions(batch, relative, states)
@@ -67,18 +81,25 @@ def first_attitude(batch: Batch, states: Floats) -> tuple[Floats, slice]:
 
 
 def carried_for(batch: Batch, sigma: Floats, angle: float) -> int:
-    """Samples over which the gyro's bias turns the attitude by an angle [rad], 1-sigma.
+    """Return the number of samples over which the gyro bias rotates the attitude by an angle.
 
     Parameters
     ----------
     sigma : array, shape (3,)
-        Of the bias [rad/s].
+        1-sigma of the bias [rad/s].
+    angle : float
+        Largest rotation [rad].
     """
     return int(min(len(batch.times), angle / (np.linalg.norm(sigma) * np.median(batch.durations))))
 
 
 def accumulated(batch: Batch, states: Floats) -> Floats:
-    """Rotations from the body axes of every sample to those of the first, shape (N, 3, 3)."""
+    """Return rotations from the body frame of each sample to the body frame of the first sample.
+
+    Returns
+    -------
+    array, shape (N, 3, 3)
+    """
     _, turn = turns(batch, states)
     R = np.empty((len(turn) + 1, 3, 3))
     load("kinematics").accumulated(np.ascontiguousarray(turn), R)
@@ -86,21 +107,22 @@ def accumulated(batch: Batch, states: Floats) -> Floats:
 
 
 def directions(batch: Batch, relative: Floats, states: Floats) -> Directions:
-    """All vectors of all sensors; those of a sensor of several are the axes of GCRS.
+    """Collect the observed directions of all sensors.
 
-    Photodiodes give one together.
+    A star tracker contributes the three axes of GCRS. All photodiodes together contribute one Sun
+    direction.
 
     Parameters
     ----------
     relative : array, shape (N, 3, 3)
-        See `accumulated`.
+        Rotations from `accumulated`.
     states : array, shape (N, n_states)
-        Whose biases are taken out of vectors.
+        States with the sensor biases to correct.
     """
     samples, sensors, weights, body, inertial = [], [], [], [], []
     suns = sun_directions(batch.suite, batch.sensors, states)
     for index, rows in enumerate(batch.sensors):
-        if rows.shape[2] == 1:  # the first of all photodiodes stands for them
+        if rows.shape[2] == 1:  # The first photodiode carries the common Sun direction.
             rows, suns = suns[:, None], np.full_like(suns, np.nan)
         k = np.flatnonzero(np.isfinite(rows[:, 0, 0]))
         place = batch.suite.places(batch.suite.sensors[index]).get("bias")
@@ -130,16 +152,17 @@ def directions(batch: Batch, relative: Floats, states: Floats) -> Directions:
 
 
 def sun_directions(suite: Suite, readings: Sequence[Floats], states: Floats) -> Floats:
-    """Where all photodiodes together see the Sun, body axes, shape (N, 3), NaN where they do not.
+    """Return the Sun direction in the body frame from all photodiodes, shape (N, 3).
 
-    By least squares over those that are lit, of which three or more have to look well apart.
+    The least-squares solution needs at least three lit photodiodes with normals that are well
+    apart; other samples are NaN.
 
     Parameters
     ----------
     readings : sequence of array, shape (N, k, 3)
-        Of each sensor of the suite.
+        Readings of each sensor of the suite.
     states : array, shape (N, n_states)
-        Whose errors are taken out.
+        States with the errors to correct.
     """
     A, b = np.zeros((len(states), 3, 3)), np.zeros((len(states), 3))
     for sensor, rows in zip(suite.sensors, readings, strict=True):
@@ -149,19 +172,28 @@ def sun_directions(suite: Suite, readings: Sequence[Floats], states: Floats) -> 
             seen = np.isfinite(rows[:, 0, 0])
             A[seen] += normals[seen, :, None] * normals[seen, None]
             b[seen] += normals[seen] * rows[seen, 0]
-    found = np.full(b.shape, np.nan)
+    result = np.full(b.shape, np.nan)
     apart = np.linalg.eigvalsh(A)[:, 0] > _APART
-    found[apart] = np.linalg.solve(A[apart], b[apart, :, None])[..., 0]
-    return found
+    result[apart] = np.linalg.solve(A[apart], b[apart, :, None])[..., 0]
+    return result
 
 
 def stretch(seen: Directions, n: int) -> slice:
-    """The first of the shortest stretches of n samples in which directions are far apart.
+    """Return the shortest interval in which the observed directions are far enough apart.
+
+    Lengths come from `LENGTHS`, and the separation is compared with `SPREAD`. Among intervals of
+    equal length, the first is returned.
+
+    Parameters
+    ----------
+    seen : Directions
+    n : int
+        Number of samples.
 
     Raises
     ------
     ValueError
-        If there is none.
+        If no interval is sufficient.
     """
     dyads, weights = np.zeros((n + 1, 3, 3)), np.zeros(n + 1)
     np.add.at(
@@ -183,16 +215,28 @@ def stretch(seen: Directions, n: int) -> slice:
         best = max(best, float(spread.max()))
     angle = np.degrees(np.arcsin(min(1.0, 2.0 * np.sqrt(best))))
     raise ValueError(
-        f"the vectors that were seen are nowhere more than {angle:.2g} deg apart: no attitude "
-        "follows from them"
+        f"the observed vectors are nowhere more than {angle:.2g} deg apart and do not determine "
+        "an attitude"
     )
 
 
 def wahba(seen: Directions, chosen: Bools) -> tuple[Floats, float]:
-    """Rotation from the body axes of sample 0 to GCRS, and the median square residual.
+    """Solve Wahba's problem for the selected directions.
 
-    It is solved again without the worst directions of each sensor: one that is wrong turns
-    everything.
+    Outliers of each sensor are excluded in two further solutions.
+
+    Parameters
+    ----------
+    seen : Directions
+    chosen : array of bool, shape (m,)
+        Directions to use.
+
+    Returns
+    -------
+    rotation : array, shape (3, 3)
+        Rotation matrix from the body frame of sample 0 to GCRS.
+    square : float
+        Median squared residual.
     """
     inertial, body = seen.inertial[chosen], seen.body[chosen]
     sensor, weight = seen.sensor[chosen], seen.weight[chosen]
@@ -200,7 +244,8 @@ def wahba(seen: Directions, chosen: Bools) -> tuple[Floats, float]:
     for _ in range(3):
         rotation, _ = Rotation.align_vectors(inertial[kept], body[kept], weight[kept])
         square = ((inertial - rotation.apply(body)) ** 2).sum(axis=1)
-        for one in np.unique(sensor):  # by its own scatter: biases may be larger than noise
+        # The threshold is relative to the scatter: biases may exceed the declared noise.
+        for one in np.unique(sensor):
             own = sensor == one
             kept[own] = square[own] <= 9.0 * np.median(square[own]) + 1e-12
     return rotation.as_matrix(), float(np.median(square))

@@ -1,9 +1,9 @@
-"""The gyro's noise in single steps as states, where readings are of a time between two samples.
+"""Gyro noise of single steps as states, for sensors with measurement latency.
 
-A reading that is late by a part d of a step is of (1 - d) θ_k + d θ_{k-1}. Between these attitudes
-is what the gyro reports without its noise: beside a sensor that is better than a step of the gyro
-that is more than what the delay changes. So the noise is estimated, as a rate in the step to each
-sample, and the turn back is at the rate without it.
+A measurement with a latency of a fraction d of a step depends on (1 - d) θ_k + d θ_{k-1}. The
+difference of both attitudes is the gyro rate without its noise. For a sensor that is more accurate
+than one step of the gyro, the gyro noise changes the reading more than the latency does. The noise
+is therefore estimated as a rate in the step that ends at the sample.
 """
 
 from __future__ import annotations
@@ -26,16 +26,17 @@ from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.telemetry.gyro_samples import gyro_noise
 
-#: Share of its variance by which the state is free of the angle that it adds to: with none their
-#: covariance has no inverse.
+#: Relative excess variance of the noise state over the process noise of the angle. Without an
+#: excess the two would be perfectly correlated and their covariance singular.
 SLACK = 1e-3
-#: Of a step, after which nothing is left of it.
+#: Correlation time of the noise state relative to a step: the noise of successive steps is
+#: independent.
 _SHORT = 1e-3
 
 
 @dataclass(frozen=True)
 class Steps:
-    """Whose the states are, as gyro and sensors own theirs."""
+    """Owner of the step noise states, analogous to the gyro and the sensors."""
 
     process: GaussMarkov
 
@@ -44,18 +45,18 @@ class Steps:
     influences: ClassVar[tuple[Any, ...]] = ()
 
     def states(self) -> dict[str, GaussMarkov]:
-        """The noise, as a rate [rad/s]."""
+        """Return the noise process as a rate [rad/s]."""
         return {NOISE: self.process}
 
 
 @dataclass(frozen=True)
 class WithStepNoise(Suite):
-    """A suite whose sensors with a delay see the gyro's noise of the step to their sample.
+    """Suite with step noise states for the sensors with measurement latency.
 
     Attributes
     ----------
     step : float
-        Usual duration of one [s].
+        Typical duration of a step [s].
     """
 
     step: float = 1.0
@@ -73,7 +74,14 @@ class WithStepNoise(Suite):
 
 
 def for_delays(batch: Batch, belief: Belief) -> tuple[Batch, Belief]:
-    """Add these states to the suite of a batch and of a belief if a sensor has a delay."""
+    """Add step noise states to a batch and its prior if a sensor has a measurement latency.
+
+    Returns
+    -------
+    batch : Batch
+    belief : Belief
+        The arguments themselves if no sensor has a latency.
+    """
     suite = batch.suite
     if not any(sensor.delay() for sensor in suite.sensors):
         return batch, belief
@@ -88,13 +96,23 @@ def for_delays(batch: Batch, belief: Belief) -> tuple[Batch, Belief]:
 
 
 def without_step_noise(suite: Suite) -> Ints:
-    """All states but those."""
-    return np.setdiff1d(np.arange(suite.n_states), _states(suite))
+    """Return the indices of all states except the step noise."""
+    return np.setdiff1d(np.arange(suite.n_states), _list_noise_states(suite))
 
 
 def correlate(suite: Suite, driven: Ints, durations: Floats, Q: Floats) -> None:
-    """Let the states of steps be what adds to the angle about each axis, in their covariances Q."""
-    own = np.flatnonzero(np.isin(driven, _states(suite)))
+    """Correlate the step noise with the process noise of the attitude, in place.
+
+    Parameters
+    ----------
+    driven : array of int, shape (d,)
+        Stochastic states.
+    durations : array, shape (n,)
+        Durations of the steps [s].
+    Q : array, shape (n, d, d)
+        Process noise covariances of the steps.
+    """
+    own = np.flatnonzero(np.isin(driven, _list_noise_states(suite)))
     if not own.size:
         return
     axes = np.arange(3)
@@ -103,7 +121,7 @@ def correlate(suite: Suite, driven: Ints, durations: Floats, Q: Floats) -> None:
     Q[:, axes, own] = Q[:, own, axes] = rate
 
 
-def _states(suite: Suite) -> Ints:
+def _list_noise_states(suite: Suite) -> Ints:
     name = f"step.{NOISE}"
     first = 3 * suite.blocks.index(name) if name in suite.blocks else 0
     return np.arange(first, first + 3 * (name in suite.blocks))

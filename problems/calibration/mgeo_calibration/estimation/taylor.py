@@ -1,7 +1,8 @@
-"""Vectors as Taylor polynomials of second order in the errors of an estimate.
+"""Vector-valued Taylor polynomials of second order in the errors of an estimate.
 
-Evaluated on them, a sensor's model in ``+ - * /``, `rotate`, `cross`, `dot` and `direction` gives
-its value and its exact first and second derivatives, for many runs at once.
+A sensor model that is written with ``+ - * /``, `rotate`, `cross`, `dot` and `direction` can be
+evaluated on these polynomials. The result contains its value and exact first and second derivatives
+for many runs at once.
 """
 
 from __future__ import annotations
@@ -13,47 +14,47 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.geometry.rotation import multiply, skew
 
-#: The errors are 3-vectors with numbers. A term (i, j) stands for Σ T[p, q] e_i[p] e_j[q].
+#: Numbers of the error 3-vectors of a term. The term (i, j) represents Σ T[p, q] e_i[p] e_j[q].
 Term = tuple[int, ...]
 
 
 class Taylor:
-    """A vector of d components in r runs, a polynomial of second order in error 3-vectors.
+    """Second-order polynomial in error 3-vectors, with d components in r runs.
 
-    In a model it stands for an array of shape (r, d).
+    A sensor model treats the polynomial as an array of shape (r, d).
 
     Attributes
     ----------
     terms : mapping of Term to array, shape (d, 3**degree, r)
-        What is left out is zero. What is the same in all runs may have r = 1.
+        Coefficients. Missing terms are zero. A term that is equal in all runs may have r = 1.
     """
 
-    #: Terms of a higher one are left out.
+    #: Highest degree; terms of a higher degree are dropped.
     order: ClassVar[int] = 2
 
-    __array_ufunc__ = None  # an array leaves it to this class how both are combined
+    __array_ufunc__ = None  # NumPy then defers to the operators of this class.
 
     def __init__(self, terms: Mapping[Term, Floats]) -> None:
         self.terms = terms
 
     def map(self, linear: Callable[[Floats], Floats]) -> Taylor:
-        """A linear function of the components, applied to the first axis of every term."""
+        """Apply a linear function to the first axis of every term."""
         return type(self)({term: linear(part) for term, part in self.terms.items()})
 
     @classmethod
     def of(cls, value: Any) -> Taylor:
-        """A constant: a number or an array, shape (d,) or (r, d)."""
+        """Return a constant polynomial of a number or an array, shape (d,) or (r, d)."""
         if isinstance(value, Taylor):
             return value
         return cls({(): np.atleast_2d(value).T[:, None]})
 
     @property
     def value(self) -> Floats:
-        """Its value without errors, shape (d, r)."""
+        """Value at zero errors, shape (d, r)."""
         return self.terms[()][:, 0]
 
     def __getitem__(self, index: Any) -> Taylor:
-        """Components, ``[..., [1, 2, 0]]``."""
+        """Select components, as in ``[..., [1, 2, 0]]``."""
         return self.map(lambda part: part[index[-1]])
 
     def __neg__(self) -> Taylor:
@@ -76,7 +77,7 @@ class Taylor:
         for a, p in self.terms.items():
             for b, q in factors.items():
                 if len(a) + len(b) <= self.order:
-                    product = _outer(p, q) if a and b else p * q
+                    product = _multiply_terms(p, q) if a and b else p * q
                     total[a + b] = total[a + b] + product if a + b in total else product
         return type(self)(total)
 
@@ -98,32 +99,49 @@ class Taylor:
 
 
 class Linear(Taylor):
-    """Of first order alone: value and derivative."""
+    """First-order polynomial: value and derivative."""
 
     order = 1
 
 
-def _outer(p: Floats, q: Floats) -> Floats:
-    """Products of terms of first order, of each component, as a term of second order."""
+def _multiply_terms(p: Floats, q: Floats) -> Floats:
     outer = p[:, :, None] * q[:, None]
     return outer.reshape(len(outer), -1, outer.shape[-1])
 
 
 def uncertain(vector: Floats, number: int, kind: type[Taylor] = Taylor) -> Taylor:
-    """A vector, shape (r, 3), whose error is the 3-vector of a number."""
+    """Return a vector with an additive error, as a polynomial.
+
+    Parameters
+    ----------
+    vector : array, shape (r, 3)
+    number : int
+        Number of the error 3-vector.
+    kind : type
+        `Taylor` or `Linear`.
+    """
     return kind({**kind.of(vector).terms, (number,): np.eye(3)[:, :, None]})
 
 
 def uncertain_rotation(
     known: Floats | None, number: int, sign: float = 1.0, kind: type[Taylor] = Taylor
 ) -> Callable[[Any], Taylor]:
-    """R R(±e) for a known matrix, shape (3, 3, r) or None for I, and the error of a number.
+    """Return a function that rotates vectors by R R(±e) with a rotation error e.
 
-    R (v + g × v + ½ g × (g × v)) for g = ±e: what is left out is of third order.
+    R(g) v is expanded to second order: v + g × v + ½ g × (g × v) for g = ±e.
+
+    Parameters
+    ----------
+    known : array, shape (3, 3, r), optional
+        Rotation matrix R of each run. None for the identity.
+    number : int
+        Number of the error 3-vector.
+    sign : float
+        Sign of e.
     """
 
     def cross_error(terms: Mapping[Term, Floats], factor: float) -> dict[Term, Floats]:
-        """factor e × v for the terms of v, to second order."""
+        """Return the terms of factor e × v to second order."""
         product = {}
         for term, part in terms.items():
             if len(term) < kind.order:

@@ -1,4 +1,4 @@
-"""Estimates at all samples, spans in which they are treated, and the memory that both take."""
+"""Trajectories of a batch, their partition into spans, and the memory of a span."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.geometry.rotation import matrix, rotation_vector
 from mgeo_attitude.sensors.suite import Suite
 
-#: Samples whose equations are formed at once: those of all would need much memory.
+#: Number of samples per span. Equations are formed span by span to bound the memory.
 SPAN = 2000
 
 
@@ -21,30 +21,31 @@ class Trajectory:
     Attributes
     ----------
     attitude : array, shape (N, 3, 3)
-        Body to GCRS.
+        Rotation matrices from body to GCRS.
     states : array, shape (N, n_states)
-        Of gyro and sensors, rotations as vectors; zero for the attitude. Those that nothing drives
-        follow from those at the first sample.
+        States of the gyro and the sensors; rotations are rotation vectors. The attitude block is
+        zero. Constant states follow from their value at the first sample.
     """
 
     attitude: Floats
     states: Floats
 
     def part(self, low: int, high: int) -> Trajectory:
-        """Samples low to high - 1."""
+        """Return the samples low to high - 1."""
         return Trajectory(self.attitude[low:high], self.states[low:high])
 
 
 @dataclass(frozen=True, eq=False)
 class Partition:
-    """Which states are estimated at every sample, and which once.
+    """Partition of the states into stochastic states and constant states.
 
     Attributes
     ----------
     driven : array of int, shape (d,)
-        Those that noise drives: the attitude, mostly the gyro's bias, and processes of sensors.
+        Stochastic states, driven by process noise and estimated at every sample: attitude, gyro
+        bias with random walk, and sensor processes.
     constant : array of int, shape (c,)
-        All others; what is estimated is their value at the first sample.
+        States without process noise, estimated at the first sample only.
     """
 
     driven: Ints
@@ -52,15 +53,17 @@ class Partition:
 
     @classmethod
     def of(cls, suite: Suite) -> Partition:
-        """By the diffusion of the dynamic states; that of the attitude is not zero."""
+        """Return the partition by the process noise of a suite."""
         driven = np.flatnonzero(suite.diffusion() > 0.0)
         return cls(driven, np.setdiff1d(np.arange(suite.n_states), driven))
 
 
 def spans(n: int) -> Iterator[tuple[int, int, int]]:
-    """Parts of n samples, low to high - 1, and which of them is the first that is new.
+    """Yield (low, high, first) for spans of n samples.
 
-    Each begins with the last of the one before: so it has all steps to the samples that are new.
+    A span contains the samples low to high - 1. It starts with the last sample of the previous
+    span, so that the step between the spans is included; `first` is the position of the first new
+    sample.
     """
     for low in range(0, max(n - 1, 1), SPAN):
         yield low, min(n, low + SPAN + 1), int(low > 0)
@@ -68,7 +71,21 @@ def spans(n: int) -> Iterator[tuple[int, int, int]]:
 
 def moved(at: Trajectory, parts: Partition, growth: Floats, e: Floats, e_c: Floats,
           suite: Suite, share: float = 1.0) -> Trajectory:  # fmt: skip
-    """A trajectory with a share of errors taken out: driven ones e, shape (N, d), constant e_c."""
+    """Return a trajectory corrected by a fraction of estimated errors.
+
+    Parameters
+    ----------
+    at : Trajectory
+    growth : array, shape (N, c)
+        Factors of the constant states; see `kinematics.growth`.
+    e : array, shape (N, d)
+        Errors of the stochastic states.
+    e_c : array, shape (c,)
+        Errors of the constant states.
+    suite : Suite
+    share : float
+        Fraction of the errors to apply.
+    """
     attitude, states = np.empty_like(at.attitude), at.states.copy()
     error = np.zeros(suite.n_states)
     error[parts.constant] = e_c = share * e_c
@@ -77,18 +94,18 @@ def moved(at: Trajectory, parts: Partition, growth: Floats, e: Floats, e_c: Floa
         attitude[own] = at.attitude[own] @ np.moveaxis(matrix(off[:, :3].T), -1, 0)
         states[own, parts.driven[3:]] += off[:, 3:]
         states[own, parts.constant] += growth[own] * e_c
-    for first in suite.rotations[1:]:  # of which none is driven, or decays
+    for first in suite.rotations[1:]:  # Misalignments are constant.
         block = slice(first, first + 3)
         states[:, block] = rotation_vector(matrix(at.states[0, block]) @ matrix(error[block]))
     return Trajectory(attitude, states)
 
 
-#: Spans are kept, and not formed again, as long as all of them take less memory [bytes].
+#: Largest total memory of spans that are kept instead of formed again [bytes].
 KEPT = 1e9
 
 
 def row_bytes(suite: Suite, parts: Partition) -> int:
-    """What a sample takes in a `Span`."""
+    """Return the memory of one sample of a `Span` [bytes]."""
     d, c, s = len(parts.driven), len(parts.constant), len(suite.sensors)
     q, p = d + c, max(sum(3 for _ in suite.places(sensor)) + 3 for sensor in suite.sensors)
     return 8 * (d * (2 * d + 1) + 3 * c + d * (q + d + 1) + 3 * s * (2 * p + d + q + 2) + c)

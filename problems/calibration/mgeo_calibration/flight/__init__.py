@@ -1,1 +1,1 @@
-"""Flights: what is true of a plan that is flown, and what gyro and sensors report of it."""
+"""Simulated flights: true attitude and errors, and the telemetry of gyro and sensors."""

@@ -1,4 +1,4 @@
-"""Where satellites end and what they keep: of one true attitude, and of many flights."""
+"""Pointing errors and constraint values of the true attitude, for one or many simulated runs."""
 
 from __future__ import annotations
 
@@ -23,23 +23,28 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 
 END, GREATEST = "off the plan, end", "off the plan, most"
 MOMENTUM = "wheel momentum"
-#: Share of the flights that a table's column is of, beside half of them.
+#: Upper quantile of the Monte Carlo runs in a table, in addition to the median.
 MOST = 0.9
 HALF, MOST_OF, BROKEN = "half of flights", "9 of 10", "broken [%]"
 
 
 def as_flown(plan: ManeuverPlan, telemetry: Telemetry) -> pd.DataFrame:
-    """What a flight of a plan came to until the plan's end, or its last sample, a row for each.
+    """Compare the true attitude of a simulated run with its plan.
 
-    Rows are the pointing error, each path limit and the greatest momentum of a wheel. Columns:
-    ``unit``; ``plan``, of the attitude that was planned, and ``flown``, of the true one, both
-    without a margin; ``bound`` ("at most", "at least" or none), ``limit``, and whether it was
-    ``kept``. ``attrs["time_s"]`` is the end.
+    The comparison ends at the end of the plan or at the last sample of telemetry. Rows: pointing
+    errors, path constraints and the largest momentum of a wheel.
+
+    Returns
+    -------
+    DataFrame
+        Columns: ``unit``; ``plan`` and ``flown``, values of the planned and of the true attitude
+        without margin; ``bound`` ("at most", "at least" or empty), ``limit`` and ``kept``, whether
+        the constraint is satisfied. ``attrs["time_s"]`` is the end time [s].
 
     Raises
     ------
     ValueError
-        For telemetry whose truth nobody knows.
+        If telemetry has no truth.
     """
     truth = telemetry.truth
     if truth is None:
@@ -52,34 +57,37 @@ def as_flown(plan: ManeuverPlan, telemetry: Telemetry) -> pd.DataFrame:
 
 
 def values(plan: ManeuverPlan, attitude: Floats, wheels: Floats | None = None) -> dict[str, float]:
-    """What is to be kept, of a true attitude at the first n samples, shape (n, 3, 3), by label.
+    """Return the pointing errors, constraint values and wheel momentum of an attitude, by label.
 
     Parameters
     ----------
+    attitude : array, shape (n, 3, 3)
+        Rotation matrices from GCRS to body at the first n samples.
     wheels : array, shape (n, k), optional
-        Momentum of each wheel [N m s]; default: what keeps the satellite's, on which no torque
-        acts.
+        Momentum of each wheel [N m s]. Default: computed from the conservation of total momentum.
     """
     scenario, n = plan.scenario, len(attitude)
     apart = np.linalg.norm(attitude - plan.attitude[:n], axis=(1, 2))
     off = 2.0 * np.arcsin(np.minimum(apart / np.sqrt(8.0), 1.0))
-    found = {END: float(np.degrees(off[-1])), GREATEST: float(np.degrees(off.max()))}
+    result = {END: float(np.degrees(off[-1])), GREATEST: float(np.degrees(off.max()))}
     turn = Rotation.from_matrix(attitude[:-1] @ attitude[1:].transpose(0, 2, 1)).as_rotvec()
     around = plan.problem.environment
     at = Place(*(getattr(around, name)[:n] for name in Place._fields))
     at = at if scenario.eclipse else at.without_shadow()
     for limit in scenario.path_limits:
-        found[limit.label] = _angle(limit, scenario, at, attitude, np.vstack([np.zeros(3), turn]))
+        result[limit.label] = _compute_angle(
+            limit, scenario, at, attitude, np.vstack([np.zeros(3), turn])
+        )
     if scenario.wheels is not None:
         if wheels is None:
             start = plan.problem.model.initial_rate
-            wheels = _momentum(scenario, attitude, turn / scenario.step, start)
-        found[MOMENTUM] = float(np.abs(wheels).max())
-    return found
+            wheels = _compute_momentum(scenario, attitude, turn / scenario.step, start)
+        result[MOMENTUM] = float(np.abs(wheels).max())
+    return result
 
 
 def beside(plan: ManeuverPlan, planned: dict[str, float], flown: dict[str, float]) -> pd.DataFrame:
-    """The table of `as_flown`."""
+    """Return the table of `as_flown` from planned and true values."""
     limits: dict[str, tuple[str, str, float]] = {}
     for each in plan.scenario.path_limits:
         limits[each.label] = "deg", "at most" if each.keep_in else "at least", each.half_angle_deg
@@ -97,10 +105,22 @@ def beside(plan: ManeuverPlan, planned: dict[str, float], flown: dict[str, float
 
 
 def by_gyro(plan: ManeuverPlan, model: FilterModel, draws: Draws, n_steps: int) -> Floats:
-    """True attitude of a satellite that is turned by what its gyro says, shape (n + 1, 3, 3).
+    """Simulate the true attitude of a satellite that follows the plan with its gyro.
 
-    It believes the plan's first attitude, adds up what its gyro reports, without what is believed
-    of its errors, and makes that the plan's, exactly: Basilisk's does so as well as wheels can.
+    The attitude estimate starts at the plan's initial attitude and integrates the corrected gyro
+    rates. The controller is ideal and keeps the estimate on the plan; the Basilisk simulator
+    includes the limits of the wheels.
+
+    Parameters
+    ----------
+    draws : Draws
+        Random errors of the run.
+    n_steps : int
+
+    Returns
+    -------
+    array, shape (n_steps + 1, 3, 3)
+        Rotation matrices from GCRS to body.
     """
     motion, suite = plan.trajectory.motion, model.suite
     rates, attitude = motion.rates[:n_steps], motion.attitude[: n_steps + 1]
@@ -112,28 +132,28 @@ def by_gyro(plan: ManeuverPlan, model: FilterModel, draws: Draws, n_steps: int) 
     influenced(suite.gyro.influences, x, follows)
     wrong = suite.gyro.corrected(SimpleNamespace(**x), reported) - rates
     step = Rotation.from_rotvec(-model.step * (rates - wrong)).as_matrix()
-    found = np.concatenate([attitude[:1] @ matrix(-draws.errors[:3] @ attitude[0]), step])
+    result = np.concatenate([attitude[:1] @ matrix(-draws.errors[:3] @ attitude[0]), step])
     reach = 1
     while reach <= n_steps:  # products of 2, 4, 8... steps
-        found[reach:] = found[reach:] @ found[:-reach]
+        result[reach:] = result[reach:] @ result[:-reach]
         reach *= 2
-    return found
+    return result
 
 
-def _angle(
+def _compute_angle(
     limit: PathLimit, scenario: Scenario, at: Place, attitude: Floats, turn: Floats
 ) -> float:
-    """Least or greatest angle [deg]."""
     known = np.zeros((len(attitude), 3, 3))
     excess = excess_along(limit.cone(), 0.0, at, scenario.epoch, attitude, turn, known)
-    worst = float(np.degrees(max(float(excess.max()), -np.pi)))  # of a Sun that never shines
+    # The excess is -inf for a constraint on a Sun that is always eclipsed.
+    worst = float(np.degrees(max(float(excess.max()), -np.pi)))
     return worst if limit.keep_in else -worst
 
 
-def _momentum(scenario: Scenario, attitude: Floats, rates: Floats, start: Floats) -> Floats:
-    """Of each wheel at both ends of steps, shape (2 n, k) [N m s], from a body rate at the start.
+def _compute_momentum(scenario: Scenario, attitude: Floats, rates: Floats, start: Floats) -> Floats:
+    """Return the momentum of each wheel at both ends of all steps, shape (2 n, k) [N m s].
 
-    As `filter.wheel_load`, without disturbances and what coils unload.
+    As `filter.wheel_load`, without disturbance torques and magnetic unloading.
     """
     wheels = scenario.wheels
     assert wheels is not None
@@ -145,16 +165,19 @@ def _momentum(scenario: Scenario, attitude: Floats, rates: Floats, start: Floats
         if wheels.allocation == "pseudo-inverse":
             circulating = held - pseudo_inverse(axes) @ (axes.T @ held)
     ends = np.concatenate([attitude[:-1], attitude[1:]])
-    found: Floats = (ends @ total - np.tile(rates, (2, 1)) @ J.T) @ wheels.shares().T + circulating
-    return found
+    result: Floats = (ends @ total - np.tile(rates, (2, 1)) @ J.T) @ wheels.shares().T + circulating
+    return result
 
 
 def ends(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.DataFrame:
-    """Of flights with the errors of `verify`, until the plan's end; a row as in `as_flown`.
+    """Summarize the pointing errors and constraints of Monte Carlo runs with gyro-based guidance.
 
-    Columns: ``unit``; ``plan``; what half and nine of ten flights come to or stay on the better
-    side of; ``bound``, ``limit``; and in how many it is ``broken [%]``. None of a satellite that
-    coils turn, whatever its gyro says.
+    Returns
+    -------
+    DataFrame
+        Rows as in `as_flown`. Columns: ``unit``, ``plan``, median and 90 % quantile of the runs on
+        the unfavorable side, ``bound``, ``limit`` and the percentage of runs that violate the
+        constraint. Empty for a satellite with magnetorquers, whose motion does not follow the gyro.
     """
     if plan.scenario.turned_by_coils:
         return pd.DataFrame()
@@ -166,19 +189,19 @@ def ends(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.DataFrame:
     ]
     planned = values(plan, plan.attitude[: n + 1])
     each = [beside(plan, planned, one) for one in flown]
-    found = each[0][["unit", "plan", "bound", "limit"]].copy()
+    result = each[0][["unit", "plan", "bound", "limit"]].copy()
     table = np.array([one["flown"] for one in each])
-    least = (found["bound"] == "at least").to_numpy()
+    least = (result["bound"] == "at least").to_numpy()
     for at, name in ((0.5, HALF), (MOST, MOST_OF)):
         low, high = np.quantile(table, [1.0 - at, at], axis=0)
-        found[name] = np.where(least, low, high)
-    found[BROKEN] = 100.0 * np.mean([~one["kept"].to_numpy(bool) for one in each], axis=0)
-    found.loc[found["bound"] == "", BROKEN] = np.nan
-    return found[["unit", "plan", HALF, MOST_OF, "bound", "limit", BROKEN]]
+        result[name] = np.where(least, low, high)
+    result[BROKEN] = 100.0 * np.mean([~one["kept"].to_numpy(bool) for one in each], axis=0)
+    result.loc[result["bound"] == "", BROKEN] = np.nan
+    return result[["unit", "plan", HALF, MOST_OF, "bound", "limit", BROKEN]]
 
 
 def told(found: pd.DataFrame) -> list[str]:
-    """In a line where flights end, and which limits they break; none without flights."""
+    """Format the summary of `ends` as at most one line."""
     if not len(found):
         return []
     half, most = found.loc[END, [HALF, MOST_OF]]
@@ -187,6 +210,6 @@ def told(found: pd.DataFrame) -> list[str]:
         f"; {label} broken in {share:.3g} %" for label, share in broken[BROKEN].items()
     )
     return [
-        "turned by what the gyro says, from an attitude that is not quite the plan's, half of the "
-        f"flights end less than {half:.3g} deg off it, 9 of 10 less than {most:.3g} deg{limits}"
+        "with gyro-based guidance from an uncertain initial attitude, half of the runs end less "
+        f"than {half:.3g} deg off the plan, 9 of 10 less than {most:.3g} deg{limits}"
     ]

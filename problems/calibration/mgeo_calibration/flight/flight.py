@@ -1,4 +1,4 @@
-"""The truth: what chance decides, true sensor errors, and what is reported."""
+"""Random errors, true motion and readings of a simulated run."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from scipy.signal import lfilter
 
 @dataclass(frozen=True)
 class Draws:
-    """Numbers of a run of n steps.
+    """Random numbers of a run of n steps.
 
     Attributes
     ----------
     errors : array, shape (n_states,)
-        True attitude error, gyro and sensor states at the start. Those that are rotations are
-        vectors of `rotation.rotate`. The attitude is R(-θ) times the model's.
+        True attitude error θ, and true gyro and sensor states at the start. Rotations are vectors
+        of `rotation.rotate`. The true attitude is R(-θ) times the attitude of the model.
     gyro_noise : array, shape (n, n_dynamic)
-        What noise adds in each step to the attitude error, the gyro's states and the sensors'
-        processes, at rest.
+        Increments of the attitude error, the gyro states and the sensor processes in each step, for
+        a body at rest.
     noise : array, shape (n + 1, n_sensors, 3)
-        Measurement noise of every sensor at every sample; of one of fewer numbers the first count.
+        Measurement noise of every sensor at every sample, padded to three components.
     """
 
     errors: Floats
@@ -45,10 +45,10 @@ class Draws:
 
 
 def draw(model: FilterModel, n_steps: int, generator: np.random.Generator) -> Draws:
-    """Draw a run of a scenario."""
+    """Draw the random numbers of a run from a model."""
     suite = model.suite
     (_, Q), k = at_rest(model), suite.n_kinematic
-    # a bias that does not drift has no Cholesky factor
+    # The covariance of a constant bias is singular and has no Cholesky factor.
     variances, axes = np.linalg.eigh(Q[:k, :k])
     root = block_diag(axes * np.sqrt(np.maximum(variances, 0.0)), np.sqrt(Q[k:, k:]))
     sigma = in_threes(sensor.noise() for sensor in suite.sensors)
@@ -63,7 +63,7 @@ def draw(model: FilterModel, n_steps: int, generator: np.random.Generator) -> Dr
 
 
 def with_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
-    """States of which some have been estimated, shape (n_states,), and the errors of these."""
+    """Return true states from estimates and their errors, shape (n_states,)."""
     true = states + errors
     for first in suite.rotations[1:]:
         block = slice(first, first + 3)
@@ -73,28 +73,32 @@ def with_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
 
 
 def at_rest(model: FilterModel) -> tuple[Floats, Floats]:
-    """Transition and process noise of one step without rotation, both (n_dynamic, n_dynamic).
+    """Return the exact transition and process noise matrices of one step without rotation.
 
-    Exact, the Markov process of equation (2) and its integral over the step together.
+    Returns
+    -------
+    F, Q : arrays, shape (n_dynamic, n_dynamic)
+        Discretization of the Markov process of equation (2) and its integral over the step.
     """
     return transition(model.suite, (0.0, 0.0, 0.0), model.step)
 
 
 @dataclass(frozen=True)
 class Flight:
-    """What happened in a run of n steps.
+    """True motion, errors and readings of a run of n steps.
 
     Attributes
     ----------
     motion : Motion
-        What is flown, exactly, from another attitude than planned.
+        Motion of the plan, executed exactly.
     start : array, shape (3, 3)
-        By what the true attitude is off the planned one, in GCRS axes: it is
-        ``motion.attitude @ start``, for an error R(-θ) in body axes at the start.
+        Rotation of the true attitude from the planned attitude, in GCRS axes. The true attitude is
+        ``motion.attitude @ start``.
     errors : array, shape (n_states,)
-        True gyro and sensor states at the start; zero for the attitude.
+        True gyro and sensor states at the start; the attitude block is zero.
     gyro : array, shape (n + 1, n_dynamic - 3)
-        True states of the gyro, and of the sensors those that vary, at every sample.
+        True gyro states and varying sensor states at every sample.
+    readings : Readings
     """
 
     motion: Motion
@@ -105,20 +109,36 @@ class Flight:
 
 
 def coning(begin: Floats, end: Floats, step: float) -> Floats:
-    """Mean of the rate over steps less the vector of their turn by their time [rad/s].
+    """Return the mean rate minus the rotation vector per unit time of steps, shape (n, 3) [rad/s].
 
-    To the third order in the step, of rates that change evenly from those at its begin to those at
-    its end, shape (n, 3) (J. E. Bortz, A New Mathematical Formulation for Strapdown Inertial
-    Navigation, IEEE Transactions on Aerospace and Electronic Systems AES-7 (1971) 61-66).
+    Third-order expansion for linearly varying rates (J. E. Bortz, A New Mathematical Formulation
+    for Strapdown Inertial Navigation, IEEE Transactions on Aerospace and Electronic Systems AES-7
+    (1971) 61-66).
+
+    Parameters
+    ----------
+    begin, end : arrays, shape (n, 3)
+        Rates at the start and at the end of each step [rad/s].
+    step : float
+        Duration of a step [s].
     """
     difference: Floats = -step / 12.0 * np.cross(begin, end)
     return difference
 
 
 def unsteady(planned: FilterModel, design: Floats, n_steps: int, start: Floats) -> Floats:
-    """`coning` of a design's n steps, from an attitude as `Flight.start` tells."""
+    """Return the `coning` of the first n steps of a design, shape (n, 3) [rad/s].
+
+    Parameters
+    ----------
+    planned : FilterModel
+    design : array, shape (4 m,)
+    n_steps : int
+    start : array, shape (3, 3)
+        See `Flight.start`.
+    """
     body = planned.turned(start.T)
-    if body.slew_limits is None:  # rates change between steps
+    if body.slew_limits is None:  # The rate is constant within each step.
         return np.zeros((n_steps, 3))
     plan = body.schedule(design[None], n_steps)
     stretch = np.searchsorted(plan.starts[0], np.arange(n_steps), side="right") - 1
@@ -127,28 +147,41 @@ def unsteady(planned: FilterModel, design: Floats, n_steps: int, start: Floats) 
 
 
 def moved(planned: FilterModel, design: Floats, n_steps: int, errors: Floats) -> Motion:
-    """The motion of a design when the attitude at the start is off by the errors drawn.
+    """Return the motion of a design for an initial attitude with a drawn error.
 
-    It is told from the attitude that is planned. Rates are flown as planned, but by coils, to which
-    the field is another then.
+    The motion is given relative to the planned attitude. Its rates are the planned rates, except
+    for magnetorquers, whose torque depends on the field in the body frame.
+
+    Parameters
+    ----------
+    errors : array, shape (n_states,)
+        See `Draws.errors`.
     """
-    start = _start(planned.initial_attitude, errors)
+    start = _build_start(planned.initial_attitude, errors)
     return Motion.of(planned.turned(start.T), design, n_steps)
 
 
-def _start(planned: Floats, errors: Floats) -> Floats:
-    """`Flight.start` of the errors drawn, for an attitude planned at the start."""
+def _build_start(planned: Floats, errors: Floats) -> Floats:
+    """Return `Flight.start` for a planned initial attitude and drawn errors."""
     return matrix(-errors[:3] @ planned)
 
 
 def gyro_of(model: FilterModel, rates: Floats, draws: Draws) -> tuple[Floats, Floats]:
-    """`Flight.gyro` and what the gyro reports, shape (n, 3), of a body that turns at such rates."""
+    """Simulate the gyro of a body with given rates.
+
+    Returns
+    -------
+    gyro : array, shape (n + 1, n_dynamic - 3)
+        See `Flight.gyro`.
+    reported : array, shape (n, 3)
+        Reported rates [rad/s].
+    """
     suite, (F, _) = model.suite, at_rest(model)
     gyro = np.vstack([draws.errors[3 : len(F)], draws.gyro_noise[:, 3:]])
     for state, decay in zip(gyro.T, np.diag(F)[3:], strict=True):
-        state[:] = lfilter([1.0], [1.0, -decay], state)  # a Gauss-Markov process
+        state[:] = lfilter([1.0], [1.0, -decay], state)  # Gauss-Markov process
     x = {name: gyro[:-1, first - 3 : first] for name, first in suite.places(suite.gyro).items()}
-    # what bias and noise turn the attitude by in a step is reported as their mean over it
+    # The gyro reports the mean rate error over the step.
     x["bias"] = -(np.diag(F[:3, 3:6]) * x["bias"] + draws.gyro_noise[:, :3]) / model.step
     follows = model.influences[1 : len(rates) + 1]
     influenced(suite.gyro.influences, x, columns(follows, suite, suite.gyro))
@@ -158,13 +191,20 @@ def gyro_of(model: FilterModel, rates: Floats, draws: Draws) -> tuple[Floats, Fl
 def fly_run(
     model: FilterModel, motion: Motion, draws: Draws, environment: Environment | None = None
 ) -> Flight:
-    """Fly a plan with the errors that were drawn.
+    """Simulate a plan with drawn errors.
 
-    Eclipses are those of the true orbit if the `environment` of the model is given, which has no
-    shadow if the scenario has none, or else those that are believed.
+    Parameters
+    ----------
+    model : FilterModel
+        True model.
+    motion : Motion
+    draws : Draws
+    environment : Environment, optional
+        Environment of the model. If given, eclipses follow the true orbit, otherwise the estimated
+        orbit.
     """
     suite = model.suite
-    start, errors = _start(motion.attitude[0], draws.errors), draws.errors.copy()
+    start, errors = _build_start(motion.attitude[0], draws.errors), draws.errors.copy()
     errors[:3] = 0.0
     gyro, reported = gyro_of(model, motion.rates, draws)
     attitude = motion.attitude @ start
@@ -173,7 +213,9 @@ def fly_run(
         np.full(len(motion.rates), model.step),
         reported,
         tuple(
-            _reported(seen, index, attitude, motion.rates, errors, gyro, draws.noise[:, index])
+            _simulate_readings(
+                seen, index, attitude, motion.rates, errors, gyro, draws.noise[:, index]
+            )
             for index in range(len(suite.sensors))
         ),
     )
@@ -181,12 +223,18 @@ def fly_run(
 
 
 def columns(influences: Floats, suite: Suite, owner: Gyro | Sensor) -> list[Floats]:
-    """Those of an owner of all influences, shape (n, m), each of shape (n, 1)."""
+    """Return the channels of an owner's bias sensitivities, each of shape (n, 1).
+
+    Parameters
+    ----------
+    influences : array, shape (n, m)
+        Channels of all owners.
+    """
     own = suite.influence_columns(owner)
     return [influences[:, [k]] for k in range(own.start, own.stop)]
 
 
-def _reported(
+def _simulate_readings(
     model: FilterModel,
     index: int,
     attitude: Floats,
@@ -195,7 +243,7 @@ def _reported(
     varying: Floats,
     noise: Floats,
 ) -> Floats:
-    """What a sensor reports at every sample but the first, NaN where it sees nothing."""
+    """Return the readings of a sensor at every sample; NaN at the start and without measurement."""
     sensor = model.suite.sensors[index]
     x = {
         name: varying[:, first - 3 : first]
@@ -212,21 +260,21 @@ def _reported(
 
     influenced(sensor.influences, x, columns(model.influences, model.suite, sensor))
     looks = model.references[:, model.suite.looks(index)].swapaxes(0, 1)
-    rate = np.vstack([rates[:1], rates])  # of the step that leads to a sample
+    rate = np.vstack([rates[:1], rates])  # rate of the step that ends at each sample
     report = sensor.measured(*taken(sensor, x, list(looks), to_body, rate))
     seen = can_measure(model, index, attitude, rates)
-    seen[0] = False  # the start is what is believed
+    seen[0] = False  # The prior describes the start.
     reported = as_array(sensor.with_noise(report, noise[:, : len(sensor.noise())]))
     return np.where(seen[:, None, None], reported, np.nan)
 
 
 def in_true_shadow(model: FilterModel, environment: Environment, varying: Floats) -> FilterModel:
-    """A model whose sensors see the Sun where it truly shines, whoever believes what.
+    """Return a model whose sensors see the Sun according to the true orbit.
 
     Parameters
     ----------
     environment : Environment
-        Of the orbit that is believed; without its shadow, nothing changes.
+        Environment of the estimated orbit.
     varying : array, shape (n + 1, n_dynamic - 3)
         See `Flight.gyro`.
     """

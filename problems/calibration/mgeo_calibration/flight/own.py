@@ -1,4 +1,4 @@
-"""Telemetry of simulated flights, of the scenario or of another truth."""
+"""Telemetry of simulated runs, with errors drawn from the scenario or from another truth."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_calibration.flight.flight import Draws, Flight, draw, fly_run, moved, unsteady
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
-#: Keys of a scenario in which a truth may differ, and those that say nothing of a flight. Of
-#: `initial` that is how well the attitude is known: what is flown starts from the believed one.
+#: Keys in which a truth may differ from the scenario, and keys without effect on a run. Of
+#: `initial`, only the attitude uncertainty may differ.
 FREE = ("epoch", "eclipse", "orbit", "gyro", "sensors", "world", "initial", "name", "objectives")
 
 
@@ -35,37 +35,36 @@ def fly(
     after: Truth | None = None,
     environment: Environment | None = None,
 ) -> Telemetry:
-    """Simulate a plan once, to the end of the scenario, and return the telemetry.
+    """Simulate one run of a plan up to the end of the scenario.
 
-    A scenario that asks for a slew back gets it, after the time at which the plan converges, or
-    until which a plan is held for late flights.
-
-    What happens is what `simulation.simulate` flies: true errors are drawn from the scenario, the
-    plan's rates are flown exactly, from an attitude that is not the planned one. As there, nothing
-    is reported at the start. Coils make other rates of another attitude, and here they do.
+    True errors are drawn from the scenario, and the rates of the plan are executed exactly from the
+    true initial attitude, as in `simulation.simulate`. Magnetorquers produce other rates from
+    another attitude. A slew back that the scenario requires starts after the predicted convergence
+    time, or after the time until which the plan is held. There are no readings at the start.
 
     Parameters
     ----------
+    scenario : Scenario
     plan : ManeuverPlan or array_like, shape (4 m,)
-        Or its design: rates [deg/s] and duration [s] of each maneuver; ``[]`` for none.
+        Plan, or a design with rates [deg/s] and duration [s] of each maneuver; ``[]`` for none.
     seed : int or Generator, optional
-        None takes fresh entropy.
+        None draws fresh entropy.
     truth : Scenario, optional
-        What is true, if it is not the scenario; see `simulation.simulate`.
+        True scenario, if it differs from `scenario`; see `simulation.simulate`.
     after : Truth, optional
-        Of a flight before: attitude and errors are not drawn, but those of its last sample.
+        Truth of an earlier run. The run starts with the attitude and the errors of its last sample.
     environment : Environment, optional
-        Saves computing that of the scenario again.
+        Precomputed environment of the scenario.
 
     Returns
     -------
     Telemetry
-        With its `truth`.
+        Telemetry with its `truth`.
 
     Raises
     ------
     ValueError
-        For a design that is no plan, or as `simulation.simulate`.
+        If the design is invalid, or as in `simulation.simulate`.
 
     Examples
     --------
@@ -91,7 +90,7 @@ def fly(
 
 
 def going_on(model: FilterModel, draws: Draws, after: Truth | None) -> Draws:
-    """Return the draws with the errors at the end of an earlier flight, if there is one."""
+    """Replace the initial errors of a run by the final errors of an earlier run, if given."""
     if after is None:
         return draws
     if after.states.shape[1] != model.suite.n_states:
@@ -105,7 +104,7 @@ def going_on(model: FilterModel, draws: Draws, after: Truth | None) -> Draws:
 
 
 def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
-    """Return the design of a plan, with the slew back that the scenario requires."""
+    """Return the design of a plan, including the slew back that the scenario requires."""
     design = np.asarray(getattr(plan, "design", plan), dtype=float)
     design = design if design.size else holding(model.initial_rate)
     if not scenario.maneuvers.slew_back:
@@ -116,7 +115,7 @@ def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
 
 
 def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
-    """Return the readings of a flight as telemetry, with their truth."""
+    """Return the readings of a run as telemetry with its truth."""
     suite, rates = model.suite, np.degrees(flight.readings.gyro)
     states = np.tile(flight.errors, (len(flight.gyro), 1))
     states[:, 3 : suite.n_dynamic] = flight.gyro
@@ -137,30 +136,37 @@ def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
 
 
 def other_truth(truth: Scenario, scenario: Scenario, environment: Environment) -> FilterModel:
-    """Return the model of a truth that differs from the scenario of an `environment`.
+    """Return the model of a truth that differs from the scenario.
+
+    Parameters
+    ----------
+    truth : Scenario
+    scenario : Scenario
+    environment : Environment
+        Environment of the scenario.
 
     Raises
     ------
     ValueError
-        Naming a key in which they may not differ and both values, or other sensors or states.
+        With the differing key and both values, or if sensors or states differ.
     """
     require_same("truth", truth, scenario, [key for key in declared(Scenario) if key not in FREE])
     start = [key for key in declared(InitialConditions) if key != "attitude_deg"]
     require_same("truth.initial", truth.initial, scenario.initial, start)
     real, believed = (one.suite for one in (truth, scenario))
-    for what, found, expected in (
+    for what, result, expected in (
         ("sensors", *([sensor.name for sensor in suite.sensors] for suite in (real, believed))),
         ("states", real.blocks, believed.blocks),
         ("rotations, by number of their first states,", real.rotations, believed.rotations),
         ("readings", *([*map(n_vectors, suite.sensors)] for suite in (real, believed))),
     ):
-        if found != expected:
-            raise ValueError(f"truth has the {what} {found}: expected the scenario's {expected}")
+        if result != expected:
+            raise ValueError(f"truth has the {what} {result}: expected the scenario's {expected}")
     return FilterModel.from_scenario(truth, surroundings(truth, scenario, environment))
 
 
 def surroundings(truth: Scenario, scenario: Scenario, environment: Environment) -> Environment:
-    """Return the environment of a truth, without the Earth's shadow if the truth has none."""
+    """Return the environment of a truth, without shadow if the truth has no eclipses."""
     if (truth.epoch, truth.orbit) != (scenario.epoch, scenario.orbit):
         environment = Environment.from_scenario(truth)
     return environment if truth.eclipse else environment.without_shadow()

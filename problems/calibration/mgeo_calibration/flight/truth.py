@@ -1,4 +1,4 @@
-"""Files of the true attitude and errors at the end of a simulated flight."""
+"""JSON documents of the true attitude and errors at the end of a simulated run."""
 
 from __future__ import annotations
 
@@ -21,24 +21,25 @@ from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 FORMAT = "mgeo-attitude-truth"
 VERSION = 1
 
-#: Largest difference between the end of a flight and the epoch of the plan that continues it [s].
+#: Largest difference between the end of a run and the epoch of a follow-up plan [s].
 _SAME_INSTANT = 1e-3
 
 
 def read_truth(path: Path, plan: ManeuverPlan) -> Truth:
-    """Read the truth that a flight has written, for a plan that continues the flight.
+    """Read the truth of an earlier run for a follow-up plan.
 
     Raises
     ------
     OSError
-        If it cannot be read.
+        If the file cannot be read.
     ValueError, TypeError
-        Naming the file and the key: no truth, of another satellite, or of another instant.
+        With the file and the key, if the file contains no truth, or if satellite or time do not
+        match.
     """
-    return read_document(path, lambda text: _truth(text, plan))
+    return read_document(path, lambda text: _parse_truth(text, plan))
 
 
-def _truth(text: str, plan: ManeuverPlan) -> Truth:
+def _parse_truth(text: str, plan: ManeuverPlan) -> Truth:
     table = opened(text, FORMAT, VERSION)
     before = scenario_of(table)
     entry(table, "states", dict)
@@ -58,9 +59,9 @@ def _truth(text: str, plan: ManeuverPlan) -> Truth:
 def truth_document(
     plan: ManeuverPlan, telemetry: Telemetry, simulator: str, seed: int
 ) -> dict[str, Any]:
-    """Return the true attitude and errors at the last sample under the keys of calibration.json.
+    """Return the truth at the last sample as a document with the keys of calibration.json.
 
-    ``table`` has ``value`` where that of a calibration has ``estimate``.
+    ``table`` has the column ``value`` instead of ``estimate``.
     """
     assert telemetry.truth is not None
     suite = plan.scenario.suite

@@ -1,1 +1,1 @@
-"""Flights by the hundred: the error-state filter on board, what it claims, and calibrations."""
+"""Monte Carlo simulation of the on-board error-state filter, with consistency tests."""

@@ -1,8 +1,7 @@
-"""The error-state filter: what is estimated, of many runs at once, from readings alone.
+"""Multiplicative error-state Kalman filter for many runs at once.
 
-Runs are the last axis of all arrays but those of readings. With some hundred beside each other
-NumPy's loops over them take little longer than compiled code, and the result of a run depends on
-nothing but its own numbers.
+The last axis of all arrays except readings is the run. NumPy loops over some hundred runs are about
+as fast as compiled code. The result of a run does not depend on the other runs.
 """
 
 from __future__ import annotations
@@ -37,10 +36,9 @@ NONE = np.zeros(0)
 
 @pydantic.dataclasses.dataclass(frozen=True, kw_only=True)
 class Estimator(Settings):
-    """How the filter treats what equation (2) leaves out: terms of second order.
+    """Options of the filter for second-order effects.
 
-    The default is what `docs/consistency.md` finds to pay; the other settings are there to be
-    compared with it.
+    The defaults are the options that `docs/consistency.md` recommends.
 
     Examples
     --------
@@ -50,21 +48,24 @@ class Estimator(Settings):
     """
 
     jacobians: Literal["estimate", "aligned"] = "estimate"
-    """derivatives of a measurement at the estimated or at no misalignment"""
+    """misalignment at which measurement Jacobians are evaluated: the estimate, or zero"""
     second_order: bool = True
-    """mean and covariance of the measurement's second-order terms (Jazwinski)"""
+    """include mean and covariance of the second-order measurement terms (Jazwinski)"""
     reset: bool = True
-    """turn the covariance with the estimate when a rotation is fed back (Markley)"""
+    """transform the covariance when an estimated rotation error is applied (Markley)"""
 
     @staticmethod
     def plain() -> Estimator:
-        """The textbook's filter, with the H of equation (2)."""
+        """Return the options of the textbook filter, with the H of equation (2)."""
         return Estimator(jacobians="aligned", second_order=False, reset=False)
 
 
 @dataclass(frozen=True)
 class ErrorStateFilter:
-    """A filter of a suite, multiplicative in rotations; errors are fed back after each update."""
+    """Error-state filter of a suite, with multiplicative rotation errors.
+
+    Estimated errors are applied to the state after each update.
+    """
 
     suite: Suite
     estimator: Estimator
@@ -77,25 +78,28 @@ class ErrorStateFilter:
         vectors: Floats,
         influences: Floats | None = None,
     ) -> Iterator[tuple[Estimate, Estimate, Floats]]:
-        """Estimate at every sample.
+        """Estimate the state at every sample.
 
         Parameters
         ----------
         start : Estimate
-            Before the measurements of the first sample.
+            Estimate before the measurements of the first sample.
         readings : sequence of r Readings
-            Of runs with the same steps.
+            Readings of runs with equal steps.
         rates : array, shape (n, 3)
-            Body rate in each step [rad/s] at which the covariance is propagated.
+            Body rate in each step for the covariance propagation [rad/s].
         vectors : array, shape (n + 1, n_vectors, 3)
-            What the sensors look at and their gradients, GCRS; see `FilterModel.references`.
+            Observed vectors and their gradients in GCRS; see `FilterModel.references`.
         influences : array, shape (n + 1, n_influences), optional
-            See `Suite.influence_values`; needed where there are some.
+            Channels of bias sensitivities; see `Suite.influence_values`. Required if the suite has
+            any.
 
         Yields
         ------
-        Estimates before and after the measurements of a sample, and the normalized squares of
-        their innovations, shape (n_sensors, r), NaN where a sensor reports nothing.
+        before, after : Estimate
+            Estimates before and after the measurements of a sample.
+        nis : array, shape (n_sensors, r)
+            Normalized innovations squared; NaN where a sensor has no reading.
         """
         at_rate = cache(partial(transition, self.suite))
         gyro = np.stack([run.gyro for run in readings], axis=1)
@@ -131,16 +135,19 @@ class ErrorStateFilter:
         rest: Floats,
         influences: Floats = NONE,
     ) -> Estimate:
-        """Over a step [s], equation (3); attitude follows the gyro, corrected by the estimate.
+        """Propagate the estimate over a step, equation (3), with the corrected gyro rates.
 
         Parameters
         ----------
         reported : array, shape (r, 3)
-            Mean rate that the gyro reports.
+            Mean reported rate [rad/s].
+        step : float
+            Duration of the step [s].
         F, Q, rest : arrays, shape (n_dynamic, n_dynamic)
-            Transition and process noise, see `transition`, and the transition without rotation.
+            Transition matrix, process noise covariance, and transition matrix without rotation; see
+            `transition`.
         influences : array, shape (m,)
-            What the gyro's are times, see `Suite.influence_values`.
+            Channels of the gyro's bias sensitivities.
         """
         decay, mean_bias = np.diag(rest)[3:, None], -np.diag(rest[:3, 3:6])[:, None] / step
         gyro, d = self.suite.gyro, self.suite.n_dynamic
@@ -154,7 +161,7 @@ class ErrorStateFilter:
         rotations, states = estimate.rotations.copy(), estimate.states.copy()
         rotations[:, :, 0] = multiply(rotations[:, :, 0], turn.swapaxes(0, 1))
         states[3:d] *= decay
-        # of the rows of F only those of the attitude are not diagonal
+        # Only the attitude rows of F are not diagonal.
         top = np.repeat(F[:3, :, None], turn.shape[-1], axis=-1)
         top[:, :3] = turn
         for columns, value in zip(self.suite.following, influences, strict=True):
@@ -179,24 +186,28 @@ class ErrorStateFilter:
         rate: Floats = STILL,
         influences: Floats = NONE,
     ) -> tuple[Estimate, Floats]:
-        """By the readings of a sensor, equation (4); states that are considered stay as they are.
+        """Update the estimate with the readings of a sensor, equation (4).
+
+        Considered states keep their estimate and covariance.
 
         Parameters
         ----------
         index : int
-            Number of the sensor in the suite.
+            Index of the sensor in the suite.
         readings : array, shape (r, k, 3)
-            NaN in runs in which it reports nothing; nothing changes there.
+            Readings; NaN in runs without a reading, which are not updated.
         vectors : array, shape (n_vectors, 3)
-            What the sensors look at and their gradients, GCRS.
+            Observed vectors and their gradients in GCRS.
         rate : array, shape (3,)
-            Of the body [rad/s]; see `readings.taken`.
+            Body rate [rad/s]; see `readings.taken`.
         influences : array, shape (m,)
-            What the sensor's are times.
+            Channels of the sensor's bias sensitivities.
 
         Returns
         -------
-        Estimate, and the normalized innovation squared, shape (r,)
+        estimate : Estimate
+        nis : array, shape (r,)
+            Normalized innovation squared.
         """
         options, P, seen = self.estimator, estimate.covariance, ~np.isnan(readings[:, 0, 0])
         y = as_reported(np.where(seen[:, None, None], readings, 0.0))
@@ -237,7 +248,7 @@ class ErrorStateFilter:
 
 
 def whiten(S: Floats, HP: Floats, z: Floats) -> tuple[Floats, Floats]:
-    """L⁻¹ H P and L⁻¹ z for S = L Lᵀ, by elimination; S not positive definite gives NaN."""
+    """Return L⁻¹ H P and L⁻¹ z for S = L Lᵀ; NaN if S is not positive definite."""
     rows = np.concatenate([S, HP, z[:, None]], axis=1)
     with np.errstate(invalid="ignore"):
         for i, row in enumerate(rows):

@@ -1,4 +1,4 @@
-"""Monte Carlo: many runs of truth and estimator over one plan."""
+"""Monte Carlo simulation of a plan with the on-board filter."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from mgeo_calibration.flight.own import other_truth, surroundings
 from mgeo_calibration.simulation.filter import ErrorStateFilter, Estimator
 from mgeo_calibration.simulation.monte_carlo import MonteCarlo, Record
 
-#: Runs that are computed side by side, one such part after the other. In threads they would mostly
-#: wait for the interpreter, which has some hundred short operations to begin in each step.
+#: Number of runs per batch. Threads would not help: each step consists of some hundred short NumPy
+#: operations that hold the interpreter lock.
 RUNS = 200
 
-#: Samples of a simulation that are kept, about.
+#: Approximate number of recorded samples.
 N_RECORDS = 600
 
 
@@ -47,42 +47,39 @@ def simulate(
     environment: Environment | None = None,
     until: float | None = None,
 ) -> MonteCarlo:
-    """Fly a plan many times, each with other errors, and estimate attitude and errors from it.
+    """Simulate a plan in Monte Carlo runs with the on-board filter.
 
-    The truth is not linear: attitude by exact rotations at the plan's rates, misalignments as
-    rotations, the gyro's bias as a Markov process, noise, eclipse and fields of view. At the start
-    the estimator believes the scenario's attitude and every error zero; the true ones are drawn
-    from the scenario. The estimator is an error-state filter that feeds its errors back.
+    The truth is nonlinear: exact rotations at the rates of the plan, misalignments as rotations, a
+    Markov process as gyro bias, measurement noise, eclipses and fields of view. The filter starts
+    from the scenario's attitude and zero errors, and the true initial errors are drawn from the
+    scenario. The estimator is an error-state filter. After `t_end`, the last rate is held; if the
+    scenario requires a slew back, the slew back follows and then the rate of the attitude law.
 
-    Coils make other rates of another attitude, so that each flight has a motion of its own, as in
-    `flight.fly`; the estimator, which has the gyro's, propagates its covariance at the plan's.
+    The rates of magnetorquers depend on the attitude, so that each run has its own motion, as in
+    `flight.fly`. The filter then propagates its covariance with the rates of the plan.
 
-    After `t_end` the last rate is held or, if the scenario asks for it, the slew back is flown and
-    then the law's rate held, to the end of the scenario's duration.
-
-    A run has a random stream of its own, so it is the same whatever `n_runs` is.
+    Each run has its own random stream and does not depend on `n_runs`.
 
     Parameters
     ----------
     scenario : Scenario
-        What the estimator believes, and from which the truth is drawn unless `truth` is given.
+        Model of the filter. The truth is drawn from the scenario unless `truth` is given.
     design : array_like, shape (4 m,)
-        Rates [deg/s] and duration [s] of each maneuver, as in `AttitudeManeuverProblem`; ``[]``
-        for none.
+        Rates [deg/s] and duration [s] of each maneuver, as in `AttitudeManeuverProblem`; ``[]`` for
+        none.
     n_runs : int
     seed : int or Generator, optional
-        Where the runs' streams are spawned from; None takes fresh entropy.
+        Seed of the random streams. None draws fresh entropy.
     estimator : Estimator, optional
     truth : Scenario, optional
-        What is true, if it is not what the estimator believes: epoch, orbit, eclipse, gyro,
-        sensors and initial uncertainty, with field and Sun, dynamics, noise and fields of view
-        that follow from them. The estimator takes whatever a sensor reports; of an orbit with an
-        error, where it believes that there is something to be seen. All else must be the same.
+        True scenario, if it differs from `scenario` in epoch, orbit, eclipse, gyro, sensors or
+        initial uncertainty. All other keys must be equal. The filter uses every reading; with an
+        orbit error, only readings at samples at which its own orbit predicts a measurement.
     environment : Environment, optional
-        Saves computing that of the scenario again.
+        Precomputed environment of the scenario.
     until : float, optional
-        Time [s] after which nothing is estimated, not before `t_end`; default: the scenario's
-        duration. What is found until then does not depend on it.
+        Time of the last estimate [s], at least `t_end`; default: duration of the scenario. Earlier
+        results do not depend on it.
 
     Returns
     -------
@@ -91,15 +88,16 @@ def simulate(
     Warns
     -----
     OutsideValidity
-        If initial errors are larger than the linear covariance was found true for; see `validity`.
+        If the initial errors exceed the range in which the linear covariance is valid; see
+        `validity`.
 
     Raises
     ------
     ValueError
-        For no run, several designs, a design that is no plan, a `truth` with other states or that
-        differs in what it shares with the scenario, or an `environment` that is not the scenario's.
+        If there are no runs, `design` has more than one dimension or is invalid, `truth` is
+        incompatible, or the environment belongs to another scenario.
     NotImplementedError
-        For a sensor that does not define `measured`.
+        If a sensor does not define `measured`.
 
     Examples
     --------
@@ -127,7 +125,7 @@ def simulate(
     whole = Trajectory(scenario, model, plan, t_end).commanded
     (variances,) = evaluate(model.endless, whole, history=True).variances
     planned = Motion.of(model, whole, model.n_steps)
-    samples, n_watched = _samples(model, t_end), round(t_end / model.step) + 1
+    samples, n_watched = _select_samples(model, t_end), round(t_end / model.step) + 1
     if until is not None:
         samples = samples[model.times[samples] <= max(until, t_end)]
 
@@ -139,16 +137,16 @@ def simulate(
 
     generators = np.random.default_rng(seed).spawn(n_runs)
     if n_runs == 1:
-        generators *= 2  # NumPy adds in another order where there is one run only
+        generators *= 2  # NumPy would sum a single run in another order than many runs.
     n_parts = -(-n_runs // RUNS)
     ends = [len(generators) * part // n_parts for part in range(n_parts + 1)]
-    found = []
+    result = []
     for first, last in pairwise(ends):
         flights = [flight(generator) for generator in generators[first:last]]
         estimated = record(
             model, flights, estimator or Estimator(), samples, real, n_watched, planned.rates
         )
-        found.append(vars(estimated))
+        result.append(vars(estimated))
     return MonteCarlo(
         blocks=model.suite.blocks,
         sensors=tuple(sensor.name for sensor in model.suite.sensors),
@@ -158,12 +156,12 @@ def simulate(
         times=model.times[samples],
         predicted=np.sqrt(variances[samples]),
         path_limits=tuple(limit.label for limit in scenario.path_limits),
-        **{key: np.concatenate([part[key] for part in found])[:n_runs] for key in found[0]},
+        **{key: np.concatenate([part[key] for part in result])[:n_runs] for key in result[0]},
     )
 
 
-def _samples(model: FilterModel, t_end: float) -> Ints:
-    """The start, about N_RECORDS steps at equal distance, that of `t_end`, and the last."""
+def _select_samples(model: FilterModel, t_end: float) -> Ints:
+    """Return the recorded steps: first, last, `t_end`, and about N_RECORDS equidistant steps."""
     stride = -(-model.n_steps // N_RECORDS)
     steps = [*range(0, model.n_steps, stride), round(t_end / model.step), model.n_steps]
     return np.unique(np.array(steps, dtype=np.int64))
@@ -178,18 +176,21 @@ def record(
     n_watched: int = 0,
     planned_rates: Floats | None = None,
 ) -> Record:
-    """Estimate from the readings of flights of one plan, and compare with their truth.
+    """Run the filter on simulated flights of one plan and compare the estimates with the truth.
 
     Parameters
     ----------
     model : FilterModel
-        What the estimator believes.
+        Model of the filter.
+    flights : sequence of Flight
+    estimator : Estimator
     samples : array of int
-        To record, increasing; nothing is estimated after the last.
+        Samples to record, in increasing order. The filter stops at the last.
     real : FilterModel, optional
-        Whose path limits are watched, along its directions, until the first `n_watched` samples.
+        True model, with the path constraints to check at the first `n_watched` samples.
+    n_watched : int
     planned_rates : array, shape (n, 3), optional
-        At which covariances are propagated [rad/s]; default: those of the first flight.
+        Rates for the covariance propagation [rad/s]. Default: rates of the first flight.
     """
     n_runs, m, suite, motion = len(flights), len(samples), model.suite, flights[0].motion
     rates = motion.rates if planned_rates is None else planned_rates
@@ -198,7 +199,7 @@ def record(
         np.stack([getattr(flight, name) for flight in flights], axis=-1)
         for name in ("start", "errors", "gyro")
     )
-    found = Record(
+    result = Record(
         errors=np.empty((n_runs, m, suite.n_states)),
         sigma=np.empty((n_runs, m, suite.n_states)),
         nees=np.empty((n_runs, m)),
@@ -207,7 +208,7 @@ def record(
         broken=np.zeros((n_runs, 2, len(watched.path_limits))),
     )
     readings = [flight.readings for flight in flights]
-    if suite.world.has_orbit_error:  # which moves eclipses
+    if suite.world.has_orbit_error:  # An orbit error changes the eclipses.
         readings = [each.where(model.available) for each in readings]
     estimates = ErrorStateFilter(suite, estimator).run(
         Estimate.at_start(model, n_runs),
@@ -221,7 +222,7 @@ def record(
     turns = np.vstack([np.zeros(3), model.step * rates])
     d, row = 3 + gyro.shape[1], 0
     flown = motion.attitude[..., None]
-    if any(flight.motion is not motion for flight in flights):  # as those of coils
+    if any(flight.motion is not motion for flight in flights):  # magnetorquers
         flown = np.stack([flight.motion.attitude for flight in flights], axis=-1)
     for k, (before, after, nis) in enumerate(estimates):
         attitude = multiply(flown[k], start)
@@ -230,27 +231,33 @@ def record(
             steered = multiply(off, flown[k])
             for index, (cone, passage) in enumerate(zip(cones, passages, strict=True)):
                 now = passage.rows(slice(k, k + 1))
-                # a controller on the estimate would have made it the plan's
-                ways = [_broken(cone, turns[k], now, each) for each in (steered, attitude)]
-                found.broken[:, :, index] += np.stack(ways, axis=1)
+                # A controller keeps the estimate on the plan; the truth is off by the error.
+                ways = [_is_violated(cone, turns[k], now, each) for each in (steered, attitude)]
+                result.broken[:, :, index] += np.stack(ways, axis=1)
         seen = ~np.isnan(nis.T)
-        found.nis[:, row] += np.where(seen, nis.T, 0.0)
-        found.updates[:, row] += seen
+        result.nis[:, row] += np.where(seen, nis.T, 0.0)
+        result.updates[:, row] += seen
         if k == samples[row]:
             states[3:d] = gyro[k]
             e, P = after.error(attitude, states).T, after.covariance
-            found.errors[:, row], found.sigma[:, row] = e, np.sqrt(np.einsum("iir->ri", P))
+            result.errors[:, row], result.sigma[:, row] = e, np.sqrt(np.einsum("iir->ri", P))
             solved = np.linalg.solve(P.transpose(2, 0, 1), e[..., None])[..., 0]
-            found.nees[:, row] = (e * solved).sum(axis=1)
+            result.nees[:, row] = (e * solved).sum(axis=1)
             row += 1
             if row == m:
                 break
-    found.broken[:] /= max(n_watched, 1)
-    return found
+    result.broken[:] /= max(n_watched, 1)
+    return result
 
 
-def _broken(cone: Cone, turn: Floats, passage: Passage, attitude: Floats) -> Bools:
-    """Whether a path limit is broken in a step, shape (r,), for attitudes at its end, (3, 3, r)."""
+def _is_violated(cone: Cone, turn: Floats, passage: Passage, attitude: Floats) -> Bools:
+    """Return whether a path constraint is violated in a step, shape (r,).
+
+    Parameters
+    ----------
+    attitude : array, shape (3, 3, r)
+        Attitudes at the end of the step.
+    """
     attitudes = np.moveaxis(attitude, -1, 0)
     seen = passage.rows(np.zeros(len(attitudes), dtype=np.int64)).seen(attitudes)
     turns, known = np.broadcast_to(turn, seen.after.shape), np.zeros((len(attitudes), 3, 3))

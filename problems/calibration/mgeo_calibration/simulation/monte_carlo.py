@@ -1,4 +1,4 @@
-"""What a Monte Carlo simulation gives, and whether its errors are what the filter said of them."""
+"""Results of Monte Carlo runs, and consistency tests of their errors with the filter covariance."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from mgeo_attitude._typing import Floats, Ints
 from scipy.stats import binom, chi2
 
 _AXES = ("x", "y", "z")
-#: Probability that a Gaussian error is beyond three times its 1-sigma.
+#: Probability that a Gaussian error exceeds three times its 1-sigma.
 _BEYOND_3_SIGMA = 0.0026997960632601866
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Record:
-    """What is recorded of n runs at m samples; see `MonteCarlo`."""
+    """Errors and consistency statistics of n runs at m samples; see `MonteCarlo`."""
 
     errors: Floats
     sigma: Floats
@@ -28,40 +28,42 @@ class Record:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MonteCarlo(Record):
-    """n runs of one plan at m samples, the whole scenario long unless it was told to end before.
+    """Errors and filter statistics of n Monte Carlo runs of one plan at m samples.
 
-    Errors are truth less estimate in the filter's units (rad, rad/s, dimensionless; the field in
-    units of 50 µT); those of attitude and misalignments are the vectors of the rotations that
-    remain.
+    Errors are truth minus estimate in the filter's units: rad, rad/s, dimensionless, and 50 µT for
+    the field. Errors of attitude and misalignments are rotation vectors.
 
     Attributes
     ----------
     blocks : tuple of str
-        Names of the state's 3-vectors.
+        Names of the state blocks, each a 3-vector.
     sensors : tuple of str
+        Names of the sensors.
     numbers : tuple of int
-        How many each sensor measures at a time, up to three.
+        Number of components of each sensor.
     design : array, shape (4 k,)
-        The plan.
+        Design of the plan.
     t_end : float
-        When the linear filter has converged, first objective of equation (5) [s]; a sample.
+        Predicted convergence time, first objective of equation (5) [s]; one of the samples.
     times : array, shape (m,)
-        [s], from 0 to the scenario's duration, or until when it was simulated.
+        Times of the samples [s].
     predicted : array, shape (m, n_states)
-        1-sigma that the linear covariance promises for the plan.
+        1-sigma predicted by the linear covariance of the plan.
     errors : array, shape (n, m, n_states)
+        Estimation errors.
     sigma : array, shape (n, m, n_states)
-        1-sigma that the estimator of each run claims.
+        1-sigma of the filter in each run.
     nees : array, shape (n, m)
-        Normalized estimation error squared, eᵀ P⁻¹ e; its mean over runs should be n_states.
+        Normalized estimation error squared, eᵀ P⁻¹ e; its expected value is n_states.
     nis : array, shape (n, m, n_sensors)
-        Sum of normalized innovations squared, rᵀ S⁻¹ r, since the sample before.
+        Sum of the normalized innovations squared, rᵀ S⁻¹ r, since the previous sample.
     updates : array of int, shape (n, m, n_sensors)
-        Number of innovations in `nis`; the mean of each should be that of its `numbers`.
+        Number of innovations in `nis`; the expected value of each is the number of components.
     path_limits : tuple of str
-        Labels of the scenario's path limits: ``Sun off camera``.
+        Labels of the path constraints, such as ``Sun off camera``.
     broken : array, shape (n, 2, n_path_limits)
-        Share of the time until `t_end` in which each was broken; see `broken_limits`.
+        Fraction of the time until `t_end` in which each constraint is violated; see
+        `broken_limits`.
 
     Examples
     --------
@@ -93,26 +95,26 @@ class MonteCarlo(Record):
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Name of every state: ``attitude.x``, ``attitude.y``..."""
+        """Names of all states: ``attitude.x``, ``attitude.y``..."""
         return tuple(f"{block}.{axis}" for block in self.blocks for axis in _AXES)
 
     @property
     def rms(self) -> Floats:
-        """Root of the mean square error over the runs, shape (m, n_states)."""
+        """Root mean square error over the runs, shape (m, n_states)."""
         rms: Floats = np.sqrt((self.errors**2).mean(axis=0))
         return rms
 
     def sample(self, time: float | None = None) -> int:
-        """Number of the sample nearest to a time [s]; `t_end` if none is given."""
+        """Return the index of the sample nearest to a time [s]; default: `t_end`."""
         return int(np.argmin(np.abs(self.times - (self.t_end if time is None else time))))
 
     def table(self, time: float | None = None) -> pd.DataFrame:
-        """Every state at a time [s], `t_end` if none is given.
+        """Return a table of all states at a time [s]; default: `t_end`.
 
-        Columns, in the filter's units: ``predicted``, the linear covariance's 1-sigma;
-        ``claimed``, the estimators' (root mean square over the runs); ``rms`` error; ``ratio`` of
-        rms error to predicted; ``within 3 sigma``, the fraction of runs whose error is within
-        three times what their estimator claims.
+        Columns in the filter's units: ``predicted``, 1-sigma of the linear covariance; ``claimed``,
+        rms over the runs of the filter's 1-sigma; ``rms`` error; ``ratio`` of rms error to
+        predicted; ``within 3 sigma``, fraction of runs with an error within three times the
+        filter's 1-sigma.
         """
         k = self.sample(time)
         rms = self.rms[k]
@@ -128,15 +130,19 @@ class MonteCarlo(Record):
         )
 
     def broken_limits(self) -> pd.DataFrame:
-        """How often each path limit was truly broken until `t_end`, without margin; a row for each.
+        """Return how often each path constraint is violated until `t_end`, without margin.
 
-        Two satellites are looked at. One is *steered*: its controller turns it until the estimated
-        attitude is the plan's, so that the true one is off the plan by the error of the estimate,
-        before the measurements of the sample. The other flies the plan's rates *open loop*, as all
-        runs here, and keeps the error of its first attitude. The errors of the estimate are those
-        of the open-loop run; along the other path they differ by terms of second order.
+        Two cases are evaluated. *Steered*: a controller keeps the estimated attitude on the plan,
+        so that the true attitude is off by the estimation error before the measurements of the
+        sample. *Open loop*: the rates of the plan are executed exactly, as in the simulation, so
+        that the initial attitude error remains. The estimation errors of both cases come from the
+        open-loop run and differ only to second order.
 
-        Columns: share of flights in which it was broken at any time, and of the time of all.
+        Returns
+        -------
+        DataFrame
+            One row per constraint. Columns: percentage of runs with a violation, and percentage of
+            the time of all runs.
         """
         ever, share = (self.broken > 0.0).mean(axis=0), self.broken.mean(axis=0)
         columns = {}
@@ -146,9 +152,10 @@ class MonteCarlo(Record):
         return pd.DataFrame(columns, index=pd.Index(self.path_limits, name="path limit"))
 
     def history(self) -> pd.DataFrame:
-        """Every sample: ``nees`` (mean over runs, per state) and ``nis <sensor>`` (per component).
+        """Return NEES and NIS at every sample, averaged over the runs.
 
-        All should be about 1. A sensor that measured nothing since the sample before has NaN.
+        Columns: ``nees`` per state and ``nis <sensor>`` per component. The expected value is 1.
+        Samples without innovations since the previous sample are NaN.
         """
         columns = {"nees": self.nees.mean(axis=0) / self.n_states}
         total, count = self.nis.sum(axis=0), self.updates.sum(axis=0) * self.numbers
@@ -166,38 +173,40 @@ def consistency(
     confidence: float = 0.99,
     ratio: tuple[float, float] = (0.85, 1.15),
 ) -> pd.DataFrame:
-    """Test whether the errors of a simulation are what its filter claims, from a time on.
+    """Test whether the errors of Monte Carlo runs are consistent with the filter covariance.
 
-    - ``nees``: mean per state over runs and samples, within the chi-square bounds of as many
-      degrees of freedom as there are runs times states: errors at different times of a run are
-      hardly independent.
-    - ``nis <sensor>``: mean per component over all innovations, which are independent, within
-      their chi-square bounds; left out for a sensor that measured nothing.
-    - ``beyond 3 sigma``: the most runs in which a state's last error is beyond three times the
-      1-sigma that the estimator claims, against the binomial bound for the worst of all states.
-    - ``smallest`` and ``largest rms / predicted`` of all states: RMS error over runs and samples
-      to the linear covariance's 1-sigma. Its interval is asked for, not statistical; with 200 runs
-      a single RMS is known to 5 % (1-sigma).
+    - ``nees``: mean per state over runs and samples. The chi-square interval has runs times states
+      degrees of freedom, because errors at different times of a run are strongly correlated.
+    - ``nis <sensor>``: mean per component over all innovations, with their chi-square interval;
+    omitted
+      for a sensor without readings.
+    - ``beyond 3 sigma``: largest number of runs in which the last error of a state exceeds three
+    times
+      the filter's 1-sigma, with the binomial bound for the worst of all states.
+    - ``smallest`` and ``largest rms / predicted``: extreme ratio over the states of the rms error
+    over
+      runs and samples to the predicted 1-sigma. The interval is a requirement, not a statistical
+      bound; with 200 runs the 1-sigma of a single rms is 5 %.
 
     Parameters
     ----------
+    result : MonteCarlo
     since : float, optional
         Start of the tested samples [s]; default: half of the simulated time.
     confidence : float
         Probability of each statistical interval.
     ratio : (low, high)
-        What rms / predicted is to be within.
+        Required interval of rms / predicted.
 
     Returns
     -------
     DataFrame
-        A row for each criterion: ``value``, the interval from ``low`` to ``high``, and whether the
-        value has ``passed``.
+        One row per criterion: ``value``, interval ``low`` to ``high``, and ``passed``.
 
     Raises
     ------
     ValueError
-        If there is no sample from `since` on, or the confidence is no probability.
+        If there is no sample from `since` on, or the confidence is not a probability.
 
     Examples
     --------
@@ -236,5 +245,5 @@ def consistency(
     rows["smallest rms / predicted"] = ratios.min(), *ratio
     rows["largest rms / predicted"] = ratios.max(), *ratio
     found = pd.DataFrame.from_dict(rows, orient="index", columns=["value", "low", "high"])
-    found["passed"] = found["value"].between(found["low"], found["high"])  # not so of NaN
+    found["passed"] = found["value"].between(found["low"], found["high"])  # False for NaN
     return found.rename_axis("criterion")

@@ -1,1 +1,1 @@
-"""Telemetry: samples, files, columns, declared conventions and checks."""
+"""Telemetry tables: samples, files, columns, declared conventions and checks."""

@@ -1,4 +1,4 @@
-"""Checks of single channels: constant, saturated, frozen, repeated, clipped."""
+"""Checks of single channels for constant, saturated, frozen, repeated and clipped values."""
 
 from __future__ import annotations
 
@@ -9,35 +9,35 @@ from mgeo_attitude._typing import Floats, Ints
 
 from mgeo_calibration.telemetry.finding import Finding, Samples
 
-_FEWEST = 10  # samples that show whether a channel is constant
-_DARK = 1e-9  # reading of a photodiode
-_CLIPPED = 5  # equal extremes in a row of a rate that saturates
-_OFTEN = 5  # occurrences of a repeated number, and factor to the next frequent one
-_LONG = 10  # equal samples in a row of a frozen sensor
-_RARE = 0.01  # share of equal neighbors from which a channel rests at few numbers
-_NEAR = 0.05  # of a channel's range: distance of the next number from a limit
+_FEWEST = 10  # smallest number of samples for a constant channel
+_DARK = 1e-9  # largest reading of a photodiode in the dark
+_CLIPPED = 5  # smallest number of consecutive equal extremes of a saturated rate
+_OFTEN = 5  # smallest count of a repeated value, also relative to the next frequent value
+_LONG = 10  # smallest number of consecutive equal samples of a frozen sensor
+_RARE = 0.01  # largest fraction of equal neighbors of a finely resolved channel
+_NEAR = 0.05  # largest gap next to a clipping limit, relative to the range of the channel
 
 
 def constant_channels(samples: Samples) -> Iterator[Finding]:
-    """Find columns that never change: one of three, or all of a sensor."""
+    """Find columns that never change: one of three components, or all columns of a sensor."""
     for name, (columns, rows) in samples.columns.items():
         seen = np.flatnonzero(np.isfinite(rows).all(axis=1))
-        found = rows[seen]
+        result = rows[seen]
         reported = samples.telemetry.sensors.get(name, rows)[seen]
         in_the_dark = len(columns) == 1 and (np.abs(reported) < _DARK).all()  # a photodiode
-        if len(found) < _FEWEST or in_the_dark:
+        if len(result) < _FEWEST or in_the_dark:
             continue
-        stuck = np.ptp(found, axis=0) == 0.0
+        stuck = np.ptp(result, axis=0) == 0.0
         if stuck.all() or (stuck.any() and len(columns) == 3):
             k = int(np.argmax(stuck))
-            value = f"{float(found[0, k])!r} in all {len(found)} samples"
+            value = f"{float(result[0, k])!r} in all {len(result)} samples"
             advice = f"check {name}.columns, or leave {name} out of the scenario"
             place = samples.place(seen[0])
             yield Finding(columns[k], place, value, "a channel that changes", advice)
 
 
 def saturated_rates(samples: Samples) -> Iterator[Finding]:
-    """Find a gyro beyond its range, or at the same largest rate many times in a row."""
+    """Find gyro rates beyond the range, or at the same extreme in many consecutive samples."""
     if "gyro" not in samples.columns:
         return
     (columns, rows), gyro = samples.columns["gyro"], samples.mapping.gyro
@@ -54,7 +54,7 @@ def saturated_rates(samples: Samples) -> Iterator[Finding]:
     for name, rate in zip(columns, rows[seen].T, strict=True):
         same = np.diff(rate) == 0.0
         extreme = same & (np.abs(rate[1:]) == np.abs(rate).max(initial=0.0))
-        lengths, starts = _runs(extreme)
+        lengths, starts = _find_runs(extreme)
         longest = int(lengths.max(initial=0)) + 1
         if longest >= _CLIPPED and (same & ~extreme).sum() < _RARE * len(rate):
             k = starts[int(lengths.argmax())]
@@ -64,9 +64,9 @@ def saturated_rates(samples: Samples) -> Iterator[Finding]:
 
 
 def repeated_samples(samples: Samples) -> Iterator[Finding]:
-    """Find sensors that repeat each sample several times, or freeze for a while."""
-    for name, _, seen, rows in _lit(samples):
-        lengths, starts = _runs((np.diff(rows, axis=0) == 0.0).all(axis=1))
+    """Find sensors that repeat every sample, or freeze for a while."""
+    for name, _, seen, rows in _select_readings(samples):
+        lengths, starts = _find_runs((np.diff(rows, axis=0) == 0.0).all(axis=1))
         if not len(lengths):
             continue
         longest, usual = int(lengths.argmax()), lengths[lengths < _LONG].sum()
@@ -83,8 +83,8 @@ def repeated_samples(samples: Samples) -> Iterator[Finding]:
 
 
 def repeated_numbers(samples: Samples) -> Iterator[Finding]:
-    """Find a number that occurs far more often than any other: a fill value or a clipped one."""
-    for _, columns, seen, rows in _lit(samples):
+    """Find values that occur far more often than others, such as fill values or clipped values."""
+    for _, columns, seen, rows in _select_readings(samples):
         for column, values in zip(columns, rows.T, strict=True):
             numbers, counts = np.unique(values, return_counts=True)
             if len(numbers) < _LONG:
@@ -104,17 +104,16 @@ def repeated_numbers(samples: Samples) -> Iterator[Finding]:
             yield Finding(column, samples.place(seen[k]), value, expected, advice)
 
 
-def _lit(samples: Samples) -> Iterator[tuple[str, list[str], Ints, Floats]]:
-    """Yield name, columns, sample numbers and rows where a sensor has reported enough."""
+def _select_readings(samples: Samples) -> Iterator[tuple[str, list[str], Ints, Floats]]:
     for name, (columns, rows) in samples.columns.items():
         there = np.isfinite(rows).all(axis=1)
-        if rows.shape[1] == 1:  # many photodiodes read zero in the dark
+        if rows.shape[1] == 1:  # Photodiodes read zero in the dark.
             there &= rows[:, 0] != 0.0
         if there.sum() >= 2 * _LONG:
             yield name, list(columns), np.flatnonzero(there), rows[there]
 
 
-def _runs(true: np.ndarray) -> tuple[Ints, Ints]:
-    """Lengths of the runs of True, and their first numbers."""
+def _find_runs(true: np.ndarray) -> tuple[Ints, Ints]:
+    """Return the lengths and the first indices of the runs of True values."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], true, [False]]).astype(int)))
     return edges[1::2] - edges[::2], edges[::2]

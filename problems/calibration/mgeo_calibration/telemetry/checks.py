@@ -1,4 +1,4 @@
-"""Checks of telemetry against declared conventions and simple physics, in one list."""
+"""List of all telemetry checks against declared conventions and physical limits."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 
 
 class Check(NamedTuple):
-    """A check; telemetry that fails one which ``refuses`` is not read."""
+    """Telemetry check; reading fails on a finding if ``refuses`` is true."""
 
     name: str
     find: Callable[[Samples], Iterator[Finding]]
@@ -34,13 +34,13 @@ CHECKS = (
 
 
 def refuse(samples: Samples) -> None:
-    """Raise a ValueError with the first finding of the checks that refuse telemetry."""
+    """Raise ValueError with the first finding of the checks that refuse telemetry."""
     for check in CHECKS:
         for finding in check.find(samples) if check.refuses else ():
             raise ValueError(str(finding))
 
 
 def find_all(scenario: Scenario, telemetry: Telemetry) -> dict[str, tuple[str, ...]]:
-    """Return the findings of all checks in words, by the name of the check."""
+    """Return the descriptions of all findings, by check name."""
     samples = Samples.of(scenario, telemetry)
     return {check.name: tuple(map(str, check.find(samples))) for check in CHECKS}

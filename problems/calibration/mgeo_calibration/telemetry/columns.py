@@ -1,4 +1,4 @@
-"""Columns of a table: finding them by name, and their numbers and units."""
+"""Columns of a telemetry table: search by name, numbers and units."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ T = TypeVar("T", bound=Channels)
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table: its position, the sign to multiply its numbers by, and its unit."""
+    """Position of a column in the table, sign of its values, and unit."""
 
     place: int
     sign: float
@@ -33,42 +33,46 @@ class Column:
 
 
 def has_columns(frame: pd.DataFrame, wanted: Sequence[str]) -> bool:
-    """Return whether the table has one of the wanted columns."""
+    """Return whether the table has at least one of the wanted columns."""
     return not {_plain_name(name) for name in frame.columns}.isdisjoint(map(_plain_name, wanted))
 
 
 def find_columns(frame: pd.DataFrame, wanted: Sequence[str]) -> dict[str, Column]:
-    """Find the wanted columns.
+    """Find the wanted columns of a table.
 
-    Names differ neither by case nor by a unit in brackets; a minus before a name negates it.
+    Names are compared without case and without a unit in brackets. A minus before a wanted name
+    negates the values.
 
     Raises
     ------
     ValueError
-        For missing or ambiguous columns, or an empty table.
+        If a column is missing or ambiguous, or the table is empty.
     """
     names = [str(name) for name in frame.columns]
     plain = [_plain_name(name) for name in names]
-    found, missing = dict[str, Column](), []
+    result, missing = dict[str, Column](), []
     for name in wanted:
         sign = -1.0 if name.startswith("-") and name not in names else 1.0
         bare = name[1:].strip() if sign < 0.0 else name
         places = [k for k, each in enumerate(names) if each == bare]
         places = places or [k for k, each in enumerate(plain) if each == _plain_name(bare)]
-        if len(places) > 1 or any(k == other.place for k in places for other in found.values()):
-            raise ValueError(f"column {bare!r} is there, or asked for, twice")
+        if len(places) > 1 or any(k == other.place for k in places for other in result.values()):
+            raise ValueError(
+                f"column {bare!r} occurs, or is declared, more than once: expected it once. "
+                "Rename or remove one of them"
+            )
         for k in places:
-            found[name] = Column(k, sign, name_and_unit(names[k])[1])
+            result[name] = Column(k, sign, name_and_unit(names[k])[1])
         missing += [] if places else [bare]
     if missing:
         raise ValueError(f"missing columns {', '.join(missing)}: there are {', '.join(names)}")
     if frame.empty:
         raise ValueError("there are no rows")
-    return found
+    return result
 
 
 def name_and_unit(name: object) -> tuple[str, str]:
-    """Split a column's name into the bare name and the unit in brackets at its end."""
+    """Split a column name into the bare name and the unit in trailing brackets."""
     text = str(name).strip()
     parts = _NAME_AND_UNIT.fullmatch(text)
     return (parts[1].strip(), parts[2].strip()) if parts else (text, "")
@@ -79,7 +83,13 @@ def _plain_name(name: object) -> str:
 
 
 def with_unit(name: str, entry: T, columns: Sequence[Column]) -> T:
-    """Return the mapping's entry with the unit of its columns, unless it has one."""
+    """Return a mapping entry with the unit of its columns, unless the entry declares a unit.
+
+    Raises
+    ------
+    ValueError
+        If the columns have different units.
+    """
     units = {column.unit for column in columns}
     if entry.unit is not None or units <= {""}:
         return entry
@@ -97,12 +107,12 @@ def plain_unit(unit: str) -> str:
 
 
 def numbers(column: pd.Series) -> Floats:
-    """Return a column as floats, NaN where it is empty.
+    """Return a column as floats; empty cells are NaN.
 
     Raises
     ------
     ValueError
-        Naming row and column of a cell that is no finite number.
+        With row and column of a cell that is not a finite number.
     """
     values: Floats = numeric(column).to_numpy(dtype=float, na_value=np.nan)
     wrong = np.isinf(values)
@@ -118,19 +128,19 @@ def numbers(column: pd.Series) -> Floats:
 
 
 def channel_of(columns: Iterable[str], name: str) -> str | None:
-    """Return the column of this name, whatever its case and unit; None if there is none."""
+    """Return the column with a name, ignoring case and unit, or None."""
     return next((each for each in columns if _plain_name(each) == _plain_name(name)), None)
 
 
 def followed(suite: Suite, others: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Return the channels that biases of a suite follow, by name, of other columns of telemetry.
+    """Return the columns of telemetry for the bias sensitivities of a suite, by channel name.
 
     Raises
     ------
     InvalidValue
-        Naming the influence whose channel is missing.
+        With the bias sensitivity whose channel is missing.
     """
-    found = {}
+    result = {}
     for key, influence in suite.influence_keys.items():
         name = channel_of(others, influence.channel)
         if name is None:
@@ -138,19 +148,19 @@ def followed(suite: Suite, others: Mapping[str, Floats]) -> dict[str, Floats]:
             way = "; give it a column of this name, or take the influence out of the scenario"
             expected = f"expected a column of the telemetry{hint}{way}"
             raise InvalidValue(f"{key}.channel", influence.channel, expected)
-        found[influence.channel] = others[name]
-    return found
+        result[influence.channel] = others[name]
+    return result
 
 
 def other_columns(
     frame: pd.DataFrame, used: Collection[int], wanted: Collection[str] = ()
 ) -> dict[str, Floats]:
-    """Return the unused columns of numbers that vary and are mostly filled, by name.
+    """Return the unused numeric columns that vary and are mostly filled, by name.
 
-    Wanted columns need only one number.
+    Wanted columns need only one value.
     """
     asked = {_plain_name(name) for name in wanted}
-    found = {}
+    result = {}
     for place, name in enumerate(frame.columns):
         column = frame.iloc[:, place]
         if place in used or column.dtype.kind in "mM":
@@ -162,8 +172,8 @@ def other_columns(
         there = np.isfinite(values)
         varies = 2 * there.sum() > len(values) and np.ptp(values[there]) > 0.0
         if there.any() if _plain_name(name) in asked else varies:
-            found[str(name)] = values
-    return found
+            result[str(name)] = values
+    return result
 
 
 def numeric(column: pd.Series) -> pd.Series:

@@ -1,4 +1,4 @@
-"""Readings of sensors in body axes and in the units of telemetry."""
+"""Conversion of sensor readings to the body frame and to the units of telemetry."""
 
 from __future__ import annotations
 
@@ -19,44 +19,52 @@ from mgeo_calibration.telemetry.mapping import (
 from mgeo_calibration.telemetry.quantization import resolution
 from mgeo_calibration.telemetry.table import Table, Values
 
-_UNIT_LENGTH = 0.01  # a quaternion may be off by this
+_UNIT_LENGTH = 0.01  # largest deviation of a quaternion's norm from one
 
 
 def convert_readings(
     sensor: Sensor, read: Values, table: Table, scenario: Scenario, position: Floats | None
 ) -> tuple[Floats, Floats]:
-    """Return the readings of a sensor in body axes, and the step of each channel.
+    """Convert the readings of a sensor to the body frame and the units of telemetry.
 
     Parameters
     ----------
+    read : Values
+        Columns of the sensor.
     position : array, shape (n, 3), optional
-        Satellite [m], GCRS, if the table has it.
+        Satellite position in GCRS [m], if the table contains it.
+
+    Returns
+    -------
+    readings : array, shape (n, k)
+    steps : array, shape (k,)
+        Quantization step of each channel.
 
     Raises
     ------
     ValueError
-        For a declaration that the sensor does not take, an angle of 90 deg or more, or a quaternion
-        that is not of unit length.
+        If a declaration does not apply to the sensor, an angle is 90 deg or more, or a quaternion
+        is not normalized.
     """
     rows, entry, _ = read
     assert isinstance(entry, SensorChannels)
     if len(sensor.channels) == 4:
-        return _attitudes(sensor, read, table, scenario, position), resolution(rows)
+        return _convert_attitudes(sensor, read, table, scenario, position), resolution(rows)
     for key in ("attitude", "frame"):
         value = getattr(entry, key)
         expect(value is None, key, value, f"none: {sensor.name} is no star tracker")
     if len(sensor.channels) == 1:
-        return _diode(sensor, rows, entry)
+        return _convert_diode(sensor, rows, entry)
     if rows.shape[1] == 2:
         step = np.radians(entry.factor("deg") * resolution(rows).max())
-        return _from_angles(sensor, read, table), np.full(3, step)
-    rows[~rows.any(axis=1)] = np.nan  # many report zeros so that they see nothing
+        return _convert_angles(sensor, read, table), np.full(3, step)
+    rows[~rows.any(axis=1)] = np.nan  # Many sensors report zeros without a measurement.
     unit = sensor.channel_unit.text
     return to_body_axes(rows * entry.factor(unit), entry), body_steps(rows, entry, unit)
 
 
 def to_body_axes(rows: Floats, entry: MountedChannels) -> Floats:
-    """Rotate vectors, shape (n, 3), from sensor to body axes, in place."""
+    """Rotate vectors, shape (n, 3), from sensor to body axes in place and return them."""
     if entry.is_mounted:
         there = np.isfinite(rows).all(axis=1)
         rows[there] = entry.to_body().apply(rows[there])
@@ -64,13 +72,19 @@ def to_body_axes(rows: Floats, entry: MountedChannels) -> Floats:
 
 
 def body_steps(rows: Floats, entry: MountedChannels, unit: str) -> Floats:
-    """Return the steps of the channels along body axes, combined as 1-sigmas, in a unit."""
+    """Return the quantization steps along the body axes, as the root sum square of the channels.
+
+    Parameters
+    ----------
+    unit : str
+        Unit of the result.
+    """
     step = resolution(rows) * entry.factor(unit)
     steps: Floats = np.sqrt(entry.to_body().as_matrix() ** 2 @ step**2)
     return steps
 
 
-def _diode(sensor: Sensor, rows: Floats, entry: SensorChannels) -> tuple[Floats, Floats]:
+def _convert_diode(sensor: Sensor, rows: Floats, entry: SensorChannels) -> tuple[Floats, Floats]:
     """Return the readings of a photodiode, cosines or angles in the table, and their step."""
     for key in ("quaternion", "dcm"):
         mounted = f"none: sensors.normal of the scenario mounts {sensor.name}"
@@ -82,8 +96,8 @@ def _diode(sensor: Sensor, rows: Floats, entry: SensorChannels) -> tuple[Floats,
     return np.cos(angles), np.radians(resolution(rows) * entry.factor("deg"))
 
 
-def _from_angles(sensor: Sensor, read: Values, table: Table) -> Floats:
-    """Return directions in body axes from the angles atan(x / z) and atan(y / z)."""
+def _convert_angles(sensor: Sensor, read: Values, table: Table) -> Floats:
+    """Return unit vectors in the body frame from the angles atan(x / z) and atan(y / z)."""
     entry = read.entry
     assert isinstance(entry, SensorChannels)
     angles = entry.factor("deg") * read.rows
@@ -99,14 +113,14 @@ def _from_angles(sensor: Sensor, read: Values, table: Table) -> Floats:
     return to_body_axes(along / np.linalg.norm(along, axis=1, keepdims=True), entry)
 
 
-def _attitudes(
+def _convert_attitudes(
     sensor: Sensor, read: Values, table: Table, scenario: Scenario, position: Floats | None
 ) -> Floats:
-    """Return the quaternions of a star tracker from GCRF to the body, scalar last."""
+    """Return the quaternions of a star tracker from GCRF to body, scalar last."""
     rows, entry, _ = read
     assert isinstance(entry, SensorChannels)
     entry.factor("-")
-    rows[~rows.any(axis=1)] = np.nan  # many report zeros so that they see nothing
+    rows[~rows.any(axis=1)] = np.nan  # Many sensors report zeros without a measurement.
     there = np.flatnonzero(np.isfinite(rows).all(axis=1))
     lengths = np.linalg.norm(rows[there], axis=1)
     if (np.abs(lengths - 1.0) > _UNIT_LENGTH).any():
@@ -120,11 +134,11 @@ def _attitudes(
     inverse, frame = entry.attitude == "sensor-to-frame", entry.frame or "GCRF"
     if not (entry.is_mounted or inverse or frame != "GCRF") or not len(there):
         return q
-    turned = Rotation.from_quat(q[there])  # takes coordinates of the sensor to the frame
+    turned = Rotation.from_quat(q[there])  # sensor coordinates to frame coordinates
     turned = (turned.inv() if inverse else turned) * entry.to_body().inv()
     if frame != "GCRF":
         to_gcrs = frames_to_gcrs(frame, scenario, table.times, position)
         turned = Rotation.from_matrix(to_gcrs[there]) * turned
-    found = np.full_like(q, np.nan)
-    found[there] = turned.as_quat(canonical=True)
-    return found
+    result = np.full_like(q, np.nan)
+    result[there] = turned.as_quat(canonical=True)
+    return result

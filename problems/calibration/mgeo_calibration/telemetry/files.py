@@ -1,4 +1,4 @@
-"""Tables of telemetry in files."""
+"""Telemetry tables in CSV and Parquet files."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ import pandas as pd
 
 from mgeo.store.reading import exact_floats
 
-_SEPARATORS = ";\t,"  # the first one that the header contains
+_SEPARATORS = ";\t,"  # The first separator in the header is used.
 _NUMBER = re.compile(r"\s*[-+.,]?\d")
 
 
 def read_table(path: Path) -> pd.DataFrame:
-    """Read a table of telemetry.
+    """Read a telemetry table from a file.
 
-    A file that ends in ``.parquet`` or ``.pq`` needs pyarrow. Any other file is text in UTF-8,
-    optionally compressed by gzip; see `parse_table`.
+    Files with the extension ``.parquet`` or ``.pq`` need pyarrow. Other files are UTF-8 text,
+    optionally compressed with gzip; see `parse_table`.
 
     Raises
     ------
     OSError
         If the file cannot be read.
     ImportError
-        For Parquet without pyarrow.
+        If pyarrow is missing for Parquet.
     ValueError
-        If the content is no table.
+        If the content is not a table.
     """
     if path.suffix.lower() in (".parquet", ".pq"):
         return pd.read_parquet(path)
@@ -46,9 +46,9 @@ def read_table(path: Path) -> pd.DataFrame:
 def parse_table(text: str) -> pd.DataFrame:
     """Parse delimited text with a header.
 
-    Cells are separated by semicolons, tabs or commas, whichever the header contains, or else by
-    spaces. Decimal commas are read unless commas separate cells. Lines that are empty or begin with
-    ``#`` are skipped. Units in a line below the header are appended to the names in brackets.
+    Cells are separated by semicolons, tabs or commas, depending on the header, otherwise by spaces.
+    Decimal commas are accepted unless commas separate cells. Empty lines and lines that start with
+    ``#`` are skipped. Units in the line below the header are appended to the names in brackets.
 
     Raises
     ------

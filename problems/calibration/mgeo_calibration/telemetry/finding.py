@@ -1,4 +1,4 @@
-"""Samples that are checked, and findings: contradictions to conventions or simple physics."""
+"""Input and findings of the telemetry checks."""
 
 from __future__ import annotations
 
@@ -14,19 +14,20 @@ from mgeo_calibration.telemetry.telemetry import Telemetry, channels, place
 
 
 class Finding(NamedTuple):
-    """A sample that contradicts a declared convention or simple physics.
+    """Sample that contradicts a declared convention or a physical limit.
 
     Attributes
     ----------
     column : str
         Column, gyro or sensor.
     place : str
-        Row and time, see `telemetry.place`.
+        Row and time; see `telemetry.place`.
     value : str
         Value with its unit.
     expected : str
+        Expected value or property.
     advice : str
-        Key to declare, or what to do with the samples.
+        Key to declare, or treatment of the samples.
     """
 
     column: str
@@ -42,12 +43,14 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Telemetry to be checked.
+    """Telemetry with the original columns and declarations, as input of checks.
 
     Attributes
     ----------
+    scenario : Scenario
+    telemetry : Telemetry
     columns : mapping of str to (names, array of shape (n, k))
-        Columns of gyro and sensors along their own axes, in their own unit.
+        Columns of gyro and sensors in their own axes and units.
     mapping : TelemetryMapping
         Declarations of the table.
     """
@@ -59,12 +62,12 @@ class Samples:
 
     @classmethod
     def of(cls, scenario: Scenario, telemetry: Telemetry) -> Samples:
-        """Return samples of telemetry in body axes, for which nothing is declared."""
+        """Return the input of checks for telemetry in the body frame without declarations."""
         gyro = {"gyro": telemetry.gyro_deg_s} if telemetry.has_gyro else {}
         rows = gyro | dict(telemetry.sensors)
         columns = {name: (channels(name, each.shape[1]), each) for name, each in rows.items()}
         return cls(scenario, telemetry, columns, TelemetryMapping())
 
     def place(self, k: int) -> str:
-        """Return row and time of a sample."""
+        """Return row and time of a sample as text."""
         return place(k, self.telemetry.times, self.telemetry.rows)

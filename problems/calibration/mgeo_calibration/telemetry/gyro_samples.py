@@ -1,4 +1,4 @@
-"""Samples of a gyro: rates between them, missing samples and spikes."""
+"""Gyro samples: rates in steps, missing samples, spikes and noise."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from scipy.ndimage import median_filter
 
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
-#: A gyro's sample stands for the time since the one before, unless that is this many times the
-#: usual time between two: then some are missing.
+#: Ratio of the time between two samples to the usual time above which samples are missing. A sample
+#: is otherwise the mean over the time since the previous sample.
 MISSING = 1.5
-#: Without a sample for longer than this many times the usual time, nothing is known of the rate.
+#: Ratio of the time between two samples to the usual time above which the rate is unknown.
 SILENT = 10.0
-#: Times its scatter by which a sample that is no motion is off; samples that say how it scatters.
+#: Smallest size of a spike relative to the scatter, and number of samples for the scatter.
 _FAR, _NEAR = 10.0, 11
-_NORMAL = 1.4826  # 1-sigma of normal numbers over their median absolute deviation
+_NORMAL = 1.4826  # ratio of 1-sigma to the median absolute deviation of a normal distribution
 
 
 def covered(at: Floats) -> Floats:
-    """Return the time that each sample of a gyro represents [s], shape (m,).
+    """Return the averaging duration of each gyro sample [s], shape (m,).
 
     Parameters
     ----------
     at : array, shape (m,)
-        Their times [s].
+        Times of the samples [s].
     """
     usual = float(np.median(np.diff(at)))
     since = np.diff(at, prepend=at[0] - usual)
@@ -35,17 +35,22 @@ def covered(at: Floats) -> Floats:
 
 
 def turned(at: Floats, means: Floats) -> CubicSpline:
-    """Return the integral of a smooth rate from its means over the times of samples.
+    """Return the integral of a smooth rate that has given means.
 
-    Where samples are missing the mean is taken half way between their neighbors. A spline's
-    derivatives at its knots are of fourth order in the time between samples.
+    Knots at missing samples have the mean of their neighbors. Derivatives of the spline at its
+    knots have fourth-order accuracy in the time between samples.
 
     Parameters
     ----------
     at : array, shape (m,)
-        [s]
+        Times of the samples [s].
     means : array, shape (m, 3)
-        [rad/s]
+        Mean rate of each sample [rad/s].
+
+    Returns
+    -------
+    CubicSpline
+        Rotation angle about each axis [rad].
     """
     begin = at - covered(at)
     gap = np.flatnonzero(begin[1:] > at[:-1] + 1e-9 * np.diff(at)) + 1
@@ -58,63 +63,63 @@ def turned(at: Floats, means: Floats) -> CubicSpline:
 
 
 def means(at: Floats, rates: Floats) -> Floats:
-    """Return mean rates over the times of samples from rates at the samples, shape (m, 3).
+    """Return mean rates from instantaneous rates, shape (m, 3).
 
-    The means are those of a cubic spline through the samples, of fourth order in the time between
-    them. The first mean is the sample itself.
+    The means follow from a cubic spline through the samples, with fourth-order accuracy in the time
+    between samples. The first mean is the sample itself.
 
     Parameters
     ----------
     at : array, shape (m,)
-        [s]
+        Times of the samples [s].
     rates : array, shape (m, 3)
+        Rates at the samples.
     """
     if len(at) < 2:
         return rates
     angle, stands = CubicSpline(at, rates).antiderivative(), covered(at)
-    found: Floats = (angle(at) - angle(at - stands)) / stands[:, None]
-    found[0] = rates[0]
-    return found
+    result: Floats = (angle(at) - angle(at - stands)) / stands[:, None]
+    result[0] = rates[0]
+    return result
 
 
 def spikes(rates: Floats, least: Floats) -> Floats:
-    """Return the distance of spikes from both neighbors, zero for other samples, shape (m, 3).
+    """Return the deviation of spikes from both neighbors, zero for other samples, shape (m, 3).
 
-    A rate that jumps stays there; one that is back after a sample, or two, is a fault, or a turn
-    within these that their neighbors do not show. What is wrong about one axis is doubtful about
-    all.
+    A spike returns after one or two samples, unlike a step of the rate. A spike on one axis is
+    reported on all axes.
 
     Parameters
     ----------
     rates : array, shape (m, 3)
     least : array, shape (3,)
-        What samples scatter by at least, 1-sigma.
+        Smallest scatter of the samples, 1-sigma.
     """
-    found = np.zeros(rates.shape)
+    result = np.zeros(rates.shape)
     if len(rates) < _NEAR:
-        return found
+        return result
     for many in (1, 2):
         last, after = rates[: -many - 1], rates[many + 1 :]
         inner = [rates[1 + k : len(last) + 1 + k] for k in range(many)]
         off = np.stack(inner) - 0.5 * (last + after)
         size = np.abs(off).min(axis=0)
         apart = (size > _FAR * np.sqrt(1.5) * least) & (size > np.abs(after - last))
-        if not apart.any():  # as mostly: what is usual is not asked for
+        if not apart.any():  # Skip the expensive median filter for data without spikes.
             continue
         apart &= size > _FAR * _NORMAL * median_filter(size, (_NEAR, 1))
         (first,) = np.nonzero(apart.any(axis=1))
         for k in range(many):
-            found[first + 1 + k] = off[k, first]
-    return found
+            result[first + 1 + k] = off[k, first]
+    return result
 
 
 def reported(telemetry: Telemetry) -> tuple[Floats, Floats]:
-    """Return times, shape (m,) [s], and rates, shape (m, 3) [rad/s], of the gyro's samples.
+    """Return the times [s], shape (m,), and rates [rad/s], shape (m, 3), of the gyro samples.
 
     Raises
     ------
     ValueError
-        For fewer than two samples, between which nothing is known of the attitude.
+        If there are fewer than two samples.
     """
     there = np.isfinite(telemetry.gyro_deg_s[:, 0])
     if there.sum() < 2:
@@ -123,18 +128,18 @@ def reported(telemetry: Telemetry) -> tuple[Floats, Floats]:
 
 
 def usual_step(at: Floats) -> float:
-    """Return the median time between samples of the gyro [s]."""
+    """Return the median time between gyro samples [s]."""
     return float(np.median(np.diff(at)))
 
 
 def gyro_noise(suite: Suite, duration: float) -> Floats:
-    """Return the 1-sigma of a mean rate over a duration [s], of each axis [rad/s]."""
+    """Return the 1-sigma of the mean rate over a duration [s], per axis [rad/s]."""
     noise: Floats = np.sqrt(np.array(suite.gyro.diffusion()["theta"]) / duration)
     return noise
 
 
 def gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
-    """Return the `spikes` of the gyro's samples, shape (m, 3) [rad/s]."""
+    """Return the `spikes` of gyro samples, shape (m, 3) [rad/s]."""
     at, rates = reported(telemetry)
     step = np.radians(telemetry.step_of("gyro"))
     return spikes(rates, np.maximum(gyro_noise(suite, usual_step(at)), step))
@@ -143,21 +148,32 @@ def gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
 def rate_steps(
     times: Floats, at: Floats, rates: Floats, usual: float
 ) -> tuple[Floats, Floats, Floats, Bools]:
-    """Return rate, change of rate, attitude variance, and missing rates of each step.
+    """Return mean rates of arbitrary steps from gyro samples.
 
-    Within the time that a sample stands for, the rate is that of `turned`; over all of
-    it the mean is the sample. Elsewhere it does not change.
+    Within the duration that a sample covers, the rate is the derivative of `turned`, with the
+    sample as its mean. In gaps, the rate is the constant mean of both neighbors.
 
     Parameters
     ----------
     times : array, shape (n + 1,)
-        Between which the steps are.
+        Boundaries of the steps [s].
     at : array, shape (m,)
-        Times of the gyro's samples.
+        Times of the gyro samples [s].
     rates : array, shape (m, 3)
-        Mean rates before them [rad/s].
+        Mean rate of each sample [rad/s].
     usual : float
-        Time between them.
+        Usual time between gyro samples [s].
+
+    Returns
+    -------
+    gyro : array, shape (n, 3)
+        Mean rate of each step [rad/s].
+    change : array, shape (n, 3)
+        Change of the rate in each step [rad/s].
+    variance : array, shape (n,)
+        Variance of the angle due to missing samples [rad²].
+    missing : array of bool, shape (n,)
+        True if the rate is unknown.
     """
     start, end = times[:-1], times[1:]
     j = np.minimum(np.searchsorted(at, end), len(at) - 1)
@@ -170,7 +186,7 @@ def rate_steps(
     missing[missing < 1e-9 * usual] = 0.0
     middle, half = 0.5 * (rates[j] + rates[before]), 0.5 * np.abs(rates[j] - rates[before])
     gyro = (known[:, None] * rates[j] + missing[:, None] * middle) / (end - start)[:, None]
-    # one guess serves all steps of a gap: their errors add up, not their squares
+    # All steps of a gap share one rate: their errors are fully correlated.
     variance = missing * np.maximum(since - stands, missing) * (half**2).max(axis=1)
     angle, inside = turned(at, rates), missing == 0.0
     part = inside & (known < (1.0 - 1e-9) * stands)

@@ -18,7 +18,7 @@ from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 from scipy.spatial.transform import Rotation
 
-#: Factors to the unit of telemetry, by that unit.
+#: Conversion factors to each unit of telemetry, by unit of telemetry and given unit.
 UNITS = {
     "deg/s": {"deg/s": 1.0, "rad/s": math.degrees(1.0), "deg/h": 1.0 / 3600.0},
     "nT": {"nT": 1.0, "uT": 1e3, "mG": 1e2, "G": 1e5, "T": 1e9},
@@ -35,7 +35,7 @@ UNITS = {
         "week": 604800.0,
     },
 }
-#: Dates from which times are counted, in the time scale that counts, and the usual time scale.
+#: Epoch of each time count, and its usual time scale.
 EPOCHS = {
     "Unix": (datetime(1970, 1, 1, tzinfo=UTC), "UTC"),
     "GPS": (datetime(1980, 1, 6, tzinfo=UTC), "GPS"),
@@ -43,7 +43,7 @@ EPOCHS = {
     "J2000": (datetime(2000, 1, 1, 12, tzinfo=UTC), "TT"),
 }
 
-#: Largest deviation of a matrix or a quaternion from a rotation: five digits suffice.
+#: Largest deviation of a matrix or a quaternion from a rotation; allows rounding to five digits.
 _ROUNDING = 1e-4
 
 Row = tuple[float, float, float]
@@ -53,18 +53,24 @@ PositionFrame = Literal["GCRF", "EME2000", "TOD", "TEME", "ITRF"]
 AttitudeFrame = Literal["GCRF", "EME2000", "TOD", "TEME", "ITRF", "LVLH"]
 
 
-def _as_text(value: object) -> object:
-    """Return the text of a date without time, as TOML has it; other values unchanged."""
+def _format_date(value: object) -> object:
     return value.isoformat() if type(value) is date else value
 
 
 def factor(unit: str, given: str | None) -> float:
-    """Return the factor from a given unit, or None for the same, to a unit of telemetry.
+    """Return the conversion factor from a given unit to a unit of telemetry.
+
+    Parameters
+    ----------
+    unit : str
+        Unit of telemetry.
+    given : str, optional
+        Given unit; None for the unit of telemetry.
 
     Raises
     ------
     InvalidValue
-        For a unit of another quantity.
+        If the units belong to different quantities.
     """
     given = unit if given is None else given
     if given not in UNITS[unit]:
@@ -73,39 +79,45 @@ def factor(unit: str, given: str | None) -> float:
 
 
 def scalar_last(q: Floats, scalar: str) -> Floats:
-    """Return quaternions, shape (..., 4), with the scalar last, from ``first`` or ``last``."""
+    """Return quaternions, shape (..., 4), with the scalar last.
+
+    Parameters
+    ----------
+    scalar : str
+        Position of the scalar in `q`, ``first`` or ``last``.
+    """
     return q if scalar == "last" else np.roll(q, -1, axis=-1)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Channels(Settings):
-    """Columns of a quantity and the conversion of their numbers.
+    """Columns of a quantity and the conversion of their values.
 
-    A value is ``scale`` times the number plus ``offset``, in ``unit``. A minus before the name of a
-    column then changes the sign, which maps mirrored axes.
+    A value is ``scale`` times the number plus ``offset``, in ``unit``. A minus before a column name
+    changes the sign afterwards, for example for mirrored axes.
     """
 
     columns: tuple[str, ...] | None = None
-    """names of its columns; default: NAME_x, NAME_y and NAME_z, or NAME_q1 to NAME_q4 of a star
-    tracker, or NAME of a photodiode; two columns of a direction sensor are the angles atan(x / z)
-    and atan(y / z) in sensor axes"""
+    """names of the columns; default: NAME_x, NAME_y and NAME_z, or NAME_q1 to NAME_q4 for a star
+    tracker, or NAME for a photodiode; two columns of a direction sensor are the angles
+    atan(x / z) and atan(y / z) in sensor axes"""
     unit: str | None = None
-    """unit of the values, if it is not that of telemetry"""
+    """unit of the values; default: unit of telemetry"""
     scale: float | tuple[float, ...] = 1.0
-    """factor of the numbers, such as the size of a count, alike or of each column"""
+    """factor of the numbers, such as the size of a count; one for all columns, or one per column"""
     offset: float | tuple[float, ...] = 0.0
-    """constant that is added to the scaled numbers, alike or of each column"""
+    """constant added to the scaled numbers; one for all columns, or one per column"""
 
     def __post_init__(self) -> None:
         expect(np.all(self.scale), "scale", self.scale, "numbers other than zero")
 
     def conversion(self, n: int) -> tuple[Floats, Floats]:
-        """Scale and offset of each of n columns, shapes (n,).
+        """Return scale and offset of each of n columns, shape (n,) each.
 
         Raises
         ------
         InvalidValue
-            For another number of scales or offsets.
+            If the number of scales or offsets is neither 1 nor n.
         """
         given = {"scale": self.scale, "offset": self.offset}
         for key, value in given.items():
@@ -113,28 +125,34 @@ class Channels(Settings):
         return np.broadcast_to(self.scale, n), np.broadcast_to(self.offset, n)
 
     def factor(self, unit: str) -> float:
-        """Factor from the unit of its values to that of telemetry; raises as `factor`."""
+        """Return the conversion factor from `unit` of the values to a unit of telemetry.
+
+        Raises
+        ------
+        InvalidValue
+            If the units belong to different quantities.
+        """
         return factor(unit, self.unit)
 
 
 @dataclass(frozen=True, kw_only=True)
 class MountedChannels(Channels):
-    """Columns of a gyro or sensor, and its mounting.
+    """Columns of a gyro or sensor, and its mounting on the body.
 
-    A quaternion "from A to B" is that of the CCSDS (504.0-B): (e sin(φ/2), cos(φ/2)) for the
-    rotation by φ about e that takes the axes of A to those of B. Coordinates of a vector turn by
-    the inverse.
+    A quaternion "from A to B" follows CCSDS 504.0-B: (e sin(φ/2), cos(φ/2)) for the rotation by φ
+    about e that rotates the axes of A to the axes of B. Coordinates of a vector transform by the
+    inverse.
     """
 
     rotation: Literal["sensor-to-body", "body-to-sensor"] | None = None
-    """direction of the mounting: dcm x (vector in axes of the first) = vector in axes of the
-    second; needed with quaternion or dcm"""
+    """direction of the mounting rotation: dcm x (vector in axes of the first) = vector in axes of
+    the second; required with quaternion or dcm"""
     quaternion: Quaternion | None = None
-    """mounting as a quaternion from the axes of the first to those of the second"""
+    """mounting as a quaternion from the axes of the first to the axes of the second"""
     dcm: Triple[Row] | None = None
-    """mounting as a matrix, rows first"""
+    """mounting as a rotation matrix, row by row"""
     scalar: Literal["first", "last"] = "last"
-    """position of the scalar in quaternions, those of a star tracker's columns too"""
+    """position of the scalar in quaternions, including the columns of a star tracker"""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -152,35 +170,35 @@ class MountedChannels(Channels):
 
     @property
     def is_mounted(self) -> bool:
-        """Whether its axes are declared to be other than those of the body."""
+        """True if a mounting other than the body axes is declared."""
         return self.quaternion is not None or self.dcm is not None
 
     def to_body(self) -> Rotation:
-        """Rotation of coordinates from sensor to body axes."""
+        """Return the rotation of coordinates from sensor to body axes."""
         if self.dcm is not None:
-            found = Rotation.from_matrix(self.dcm)
+            result = Rotation.from_matrix(self.dcm)
         else:
             q = np.array(self.quaternion or (0.0, 0.0, 0.0, 1.0))
-            found = Rotation.from_quat(scalar_last(q, self.scalar if self.quaternion else "last"))
-            found = found.inv()  # coordinates turn against the axes
-        return found.inv() if self.rotation == "body-to-sensor" else found
+            result = Rotation.from_quat(scalar_last(q, self.scalar if self.quaternion else "last"))
+            result = result.inv()  # Coordinates transform by the inverse of the axes.
+        return result.inv() if self.rotation == "body-to-sensor" else result
 
 
 @dataclass(frozen=True, kw_only=True)
 class GyroChannels(MountedChannels):
-    """Columns of the gyro, or the axes that a satellite without a gyro holds."""
+    """Columns of the gyro, or the reference axes of a satellite without gyro."""
 
     rate: Literal["mean", "instantaneous"] = "mean"
-    """mean over the time since the sample before, or the rate at the sample"""
+    """mean rate since the previous sample, or rate at the sample"""
     range_deg_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
-    """rate at which it saturates"""
+    """rate at which the gyro saturates"""
     holds: Literal["lvlh", "inertial", "unknown"] | None = None
-    """axes that a satellite without a gyro holds; dcm or quaternion mounts them, in place of sensor
-    axes, on the body; LVLH has x forward and z down; of unknown ones, magnetometers are calibrated
-    alone"""
+    """reference axes that a satellite without gyro tracks; dcm or quaternion then gives the
+    rotation from these axes to the body; lvlh has x forward and z down; with unknown, only
+    magnetometers are calibrated"""
     pointing_error_deg: Degrees | None = Field(default=None, gt=0.0)
-    """1-sigma, about each body axis, of the rotation from the held attitude to the true one; of
-    inertial axes, which are GCRF, the mounting is needed"""
+    """1-sigma, about each body axis, of the rotation from the held attitude to the true attitude;
+    for inertial axes, which are GCRF, the mounting is required"""
     pointing_correlation_time: Seconds | None = Field(default=None, gt=0.0)
     """time in which the autocorrelation of the pointing error falls to 1/e"""
 
@@ -209,27 +227,27 @@ class GyroChannels(MountedChannels):
 
 @dataclass(frozen=True, kw_only=True)
 class SensorChannels(MountedChannels):
-    """Columns of a sensor."""
+    """Columns of a sensor, and the conventions of a star tracker."""
 
     name: str
     """name of the sensor in the scenario"""
     attitude: Literal["frame-to-sensor", "sensor-to-frame"] | None = None
-    """direction of the rotation that a star tracker reports; default: frame-to-sensor"""
+    """direction of the rotation of a star tracker; default: frame-to-sensor"""
     frame: AttitudeFrame | None = None
-    """frame of a star tracker's attitude; default: GCRF; LVLH has x forward and z down"""
+    """reference frame of a star tracker; default: GCRF; LVLH has x forward and z down"""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PositionChannels(Channels):
-    """Columns of the satellite's position."""
+    """Columns of the satellite position."""
 
     frame: PositionFrame | None = None
-    """frame of the positions; default: GCRF, compared with the scenario's orbit"""
+    """frame of the positions; default: GCRF, checked against the scenario's orbit"""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TelemetryMapping(Settings):
-    """Declarations of a telemetry table; what is not declared is as in `Telemetry.frame`.
+    """Declarations of a telemetry table. Defaults are the conventions of `Telemetry.frame`.
 
     Examples
     --------
@@ -244,37 +262,38 @@ class TelemetryMapping(Settings):
     """
 
     time: str = "time"
-    """column of ISO 8601 times, or of numbers that count from an epoch"""
+    """column of ISO 8601 times, or of numbers counted from an epoch"""
     time_unit: TimeUnit | None = None
-    """unit of the numbers; default: that in brackets behind the column's name, or s"""
+    """unit of the numbers; default: unit in brackets after the column name, or s"""
     time_fraction: str | None = None
-    """second column of numbers that is added: milliseconds, or the GPS time of week"""
+    """second time column to add, such as milliseconds or the GPS time of week"""
     time_fraction_unit: TimeUnit = "ms"
-    """unit of the second column"""
+    """unit of the second time column"""
     time_epoch: Annotated[
-        Literal["Unix", "GPS", "J2000", "2000-01-01"] | Instant | None, BeforeValidator(_as_text)
+        Literal["Unix", "GPS", "J2000", "2000-01-01"] | Instant | None,
+        BeforeValidator(_format_date),
     ] = None
-    """instant from which the numbers count; default: the scenario's epoch, in SI seconds;
-    2000-01-01 is midnight, J2000 noon of that day in the time scale"""
+    """instant from which the numbers are counted; default: epoch of the scenario, in SI seconds;
+    2000-01-01 is midnight and J2000 noon of that day in the time scale"""
     time_system: Literal["UTC", "TAI", "GPS", "TT"] | None = None
-    """time scale of ISO 8601 times and of the count; UTC counts no leap seconds, as Unix does;
-    default: GPS from GPS, TT from J2000, or else UTC"""
+    """time scale of ISO 8601 times and of counted numbers; UTC excludes leap seconds, like Unix
+    time; default: GPS for the epoch GPS, TT for J2000, otherwise UTC"""
     gyro: GyroChannels = Field(default_factory=GyroChannels)
-    """the gyro"""
+    """columns of the gyro"""
     sensors: tuple[SensorChannels, ...] = ()
-    """sensors, by the scenario's names"""
+    """columns of sensors, by name in the scenario"""
     position: PositionChannels = Field(default_factory=PositionChannels)
-    """the satellite's position"""
+    """columns of the satellite position"""
 
     @property
     def time_scale(self) -> str:
-        """Time scale that is declared or usual."""
+        """Declared or default time scale."""
         named = EPOCHS.get(str(self.time_epoch), (None, "UTC"))[1]
         return self.time_system or named
 
     @property
     def count_start(self) -> datetime | None:
-        """Date in the time scale from which numbers count; None: the scenario's epoch."""
+        """Epoch of counted times in the time scale; None for the scenario's epoch."""
         if not isinstance(self.time_epoch, datetime):
             return EPOCHS[self.time_epoch][0] if self.time_epoch else None
         ahead = 0.0
@@ -284,14 +303,14 @@ class TelemetryMapping(Settings):
 
     @staticmethod
     def from_toml(path: str | os.PathLike[str]) -> TelemetryMapping:
-        """Read a TOML file.
+        """Read a mapping from a TOML file.
 
         Raises
         ------
         OSError
-            If it cannot be read.
+            If the file cannot be read.
         ValueError
-            Naming the file and the key.
+            With the file and the invalid key.
         """
         from mgeo.store.reading import read_text
 

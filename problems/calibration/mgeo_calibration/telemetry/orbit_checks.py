@@ -24,84 +24,85 @@ from mgeo_attitude.sensors.world import FIELD_UNIT_NT
 from mgeo_calibration.telemetry.finding import Finding, Samples
 from mgeo_calibration.telemetry.mapping import UNITS
 
-_LONGEST_SILENCE = DAY  # longest time without any sample [s]
-_SHORTEST_STEP = 3e-4  # least usual time between samples [s]
-_SAMPLES = 200  # that are compared, at most
-_FEWEST = 12
-_OTHER_UNIT = 4.0  # factor between the units of a field
-_FARTHEST_TIME = 366.0 * DAY  # from the epoch of the orbit [s]
-_FARTHEST = 1e9  # of a satellite [m]
-_FRAMES = ("TOD", "TEME", "ITRF")  # EME2000 is within a meter of GCRF
-_APART = 5e3  # distance from the orbit that a declaration has to explain [m]
-_ALIKE = 1.5e3  # distance between TOD and TEME, at most [m]
-_FRAME_LEAVES, _SCALE_LEAVES = 0.2, 0.06  # largest share of the distance that remains
-_WELL = 3.0  # 1-sigmas of a median misfit of the field strength
-_FIELD_MODEL = 0.003  # relative error of the model of the field
-_LINEARIZED = 4  # iterations for the bias of a magnetometer
-_NORMAL = 0.6745  # median magnitude of a normal number
-_FIELD_TURN = 0.15  # rate of the field's direction along a low orbit [deg/s]
-_LAGS = (1, 2, 4, 8, 16, 32, 64)  # samples between vectors that are compared
-_LARGE = 0.1  # share of the field from which on a bias spoils directions
-_TURN = 1.0  # largest rotation between samples that vectors show [rad]
+_LONGEST_SILENCE = DAY  # longest time between samples [s]
+_SHORTEST_STEP = 3e-4  # shortest median time between samples [s]
+_SAMPLES = 200  # largest number of compared samples
+_FEWEST = 12  # smallest number of compared samples
+_OTHER_UNIT = 4.0  # factor of the field strength that indicates another unit
+_FARTHEST_TIME = 366.0 * DAY  # largest time from the epoch of the orbit [s]
+_FARTHEST = 1e9  # largest radius of a satellite [m]
+_FRAMES = ("TOD", "TEME", "ITRF")  # EME2000 agrees with GCRF within a meter.
+_APART = 5e3  # smallest distance from the orbit that indicates another frame or time scale [m]
+_ALIKE = 1.5e3  # largest distance between TOD and TEME [m]
+_FRAME_LEAVES, _SCALE_LEAVES = 0.2, 0.06  # largest fraction of the distance that may remain
+_WELL = 3.0  # largest median misfit of the field strength, in 1-sigmas
+_FIELD_MODEL = 0.003  # relative error of the field model
+_LINEARIZED = 4  # number of iterations for the bias of a magnetometer
+_NORMAL = 0.6745  # median magnitude of a standard normal variable
+_FIELD_TURN = 0.15  # rotation rate of the field direction along a low orbit [deg/s]
+_LAGS = (1, 2, 4, 8, 16, 32, 64)  # number of samples between compared vectors
+_LARGE = 0.1  # smallest bias, relative to the field strength, that corrupts field directions
+_TURN = 1.0  # largest rotation between compared vectors [rad]
 
 
 def time_range(samples: Samples) -> Iterator[Finding]:
-    """Find times far from the epoch, outside the field model, in a longer unit, or with a gap."""
+    """Find times far from the epoch, times outside the field model, wrong time units, and gaps."""
     times, epoch = samples.telemetry.times, samples.scenario.epoch
     start, end = ((limit - epoch).total_seconds() for limit in (FIELD_MODEL_START, FIELD_MODEL_END))
     inside = (times >= start) & (times <= end) & (np.abs(times) < _FARTHEST_TIME)
     steps = np.diff(times)
     years = f"{FIELD_MODEL_START:%Y-%m-%d} to {FIELD_MODEL_END:%Y-%m-%d}"
-    found = []
+    result = []
     if not inside.all():
         k = int(np.argmin(inside))
         expected = f"a time within a year of it, and in the years of IGRF-14, {years}"
-        found.append((k, f"{times[k] / DAY:.6g} days after the epoch", expected))
+        result.append((k, f"{times[k] / DAY:.6g} days after the epoch", expected))
     if (steps > _LONGEST_SILENCE).any():
         k = int(np.argmax(steps > _LONGEST_SILENCE))
         expected = f"a sample at least every {_LONGEST_SILENCE:g} s"
-        found.append((k, f"{steps[k]:.6f} s until the next sample", expected))
+        result.append((k, f"{steps[k]:.6f} s until the next sample", expected))
     if len(steps) and (step := np.median(steps)) < _SHORTEST_STEP:
         value = f"{step:.3g} s until the next sample (median)"
-        found.append((0, value, f"{_SHORTEST_STEP:g} s or more"))
+        result.append((0, value, f"{_SHORTEST_STEP:g} s or more"))
     advice = "declare time_epoch and time_unit, or correct the scenario's epoch"
-    for k, value, expected in found:
+    for k, value, expected in result:
         yield Finding(samples.mapping.time, samples.place(k), value, expected, advice)
 
 
 def norms(samples: Samples) -> Iterator[Finding]:
-    """Find positions and fields of another unit; a declared bias widens the range of a field."""
+    """Find positions and fields in another unit; a declared bias widens the range of a field."""
     position = samples.telemetry.position
     if position is not None:
-        radius = _length(position)
+        radius = _compute_length(position)
         outside = (radius < EARTH_RADIUS) | (radius > _FARTHEST)
         for row in np.flatnonzero(outside).tolist():
             value = f"a radius of {radius[row]:.6g} m"
             expected = f"{EARTH_RADIUS:.6g} to {_FARTHEST:.6g} m"
             advice = "declare position.unit and position.scale"
             yield Finding("position", samples.place(row), value, expected, advice)
-    for sensor, k, measured, strength in _vectors(samples):
-        found, should = (float(np.median(each)) for each in (_length(measured), strength))
+    for sensor, k, measured, strength in _select_vectors(samples):
+        result, should = (float(np.median(each)) for each in (_compute_length(measured), strength))
         bias = np.sqrt(3.0) * sensor.initial_bias_nt if isinstance(sensor, Magnetometer) else 0.0
-        if not should / _OTHER_UNIT - bias < found < should * _OTHER_UNIT + 3.0 * bias:
-            ratio, unit = should / found if found else np.inf, sensor.channel_unit.text
+        if not should / _OTHER_UNIT - bias < result < should * _OTHER_UNIT + 3.0 * bias:
+            ratio, unit = should / result if result else np.inf, sensor.channel_unit.text
             fits = [u for u, by in UNITS[unit].items() if 0.25 < ratio / by < 4.0]
             unit_key = f"unit = {fits[0]!r}" if fits else "unit or scale"
             advice = f"declare {unit_key} of {sensor.name}"
             advice += ", or a larger initial_bias_nt in the scenario" if bias else ""
-            value = f"a length of {found:.3g} {unit} (median)"
+            value = f"a length of {result:.3g} {unit} (median)"
             expected = f"about {should:.5g} {unit}"
             yield Finding(sensor.name, samples.place(k[0]), value, expected, advice)
 
 
 def positions(samples: Samples) -> Iterator[Finding]:
-    """Find positions in another frame or time scale, if frame or time scale is not declared.
+    """Find positions in another frame or time scale, unless frame or time scale is declared.
 
-    Positions that are farther from the scenario's orbit than `_APART` are compared with it in each
-    frame, and at times of each time scale. A frame or scale that explains the distance is named.
+    Positions that deviate from the scenario's orbit by more than `_APART` are compared with the
+    orbit for each frame and time scale. The finding names the frame or time scale that explains the
+    deviation.
     """
     telemetry, mapping = samples.telemetry, samples.mapping
-    if telemetry.position is None or len(k := _spread(telemetry.position)) < _FEWEST:
+    if telemetry.position is None or len(k := _select_samples(telemetry.position)) < _FEWEST:
         return
     times, position, epoch = telemetry.times[k], telemetry.position[k], samples.scenario.epoch
     utc = {"UTC": 0.0} | {s: tai_minus_utc(epoch) - behind for s, behind in TAI_MINUS.items()}
@@ -109,7 +110,7 @@ def positions(samples: Samples) -> Iterator[Finding]:
     orbit = {}
     for name, shift in shifts.items():
         if mapping.time_system is None or name == mapping.time_scale:
-            with suppress(ValueError, ArithmeticError):  # times that the orbit does not cover
+            with suppress(ValueError, ArithmeticError):  # The orbit may not cover all times.
                 orbit[name] = samples.scenario.orbit.propagate(epoch, times - shift)[0]
     if mapping.time_scale not in orbit:
         return
@@ -118,7 +119,7 @@ def positions(samples: Samples) -> Iterator[Finding]:
     if mapping.position.frame is None:
         frames |= {name: rotate(rotation_to_gcrs(name, at), position) for name in _FRAMES}
     apart = {
-        (frame, scale): float(np.median(_length(there - where)))
+        (frame, scale): float(np.median(_compute_length(there - where)))
         for (frame, there), (scale, where) in product(frames.items(), orbit.items())
     }
     (frame, scale), least = min(apart.items(), key=lambda each: each[1])
@@ -139,12 +140,12 @@ def positions(samples: Samples) -> Iterator[Finding]:
 
 
 def field_strength(samples: Samples) -> Iterator[Finding]:
-    """Find a field strength that no bias within its prior explains at these times and places.
+    """Find field strengths that no magnetometer bias within its prior explains.
 
-    The bias b of a magnetometer is that with which |y - b|² is nearest to |B|² (R. Alonso, M. D.
-    Shuster, TWOSTEP, Journal of the Astronautical Sciences 50 (2002) 433-451).
+    The bias b minimizes the difference between |y - b|² and |B|² (R. Alonso, M. D. Shuster,
+    TWOSTEP, Journal of the Astronautical Sciences 50 (2002) 433-451).
     """
-    for sensor, k, measured, strength in _vectors(samples):
+    for sensor, k, measured, strength in _select_vectors(samples):
         if not isinstance(sensor, Magnetometer):
             continue
         share = np.hypot(_FIELD_MODEL, sensor.initial_scale_factor)
@@ -157,10 +158,10 @@ def field_strength(samples: Samples) -> Iterator[Finding]:
             slopes = np.vstack([2.0 * weight[:, None] * left, np.eye(3) / sensor.initial_bias_nt])
             target = np.append(more, -bias / sensor.initial_bias_nt)
             bias += np.linalg.lstsq(slopes, target, rcond=None)[0]
-        misfit = np.abs(_length(measured - bias) - strength) / sigma
+        misfit = np.abs(_compute_length(measured - bias) - strength) / sigma
         if np.median(misfit) / _NORMAL > _WELL:
             worst = int(misfit.argmax())
-            value = f"{_length(measured - bias)[worst]:.5g} nT without its bias"
+            value = f"{_compute_length(measured - bias)[worst]:.5g} nT without its bias"
             expected = f"{strength[worst]:.5g} ± {sigma[worst]:.2g} nT, the field on the orbit"
             advice = "declare time_epoch, time_unit and time_system, correct epoch and orbit, or "
             advice += f"add influences, such as a torquer's current, to {sensor.name}"
@@ -168,9 +169,9 @@ def field_strength(samples: Samples) -> Iterator[Finding]:
 
 
 def rates(samples: Samples) -> Iterator[Finding]:
-    """Find a gyro whose rates are far from those at which the vectors of sensors rotate.
+    """Find gyro rates that disagree with the rotation of observed vectors.
 
-    Vectors are compared over the longest lag in which they rotate by less than `_TURN`.
+    Vectors are compared over the longest lag with a rotation below `_TURN`.
     """
     telemetry, scenario = samples.telemetry, samples.scenario
     bias = 3.0 * np.sqrt(3.0) * scenario.gyro.initial_bias_deg_s
@@ -181,12 +182,12 @@ def rates(samples: Samples) -> Iterator[Finding]:
             continue
         times, noise, turning = telemetry.times[both], max(sensor.noise()), 0.0
         if isinstance(sensor, Magnetometer):
-            length = float(np.median(_length(rows[both])))
+            length = float(np.median(_compute_length(rows[both])))
             noise, turning = noise * FIELD_UNIT_NT / length, _FIELD_TURN
             if sensor.initial_bias_nt > _LARGE * length:
                 continue
-        unit = rows[both] / _length(rows[both])[:, None]
-        chords = ((lag, _length(unit[lag:] - unit[:-lag])) for lag in _LAGS)
+        unit = rows[both] / _compute_length(rows[both])[:, None]
+        chords = ((lag, _compute_length(unit[lag:] - unit[:-lag])) for lag in _LAGS)
         small = list(takewhile(lambda each: np.median(each[1]) < _TURN, chords))
         if not small:
             continue
@@ -195,36 +196,36 @@ def rates(samples: Samples) -> Iterator[Finding]:
         angle = np.cumsum(steps * telemetry.gyro_deg_s[both], axis=0)
         duration = times[lag:] - times[:-lag]
         rate = (angle[lag:] - angle[:-lag]) / duration[:, None]
-        reported = float(np.median(_length(np.cross(rate, unit[lag:]))))
-        found = float(np.median(np.degrees(chord) / duration))
+        reported = float(np.median(_compute_length(np.cross(rate, unit[lag:]))))
+        result = float(np.median(np.degrees(chord) / duration))
         slack = bias + turning + np.degrees(3.0 * noise) / float(np.median(duration))
-        if not found / 1.5 - slack < reported < 1.5 * found + slack:
+        if not result / 1.5 - slack < reported < 1.5 * result + slack:
             value = f"{reported:.3g} deg/s across {sensor.name} (median)"
-            expected = f"about {found:.3g} deg/s, as {sensor.name} rotates"
+            expected = f"about {result:.3g} deg/s, as {sensor.name} rotates"
             advice = "declare gyro.unit, gyro.scale or time_unit, or a larger initial_bias_deg_s"
             yield Finding("gyro", samples.place(both[1]), value, expected, advice)
 
 
-def _vectors(samples: Samples) -> Iterator[tuple[Sensor, Ints, Floats, Floats]]:
-    """Yield sensor, sample numbers, vectors, and the lengths that they should have."""
+def _select_vectors(samples: Samples) -> Iterator[tuple[Sensor, Ints, Floats, Floats]]:
+    """Yield sensor, sample indices, vectors and expected lengths of the vector sensors."""
     telemetry = samples.telemetry
     for sensor in samples.scenario.sensors:
-        k = _spread(telemetry.sensors.get(sensor.name, np.empty((0, 3))))
+        k = _select_samples(telemetry.sensors.get(sensor.name, np.empty((0, 3))))
         if len(sensor.channels) != 3 or sensor.unit_length or len(k) < _FEWEST:
             continue
         times = telemetry.times[k]
         try:
             around = Environment.at(samples.scenario, times, telemetry.positions(times))
         except (ValueError, ArithmeticError):
-            continue  # times or positions that the orbit does not cover
+            continue  # The orbit does not cover all times or positions.
         if isinstance(sensor, Magnetometer):
-            yield sensor, k, telemetry.sensors[sensor.name][k], _length(around.field)
+            yield sensor, k, telemetry.sensors[sensor.name][k], _compute_length(around.field)
         elif len(k := k[around.sunlit]):
             yield sensor, k, telemetry.sensors[sensor.name][k], np.ones(len(k))
 
 
-def _spread(rows: Floats) -> Ints:
-    """Numbers of at most `_SAMPLES` samples that are there, evenly spread."""
+def _select_samples(rows: Floats) -> Ints:
+    """Return the indices of at most `_SAMPLES` samples, evenly distributed over the data."""
     k = np.flatnonzero(np.isfinite(rows[:, 0]))
     if len(k) <= _SAMPLES:
         return k
@@ -232,6 +233,6 @@ def _spread(rows: Floats) -> Ints:
     return spread
 
 
-def _length(rows: Floats) -> Floats:
+def _compute_length(rows: Floats) -> Floats:
     lengths: Floats = np.linalg.norm(rows, axis=1)
     return lengths

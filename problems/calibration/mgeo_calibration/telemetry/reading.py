@@ -1,4 +1,4 @@
-"""Tables of telemetry, from CSV, Parquet or a DataFrame, checked where they come in."""
+"""Reading of telemetry tables from CSV, Parquet or a DataFrame, with checks."""
 
 from __future__ import annotations
 
@@ -27,29 +27,35 @@ def read_telemetry(
     scenario: Scenario,
     mapping: TelemetryMapping | None = None,
 ) -> Telemetry:
-    """Read a table with the columns of `Telemetry.frame`, or those that `mapping` declares.
+    """Read a telemetry table with the columns of `Telemetry.frame` or of a mapping.
 
-    Rows may be in any order and repeat each other; rows of one time are merged, so that sensors may
-    have separate rows. A cell without a sample is empty; a vector or quaternion of zeros counts as
-    empty. Other columns of numbers are `others`. Names are compared without case and without a unit
-    in brackets, which is the unit of the column unless the mapping declares one.
+    Rows may be unordered. Rows with equal times are merged, so that sensors may have separate rows.
+    Missing samples are empty cells; a zero vector or quaternion counts as missing. Other numeric
+    columns become `others`. Column names are compared without case and without a unit in brackets,
+    which is the unit of the column unless the mapping declares one.
 
     Parameters
     ----------
     source : path or DataFrame
-        See `read_table` for what files may be.
+        Table, or a file as in `read_table`.
     scenario : Scenario
-        Its epoch, and the names and kinds of its sensors.
+        Scenario with the epoch and the sensors.
+    mapping : TelemetryMapping, optional
+        Declarations of the table.
+
+    Returns
+    -------
+    Telemetry
 
     Raises
     ------
     OSError
-        If it cannot be read.
+        If the file cannot be read.
     ImportError
-        For Parquet without pyarrow.
+        If pyarrow is missing for Parquet.
     ValueError
-        Naming file, column, row, time, value, expectation and key: a cell that is no number or
-        contradicts another, or a finding of a check that refuses, see `checks.CHECKS`.
+        With file, column, row, time, value, expectation and key, if a cell is not a number, cells
+        contradict each other, or a check refuses the telemetry; see `checks.CHECKS`.
 
     Examples
     --------
@@ -62,23 +68,25 @@ def read_telemetry(
     (901, 3)
     """
     if isinstance(source, pd.DataFrame):
-        return _telemetry(source, scenario, mapping or TelemetryMapping())
+        return _build_telemetry(source, scenario, mapping or TelemetryMapping())
     path = Path(source)
     try:
-        return _telemetry(read_table(path), scenario, mapping or TelemetryMapping())
+        return _build_telemetry(read_table(path), scenario, mapping or TelemetryMapping())
     except ValueError as error:
         raise ValueError(f"{path}: {str(error).strip()}") from error
 
 
-def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping) -> Telemetry:
+def _build_telemetry(
+    frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping
+) -> Telemetry:
     table = read_values(frame, scenario, mapping)
-    times, found = table.times, table.found
+    times, result = table.times, table.found
     with named("gyro"):
-        rates, step = _rates(times, found["gyro"], mapping.gyro, scenario)
+        rates, step = _convert_rates(times, result["gyro"], mapping.gyro, scenario)
     steps, position = {"gyro": step}, None
-    if "position" in found:
+    if "position" in result:
         with named("position"):
-            position = found["position"].rows * mapping.position.factor("m")
+            position = result["position"].rows * mapping.position.factor("m")
             frames = rotation_to_gcrs(
                 mapping.position.frame or "GCRF", instants(scenario.epoch, times)
             )
@@ -87,7 +95,7 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
     for sensor in scenario.sensors:
         with named(sensor.name):
             sensors[sensor.name], steps[sensor.name] = convert_readings(
-                sensor, found[sensor.name], table, scenario, position
+                sensor, result[sensor.name], table, scenario, position
             )
     telemetry = Telemetry(
         times=times,
@@ -104,15 +112,15 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
     if not any(np.isfinite(rows).any() for rows in sensors.values()):
         raise ValueError(f"{', '.join(sensors)}: expected a sample of one of them")
     names = [*(["gyro"] if telemetry.has_gyro else []), *sensors]
-    columns = {name: (found[name].columns, found[name].rows) for name in names}
+    columns = {name: (result[name].columns, result[name].rows) for name in names}
     refuse(Samples(scenario, telemetry, columns, mapping))
     return telemetry
 
 
-def _rates(
+def _convert_rates(
     times: Floats, read: Values, gyro: GyroChannels, scenario: Scenario
 ) -> tuple[Floats, Floats]:
-    """Return mean rates about body axes, and the step of each axis [deg/s]."""
+    """Return mean rates about the body axes and the quantization step of each axis [deg/s]."""
     rows, entry, _ = read
     assert isinstance(entry, GyroChannels)
     if gyro.holds:

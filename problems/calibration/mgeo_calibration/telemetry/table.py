@@ -1,4 +1,4 @@
-"""Values of gyro, sensors and position at increasing times, from the cells of a table."""
+"""Values of gyro, sensors and position from the cells of a table, in order of time."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from mgeo_calibration.telemetry.times import seconds
 
 
 class Values(NamedTuple):
-    """Values of gyro, position or a sensor, their declarations, and the names of their columns."""
+    """Values of gyro, position or a sensor, with declarations and column names."""
 
     rows: Floats
     entry: Channels
@@ -34,7 +34,19 @@ class Values(NamedTuple):
 
 
 class Table(NamedTuple):
-    """Increasing times, the rows where they first occur, values by owner, and other columns."""
+    """Values of a table by owner at increasing times.
+
+    Attributes
+    ----------
+    times : array, shape (n,)
+        Increasing times [s].
+    numbers : array of int, shape (n,)
+        First row of each time.
+    found : dict of str to Values
+        Values by owner.
+    others : dict of str to array
+        Other columns.
+    """
 
     times: Floats
     numbers: Ints
@@ -42,19 +54,20 @@ class Table(NamedTuple):
     others: dict[str, Floats]
 
     def place(self, k: int) -> str:
-        """Return row and time of sample k."""
+        """Return row and time of sample k as text."""
         return place(k, self.times, self.numbers)
 
 
 def read_values(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping) -> Table:
-    """Read the cells of a table.
+    """Read the values of gyro, sensors and position from a table.
 
     Raises
     ------
     ValueError
-        For missing columns, a cell that is no number or no time, or two values at one time.
+        If a column is missing, a cell is not a number or a time, or a column has two values at one
+        time.
     """
-    asked = _entries(frame, scenario, mapping)
+    asked = _collect_entries(frame, scenario, mapping)
     of_time = [mapping.time] + ([mapping.time_fraction] if mapping.time_fraction else [])
     names = [column for _, own in asked.values() for column in own]
     columns = find_columns(frame, [*of_time, *names])
@@ -69,25 +82,24 @@ def read_values(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappi
     used = {column.place for column in columns.values()}
     others = other_columns(frame, used, followed_channels)
     followed(scenario.suite, others)
-    others = _merged_channels(times, others)
+    others = _merge_channels(times, others)
     table = np.column_stack(values)
-    del values  # of a million rows they take as much as the table
-    at, table = _merged(times, table, names)
+    del values  # The columns take as much memory as the table.
+    at, table = _merge_rows(times, table, names)
     first = np.unique(times, return_index=True)[1] + 1
     ends = np.cumsum([len(own) for _, own in asked.values()])
-    found = {
+    result = {
         name: Values(rows, with_unit(name, entry, [columns[column] for column in own]), own)
         for (name, (entry, own)), rows in zip(
             asked.items(), np.hsplit(table, ends[:-1]), strict=True
         )
     }
-    return Table(at, first, found, others)
+    return Table(at, first, result, others)
 
 
-def _entries(
+def _collect_entries(
     frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping
 ) -> dict[str, tuple[Channels, list[str]]]:
-    """Return declarations and columns of gyro, sensors and, if the table has it, position."""
     names = [sensor.name for sensor in scenario.sensors]
     given: dict[str, SensorChannels] = {}
     for i, entry in enumerate(mapping.sensors):
@@ -98,13 +110,13 @@ def _entries(
             raise InvalidValue(f"sensors[{i}].name", entry.name, "is named twice: expected it once")
         given[entry.name] = entry
     asked: dict[str, tuple[Channels, list[str]]] = {
-        "gyro": (mapping.gyro, [] if mapping.gyro.holds else _asked("gyro", mapping.gyro))
+        "gyro": (mapping.gyro, [] if mapping.gyro.holds else _list_columns("gyro", mapping.gyro))
     }
     for sensor in scenario.sensors:
         channel = given.get(sensor.name, SensorChannels(name=sensor.name))
         widths = (3, 2) if sensor.unit_length else (len(sensor.channels),)
-        asked[sensor.name] = channel, _asked(sensor.name, channel, *widths)
-    position = _asked("position", mapping.position)
+        asked[sensor.name] = channel, _list_columns(sensor.name, channel, *widths)
+    position = _list_columns("position", mapping.position)
     if "position" not in names and (mapping.position.columns or has_columns(frame, position)):
         asked["position"] = mapping.position, position
     return asked
@@ -112,14 +124,14 @@ def _entries(
 
 @contextmanager
 def named(name: str) -> Iterator[None]:
-    """Put the owner before the key of an `InvalidValue`."""
+    """Prefix the key of an `InvalidValue` with the owner's name."""
     try:
         yield
     except InvalidValue as error:
         raise error.under(name) from None
 
 
-def _asked(name: str, entry: Channels, width: int = 3, *others: int) -> list[str]:
+def _list_columns(name: str, entry: Channels, width: int = 3, *others: int) -> list[str]:
     columns = channels(name, width) if entry.columns is None else list(entry.columns)
     if len(columns) not in (width, *others):
         expected = " or ".join(map(str, (width, *others)))
@@ -127,13 +139,13 @@ def _asked(name: str, entry: Channels, width: int = 3, *others: int) -> list[str
     return columns
 
 
-def _merged(times: Floats, table: Floats, names: Sequence[str]) -> tuple[Floats, Floats]:
-    """Sort rows by time, and merge those of one time.
+def _merge_rows(times: Floats, table: Floats, names: Sequence[str]) -> tuple[Floats, Floats]:
+    """Sort rows by time and merge rows with equal times.
 
     Raises
     ------
     ValueError
-        For two values of one column at one time.
+        If a column has two values at one time.
     """
     rows = pd.DataFrame(table).groupby(times)
     low, high = rows.min(), rows.max()
@@ -150,11 +162,11 @@ def _merged(times: Floats, table: Floats, names: Sequence[str]) -> tuple[Floats,
     return low.index.to_numpy(copy=True), low.to_numpy(copy=True)
 
 
-def _merged_channels(times: Floats, channels: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Sort channels by time, and interpolate missing values linearly."""
+def _merge_channels(times: Floats, channels: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Sort channels by time and interpolate missing values linearly."""
     order, at = np.argsort(times, kind="stable"), np.unique(times)
-    found = {}
+    result = {}
     for name, values in channels.items():
         there = order[np.isfinite(values[order])]
-        found[name] = np.interp(at, times[there], values[there])
-    return found
+        result[name] = np.interp(at, times[there], values[there])
+    return result

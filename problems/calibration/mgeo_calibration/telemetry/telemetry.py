@@ -1,4 +1,4 @@
-"""Telemetry: samples of gyro and sensors in the units of their files."""
+"""Telemetry samples of gyro and sensors, and their truth in simulations."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from mgeo.store.atomic import write_file
 from mgeo_calibration.telemetry.held import Hold
 from mgeo_calibration.telemetry.quantization import resolution
 
-#: Longest time between samples of the position that are interpolated [s].
+#: Longest time between positions for interpolation [s].
 LONGEST_STEP = 300.0
 _FEWEST_POSITIONS = 4
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Truth:
-    """True attitude and errors at each of n samples of a simulation.
+    """True attitude and errors at the n samples of a simulation.
 
     Attributes
     ----------
     attitude : array, shape (n, 3, 3)
-        GCRS to body.
+        Rotation matrices from GCRS to body.
     states : array, shape (n, n_states)
-        States of gyro and sensors, in the filter's units, rotations as vectors of
-        `rotation.rotate`; zero for the attitude.
+        True gyro and sensor states in the filter's units. Rotations are vectors of
+        `rotation.rotate`; the attitude block is zero.
     wheel_momentum : array, shape (n, k), optional
-        Momentum of each wheel, if the simulation has wheels [N m s].
+        Momentum of each wheel [N m s], if the simulation has wheels.
     """
 
     attitude: Floats
@@ -56,39 +56,39 @@ class Truth:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Telemetry:
-    """Samples of gyro and sensors at n times; a row of NaN is no sample.
+    """Samples of gyro and sensors at n times; missing samples are rows of NaN.
 
     Attributes
     ----------
     times : array, shape (n,)
         Seconds since the scenario's epoch, increasing.
     gyro_deg_s : array, shape (n, 3)
-        Mean rate since the gyro's sample before, body axes.
+        Mean body rate since the previous gyro sample [deg/s].
     sensors : mapping of str to array, shape (n, 3), (n, 4) or (n, 1)
-        Samples by the sensor's name: vectors (nT, or of unit length), quaternions from GCRF to the
-        body with the scalar last, or numbers, see `Sensor.channels`.
+        Samples by sensor name: vectors [nT or unit length], quaternions from GCRF to body with the
+        scalar last, or scalars; see `Sensor.channels`.
     position : array, shape (n, 3), optional
-        Satellite [m], GCRS, in place of the scenario's orbit; see `positions`.
+        Satellite position in GCRS [m], which replaces the scenario's orbit; see `positions`.
     rows : array of int, shape (n,), optional
-        Rows of the samples in the table that was read; the first below the header is 1.
+        Rows of the samples in the source table; the first row below the header is 1.
     truth : Truth, optional
-        Truth of a simulation, which tables and files do not contain.
+        Truth of a simulation; not part of tables and files.
     others : mapping of str to array, shape (n,)
-        Housekeeping channels at these times, such as temperatures and currents, in any unit,
-        interpolated linearly.
+        Housekeeping channels, such as temperatures and currents, in any unit, interpolated
+        linearly.
     steps : mapping of str to array, shape (3,), (4,) or (1,)
-        Quantization steps of ``gyro`` and sensors that the samples do not show, as they were
-        rotated; see `step_of`.
+        Quantization steps of ``gyro`` and sensors that cannot be estimated from the samples, for
+        example after a rotation; see `step_of`.
     has_gyro : bool
-        Whether the rates were measured, not assumed.
+        True if the rates are measured, false if assumed.
     hold : Hold, optional
         Attitude that a satellite without gyro holds with a pointing error.
 
     Raises
     ------
     ValueError
-        For an array of another shape, an infinity, a vector that is NaN in part, no sample, or
-        times that are not finite or do not increase.
+        If an array has a wrong shape, a value is infinite, a vector is NaN in part, or times are
+        missing, not finite or not increasing.
 
     Examples
     --------
@@ -132,7 +132,7 @@ class Telemetry:
         object.__setattr__(self, "others", others)
 
     def frame(self) -> pd.DataFrame:
-        """Return the table: ``time``, ``gyro_x``..., the channels of every sensor, and `others`."""
+        """Return a table with ``time``, ``gyro_x``..., the channels of all sensors and `others`."""
         columns = {"time": self.times} | _columns("gyro", self.gyro_deg_s)
         for name, rows in self.sensors.items():
             columns |= _columns(name, rows)
@@ -142,7 +142,7 @@ class Telemetry:
         return pd.DataFrame(columns)
 
     def step_of(self, name: str) -> Floats:
-        """Return the quantization step of each channel of ``gyro`` or a sensor, zero for none."""
+        """Return the quantization step of each channel of ``gyro`` or a sensor; zero for none."""
         return self._steps[name]
 
     @cached_property
@@ -153,12 +153,12 @@ class Telemetry:
         }
 
     def until(self, time: float) -> Telemetry:
-        """Return the samples until a time [s].
+        """Return the samples up to a time [s].
 
         Raises
         ------
         ValueError
-            If there is none.
+            If there is no sample.
         """
         n = int(np.searchsorted(self.times, time, side="right"))
         if not time >= self.times[0]:
@@ -178,25 +178,25 @@ class Telemetry:
         )
 
     def to_csv(self, path: Path | str) -> None:
-        """Write the table; floats by repr, so that it reads back exactly.
+        """Write the table as CSV, with floats that round-trip exactly.
 
         Raises
         ------
         OSError
-            If it cannot be written.
+            If the file cannot be written.
         """
         write_file(path, self.frame().to_csv(index=False, lineterminator="\n").encode())
 
     def positions(self, times: Floats) -> Floats | None:
-        """Return the positions at m of the times, shape (m, 3) [m]; None if there are none.
+        """Return the positions at m of the sample times, shape (m, 3) [m], or None.
 
-        Positions between samples are interpolated by a cubic spline. Samples 300 s apart leave an
-        error of 4 nT in the field.
+        Missing positions are interpolated by a cubic spline. With positions 300 s apart, the
+        resulting error of the field is 4 nT.
 
         Raises
         ------
         ValueError
-            For a time without a sample near it.
+            If a time is too far from the known positions.
         """
         if self.position is None:
             return None
@@ -214,18 +214,18 @@ class Telemetry:
         if far.any():
             raise ValueError(
                 f"position: none near time {times[np.argmax(far)]:.6f} s: expected samples at most "
-                f"{LONGEST_STEP:g} s apart, from the begin to the end"
+                f"{LONGEST_STEP:g} s apart, from the start to the end"
             )
-        found: Floats = CubicSpline(at, self.position[there])(times)
-        return found
+        result: Floats = CubicSpline(at, self.position[there])(times)
+        return result
 
     def readings(self, suite: Suite) -> tuple[Floats, ...]:
-        """Return the readings of every sensor of a suite, shape (n, k, 3), in the filter's units.
+        """Return the readings of each sensor of a suite in the filter's units, shape (n, k, 3).
 
         Raises
         ------
         ValueError
-            For a missing or an unknown sensor.
+            If sensors are missing or unknown.
         """
         names = [sensor.name for sensor in suite.sensors]
         if set(names) != set(self.sensors):
@@ -253,13 +253,13 @@ class Telemetry:
 
 
 def place(k: int, times: Floats, rows: Ints | None = None) -> str:
-    """Return the time of sample k [s] and, if it is known, its row in a table."""
+    """Return the time of sample k [s] and, if known, its row in the table as text."""
     time = f"time {times[k]:.6f} s"
     return time if rows is None else f"row {rows[k]}, {time}"
 
 
 def channels(name: str, width: int = 3) -> list[str]:
-    """Return the columns of a vector, ``mag_x``..., a quaternion, ``mag_q1``..., or a number."""
+    """Return column names: ``mag_x``... for vectors, ``mag_q1``... for quaternions, or ``mag``."""
     if width == 1:
         return [name]
     return [f"{name}_{part}" for part in ("xyz" if width == 3 else ("q1", "q2", "q3", "q4"))]

@@ -1,4 +1,4 @@
-"""Times of a table in SI seconds since the scenario's epoch."""
+"""Conversion of table times to SI seconds since the scenario's epoch."""
 
 from __future__ import annotations
 
@@ -17,17 +17,19 @@ _UTC_OFFSET = r"([+-])(\d\d):?(\d\d)$"
 
 
 def seconds(columns: Sequence[pd.Series], mapping: TelemetryMapping, epoch: datetime) -> Floats:
-    """Return SI seconds since an epoch of numbers, time stamps or ISO 8601 texts, shape (n,).
+    """Return SI seconds since an epoch, shape (n,), from numbers, time stamps or ISO 8601 texts.
 
     Parameters
     ----------
     columns : sequence of Series
-        The column of times and, if the mapping declares one, that of fractions.
+        Column of times and, if the mapping declares one, column of fractions.
+    mapping : TelemetryMapping
+    epoch : datetime
 
     Raises
     ------
     ValueError
-        Naming the row and value of a cell that is no time.
+        With row and value of a cell that is not a time.
     """
     column, *fractions = columns
     if column.dtype.kind == "O" and numeric(column.iloc[:1]).notna().all():
@@ -36,7 +38,7 @@ def seconds(columns: Sequence[pd.Series], mapping: TelemetryMapping, epoch: date
     for each in fractions:
         more += UNITS["s"][mapping.time_fraction_unit] * numbers(each)
     if column.dtype.kind in "iuf":
-        times = _counted(column, more, mapping, epoch)
+        times = _convert_counts(column, more, mapping, epoch)
     elif mapping.time_epoch is not None:
         raise ValueError(
             f"row 1, {column.name} = {shown(column.iloc[0])}: expected a number, since time_epoch "
@@ -44,11 +46,11 @@ def seconds(columns: Sequence[pd.Series], mapping: TelemetryMapping, epoch: date
         )
     elif column.dtype.kind == "M":
         clock = (pd.to_datetime(column, utc=True) - pd.Timestamp(epoch)).dt.total_seconds()
-        found = clock_seconds_after(epoch, clock.to_numpy(dtype=float), mapping.time_scale)
-        times = found + more
+        result = clock_seconds_after(epoch, clock.to_numpy(dtype=float), mapping.time_scale)
+        times = result + more
     else:
         stamps = column.astype(str).str.strip()
-        times = _parsed(stamps, epoch, mapping.time_scale) + more
+        times = _parse_stamps(stamps, epoch, mapping.time_scale) + more
     if np.isnan(times).any():
         row = int(np.argmax(np.isnan(times)))
         raise ValueError(
@@ -58,8 +60,9 @@ def seconds(columns: Sequence[pd.Series], mapping: TelemetryMapping, epoch: date
     return times
 
 
-def _counted(column: pd.Series, more: Floats, mapping: TelemetryMapping, epoch: datetime) -> Floats:
-    """SI seconds since an epoch of numbers that count from the declared instant."""
+def _convert_counts(
+    column: pd.Series, more: Floats, mapping: TelemetryMapping, epoch: datetime
+) -> Floats:
     in_name = plain_unit(name_and_unit(column.name)[1])
     unit = mapping.time_unit or (in_name if in_name in UNITS["s"] else "s")
     counted, start = UNITS["s"][unit] * numbers(column), mapping.count_start
@@ -69,20 +72,20 @@ def _counted(column: pd.Series, more: Floats, mapping: TelemetryMapping, epoch: 
     return clock_seconds_after(epoch, clock + more, mapping.time_scale)
 
 
-def _parsed(stamps: pd.Series, epoch: datetime, system: str) -> Floats:
-    """SI seconds since an epoch of ISO 8601 stamps, NaN of other text."""
+def _parse_stamps(stamps: pd.Series, epoch: datetime, system: str) -> Floats:
+    """Return SI seconds since the epoch; NaN for text that is not ISO 8601."""
     offsets = stamps.str.extract(_UTC_OFFSET)
     ahead = 3600.0 * offsets[1].astype(float) + 60.0 * offsets[2].astype(float)
     ahead = ahead.where(offsets[0] != "-", -ahead).fillna(0.0)
     clocks = stamps.str.replace(_UTC_OFFSET, "", regex=True).tolist()
     try:
-        found = seconds_after(epoch, clocks, system)
+        result = seconds_after(epoch, clocks, system)
     except ValueError:
-        found = np.array([_second(clock, epoch, system) for clock in clocks])
-    return found - ahead.to_numpy()
+        result = np.array([_parse_stamp(clock, epoch, system) for clock in clocks])
+    return result - ahead.to_numpy()
 
 
-def _second(stamp: str, epoch: datetime, system: str) -> float:
+def _parse_stamp(stamp: str, epoch: datetime, system: str) -> float:
     try:
         return float(seconds_after(epoch, [stamp], system)[0])
     except ValueError:

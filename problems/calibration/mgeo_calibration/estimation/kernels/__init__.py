@@ -1,4 +1,4 @@
-"""The loops of the smoother, one sample after the other, compiled."""
+"""Compiled loops of the smoother over the samples of a batch."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mgeo_calibration.estimation.kernels import algebra, signatures
 
 @cache
 def load(name: str) -> ModuleType:
-    """Compiled module of the text of a file beside this one, by its name."""
+    """Compile a module of this package, or load the compiled module from the cache."""
     source = resources.files(__package__).joinpath(f"{name}.py").read_text(encoding="utf-8")
     ingredients = [algebra, signatures, discretization, polynomials]
     return load_module("smoother", source, ingredients, name.replace("_", " "))

@@ -1,23 +1,23 @@
-"""What several of the compiled loops need of linear algebra."""
+"""Linear algebra shared by the compiled loops."""
 
 import math
 
 from numba import njit
 
-#: Functions that are compiled into those that call them.
+#: Decorator of functions that are compiled into their callers.
 helper = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
-#: Its sums may be taken in another order.
+#: Decorator of functions in which the compiler may reorder sums.
 reordered = njit(error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 
-#: Rows that are reflected at once, a multiple of three.
+#: Number of rows in one Householder update, a multiple of three.
 TOGETHER = 96
-#: Squares below this are what rounding leaves of rounding, and their reciprocals not finite.
+#: Squared norms below this are rounding errors, and their reciprocals may overflow.
 NOTHING = 1e-200
 
 
 @reordered
 def tile(A, i, B, j, low, high):
-    """Three rows of A times three of B, of columns low to high - 1: the nine sums, row by row."""
+    """Return the nine dot products of three rows of A and of B over columns low to high - 1."""
     a = b = c = d = e = f = g = h = o = 0.0
     for m in range(low, high):
         x, y, z, u, v, w = A[i, m], A[i + 1, m], A[i + 2, m], B[j, m], B[j + 1, m], B[j + 2, m]
@@ -29,7 +29,7 @@ def tile(A, i, B, j, low, high):
 
 @helper
 def cholesky(A, n):
-    """L of the leading n rows and columns A = L Lᵀ, in the place of their lower triangle."""
+    """Replace the lower triangle of the leading n rows and columns of A by its Cholesky factor."""
     for j in range(n):
         for m in range(j):
             for i in range(j, n):
@@ -41,7 +41,7 @@ def cholesky(A, n):
 
 @helper
 def square(L, y, n):
-    """|L⁻¹ y|² of a triangle; y ← L⁻¹ y."""
+    """Solve L x = y in place of y and return |x|²."""
     total = 0.0
     for i in range(n):
         for j in range(i):
@@ -53,11 +53,12 @@ def square(L, y, n):
 
 @reordered
 def reflect(A, R, room):
-    """Rows of equations, columns of A, into the triangle R by Householder's reflections.
+    """Reduce the rows of equations A into the upper triangle R by Householder reflections.
 
-    The sums go along many rows, of which the processor takes several at once. First all reflections
-    are found, then each goes over the other columns, which so are fetched once. A is what remains;
-    room has two numbers of each reflection.
+    A has one column of the equations in each row, so that the inner loops vectorize over the
+    equations. All reflections are computed first and then applied to the remaining columns, which
+    are read from memory once. A is overwritten by the residual equations; `room` holds two numbers
+    per reflection.
     """
     q, columns, rows = len(R), len(A), A.shape[1]
     for j in range(q):
@@ -81,7 +82,7 @@ def reflect(A, R, room):
 
 @reordered
 def over(A, R, room, j, m):
-    """A reflection over a column."""
+    """Apply reflection j to column m."""
     rows, first = A.shape[1], room[j, 0]
     total = first * R[j, m]
     for i in range(rows):
@@ -94,7 +95,7 @@ def over(A, R, room, j, m):
 
 @reordered
 def square_up(A, q, gram):
-    """Add products of all but the first q columns of equations, the rows of A, to a triangle."""
+    """Add the products of all but the first q columns of the equations to the triangle `gram`."""
     n, rows = len(A) - q, A.shape[1]
     whole = n - n % 3
     for j in range(0, whole, 3):

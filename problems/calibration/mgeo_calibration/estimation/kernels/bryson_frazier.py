@@ -1,6 +1,6 @@
-"""The smoother of a batch, compiled: backward through what `two_stage.py` has kept.
+"""Backward pass of the Bryson-Frazier smoother over the output of `two_stage.py`.
 
-Bryson and Frazier's, which inverts nothing (G. J. Bierman, Fixed interval smoothing with discrete
+The smoother inverts no covariance (G. J. Bierman, Fixed interval smoothing with discrete
 measurements, International Journal of Control 18 (1973) 65-75).
 """
 
@@ -15,9 +15,10 @@ from mgeo_calibration.estimation.kernels.signatures import KEPT, MOVES, READINGS
 
 @helper
 def combine(A, B, out, U, X, n):
-    """out ← (A⁻¹ + B)⁻¹, as L (I + Lᵀ B L)⁻¹ Lᵀ for A = L Lᵀ; both may be singular.
+    """Write (A⁻¹ + B)⁻¹ to `out` for matrices that may be singular.
 
-    Its n leading rows and columns, by three at a time. U and X are room.
+    Computed as L (I + Lᵀ B L)⁻¹ Lᵀ with A = L Lᵀ. Only the n leading rows and columns are computed,
+    in blocks of three. U and X are work arrays.
     """
     d = len(U)
     factor(A, out, d)
@@ -32,7 +33,7 @@ def combine(A, B, out, U, X, n):
             put(tile(X, i, U, j, j, d), out, i, j)
         for j in range(i, i + 3):
             out[j, j] += 1.0
-    # the factor of what is in brackets, then L times its inverse, transposed
+    # Factor I + Lᵀ B L, then multiply L by the transposed inverse factor.
     factor(out, out, d)
     for i in range(0, n, 3):
         for j in range(0, d, 3):
@@ -59,7 +60,7 @@ def put(sums, out, i, j):
 
 @helper
 def factor(A, L, d):
-    """L of A = L Lᵀ, which may be singular, in the lower triangle; three rows at a time."""
+    """Write the Cholesky factor of A, which may be singular, to the lower triangle of L."""
     for i in range(0, d, 3):
         for j in range(0, i + 1, 3):
             sums = tile(L, i, L, j, 0, j)
@@ -81,7 +82,7 @@ def factor(A, L, d):
 
 @helper
 def divide(X, i, j, L):
-    """Three rows and columns of X, times the inverse of those of L, transposed."""
+    """Multiply three rows and columns of X by the transposed inverse of a 3 x 3 block of L."""
     for b in range(3):
         f = 1.0 / L[j + b, j + b] if L[j + b, j + b] > 0.0 else 0.0
         for a in range(3):
@@ -93,7 +94,7 @@ def divide(X, i, j, L):
 
 @helper
 def backed(F, k, A, out):
-    """out ← Fᵀ A of a step; rows of F from the fourth on are of a diagonal."""
+    """Write Fᵀ A of step k to `out`; F is diagonal from the fourth row on."""
     d, q = A.shape
     for j in range(d):
         f = F[k, j, j] if j >= 3 else 0.0
@@ -111,9 +112,10 @@ def backed(F, k, A, out):
     "float64[::1], int64, float64[::1], float64[:,::1])"
 )
 def backward(F, seen, counts, columns, readings, kept, c, first, adjoint, e):
-    """Smoothed errors e, shape (N, d), for errors c, from the last sample to a first one.
+    """Compute the smoothed errors e, shape (N, d), from the last sample to sample `first`.
 
-    `adjoint`, shape (d,), is zero at the last of all samples, and what to go on with in the end.
+    `c` is the estimated error vector of length q. `adjoint`, shape (d,), is zero at the last sample
+    of the batch. After the call it is the adjoint for the previous span.
     """
     Hw, K, w, W = readings
     x, T, P = kept
@@ -162,16 +164,16 @@ def backward(F, seen, counts, columns, readings, kept, c, first, adjoint, e):
     "float64[:,::1], float64[:,:,::1], float64[:,:,::1])"
 )
 def smoothed(moves, seen, sights, readings, kept, first, later, adjoint, given, slope):
-    """Covariance of the smoothed e for a known c, and its change with c, from a first sample on.
+    """Compute the covariance of the smoothed e for a known c, and the derivative of e by c.
 
-    The covariance is that of the filter with the information of all later readings, which goes
-    backward in time by itself (D. C. Fraser and J. E. Potter, The optimum linear smoother as a
+    The covariance combines the filter covariance with the information of all later readings, which
+    is propagated backward in time (D. C. Fraser and J. E. Potter, The optimum linear smoother as a
     combination of two optimum linear filters, IEEE Transactions on Automatic Control 14 (1969)
-    387-390): nothing is subtracted.
+    387-390). No covariances are subtracted.
 
-    `later`, shape (d, d), and `adjoint`, shape (d, q), are zero at the last of all samples, and
-    what to go on with in the end. Written: `given`, shape (N, n, n), and `slope`, shape (N, n, q),
-    of the n leading errors.
+    `later`, shape (d, d), and `adjoint`, shape (d, q), are zero at the last sample of the batch.
+    After the call they are the input for the previous span. Output: `given`, shape (N, n, n), and
+    `slope`, shape (N, n, q), of the n leading errors from sample `first` on.
     """
     F, Q = moves[0], moves[2]
     _, H, noise, counts, columns = sights

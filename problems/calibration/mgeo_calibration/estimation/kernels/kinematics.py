@@ -1,4 +1,4 @@
-"""Many steps, each at a rate of its own: turns one after the other, discretization; compiled."""
+"""Accumulated rotations and discretization of many steps with different rates."""
 
 import numpy as np
 from mgeo_attitude._compiled import kept
@@ -7,7 +7,7 @@ from mgeo_attitude.filter.polynomials import discretize_alike
 
 @kept("void(float64[:,:,::1], float64[:,:,::1])")
 def accumulated(turn, R):
-    """R, shape (n + 1, 3, 3), from I on: each is the one before times a transposed turn."""
+    """Accumulate rotations R, shape (n + 1, 3, 3), with R[0] = I and R[k + 1] = R[k] turn[k]ᵀ."""
     for i in range(3):
         for j in range(3):
             R[0, i, j] = 1.0 if i == j else 0.0
@@ -23,19 +23,21 @@ def accumulated(turn, R):
     "float64[:,:,::1], float64[:,:,::1])"
 )
 def discretized(decay, densities, others, rates, durations, F, Q):
-    """F and Q of n steps, equation (7), as `filter.discretization.discretize`.
+    """Write F and Q of n steps, equation (7); equivalent to `filter.discretization.discretize`.
 
     Parameters
     ----------
     decay : float
-        Of the bias [1/s].
+        Inverse correlation time of the bias [1/s].
     densities : tuple of two floats
-        Of the noise that drives attitude and bias.
+        Power spectral densities of the noise of attitude and bias, equal about all axes.
     others : array, shape (3, 3, k)
-        By what the gyro's k constant errors change the attitude's rate, of each component of ω.
+        Derivative of the attitude rate by the gyro's k constant errors, for each component of the
+        rate.
     rates, durations : arrays, shapes (n, 3) and (n,)
+        Body rates and durations of the steps.
     F, Q : arrays, shapes (n, m, m), m >= 6 + k, and (n, l, l), l >= 6
-        Their rows and columns of these states are written; what is not is zero.
+        Output, zero on input. Only the rows and columns of attitude and gyro are written.
     """
     k = others.shape[2]
     W, J = np.empty((3, 3)), np.empty((3, 3))

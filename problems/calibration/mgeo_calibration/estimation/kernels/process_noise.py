@@ -1,4 +1,4 @@
-"""Process noise of many steps, each at a rate of its own; compiled."""
+"""Process noise of many steps with different rates, for unequal noise about the axes."""
 
 import numpy as np
 from mgeo_attitude._compiled import kept
@@ -7,19 +7,20 @@ from mgeo_attitude.filter.discretization import discretize
 
 @kept("void(float64, float64[::1], float64[:,::1], float64[::1], float64[:,:,::1])")
 def process_noise(decay, density, rates, durations, Q):
-    """Q of n steps of a gyro that is noisier about some axes than others, equation (7).
+    """Write Q of n steps, equation (7), for a gyro with different noise about each axis.
 
-    That is no polynomial in the rate, as `discretized` has it.
+    Q is then no polynomial in the rate, unlike in `discretized`.
 
     Parameters
     ----------
     decay : float
-        Of the bias [1/s].
+        Inverse correlation time of the bias [1/s].
     density : array, shape (6,)
-        Of the noise that drives attitude and bias, about each axis.
+        Power spectral densities of the noise of attitude and bias about each axis.
     rates, durations : arrays, shapes (n, 3) and (n,)
+        Body rates and durations of the steps.
     Q : array, shape (n, l, l), l >= 6
-        Its first six rows and columns are written.
+        Output: the first six rows and columns are written.
     """
     A = np.zeros((6, 6))
     for i in range(3):

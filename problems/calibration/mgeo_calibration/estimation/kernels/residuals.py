@@ -1,4 +1,4 @@
-"""Every reading against all others, and against those before it, compiled."""
+"""Smoothed residuals and innovations of all readings."""
 
 import math
 
@@ -11,7 +11,7 @@ from mgeo_calibration.estimation.kernels.signatures import KEPT, READINGS, SIGHT
 
 @helper
 def times(A, root, out):
-    """Three rows times an upper triangle."""
+    """Multiply three rows of A by the upper triangle `root`."""
     q = len(root)
     for i in range(3):
         for j in range(q):
@@ -26,11 +26,11 @@ def times(A, root, out):
 
 @helper
 def potter(s, k, readings, root, common, white, phi, small):
-    """Take the three numbers of a reading, one after the other, in two passes through the root.
+    """Update the covariance root S and the estimate of c by the three components of a reading.
 
-    A number with derivative w turns the root S into S (I - β φᵀ φ), φ = w S, and all φ follow from
-    those of the first root: φ₂ (I - β φ₁ᵀ φ₁) is seen after the first, and so on. `phi` and `small`
-    are room.
+    A component with derivative w turns S into S (I - β φᵀ φ) with φ = w S. The vectors φ of all
+    three components follow from the initial root, φ₂ (I - β φ₁ᵀ φ₁) after the first component, and
+    so on: two passes through S are sufficient. `phi` and `small` are work arrays.
     """
     w, W = readings[2], readings[3]
     q = len(root)
@@ -87,7 +87,7 @@ def potter(s, k, readings, root, common, white, phi, small):
 
 @helper
 def estimate(k, kept, root, common, spread, errors, until):
-    """Leading errors e of a sample, x + T c, and their covariance; `spread` is room."""
+    """Write the leading errors x + T c of a sample and their covariance; `spread` is work space."""
     x, T, P = kept
     n, q = spread.shape
     for i in range(n):
@@ -108,7 +108,7 @@ def estimate(k, kept, root, common, spread, errors, until):
 
 @helper
 def dot(A, i, n):
-    """Of two rows, whose length is a multiple of three."""
+    """Return the dot product of two rows with a length that is a multiple of three."""
     s0 = s1 = s2 = 0.0
     for j in range(0, A.shape[1], 3):
         s0 += A[i, j] * A[n, j]
@@ -125,26 +125,28 @@ def dot(A, i, n):
 def all_others(
     there, used, sights, growth, e, common, given, slope, root, first, residuals, found, sigma
 ):
-    """Square of residuals to what all other readings say, over its covariance.
+    """Compute the normalized squared residual of each reading with respect to all other readings.
 
     Parameters
     ----------
     there, used : arrays of bool, shape (s, N)
-        Where there is a reading, and where the smoother has taken it.
+        Samples with a reading, and samples with a reading that the smoother has used.
     sights : z, H, noise, counts, columns
-        See `sightings.Sightings`.
+        See `linearization.Sightings`.
+    growth : array, shape (N, c)
+        Factors of the constant states.
     e, common : arrays, shapes (N, d) and (q,)
-        Smoothed errors.
+        Smoothed errors e and estimate of c.
     given, slope : arrays, shapes (N, n, n) and (N, n, q)
-        See `smoother.Spread`; of all errors that readings depend on.
+        See `smoother.Spread`; includes all stochastic states that the readings depend on.
     root : array, shape (q, q)
-        S, an upper triangle, with S Sᵀ the covariance of c.
+        Upper triangular S, where S Sᵀ is the covariance of c.
     first : int
-        Sample to begin with.
+        First sample to compute.
     residuals, found : arrays, shapes (s, N, 3) and (s, N)
-        Written.
+        Output: residuals and their normalized squares.
     sigma : array, shape (N, 3)
-        Written: 1-sigma of the first three errors.
+        Output: 1-sigma of the attitude errors.
     """
     z, H, noise, counts, columns = sights
     (N, d), q = e.shape, slope.shape[2]
@@ -202,21 +204,26 @@ def all_others(
     "float64[:,:,::1], float64[:,::1], float64[:,:,::1])"
 )
 def those_before(seen, readings, kept, root, common, first, white, errors, until):
-    """The filter of e and c together, from that of a known c.
+    """Run the filter for e and c from the filter of a known c, and whiten the innovations.
 
-    Potter's square root of the covariance of c, by one number of a whitened reading at a time
-    (G. J. Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, chapter II).
+    The update of the covariance of c is Potter's square root, one component of a whitened reading
+    at a time (G. J. Bierman, Factorization Methods for Discrete Sequential Estimation, 1977,
+    chapter II).
 
     Parameters
     ----------
+    seen : array of bool, shape (s, N)
+        Readings that the smoother has used.
+    readings, kept
+        Output of `two_stage.forward`.
     root, common : arrays, shapes (q, q) and (q,)
-        Of what is believed of c; in the end of what all readings say.
+        Covariance root and estimate of c: prior on input, posterior of all readings on output.
     first : int
-        Sample to begin with.
+        First sample to compute.
     white : array, shape (s, N, 3)
-        Written: innovations, whitened.
+        Output: whitened innovations.
     errors, until : arrays, shapes (N, n) and (N, n, n)
-        Written: estimates of the n leading errors at every sample, and their covariance.
+        Output: estimates of the n leading errors at every sample, and their covariance.
     """
     N, _, q = kept[1].shape
     phi, small, spread = np.empty((3, q)), np.empty((4, 3)), np.empty((errors.shape[1], q))

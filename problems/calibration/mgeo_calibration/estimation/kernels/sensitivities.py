@@ -1,8 +1,7 @@
-"""What coefficients beside all errors add to the filter of a batch, compiled.
+"""Sensitivities of the filter of a batch to the coefficients of score tests.
 
-The filter of `two_stage.py` stays as it is: what it has kept says what a coefficient changes the
-driven errors and the whitened innovations by. Nothing is kept of that: innovations go into the
-triangle of c at once.
+The output of `two_stage.py` determines how a coefficient changes the stochastic states and the
+whitened innovations. The changed innovations are reduced into the triangle of c at once.
 """
 
 import math
@@ -21,7 +20,7 @@ from mgeo_calibration.estimation.kernels.signatures import READINGS
 
 @helper
 def predict(F, k, moves, moved, T, turned):
-    """T after a step; rows of F from the fourth on are of a diagonal."""
+    """Propagate T over step k; F is diagonal from the fourth row on."""
     d, m = T.shape
     for i in range(3):
         for j in range(m):
@@ -41,7 +40,7 @@ def predict(F, k, moves, moved, T, turned):
 
 @helper
 def factor(K, H, noise, nd, columns, L):
-    """L of V = H P Hᵀ + R = L Lᵀ, of K = L⁻¹ H P: that times Hᵀ is Lᵀ - L⁻¹ R."""
+    """Write the Cholesky factor L of V = H P Hᵀ + R from K = L⁻¹ H P, where K Hᵀ = Lᵀ - L⁻¹ R."""
     for i in range(3):
         for j in range(i, 3):
             total = 0.0
@@ -58,27 +57,33 @@ def factor(K, H, noise, nd, columns, L):
     "float64[:,::1], float64[:,::1])"
 )
 def sensitivities(F, moves, moved, seen, sights, reads, widths, read, readings, first, T, R, gram):
-    """Some samples, with m coefficients.
+    """Run the filter of the sensitivities to m coefficients over some samples.
 
     Parameters
     ----------
     F : array, shape (n, d, d)
+        Transition matrices.
     moves, moved : arrays, shapes (n, 3, a) and (a,)
-        What is added to the attitude's error in each step, and by which coefficients.
+        Change of the attitude error in each step, and the index of the coefficient of each column.
     seen : array of bool, shape (s, N)
+        Readings that the smoother has used.
     sights : H, noise, counts, columns
-        See `sightings.Sightings`.
+        See `linearization.Sightings`.
     reads, widths, read : arrays, shapes (s, N, 3, b), (s,) and (s, b)
-        What is added to the readings of each sensor, by how many coefficients, and by which.
+        Change of the readings of each sensor, number of columns of each sensor, and the index of
+        the coefficient of each column.
     readings : Hw, K, w, W
-        As `two_stage.forward` has written them.
+        Output of `two_stage.forward`.
     first : int
-        As there.
+        0, or 1 to continue from the first sample.
     T : array, shape (d, m)
-        Change of the driven errors, by the readings until the first sample; in the end until the
-        last one.
-    R, gram : arrays
-        As of `two_stage.learn`.
+        Derivative of the stochastic states by the coefficients at the first sample; on output at
+        the last sample.
+    R : array, shape (q, q + 1 + m)
+        Triangle of the equations of c, their right side, and the columns of the coefficients;
+        updated.
+    gram : array, shape (m + 1, m + 1)
+        Upper triangle of the products of the residual columns; updated.
     """
     H, noise, counts, columns = sights
     Hw, K, w, W = readings

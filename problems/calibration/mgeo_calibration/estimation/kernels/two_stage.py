@@ -1,14 +1,14 @@
-"""The filter of a batch, linear about a trajectory, compiled.
+"""Forward filter of a batch, linearized about a trajectory.
 
-Driven errors e_k follow from noise and from c: errors at the first sample and those of the
-constants. The filter is that of a known c, with what its estimate and its innovations change by
-with c beside it (B. Friedland, Treatment of bias in recursive filtering, IEEE Transactions on
-Automatic Control 14 (1969) 359-367): so the covariance begins at zero and stays well conditioned,
-however little is known of c and however good the gyro is.
+The errors e_k of the stochastic states follow from process noise and from c, which contains the
+errors at the first sample and the errors of the constant states. The filter estimates e_k for a
+known c, together with the derivatives of the estimate and of the innovations by c (B. Friedland,
+Treatment of bias in recursive filtering, IEEE Transactions on Automatic Control 14 (1969) 359-367).
+The covariance starts at zero and stays well conditioned for any prior of c and any gyro accuracy.
 
-Arrays are written in place. States come in threes, and so do the sums of the innermost loops, which
-go along rows: the processor takes several entries at once. Nothing is a slice of an array, whose
-owner would have to be counted.
+Arrays are written in place. States come in blocks of three. The innermost loops run along rows in
+blocks of three so that the compiler can vectorize them. Array slices are avoided because of the
+cost of their reference counts.
 """
 
 import math
@@ -25,14 +25,14 @@ from mgeo_calibration.estimation.kernels.algebra import (
 )
 from mgeo_calibration.estimation.kernels.signatures import KEPT, MOVES, READINGS, SIGHTS
 
-#: From where on the variance of a predicted reading is so much above its noise that subtracting
-#: what is learned would leave few digits; then Joseph's sum of squares is taken.
+#: Ratio of predicted variance to noise variance above which the covariance update uses Joseph's
+#: form, because a subtraction would lose digits.
 LARGE = 100.0
 
 
 @helper
 def predict(moves, k, x, T, P, room):
-    """To sample k from the one before; rows of F from the fourth on are of a diagonal."""
+    """Propagate x, T and P from sample k - 1 to k; F is diagonal from the fourth row on."""
     F, G, Q, defect = moves
     _, d, q = T.shape
     n = k - 1
@@ -70,7 +70,7 @@ def predict(moves, k, x, T, P, room):
 
 @helper
 def update(sights, s, k, growth, kept, readings, room):
-    """By one reading: x, T and P; the rest is kept for the smoother.
+    """Update x, T and P by one reading, and store Hw, K, w and W for the smoother.
 
     With V = H P Hᵀ + R = L Lᵀ, Hw is L⁻¹ H, K is L⁻¹ H P, and w - W c is the whitened innovation.
     """
@@ -105,7 +105,7 @@ def update(sights, s, k, growth, kept, readings, room):
             L[i, j] = total
         large |= L[i, i] > LARGE * noise[s, i] * noise[s, i]
         L[i, i] += noise[s, i] * noise[s, i]
-    # Cholesky's factor, and what is multiplied by its inverse, row by row
+    # Cholesky factor of V, then Hw, K, W and w row by row.
     l0 = 1.0 / math.sqrt(L[0, 0])
     l10, l20 = L[1, 0] * l0, L[2, 0] * l0
     l1 = 1.0 / math.sqrt(L[1, 1] - l10 * l10)
@@ -146,7 +146,7 @@ def update(sights, s, k, growth, kept, readings, room):
 
 @helper
 def joseph(P, K, Hw, V, noise, nd, columns, room):
-    """P ← (I - Kᵀ Hw) P (I - Kᵀ Hw)ᵀ + Kᵀ L⁻¹ R L⁻ᵀ K."""
+    """Replace P by (I - Kᵀ Hw) P (I - Kᵀ Hw)ᵀ + Kᵀ L⁻¹ R L⁻ᵀ K."""
     d = len(P)
     A, AP = room[:d], room[d : 2 * d]
     for i in range(d):
@@ -161,7 +161,7 @@ def joseph(P, K, Hw, V, noise, nd, columns, room):
             for k in range(d):
                 total += A[i, k] * P[k, j]
             AP[i, j] = total
-    # gain Kᵀ L⁻¹, by back substitution
+    # The gain Kᵀ L⁻¹ follows by back substitution.
     gain = np.empty((d, 3))
     for i in range(d):
         for m in range(2, -1, -1):
@@ -181,7 +181,7 @@ def joseph(P, K, Hw, V, noise, nd, columns, room):
 
 @helper
 def squares(Q, defect, k, L, y):
-    """defectᵀ Q⁻¹ defect of a step; L and y are room."""
+    """Return defectᵀ Q⁻¹ defect of step k; L and y are work arrays."""
     d = len(y)
     for i in range(d):
         y[i] = defect[k, i]
@@ -196,24 +196,28 @@ def squares(Q, defect, k, L, y):
     "float64)"
 )
 def forward(moves, seen, sights, growth, kept, readings, first, cost):
-    """The filter over some samples; the sum of squares of steps and readings.
+    """Run the filter over some samples and return the sum of squares of steps and readings.
 
     Parameters
     ----------
     moves : F, G, Q, defect, shapes (n, d, d), (n, 3, c), (n, d, d), (n, d)
+        See `kinematics.Steps`.
     seen : array of bool, shape (s, N)
+        Readings to use.
     sights : z, H, noise, counts, columns
-        See `sightings.Sightings`.
+        See `linearization.Sightings`.
     growth : array, shape (N, c)
+        Factors of the constant states.
     kept : x, T, P, shapes (N, d), (N, d, q), (N, d, d)
-        Written: e = x + T c, with covariance P, after the readings of a sample; of the first one
-        they are there, if it is the first of all before its readings.
+        Output: e = x + T c, with covariance P, after the readings of each sample. Contains the
+        estimate of the first sample on input: before its readings if `first` is 0, after them if it
+        is 1.
     readings : Hw, K, w, W, shapes (s, N, 3, p), (s, N, 3, d), (s, N, 3), (s, N, 3, q)
-        Written; see `update`.
+        Output; see `update`.
     first : int
-        0, or 1 to go on from the first sample of `kept`, whose readings are in it.
+        0 at the start of the batch, or 1 to continue from the first sample of `kept`.
     cost : float
-        The sum until then.
+        Sum of squares up to the first sample.
     """
     x, T, P = kept
     z, noise = sights[0], sights[2]
@@ -233,15 +237,18 @@ def forward(moves, seen, sights, growth, kept, readings, first, cost):
 
 @kept(f"void(boolean[:,::1], {READINGS}, int64, float64[:,::1])")
 def learn(seen, readings, first, R):
-    """Put whitened readings into the triangle of c, `TOGETHER` rows at a time.
+    """Reduce whitened readings into the triangle of c, `TOGETHER` rows at a time.
 
     Parameters
     ----------
-    seen, readings, first
-        As of `forward`.
+    seen : array of bool, shape (s, N)
+        Readings to use.
+    readings : Hw, K, w, W
+        Output of `forward`.
+    first : int
+        First sample to use.
     R : array, shape (q, q + 1)
-        Triangle of the equations of c and their right sides: what is believed of c, in the end
-        what all readings say.
+        Triangle of the equations of c and their right side: prior on input, posterior on output.
     """
     w, W = readings[2], readings[3]
     q, n = len(R), 0

@@ -1,4 +1,4 @@
-"""Flights by Basilisk: rigid-body dynamics, reaction wheels and sensors that nobody here wrote.
+"""Simulated runs by Basilisk, an independent simulator of dynamics, reaction wheels and sensors.
 
-Nothing of Basilisk is imported until something is flown, and nothing is ever downloaded.
+Basilisk is imported only when a run is simulated, and nothing is downloaded.
 """

@@ -1,4 +1,4 @@
-"""Guidance and control: the plan's rates are followed by what the gyro says."""
+"""Guidance and control of the Basilisk simulation, based on the gyro."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.basilisk.vehicle import Coiled, Vehicle
 
-#: Speed at which a wheel stores its greatest momentum [rpm]; it says how heavy the wheel is.
+#: Speed of a wheel at its largest momentum [rpm], which defines the inertia of the wheel.
 WHEEL_SPEED = 6000.0
 
-#: Inertia of a wheel without limit of momentum, as a fraction of the satellite's least.
+#: Inertia of a wheel without momentum limit, relative to the satellite's smallest inertia.
 WHEEL_SHARE = 1e-3
 
 DAMPING = 0.7
@@ -28,14 +28,14 @@ DAMPING = 0.7
 
 @dataclass(frozen=True)
 class Reference:
-    """Where the plan has the satellite at n + 1 instants, as Basilisk takes it.
+    """Reference attitude trajectory at n + 1 instants in Basilisk's representation.
 
     Attributes
     ----------
     attitude : array, shape (n + 1, 3)
         Modified Rodrigues parameters.
     rate, acceleration : array, shape (n + 1, 3)
-        Of the body [rad/s], [rad/s²], along the axes of GCRS.
+        Body rate [rad/s] and angular acceleration [rad/s²] in GCRS axes.
     """
 
     attitude: Floats
@@ -44,9 +44,18 @@ class Reference:
 
     @classmethod
     def of(cls, motion: Motion, initial_rate: Floats, step: float, parts: int) -> Reference:
-        """From steps of constant rate [s], cut into parts, and the rate before them [rad/s].
+        """Return the reference of a motion with constant rates in each step.
 
-        Where rates change the rate is the mean of both steps': what a straight ramp has there.
+        The rate at the boundary of two steps is the mean of both rates, as on a linear ramp.
+
+        Parameters
+        ----------
+        initial_rate : array, shape (3,)
+            Body rate before the first step [rad/s].
+        step : float
+            Duration of a step of the motion [s].
+        parts : int
+            Number of simulation steps per step of the motion.
         """
         h, rates = step / parts, np.repeat(motion.rates, parts, axis=0)
         turns = np.tile(h * np.arange(parts), len(motion.rates))[:, None] * rates
@@ -64,11 +73,11 @@ class Reference:
 
 
 class Guidance(sysModel.SysModel):
-    """Navigation by the gyro alone, and the reference; it also lets the gyro's bias drift.
+    """Gyro-based navigation and reference of the attitude controller.
 
-    Attitude and rate are believed at the start as the plan has them, and the attitude is turned by
-    what the gyro measures, without the errors that a calibration has found: of what is left, and of
-    the error of the attitude, the satellite does not know.
+    The initial attitude and rate are the planned values. The attitude is propagated with the
+    measured rates, corrected by the estimated gyro errors; the remaining errors are not observed.
+    The module also sets the bias of the simulated gyro in each step.
     """
 
     def __init__(
@@ -94,7 +103,7 @@ class Guidance(sysModel.SysModel):
         self._write(nanoseconds, self._initial_rate)
 
     def UpdateState(self, nanoseconds: int) -> None:
-        if nanoseconds == 0:  # nothing is measured yet
+        if nanoseconds == 0:  # There is no measurement yet.
             self._write(nanoseconds, self._initial_rate)
             return
         measured = self._imu.sensorOutMsg.read()
@@ -106,7 +115,7 @@ class Guidance(sysModel.SysModel):
 
     def _write(self, nanoseconds: int, rate: Any) -> None:
         k = round(nanoseconds / self._nanoseconds)
-        self._imu.senRotBias = self._bias[min(k, len(self._bias) - 1)]  # until the next instant
+        self._imu.senRotBias = self._bias[min(k, len(self._bias) - 1)]  # valid until the next step
         now, wanted = messaging.NavAttMsgPayload(), messaging.AttRefMsgPayload()
         now.sigma_BN, now.omega_BN_B = self._attitude, rate
         wanted.sigma_RN = self._reference.attitude[k]
@@ -117,9 +126,20 @@ class Guidance(sysModel.SysModel):
 
 
 def reaction_wheels(vehicle: Vehicle, satellite: Any, rate: Floats) -> tuple[Any, Any]:
-    """Basilisk's wheels, fixed to a satellite that turns, and the message of what they are.
+    """Attach Basilisk's reaction wheels to a satellite.
 
-    They spin as `Vehicle.momentum` says. One at the limit of its momentum cannot be sped up.
+    Initial speeds follow `Vehicle.momentum`. A wheel at its momentum limit cannot accelerate
+    further.
+
+    Parameters
+    ----------
+    rate : array, shape (3,)
+        Initial body rate [rad/s].
+
+    Returns
+    -------
+    effector, message
+        Wheel effector and its configuration message.
     """
     factory, wheels = simIncludeRW.rwFactory(), vehicle.wheels
     rpm = 2.0 * np.pi / 60.0
@@ -140,15 +160,15 @@ def reaction_wheels(vehicle: Vehicle, satellite: Any, rate: Floats) -> tuple[Any
 def control_loop(
     vehicle: Vehicle, guidance: Guidance, effector: Any, configuration: Any
 ) -> Sequence[Any]:
-    """Basilisk's tracking error, feedback and sharing of torque, in the order they are run in."""
+    """Return Basilisk's modules for attitude error, feedback and torque allocation, in order."""
     inertia = vehicle.wheels.matrix()
     error = attTrackingError.attTrackingError()
     error.attNavInMsg.subscribeTo(guidance.navigation)
     error.attRefInMsg.subscribeTo(guidance.wanted)
     feedback, largest = mrpFeedback.mrpFeedback(), float(np.linalg.eigvalsh(inertia)[-1])
-    feedback.K = 4.0 * largest * vehicle.bandwidth**2  # a quarter of the angle is the parameter
+    feedback.K = 4.0 * largest * vehicle.bandwidth**2  # An MRP is a quarter of the angle.
     feedback.P = 2.0 * DAMPING * largest * vehicle.bandwidth
-    feedback.Ki = -1.0  # none
+    feedback.Ki = -1.0  # Negative values disable the integral term.
     body = messaging.VehicleConfigMsgPayload()
     body.ISCPntB_B = inertia.ravel().tolist()
     satellite = messaging.VehicleConfigMsg().write(body)
@@ -161,7 +181,7 @@ def control_loop(
     motors.vehControlInMsg.subscribeTo(feedback.cmdTorqueOutMsg)
     motors.rwParamsInMsg.subscribeTo(configuration)
     effector.rwMotorCmdInMsg.subscribeTo(motors.rwMotorTorqueOutMsg)
-    guidance.kept = (configuration, satellite)  # subscribers only point to messages
+    guidance.kept = (configuration, satellite)  # Subscribers do not own their messages.
     return error, feedback, motors
 
 
@@ -174,22 +194,22 @@ def coil_control(
     bias: Floats,
     timing: tuple[int, int, Floats],
 ) -> tuple[Any, Sequence[Any]]:
-    """Basilisk's torque rods along the body axes, and what commands them.
+    """Return Basilisk's torque rods along the body axes, and the module that commands them.
 
     Parameters
     ----------
     corrected : function
-        Takes what is believed of the gyro out of a rate.
+        Corrects a measured rate by the estimated gyro errors.
     bias : array, shape (n, 3)
-        Of the gyro in each step of the simulation [rad/s].
+        Gyro bias in each simulation step [rad/s].
     timing : int, int, array of shape (3,)
-        Nanoseconds of such a step, how many there are in one of the filter, and the body rate at
-        the start [rad/s].
+        Duration of a simulation step [ns], number of simulation steps per filter step, and initial
+        body rate [rad/s].
     """
     drive, (nanoseconds, parts, initial_rate) = coiled.drive, timing
 
     class Controller(sysModel.SysModel):
-        """The cross-product law, by the gyro and the true field; it also lets the bias drift."""
+        """Cross-product control law with the gyro and the true field; also sets the gyro bias."""
 
         def __init__(self) -> None:
             super().__init__()
@@ -203,7 +223,7 @@ def coil_control(
 
         def UpdateState(self, now: int) -> None:
             k = round(now / nanoseconds)
-            imu.senRotBias = bias[min(k, len(bias) - 1)]  # until the next instant
+            imu.senRotBias = bias[min(k, len(bias) - 1)]  # valid until the next step
             if k % parts or k // parts >= len(coiled.rates):
                 return
             rate = initial_rate
@@ -231,5 +251,5 @@ def coil_control(
     rods.mtbCmdInMsg.subscribeTo(controller.dipoles)
     rods.magInMsg.subscribeTo(field.envOutMsgs[0])
     satellite.addDynamicEffector(rods)
-    controller.kept = (parameters,)  # subscribers only point to messages
+    controller.kept = (parameters,)  # Subscribers do not own their messages.
     return rods, (controller,)

@@ -1,4 +1,4 @@
-"""Flights by Basilisk: what can be flown, and the truth that comes of it."""
+"""Simulation of a plan by Basilisk, and the checks of the scenario before it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from mgeo_calibration.flight.flight import draw, fly_run
 from mgeo_calibration.flight.own import commanded, going_on, sent_down
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
-#: Sensors that Basilisk has, each with the states that it has there.
+#: States that Basilisk models, by sensor class.
 MODELED: dict[type[Sensor], set[str]] = {
     SunSensor: {"misalignment", "bias"},
     TwoAxisSunSensor: {"misalignment", "bias"},
@@ -52,48 +52,49 @@ def fly(
     after: Truth | None = None,
     environment: Environment | None = None,
 ) -> Telemetry:
-    """Fly a plan once by Basilisk, to the end of the scenario, with errors drawn from it.
+    """Simulate one run of a plan with Basilisk up to the end of the scenario.
 
-    A rigid body with reaction wheels follows the plan's rates by feedback of modified Rodrigues
-    parameters, with the attitude that its gyro says. Where the plan has no ramps its rates change
-    as fast as the wheels allow. A satellite without wheels is turned by Basilisk's torque rods, by
-    the law of its coils with what the gyro says and the true field. With the same seed the true
-    errors are those of `flight.fly`; noise is Basilisk's own.
+    A rigid body with reaction wheels follows the plan by feedback of modified Rodrigues parameters,
+    with gyro-based attitude estimates. Without ramps in the plan, rates change as fast as the
+    wheels allow. A satellite without wheels uses Basilisk's torque rods with the scenario's
+    magnetorquer law, the gyro and the true field. True errors are drawn from the scenario and equal
+    those of `flight.fly` with the same seed; measurement noise comes from Basilisk.
 
-    An orbit of two bodies is integrated by Basilisk. Any other is prescribed from the tables of
-    the environment: Basilisk's equations of motion have neither mean elements nor SGP4.
+    Basilisk integrates two-body orbits. Other orbits are prescribed by the environment, because
+    Basilisk has neither mean elements nor SGP4. There are no readings at the start.
 
     Parameters
     ----------
+    scenario : Scenario
     plan : ManeuverPlan or array_like, shape (4 m,)
-        Or its design: rates [deg/s] and duration [s] of each maneuver; ``[]`` for none.
+        Plan, or a design with rates [deg/s] and duration [s] of each maneuver; ``[]`` for none.
     seed : int or Generator, optional
-        The same seed, the same telemetry, bit by bit; None takes fresh entropy.
+        Equal seeds give identical telemetry. None draws fresh entropy.
     vehicle : Vehicle, optional
-        Default: that of the scenario, see `Vehicle.of`.
+        Default: `Vehicle.of` the scenario.
     after : Truth, optional
-        Of a flight before, as of `flight.fly`.
+        Truth of an earlier run to continue from, as in `flight.fly`.
     environment : Environment, optional
-        Saves computing that of the scenario again.
+        Precomputed environment of the scenario.
 
     Returns
     -------
     Telemetry
-        With its `truth`. As of `flight.fly`, nothing is reported at the start.
+        Telemetry with its `truth`.
 
     Raises
     ------
     ImportError
         If Basilisk is not installed.
     ValueError
-        For a sensor that Basilisk does not have, a scenario that does not say what it flies with,
-        a design that is no plan, or an `environment` of another scenario.
+        If Basilisk lacks a sensor, the scenario defines no vehicle, the design is invalid, or the
+        environment belongs to another scenario.
     """
     require_basilisk()
     from mgeo_calibration.flight.basilisk.simulation import Drawn, simulate
 
     if scenario.turned_by_coils and vehicle is not None:
-        raise InvalidValue("vehicle", vehicle, "nothing for a scenario whose coils turn it")
+        raise InvalidValue("vehicle", vehicle, "expected none with magnetorquers")
     environment = environment or Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
     check_suite(model.suite)
@@ -111,7 +112,7 @@ def fly(
         model, Motion.of(model, design, n), going_on(model, draw(model, n, generator), after)
     )
     bias = drawn.gyro[:, :3]
-    # a random walk between two known ends has this mean and this spread about it
+    # Mean and 1-sigma of the average of a random walk between two known end points.
     spread = np.array(gyro.drift) * np.sqrt(model.step / 12.0)
     mean_bias = 0.5 * (bias[:-1] + bias[1:]) + spread * generator.standard_normal((n, 3))
     ramped = dataclasses.replace(model, slew_limits=limits)
@@ -131,7 +132,7 @@ def fly(
     )
     turns = Rotation.from_matrix(seen.attitude[:-1] @ seen.attitude[1:].transpose(0, 2, 1))
     motion = Motion(turns.as_rotvec() / model.step, seen.attitude @ drawn.start.T)
-    sensors = _reported(model, seen.attitude, motion.rates, seen.sensors)
+    sensors = _mask_readings(model, seen.attitude, motion.rates, seen.sensors)
     readings = Readings(np.full(n, model.step), seen.gyro, sensors)
     sent = sent_down(model, dataclasses.replace(drawn, motion=motion, readings=readings))
     assert sent.truth is not None
@@ -139,35 +140,32 @@ def fly(
     return dataclasses.replace(sent, truth=dataclasses.replace(sent.truth, wheel_momentum=wheels))
 
 
-def _reported(
+def _mask_readings(
     model: FilterModel, attitude: Floats, rates: Floats, sensors: tuple[Floats, ...]
 ) -> tuple[Floats, ...]:
-    """Readings at the samples of each sensor, out of the shadow; of star trackers those of stars.
-
-    These are not seen where it turns too fast or is dazzled.
-    """
-    found = []
+    """Return the readings of each sensor with NaN in eclipse and for blinded star trackers."""
+    result = []
     for index, (sensor, vectors) in enumerate(zip(model.suite.sensors, sensors, strict=True)):
         there = model.available[:, index]
         if isinstance(sensor, StarTracker):
             there = can_measure(model, index, attitude, rates)
-        found.append(np.where(there[:, None, None], vectors, np.nan))
-    return tuple(found)
+        result.append(np.where(there[:, None, None], vectors, np.nan))
+    return tuple(result)
 
 
 def require_basilisk() -> None:
-    """Raise an ImportError that says how to install Basilisk where it is missing."""
+    """Raise ImportError with installation instructions if Basilisk is missing."""
     if importlib.util.find_spec("Basilisk") is None:
         raise ImportError("a flight by Basilisk needs the package bsk: pip install bsk")
 
 
 def check_suite(suite: Suite) -> None:
-    """Refuse a suite of which Basilisk has no model.
+    """Raise InvalidValue if Basilisk cannot model a suite.
 
     Raises
     ------
     InvalidValue
-        (ValueError) Naming the sensor, what it is or has, and what Basilisk knows.
+        (ValueError) With the sensor, its kind or state, and the supported kinds or states.
     """
     if suite.world != World():
         raise InvalidValue("world", suite.world, "expected none: Basilisk flies without its errors")

@@ -1,4 +1,4 @@
-"""Basilisk's sensors with errors that were drawn, and what they report in the filter's units."""
+"""Basilisk's sensors with drawn errors, and their readings in the filter's units."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.basilisk.surroundings import Surroundings
 
-#: A bound of noise that is never reached: Basilisk clips at it.
+#: Bound of noise and readings that is never reached; Basilisk clips at the bound.
 NO_BOUND = 1e9
 
-#: A Gauss-Markov process that forgets at once: Basilisk's own default never does.
+#: Propagation matrix of white noise; Basilisk's default is a random walk.
 WHITE = np.zeros((3, 3)).tolist()
 
 _TESLA = 1e-9 * FIELD_UNIT_NT
@@ -33,12 +33,14 @@ _TESLA = 1e-9 * FIELD_UNIT_NT
 
 @dataclass(frozen=True)
 class Sources:
-    """What sensors look at.
+    """Inputs of the sensor modules.
 
     Attributes
     ----------
+    satellite : module
+    surroundings : Surroundings
     field, shadow : modules
-        Of Basilisk; None where the scenario needs none.
+        Basilisk's field and eclipse models; None if the scenario needs none.
     """
 
     satellite: Any
@@ -48,7 +50,7 @@ class Sources:
 
 
 class Log(NamedTuple):
-    """Recorders of the satellite, of the Sun, and of the Earth's shadow, None without one."""
+    """Recorders of satellite state, Sun and, with eclipses, the illumination factor."""
 
     state: Any
     sun: Any
@@ -57,19 +59,19 @@ class Log(NamedTuple):
 
 @dataclass(frozen=True)
 class Instrument:
-    """A sensor of Basilisk.
+    """Sensor module of Basilisk.
 
     Attributes
     ----------
     module : module
-        To be run in each step.
+        Module to execute in each step.
     message : message
-        What it reports.
+        Output message of the module.
     vectors : function
-        The filter's readings, shape (n, k, 3), of what was recorded of the message and of all
-        else; NaN where there is none.
+        Converts the recorded message and the log to readings of the filter, shape (n, k, 3); NaN
+        without a reading.
     parts : sequence
-        What the module points to, and nothing else keeps.
+        Objects that the module points to without owning them.
     """
 
     module: Any
@@ -82,10 +84,11 @@ Errors = Mapping[str, Floats]
 
 
 def rate_gyro(gyro: Gyro, errors: Errors, step: float, sources: Sources, seed: int) -> Any:
-    """Basilisk's inertial measurement unit; the bias is set from step to step, before scaling.
+    """Return Basilisk's inertial measurement unit with the errors of a gyro.
 
-    Its axes are scaled after they are misaligned, ours before: k ∘ R(μ) ω is R(μ) (k ∘ ω) but for
-    the product of both errors, 1e-5 of the rate.
+    The caller sets the bias in each step, before scaling. Basilisk applies scale factors after the
+    misalignment, the filter before it. The difference is the product of both errors, 1e-5 of the
+    rate.
     """
     imu = imuSensor.ImuSensor()
     imu.ModelTag, imu.RNGSeed = "gyro", seed
@@ -105,7 +108,7 @@ def rate_gyro(gyro: Gyro, errors: Errors, step: float, sources: Sources, seed: i
 def three_axis_magnetometer(
     sensor: Magnetometer, errors: Errors, sources: Sources, seeds: Callable[[], int]
 ) -> Instrument:
-    """Basilisk's magnetometer."""
+    """Return Basilisk's magnetometer with drawn errors."""
     tam = magnetometer.Magnetometer()
     tam.ModelTag, tam.RNGSeed = sensor.name, seeds()
     tam.stateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
@@ -117,8 +120,8 @@ def three_axis_magnetometer(
     tam.walkBounds = [NO_BOUND] * 3
 
     def vectors(own: Any, log: Log) -> Floats:
-        found: Floats = own.tam_S[:, None] / _TESLA
-        return found
+        result: Floats = own.tam_S[:, None] / _TESLA
+        return result
 
     return Instrument(tam, tam.tamDataOutMsg, vectors)
 
@@ -126,17 +129,16 @@ def three_axis_magnetometer(
 def coarse_sun_sensors(
     sensor: SunSensor, errors: Errors, sources: Sources, seeds: Callable[[], int]
 ) -> Instrument:
-    """Six of Basilisk's coarse Sun sensors, looking both ways along three axes, as one vector.
+    """Return six of Basilisk's coarse Sun sensors along ± three axes, combined into one vector.
 
-    Each component is the difference of two heads, so that each has half of its bias and 1/√2 of its
-    noise. They report in full sunlight: in the penumbra the vector would be short. Of a sensor that
-    measures two angles the length says nothing.
+    Each component is the difference of two heads; a head has half of the bias and 1/√2 of the
+    noise. Readings are valid in full sunlight only, because the vector is shorter in the penumbra.
     """
     heads, mount = [], matrix(errors.get("misalignment", np.zeros(3)))
-    each = (*sensor.noise(), sensor.noise()[-1])[:3]  # of two angles they are alike
+    each = (*sensor.noise(), sensor.noise()[-1])[:3]  # A two-axis sensor has two equal values.
     for axis, bias, noise in zip(mount, errors["bias"], each, strict=True):
         for sign in (1.0, -1.0):
-            head = _head(sign * axis, sources, seeds())
+            head = _build_head(sign * axis, sources, seeds())
             head.senBias, head.senNoiseStd = float(sign * bias / 2.0), noise / math.sqrt(2.0)
             heads.append(head)
     array = coarseSunSensor.CSSConstellation()
@@ -144,8 +146,8 @@ def coarse_sun_sensors(
 
     def vectors(own: Any, log: Log) -> Floats:
         cosines = own.CosValue[:, :6]
-        found = cosines[:, 0::2] - cosines[:, 1::2]
-        reported: Floats = np.where(_seen(sensor, log)[:, None], found, np.nan)
+        result = cosines[:, 0::2] - cosines[:, 1::2]
+        reported: Floats = np.where(_find_visible_samples(sensor, log)[:, None], result, np.nan)
         if sensor.unit_length:
             reported /= np.linalg.norm(reported, axis=1, keepdims=True)
         return reported[:, None]
@@ -156,26 +158,26 @@ def coarse_sun_sensors(
 def photodiode(
     sensor: Photodiode, errors: Errors, sources: Sources, seeds: Callable[[], int]
 ) -> Instrument:
-    """One of Basilisk's coarse Sun sensors, which reads zero in the dark, but for noise.
+    """Return one of Basilisk's coarse Sun sensors, which reads zero plus noise in the dark.
 
-    Its cosine is that of any angle to 90 deg: what is beyond the half-angle is told, too. It does
-    not report while it is not in full sunlight.
+    The field of view is 90 deg around the normal; readings beyond the half-angle of the scenario
+    are reported, too. There are no readings outside full sunlight.
     """
     along = sensor.axes[2] + errors["sensitivity"] @ sensor.axes
     gain = float(np.linalg.norm(along))
-    head = _head(along / gain, sources, seeds())
+    head = _build_head(along / gain, sources, seeds())
     head.ModelTag, head.scaleFactor = sensor.name, gain
-    head.senNoiseStd = sensor.relative_noise / gain  # which is scaled, too
+    head.senNoiseStd = sensor.relative_noise / gain  # Basilisk multiplies the noise by the gain.
 
     def vectors(own: Any, log: Log) -> Floats:
-        reported: Floats = np.where(_in_light(log), own.OutputData, np.nan)
+        reported: Floats = np.where(_find_sunlit_samples(log), own.OutputData, np.nan)
         return reported[:, None, None]
 
     return Instrument(head, head.cssDataOutMsg, vectors)
 
 
-def _head(normal: Floats, sources: Sources, seed: int) -> Any:
-    """One of Basilisk's coarse Sun sensors, which sees half of the sky, without any bound."""
+def _build_head(normal: Floats, sources: Sources, seed: int) -> Any:
+    """Return one of Basilisk's coarse Sun sensors with a hemispherical field of view."""
     head = coarseSunSensor.CoarseSunSensor()
     head.RNGSeed, head.fov, head.nHat_B = seed, math.pi / 2, normal.tolist()
     head.setAMatrix([[0.0]])
@@ -186,17 +188,16 @@ def _head(normal: Floats, sources: Sources, seed: int) -> Any:
     return head
 
 
-def _in_light(log: Log) -> Bools:
-    """Return where the whole Sun shines."""
+def _find_sunlit_samples(log: Log) -> Bools:
     if log.light is None:
         return np.ones(len(log.state.times()), bool)
     whole: Bools = log.light.illuminationFactor >= 1.0
     return whole
 
 
-def _seen(sensor: SunSensor, log: Log) -> Bools:
-    """Return where the whole Sun shines within the field of view."""
-    seen = _in_light(log)
+def _find_visible_samples(sensor: SunSensor, log: Log) -> Bools:
+    """Return a mask of the samples in full sunlight with the Sun in the field of view."""
+    seen = _find_sunlit_samples(log)
     to_sun = log.sun.PositionVector - log.state.r_BN_N
     to_sun /= np.linalg.norm(to_sun, axis=1, keepdims=True)
     in_body = Rotation.from_mrp(log.state.sigma_BN).inv().apply(to_sun)
@@ -208,13 +209,13 @@ def _seen(sensor: SunSensor, log: Log) -> Bools:
 def star_tracker(
     sensor: StarTracker, errors: Errors, sources: Sources, seeds: Callable[[], int]
 ) -> Instrument:
-    """Basilisk's star tracker, which reports always: `fly` leaves out where it sees no stars."""
+    """Return Basilisk's star tracker, which always reports; `fly` removes invalid readings."""
     tracker = starTracker.StarTracker()
     tracker.ModelTag, tracker.RNGSeed = sensor.name, seeds()
     tracker.scStateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
     mount = matrix(errors.get("misalignment", np.zeros(3)))
     tracker.dcm_CB = mount.tolist()
-    # its noise is a rotation about body axes, ours about the tracker's
+    # Basilisk's noise is a rotation about body axes, the filter's about the tracker axes.
     tracker.PMatrix = ((sensor.axes @ mount).T @ np.diag(sensor.noise())).tolist()
     tracker.setAMatrix(WHITE)
     tracker.setWalkBounds([NO_BOUND] * 3)
@@ -230,7 +231,7 @@ def star_tracker(
 
 Maker = Callable[[Any, Errors, Sources, Callable[[], int]], Instrument]
 
-#: What Basilisk has for each class of sensors.
+#: Factory of the Basilisk module of each sensor class.
 INSTRUMENTS: Mapping[type[Sensor], Maker] = {
     Magnetometer: three_axis_magnetometer,
     SunSensor: coarse_sun_sensors,

@@ -1,4 +1,4 @@
-"""The wiring of Basilisk's modules into one flight."""
+"""Assembly and execution of a Basilisk simulation."""
 
 from __future__ import annotations
 
@@ -44,26 +44,26 @@ from mgeo_calibration.flight.basilisk.surroundings import (
 from mgeo_calibration.flight.basilisk.vehicle import Coiled, Vehicle
 from mgeo_calibration.flight.flight import coning
 
-#: Longest step of dynamics and control [s]; the scenario's step is cut into equal parts.
+#: Longest simulation step [s]; the scenario's step is divided into equal parts.
 LONGEST_STEP = 1.0
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """How a flight of n steps begins, and its true errors.
+    """Initial conditions and true errors of a run of n steps.
 
     Attributes
     ----------
     start : array, shape (3, 3)
-        Attitude at the start, GCRS to body.
+        Initial rotation matrix from GCRS to body.
     rate : array, shape (3,)
-        Body rate at the start [rad/s].
+        Initial body rate [rad/s].
     believed : array, shape (n_states,)
-        What the satellite believes of gyro and sensors; zero before a calibration.
+        Estimated gyro and sensor states on board; zero before a calibration.
     errors : array, shape (n_states,)
-        Gyro and sensor states at the start.
+        True gyro and sensor states at the start.
     bias : array, shape (n, 3)
-        Mean of the gyro's bias over each step [rad/s].
+        Mean gyro bias in each step [rad/s].
     """
 
     start: Floats
@@ -75,22 +75,22 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Seen:
-    """What Basilisk logged at n + 1 samples.
+    """Logged results of Basilisk at n + 1 samples.
 
     Attributes
     ----------
     attitude : array, shape (n + 1, 3, 3)
-        GCRS to body.
+        Rotation matrices from GCRS to body.
     position : array, shape (n + 1, 3)
-        GCRS [m].
+        Position in GCRS [m].
     field : array, shape (n + 1, 3)
-        GCRS [nT]; empty without a magnetometer.
+        Magnetic field in GCRS [nT]; empty without a field model.
     gyro : array, shape (n, 3)
-        Mean of the reported rate over each step [rad/s].
+        Mean reported rate in each step [rad/s].
     sensors : tuple of arrays, shape (n + 1, k, 3)
-        As in `Readings`.
+        Readings as in `Readings`.
     wheels : array, shape (n + 1, k)
-        Momentum of each wheel [N m s]; none of a satellite that coils turn.
+        Momentum of each wheel [N m s]; k = 0 for a satellite with magnetorquers.
     """
 
     attitude: Floats
@@ -109,9 +109,9 @@ def simulate(
     environment: Environment,
     generator: np.random.Generator,
 ) -> Seen:
-    """Run Basilisk; see `fly`. Coils follow no `motion`.
+    """Run Basilisk and return the logged results; see `fly`.
 
-    Nothing but seeds of noise is taken from the generator.
+    Magnetorquers ignore `motion`. The generator provides only the seeds of the noise.
     """
     bskLogging.setDefaultLogLevel(bskLogging.BSK_ERROR)
     suite, n = scenario.suite, scenario.n_steps
@@ -127,7 +127,7 @@ def simulate(
         return int(generator.integers(1, 2**31 - 1))
 
     surroundings = Surroundings(environment, scenario.epoch, parts * nanoseconds)
-    satellite = _satellite(scenario, drawn, vehicle, environment, surroundings)
+    satellite = _build_satellite(scenario, drawn, vehicle, environment, surroundings)
     modules: list[Any] = [surroundings, satellite]
     field = shadow = spins = None
     with tempfile.TemporaryDirectory() as folder:
@@ -147,7 +147,7 @@ def simulate(
             for sensor in suite.sensors
         ]
         bias = np.repeat(drawn.bias / (1.0 + of_gyro.get("scale_factor", 0.0)), parts, axis=0)
-        corrected = _corrected(suite, drawn.believed)
+        corrected = _build_rate_correction(suite, drawn.believed)
         loop: Sequence[Any]
         if isinstance(vehicle, Coiled):
             timing = nanoseconds, parts, drawn.rate
@@ -168,7 +168,7 @@ def simulate(
         turns, around = imu.sensorOutMsg.recorder(), field and field.envOutMsgs[0].recorder()
         reported = [each.message.recorder() for each in instruments]
         recorders = [each for each in (*log, turns, around, spins, *reported) if each is not None]
-        run = _initialized([*modules, *recorders], nanoseconds)
+        run = _initialize_simulation([*modules, *recorders], nanoseconds)
     run.ConfigureStopTime(n * parts * nanoseconds)
     run.ExecuteSimulation()
     wheels = np.zeros((n + 1, 0))
@@ -179,9 +179,9 @@ def simulate(
         each.vectors(own, log)[::parts] for each, own in zip(instruments, reported, strict=True)
     ]
     for each in vectors:
-        each[0] = np.nan  # at the start nothing is reported
+        each[0] = np.nan  # There are no readings at the start.
     rates = log.state.omega_BN_B[::parts]
-    turned = _composed(turns.DRFramePlatform[1:].reshape(-1, parts, 3))  # since its last step
+    turned = _compose_rotations(turns.DRFramePlatform[1:].reshape(-1, parts, 3))
     return Seen(
         attitude=Rotation.from_mrp(log.state.sigma_BN[::parts]).inv().as_matrix(),
         position=log.state.r_BN_N[::parts],
@@ -192,8 +192,7 @@ def simulate(
     )
 
 
-def _initialized(modules: list[Any], nanoseconds: int) -> Any:
-    """A simulation that runs modules in this order at every step."""
+def _initialize_simulation(modules: list[Any], nanoseconds: int) -> Any:
     run = SimulationBaseClass.SimBaseClass()
     run.SetProgressBar(False)
     run.CreateNewProcess("flight").addTask(run.CreateNewTask("step", nanoseconds))
@@ -203,8 +202,8 @@ def _initialized(modules: list[Any], nanoseconds: int) -> Any:
     return run
 
 
-def _corrected(suite: Suite, states: Floats) -> Callable[[Floats], Floats]:
-    """Return the function that removes the estimated gyro errors from a rate, shape (3,)."""
+def _build_rate_correction(suite: Suite, states: Floats) -> Callable[[Floats], Floats]:
+    """Return a function that corrects a rate, shape (3,), by the estimated gyro errors."""
     x = {name: states[None, i : i + 3] for name, i in suite.places(suite.gyro).items()}
     errors = SimpleNamespace(**x)
 
@@ -215,14 +214,13 @@ def _corrected(suite: Suite, states: Floats) -> Callable[[Floats], Floats]:
     return corrected
 
 
-def _satellite(
+def _build_satellite(
     scenario: Scenario,
     drawn: Drawn,
     vehicle: Vehicle | Coiled,
     environment: Environment,
     surroundings: Surroundings,
 ) -> Any:
-    """A rigid body in its orbit, turning as it does at the start."""
     satellite = spacecraft.Spacecraft()
     satellite.ModelTag = "satellite"
     satellite.hub.IHubPntBc_B = vehicle.inertia.tolist()
@@ -237,7 +235,7 @@ def _satellite(
     return satellite
 
 
-def _composed(turns: Floats) -> Floats:
-    """Rotation vectors of turns one after the other, shape (n, m, 3) to (n, 3)."""
+def _compose_rotations(turns: Floats) -> Floats:
+    """Compose successive rotation vectors, shape (n, m, 3), into one per step, shape (n, 3)."""
     vectors: Floats = reduce(mul, map(Rotation.from_rotvec, turns.swapaxes(0, 1))).as_rotvec()
     return vectors

@@ -1,7 +1,7 @@
-"""Basilisk's orbit, field and shadow, fed with tables instead of downloads.
+"""Orbit, field and shadow of the Basilisk simulation, from tables instead of downloads.
 
-Basilisk takes Sun and Earth from ephemerides and the field from a coefficient file, and fetches
-both from the network. Here they come from where our own environment has them.
+Basilisk takes Sun and Earth from ephemeris files and the field from a coefficient file, and
+downloads both. This module provides the data of `mgeo_attitude.environment` instead.
 """
 
 from __future__ import annotations
@@ -19,34 +19,35 @@ from mgeo_attitude.environment.frames import gcrs_to_itrs
 from mgeo_attitude.environment.sun_moon import sun_position
 from mgeo_attitude.environment.times import instants
 
-#: Basilisk's field model ends here; IGRF has a degree more, some 1 nT in a low orbit.
+#: Degree of Basilisk's field model. The next degree of IGRF contributes about 1 nT in low orbits.
 FIELD_DEGREE = 12
 
-#: What Basilisk takes for an astronomical unit [m].
+#: Astronomical unit of Basilisk [m].
 BASILISK_AU = 149597870.693e3
 
 
 def field_coefficients(date: datetime) -> str:
-    """IGRF-14 on a date as a coefficient file of the World Magnetic Model, without drift."""
-    found = gauss_coefficients(date)
+    """Return IGRF-14 at a date as a coefficient file of the World Magnetic Model, without drift."""
+    result = gauss_coefficients(date)
     year = date.year + (date.timetuple().tm_yday - 1) / 365.25
     lines = [f"    {year:.1f}            IGRF-14        {date:%m/%d/%Y}"]
     for n in range(1, FIELD_DEGREE + 1):
         for m in range(n + 1):
-            g, h = found[n, m].real, found[n, m].imag
+            g, h = result[n, m].real, result[n, m].imag
             lines.append(f"{n:3d}{m:3d}{g:11.4f}{h:11.4f}{0:11.4f}{0:11.4f}")
     return "\n".join([*lines, "9" * 48, "9" * 48, ""])
 
 
 class Surroundings(sysModel.SysModel):
-    """Sun, Earth and the satellite's place as messages, a row of the tables each step.
+    """Module that publishes Sun, Earth and satellite position from tables, one row per step.
 
     Attributes
     ----------
     earth, sun : message
-        From the Earth's center, GCRS.
+        Positions relative to the Earth's center in GCRS.
     unit_sun : message
-        The Sun one astronomical unit from the satellite: of a coarse Sun sensor's unit vector.
+        Sun at one astronomical unit from the satellite, so that a coarse Sun sensor reports a unit
+        vector.
     place : message
         Position and velocity of the satellite.
     """
@@ -84,7 +85,7 @@ class Surroundings(sysModel.SysModel):
 
 
 def central_body(surroundings: Surroundings) -> Any:
-    """The Earth as a point mass for `Spacecraft.gravField`."""
+    """Return the Earth as a point mass for `Spacecraft.gravField`."""
     earth = gravityEffector.GravBodyData()
     earth.planetName, earth.mu, earth.isCentralBody = "earth", EARTH_MU, True
     earth.planetBodyInMsg.subscribeTo(surroundings.earth)
@@ -92,7 +93,10 @@ def central_body(surroundings: Surroundings) -> Any:
 
 
 def field_model(satellite: Any, surroundings: Surroundings, coefficients: Path) -> Any:
-    """Basilisk's field with coefficients from a file, which must be there when it is reset."""
+    """Return Basilisk's field model with coefficients from a file.
+
+    The file must exist until the model is initialized.
+    """
     model = magneticFieldWMM.MagneticFieldWMM()
     model.ModelTag, model.planetRadius = "field", FIELD_RADIUS
     model.addSpacecraftToModel(satellite.scStateOutMsg)
@@ -102,7 +106,7 @@ def field_model(satellite: Any, surroundings: Surroundings, coefficients: Path) 
 
 
 def shadow_model(satellite: Any, surroundings: Surroundings) -> Any:
-    """Basilisk's shadow of the Earth."""
+    """Return Basilisk's model of the Earth's shadow."""
     model = eclipse.Eclipse()
     model.ModelTag = "eclipse"
     model.addSpacecraftToModel(satellite.scStateOutMsg)
@@ -112,6 +116,6 @@ def shadow_model(satellite: Any, surroundings: Surroundings) -> Any:
 
 
 def middle(environment: Environment, epoch: datetime) -> datetime:
-    """Half time of a run: the date of the field in `Environment`, too."""
+    """Return the middle of a run, which is also the date of the field in `Environment`."""
     times = environment.times
     return epoch + timedelta(seconds=0.5 * float(times[0] + times[-1]))

@@ -1,4 +1,4 @@
-"""A rigid body that reaction wheels or coils turn."""
+"""Rigid bodies with reaction wheels or magnetorquers for the Basilisk simulation."""
 
 from __future__ import annotations
 
@@ -17,20 +17,21 @@ from mgeo_attitude.settings.errors import InvalidValue, expect, known_names
 from mgeo_attitude.settings.types import Unit
 from pydantic import Field
 
-#: How Basilisk shares a torque among wheels.
+#: Torque allocation among the wheels in Basilisk.
 SHARED_BY = "pseudo-inverse"
 
 
 @dataclass(frozen=True)
 class Coiled:
-    """What coils of a satellite are asked for.
+    """Commands of a satellite with magnetorquers.
 
     Attributes
     ----------
+    drive : CoilDrive
     rates : array, shape (n, 3)
-        Body rate that is asked for in each step [rad/s].
+        Commanded body rate in each step [rad/s].
     begins : array of bool, shape (n,)
-        Whether a maneuver begins with the step.
+        True if a maneuver starts with the step.
     """
 
     drive: CoilDrive
@@ -39,7 +40,7 @@ class Coiled:
 
     @classmethod
     def of(cls, drive: CoilDrive, design: Floats, step: float, n_steps: int) -> Coiled:
-        """Of a design, shape (4 m,), on n steps."""
+        """Return the commands of a design, shape (4 m,), for n steps."""
         rates, durations = decode(design)
         starts, _ = maneuver_steps(durations, step)
         steps = np.arange(n_steps)
@@ -48,36 +49,37 @@ class Coiled:
 
     @property
     def inertia(self) -> Floats:
-        """J, shape (3, 3) [kg m²]."""
+        """Inertia matrix J, shape (3, 3) [kg m²]."""
         return self.drive.inertia
 
 
 @pydantic.dataclasses.dataclass(frozen=True, kw_only=True)
 class Vehicle(Settings):
-    """A satellite as its wheels turn it.
+    """Satellite with reaction wheels.
 
     Raises
     ------
     InvalidValue
-        For a value out of its range, or wheels that share a torque as Basilisk's do not.
+        If a value is out of range, or the torque allocation differs from Basilisk's.
     """
 
     wheels: Wheels
-    """the satellite's inertia, wheels included, axes of the wheels, and torque and momentum of
-    each"""
+    """inertia of the satellite including the wheels, wheel axes, and limits of torque and
+    momentum"""
     bandwidth: Annotated[float, Unit("rad/s")] = Field(default=0.2, gt=0.0)
-    """natural frequency of the controller"""
+    """natural frequency of the attitude controller"""
 
     def __post_init__(self) -> None:
-        shared, by = self.wheels.allocation, f"{SHARED_BY!r}: Basilisk shares a torque so"
-        expect(shared == SHARED_BY, "wheels.allocation", shared, by)
+        allocation = self.wheels.allocation
+        expected = f"{SHARED_BY!r}: Basilisk shares a torque so"
+        expect(allocation == SHARED_BY, "wheels.allocation", allocation, expected)
 
     @staticmethod
     def amazonia() -> Vehicle:
-        """A remote-sensing satellite of 640 kg, of the class of Amazonia-1.
+        """Return a remote-sensing satellite of 640 kg, similar to Amazonia-1.
 
-        Wheels along the body axes and a skew one, as INPE describes it; their size, 0.2 N m and
-        12 N m s, and the inertia are ours, typical of the class.
+        Three wheels along the body axes and a skewed wheel follow INPE's description. Wheel size,
+        0.2 N m and 12 N m s, and inertia are typical of the class.
         """
         wheels = Wheels(
             inertia=(310.0, 310.0, 170.0),
@@ -89,23 +91,24 @@ class Vehicle(Settings):
 
     @staticmethod
     def cubesat_6u() -> Vehicle:
-        """A 6U cubesat with three small commercial wheels, 4 mN m and 15 mN m s.
+        """Return a 6U cubesat with three small commercial wheels, 4 mN m and 15 mN m s.
 
-        The inertia is that of 12 kg spread evenly over 10 x 22.63 x 36.6 cm.
+        The inertia is that of 12 kg distributed evenly over 10 x 22.63 x 36.6 cm.
         """
         wheels = Wheels(inertia=(0.185, 0.144, 0.061), max_torque=0.004, max_momentum=0.015)
         return Vehicle(wheels=wheels)
 
     @staticmethod
     def of(scenario: Scenario, name: str | None = None) -> Vehicle:
-        """The vehicle of a name in `VEHICLES`, or else that of the scenario.
+        """Return the vehicle of a name, or of a scenario.
 
-        The scenario's is made of its wheels, or else has the scenario's own name.
+        Without a name, the vehicle has the wheels of the scenario. Without wheels, the name of the
+        scenario selects the vehicle from `VEHICLES`.
 
         Raises
         ------
         ValueError
-            For an unknown name, or a scenario that does not say what it flies with.
+            If the name is unknown, or the scenario defines no vehicle.
         """
         if name is None and scenario.wheels is not None:
             return Vehicle(wheels=scenario.wheels)
@@ -121,11 +124,17 @@ class Vehicle(Settings):
 
     @property
     def inertia(self) -> Floats:
-        """J, shape (3, 3) [kg m²]."""
+        """Inertia matrix J, shape (3, 3) [kg m²]."""
         return self.wheels.matrix()
 
     def momentum(self, rate: Floats) -> Floats:
-        """Of each wheel at the start [N m s], shape (n,), when the body turns at `rate` [rad/s]."""
+        """Return the initial momentum of each wheel [N m s], shape (n,), for a body rate.
+
+        Parameters
+        ----------
+        rate : array, shape (3,)
+            Initial body rate [rad/s].
+        """
         wheels = self.wheels
         if wheels.initial_momentum:
             return np.array(wheels.initial_momentum)
@@ -133,10 +142,9 @@ class Vehicle(Settings):
         return zero
 
     def slew_limits(self, initial_rate: Floats) -> SlewLimits | None:
-        """How fast rates can change about all axes at once; None where nothing limits it.
+        """Return the largest acceleration about all axes at once, or None without a torque limit.
 
-        Torque is shared among wheels by the pseudo-inverse, so that of n wheels along n axes each
-        gives what is asked about its own.
+        Torque is allocated by the pseudo-inverse of the wheel axes.
         """
         torque = self.wheels.max_torque
         if torque is None:
@@ -146,7 +154,7 @@ class Vehicle(Settings):
         return SlewLimits(np.inf, least, self.wheels.matrix(), initial_rate=initial_rate)
 
 
-#: Vehicles by name: those of the presets of scenarios.
+#: Vehicles of the scenario presets, by preset name.
 VEHICLES = {
     "paper": Vehicle.amazonia,
     "cubesat_6u": Vehicle.cubesat_6u,
