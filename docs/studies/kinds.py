@@ -8,7 +8,8 @@ import numpy as np
 import plotly.graph_objects as go
 
 from mgeo import MGEODirected
-from mgeo.algorithms import Attraction, joint_steps, momentum_steps, recombine
+from mgeo.algorithms.moves import Attraction, joint_steps, momentum_steps
+from mgeo.algorithms.recombination import recombine
 
 NUMBER = 600
 WALKER, BEST, BEFORE = np.array([0.55, 0.62]), np.array([0.5, 0.55]), np.array([-0.08, -0.05])

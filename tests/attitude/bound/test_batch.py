@@ -41,7 +41,7 @@ def of_suite(name):
 @pytest.fixture
 def any_attitude(monkeypatch):
     """Without what is known of one history's rates: a mean over attitudes belongs to none."""
-    monkeypatch.setattr("mgeo_attitude.bound.assembly._common_modes", lambda *_: ())
+    monkeypatch.setattr("mgeo_attitude.bound.assembly._bound_common_modes", lambda *_: ())
 
 
 def totals(covariance):

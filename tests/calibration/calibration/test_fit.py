@@ -124,7 +124,7 @@ LOST = "beyond the chi-square gate|does not converge"
             r"sun at .* a length of 57 .* about 1 -; declare unit or scale of sun",
         ),
         (scaled("gyro", np.radians(1.0)), r"gyro at .*declare gyro\.unit"),
-        (lambda f: scaled("sun", np.nan)(f)[:100], "no attitude follows"),
+        (lambda f: scaled("sun", np.nan)(f)[:100], "do not determine an attitude"),
         (scaled("mag_x", -1.0), LOST),
         (scaled("gyro", -1.0), LOST),
     ],

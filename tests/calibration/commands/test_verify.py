@@ -33,7 +33,7 @@ def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path)
     assert found.table.shape[0] == 18
     assert all(f">{name}</t" in html for name in found.table.index)
     row = html.partition(">gyro bias y</t")[2].partition("</tr>")[0]
-    assert f"{found.table.loc['gyro bias y', 'rms']:.3g}" in row
+    assert f"{found.table.loc['gyro bias y', 'rms']:.5g}" in row
     assert "exists" in run(*arguments, code=2).stderr
 
 

@@ -177,16 +177,13 @@ def consistency(
 
     - ``nees``: mean per state over runs and samples. The chi-square interval has runs times states
       degrees of freedom, because errors at different times of a run are strongly correlated.
-    - ``nis <sensor>``: mean per component over all innovations, with their chi-square interval;
-    omitted
-      for a sensor without readings.
+    - ``nis <sensor>``: mean per component over all innovations, with their chi-square interval.
+      A sensor without readings has no such row.
     - ``beyond 3 sigma``: largest number of runs in which the last error of a state exceeds three
-    times
-      the filter's 1-sigma, with the binomial bound for the worst of all states.
+      times the filter's 1-sigma, with the binomial bound for the worst of all states.
     - ``smallest`` and ``largest rms / predicted``: extreme ratio over the states of the rms error
-    over
-      runs and samples to the predicted 1-sigma. The interval is a requirement, not a statistical
-      bound; with 200 runs the 1-sigma of a single rms is 5 %.
+      over runs and samples to the predicted 1-sigma. The interval is a requirement, not a
+      statistical bound; with 200 runs the 1-sigma of a single rms is 5 %.
 
     Parameters
     ----------
