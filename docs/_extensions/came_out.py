@@ -32,7 +32,7 @@ def came_out(plan: ManeuverPlan) -> pd.DataFrame:
         .groupby(first["block"], sort=False)
         .max()
         .rename_axis(None)
-        .round(3)
+        .map(lambda value: value if isinstance(value, str) else f"{value:.3g}")
     )
 
 
