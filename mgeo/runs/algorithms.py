@@ -160,8 +160,9 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     TypeError
         If `parameters` is not a mapping.
     """
-    is_given = ":" in name or name in ALGORITHMS  # looking for plugins takes a while
-    if not is_given and name not in (names := algorithm_names()):
+    # The metadata of all packages are read only for a name that is not built in.
+    is_built_in = ":" in name or name in ALGORITHMS
+    if not is_built_in and name not in (names := algorithm_names()):
         raise ValueError(
             f"no algorithm is called {name!r}: expected one of {', '.join(names)}, or module:Class"
             f"{did_you_mean(name, names)}"

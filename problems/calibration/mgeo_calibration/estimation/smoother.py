@@ -258,7 +258,7 @@ def solve(
             del result
             reached = moved(at, parts, grown, e, e_c, batch.suite, share)
             result = linear_solution(batch, belief, reached, parts, rejected)
-            # The equations of a held attitude have no solution of least cost.
+            # For a held attitude the equations are not solved where the cost is least.
             if batch.held is not None or result.cost <= cost * (1.0 + 1e-9):
                 break
             share *= 0.5
