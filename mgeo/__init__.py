@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     )
     from mgeo.plugins.protocol import ProblemMixin as ProblemMixin
     from mgeo.plugins.view import View as View
-    from mgeo.plugins.view import view_of as view_of
+    from mgeo.plugins.view import build_view as build_view
     from mgeo.store.checkpoint import Checkpoint as Checkpoint
     from mgeo.store.checkpoint import resume as resume
     from mgeo.store.recorder import Recorder as Recorder

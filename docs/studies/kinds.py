@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from mgeo import MGEODirected
-from mgeo.algorithms.moves import Attraction, joint_steps, momentum_steps
+from mgeo.algorithms.moves import Attraction, draw_joint_steps, draw_momentum_steps
 from mgeo.algorithms.recombination import recombine
 
 NUMBER = 600
@@ -23,17 +23,24 @@ COLOR = "#0072b2"
 def normal_steps(rng):
     """Normal steps, mostly of one variable."""
     own, cls = rng.integers(2, size=NUMBER), MGEODirected
-    steps, _, _ = joint_steps(own, HIGH, cls.widths, cls.coupling, 0.0, None, rng)
+    steps, _, _ = draw_joint_steps(own, HIGH, cls.sigma_range, cls.coupling, 0.0, None, rng)
     return WALKER + steps
 
 
 def differences(rng):
     """Fractions of the difference of two archived points, half of them pulled to the nearest."""
     own, cls = rng.integers(2, size=NUMBER), MGEODirected
-    share, coupling = cls.attract
+    share, coupling = cls.attraction
     attraction = Attraction(share, coupling, WALKER, NEAREST)
-    steps, _, _ = joint_steps(
-        own, HIGH, cls.widths, cls.coupling, 1.0, lambda shape: pairs(shape, rng), rng, attraction
+    steps, _, _ = draw_joint_steps(
+        own,
+        HIGH,
+        cls.sigma_range,
+        cls.coupling,
+        1.0,
+        lambda shape: pairs(shape, rng),
+        rng,
+        attraction,
     )
     return WALKER + steps
 
@@ -46,7 +53,7 @@ def pairs(shape, rng):
 
 def momentum(rng):
     """Steps that go on as before, and towards a point of the archive."""
-    return WALKER + momentum_steps(WALKER, BEFORE, np.tile(NEAREST, (NUMBER, 1)), HIGH, rng)
+    return WALKER + draw_momentum_steps(WALKER, BEFORE, np.tile(NEAREST, (NUMBER, 1)), HIGH, rng)
 
 
 def recombinations(rng):

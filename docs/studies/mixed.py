@@ -19,7 +19,7 @@ from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 
 from mgeo import MGEOCanonical, MGEODirected
-from mgeo.evaluation.individuals import as_numbers
+from mgeo.evaluation.individuals import convert_designs_to_numbers
 from mgeo.runs.algorithms import build_algorithm
 
 AREA = HV(ref_point=np.array([1.1, 1.1]))
@@ -41,7 +41,7 @@ class Halves(Problem):
 
     def _evaluate(self, X, out, *args, **kwargs):
         first, reals, integers, choices, bits = np.split(
-            as_numbers(self, np.asarray(X)), [1, 9, 13, 17], axis=1
+            convert_designs_to_numbers(self, np.asarray(X)), [1, 9, 13, 17], axis=1
         )
         low = first < 0.5
         off = [

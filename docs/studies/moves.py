@@ -32,16 +32,16 @@ class Watched(MGEODirected):
         super().__init__(**options)
         self.seen = []
 
-    def candidates(self):
+    def generate_candidates(self):
         n = min(len(self.variables.xl), self.max_candidates)
         self._kinds = np.zeros((self.n_walkers, n), int)  # as long as there is no front
-        X = super().candidates()
-        self._kinds[self.recombined] = 3
+        X = super().generate_candidates()
+        self._kinds[self.is_recombined] = 3
         return X
 
-    def _go_on(self, steps, spread, donor, aims):
+    def _apply_momentum(self, steps, spread, donor, nearest_points):
         learned, before = (spread == 0.0).all(axis=-1), steps.copy()
-        super()._go_on(steps, spread, donor, aims)
+        super()._apply_momentum(steps, spread, donor, nearest_points)
         made = (steps != before).any(axis=-1)
         self._kinds = np.where(made, 2, np.where(learned, 1, 0))
 
@@ -67,7 +67,7 @@ def gains(problem, seed):
     for k, until in enumerate(EDGES[1:]):
         numbers = np.flatnonzero(of_stretch == k)
         known.add(F[numbers], numbers.astype(object), violation[numbers])
-        ideal, nadir = known.ends
+        ideal, nadir = known.ideal_and_nadir
         width = np.where(nadir > ideal, nadir - ideal, 1.0)
         for i in numbers[(violation[numbers] == 0) & np.isfinite(F[numbers]).all(axis=1)]:
             gain = steps.add(*F[i].tolist(), *(ideal + 1.1 * width).tolist())

@@ -9,8 +9,8 @@ from mgeo import MGEODirected
 class Former(MGEODirected):
     """What was the default before: any targets, and one measure of progress."""
 
-    targets = (0.5, 0.0)
-    progress = (1e-3, 1e-3)
+    target_selection = (0.5, 0.0)
+    progress_threshold = (1e-3, 1e-3)
 
 
 class NoCoupling(MGEODirected):
@@ -22,51 +22,51 @@ class OneCoupling(MGEODirected):
 
 
 class OneWidth(MGEODirected):
-    widths = (0.05, 0.05)
+    sigma_range = (0.05, 0.05)
 
 
 class NoReturn(MGEODirected):
-    return_to_best = 0.0
+    return_probability = 0.0
 
 
 class NoMigration(MGEODirected):
-    migrate = (0.0, 0.0)
+    migration_probability = (0.0, 0.0)
 
 
 class OneMigration(MGEODirected):
-    migrate = (0.1, 0.1)
+    migration_probability = (0.1, 0.1)
 
 
 class NoRestart(MGEODirected):
-    restart = (100_000, 100_000)
+    patience = (100_000, 100_000)
 
 
 class OneRestart(MGEODirected):
-    restart = (15, 15)
+    patience = (15, 15)
 
 
 class NoAttraction(MGEODirected):
-    attract = (0.0, 0.9)
+    attraction = (0.0, 0.9)
 
 
 class NearestTargets(MGEODirected):
-    targets = (1.0, 0.33)
+    target_selection = (1.0, 0.33)
 
 
 class AnyTargets(MGEODirected):
-    targets = (0.0, 0.0)
+    target_selection = (0.0, 0.0)
 
 
 class AnyProgress(MGEODirected):
-    progress = (1e-12, 1e-12)
+    progress_threshold = (1e-12, 1e-12)
 
 
 class OneMeasure(MGEODirected):
-    progress = (1e-3, 1e-3)
+    progress_threshold = (1e-3, 1e-3)
 
 
 class NoCovariance(MGEODirected):
-    learning = 0.0
+    adaptive_share = 0.0
 
 
 class NoRecombination(MGEODirected):

@@ -7,7 +7,7 @@ runs. The names exported here, other than MGEO..., are the building blocks of ne
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.binary import BitStrings, MGEOCanonical, MGEOVar
-from mgeo.algorithms.coding import BitCode, RealCode
+from mgeo.algorithms.coding import BitEncoding, RealEncoding
 from mgeo.algorithms.directed import MGEODirected
 from mgeo.algorithms.real import MGEOReal, MGEOReal2
 from mgeo.algorithms.run_state import RunState
@@ -19,7 +19,7 @@ from mgeo.algorithms.walkers import IndependentWalkers
 
 __all__ = [
     "BOUNDS",
-    "BitCode",
+    "BitEncoding",
     "BitStrings",
     "ExtremalOptimization",
     "IndependentWalkers",
@@ -29,7 +29,7 @@ __all__ = [
     "MGEOReal2",
     "MGEOStaged",
     "MGEOVar",
-    "RealCode",
+    "RealEncoding",
     "RunState",
     "SavedState",
     "StepLaw",

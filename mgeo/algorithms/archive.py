@@ -7,9 +7,13 @@ from numpy.typing import NDArray
 from pymoo.core.population import Population
 
 from mgeo._typing import BoolArray, FloatArray
-from mgeo.evaluation.dominance import nondominated, not_weakly_dominated, weakly_dominated_rows
+from mgeo.evaluation.dominance import (
+    find_nondominated,
+    find_not_weakly_dominated,
+    find_weakly_dominated_rows,
+)
 
-_NEIGHBORS = 8  # looked up at once, the point itself among them; at least 3
+_N_NEIGHBORS = 8  # looked up at once, the point itself among them; at least 3
 
 
 def truncate(F: FloatArray, size: int) -> BoolArray:
@@ -44,11 +48,11 @@ def truncate(F: FloatArray, size: int) -> BoolArray:
     free[[*F.argmin(axis=0), *F.argmax(axis=0)]] = False
     while surplus := int(np.count_nonzero(kept)) - size:
         rows = np.flatnonzero(kept)
-        kept[rows[_most_crowded(points[rows], free[rows], surplus)]] = False
+        kept[rows[_find_most_crowded(points[rows], free[rows], surplus)]] = False
     return kept
 
 
-def _most_crowded(points: FloatArray, free: BoolArray, count: int) -> list[int]:
+def _find_most_crowded(points: FloatArray, is_removable: BoolArray, count: int) -> list[int]:
     """The first of the `count` free rows to remove: at least one, all if their neighbors suffice.
 
     Distances to the nearest rows that remain only grow. So a row that was the most crowded one
@@ -56,9 +60,9 @@ def _most_crowded(points: FloatArray, free: BoolArray, count: int) -> list[int]:
     """
     from scipy.spatial import KDTree  # takes longer to import than all of mgeo
 
-    near, neighbors = KDTree(points).query(points, min(_NEIGHBORS, len(points)))
+    near, neighbors = KDTree(points).query(points, min(_N_NEIGHBORS, len(points)))
     remains = [True] * len(points)
-    rows = np.flatnonzero(free)
+    rows = np.flatnonzero(is_removable)
     # a row is its own first neighbor, or one that coincides with it is
     heap = list(zip(near[rows, 1].tolist(), near[rows, 2].tolist(), rows.tolist(), strict=True))
     heapq.heapify(heap)
@@ -131,19 +135,19 @@ class ParetoArchive:
         self.individuals: Population = np.empty(0, dtype=object).view(Population)
         self.violation = np.inf
         self.n_rejected = 0
-        self._ends: tuple[FloatArray, FloatArray] | None = None
+        self._ideal_and_nadir: tuple[FloatArray, FloatArray] | None = None
 
     @property
-    def ends(self) -> tuple[FloatArray, FloatArray]:
+    def ideal_and_nadir(self) -> tuple[FloatArray, FloatArray]:
         """(n_obj,) least and largest objectives of the points; 0 and 1 while there are none."""
-        if self._ends is None:
+        if self._ideal_and_nadir is None:
             columns = self.F.T  # numpy is slow at reducing a long array along its first axis
-            self._ends = (
+            self._ideal_and_nadir = (
                 (np.array([f.min() for f in columns]), np.array([f.max() for f in columns]))
                 if len(self.F)
                 else (np.zeros(len(columns)), np.ones(len(columns)))
             )
-        return self._ends
+        return self._ideal_and_nadir
 
     def __len__(self) -> int:
         return len(self.F)
@@ -179,10 +183,10 @@ class ParetoArchive:
             return np.zeros(len(F), dtype=np.bool_)
         if least < self.violation:
             self.violation = float(least)
-            self._keep(np.empty(0, dtype=np.intp))
+            self._select_rows(np.empty(0, dtype=np.intp))
         entered &= violation == least
-        entered[entered] = nondominated(F[entered])
-        entered[entered] = not_weakly_dominated(F[entered], self.F)
+        entered[entered] = find_nondominated(F[entered])
+        entered[entered] = find_not_weakly_dominated(F[entered], self.F)
         if entered.any():
             self._insert(F[entered], individuals[entered])
         return entered
@@ -190,19 +194,19 @@ class ParetoArchive:
     def _insert(self, F: FloatArray, individuals: NDArray[np.object_]) -> None:
         order = np.argsort(F[:, 0], kind="stable")
         F, individuals = F[order], individuals[order]
-        kept = np.delete(np.arange(len(self.F)), weakly_dominated_rows(self.F, F))
+        kept = np.delete(np.arange(len(self.F)), find_weakly_dominated_rows(self.F, F))
         places = np.searchsorted(self.F[kept, 0], F[:, 0], side="right")
         rows = np.insert(kept, places, len(self.F) + np.arange(len(F)))
         self.F = np.concatenate([self.F, F])
         self.individuals = np.concatenate([self.individuals, individuals])
-        self._keep(rows)
+        self._select_rows(rows)
         if self.max_size is not None and len(self.F) > self.max_size:
-            self._keep(np.flatnonzero(truncate(self.F, self.max_size)))
+            self._select_rows(np.flatnonzero(truncate(self.F, self.max_size)))
 
-    def _keep(self, rows: NDArray[np.intp]) -> None:
+    def _select_rows(self, rows: NDArray[np.intp]) -> None:
         self.F = self.F.take(rows, axis=0)
         self.individuals = self.individuals.take(rows).view(Population)
-        self._ends = None
+        self._ideal_and_nadir = None
 
     def _check_shapes(
         self, F: FloatArray, individuals: NDArray[np.object_], violation: FloatArray

@@ -15,21 +15,25 @@ from pymoo.problems.dyn import DynamicProblem
 
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms.archive import ParetoArchive
-from mgeo.algorithms.coding import BitCode, RealCode
+from mgeo.algorithms.coding import BitEncoding, RealEncoding
 from mgeo.algorithms.run_state import ArchiveOutput, RunState
-from mgeo.algorithms.starting import are_evaluated, evaluations_allowed, given_starts
+from mgeo.algorithms.starting import (
+    build_initial_designs,
+    count_allowed_evaluations,
+    find_evaluated,
+)
 from mgeo.algorithms.variables import Variables
 from mgeo.evaluation.evaluator import TolerantEvaluator
-from mgeo.evaluation.individuals import individuals, values_of
-from mgeo.validation.arguments import refuse_unknown, validate_integer
-from mgeo.validation.constructors import call, parameters, values
+from mgeo.evaluation.individuals import build_population, get_values
+from mgeo.validation.arguments import reject_unknown_keywords, validate_integer
+from mgeo.validation.constructors import format_call, get_parameter_values, get_parameters
 
 #: Default number of generations, multiplied by the number of walkers.
-EXECUTIONS = 5000
+DEFAULT_WALKER_GENERATIONS = 5000
 #: Largest number of walkers. Each walker has a random stream of several kilobytes.
-MOST_WALKERS = 100_000
+MAX_WALKERS = 100_000
 
-_OPTIONS = parameters(Algorithm, Algorithm).keys()
+_OPTIONS = get_parameters(Algorithm, Algorithm).keys()
 # Many examples of pymoo pass "pf", which pymoo ignores.
 _SETUP_OPTIONS = _OPTIONS | {"pf"}
 
@@ -80,13 +84,13 @@ class ExtremalOptimization(Algorithm, ABC):
     """
 
     #: Failed candidates keep their NaN objectives: `TolerantEvaluator` does not replace them.
-    takes_nan = True
+    accepts_nan = True
 
-    code: RealCode | BitCode
+    encoding: RealEncoding | BitEncoding
     variables: Variables
     state: RunState
     #: Values that `candidates` may leave for `accept` of the same generation.
-    proposed: FloatArray
+    proposals: FloatArray
 
     def __init__(
         self,
@@ -97,23 +101,23 @@ class ExtremalOptimization(Algorithm, ABC):
         archive_size: int | None = None,
         **options: Any,
     ) -> None:
-        known = parameters(type(self), ExtremalOptimization).keys()
-        refuse_unknown(options, _OPTIONS, type(self).__name__, known)
+        known = get_parameters(type(self), ExtremalOptimization).keys()
+        reject_unknown_keywords(options, _OPTIONS, type(self).__name__, known)
         options.setdefault("output", ArchiveOutput())
         options.setdefault("evaluator", TolerantEvaluator())
         super().__init__(**options)
         self.tau = tau
-        self.n_walkers = validate_integer("n_walkers", n_walkers, low=1, high=MOST_WALKERS)
+        self.n_walkers = validate_integer("n_walkers", n_walkers, low=1, high=MAX_WALKERS)
         self.sampling = sampling
         if archive_size is not None:
             validate_integer("archive_size", archive_size, low=1)
         self.archive_size = archive_size
-        self._asked: Any = None
-        self._n_starts = 0  # Number of starting points at the beginning of `_asked`.
-        self._n_left_out = 0  # Candidates beyond the evaluation budget in the first generation.
+        self._pending_designs: Any = None
+        self._n_initial_designs = 0  # Number of starting points at the beginning of `_asked`.
+        self._n_over_budget = 0  # Candidates beyond the evaluation budget in the first generation.
 
     def __repr__(self) -> str:
-        return call(self, ExtremalOptimization)
+        return format_call(self, ExtremalOptimization)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         # pymoo copies the algorithm in each generation to save its history. Archived individuals
@@ -134,7 +138,7 @@ class ExtremalOptimization(Algorithm, ABC):
         TypeError
             If the algorithm has no attribute with the name of a parameter.
         """
-        return values(self, ExtremalOptimization, _OPTIONS)
+        return get_parameter_values(self, ExtremalOptimization, _OPTIONS)
 
     @property
     def n_generations(self) -> int:
@@ -179,7 +183,7 @@ class ExtremalOptimization(Algorithm, ABC):
             If the algorithm has already started a run.
         """
         name = type(self).__name__
-        refuse_unknown(options, _SETUP_OPTIONS, f"setup (or minimize) of {name}")
+        reject_unknown_keywords(options, _SETUP_OPTIONS, f"setup (or minimize) of {name}")
         if self.n_iter is not None:
             raise RuntimeError(
                 f"this {name} has already started a run: expected a new {name}, or a copy.deepcopy "
@@ -191,19 +195,19 @@ class ExtremalOptimization(Algorithm, ABC):
                 "keep outdated objectives: expected a problem whose objectives do not depend on "
                 "time. For dynamic problems, use DNSGA2 or KGB of pymoo"
             )
-        self.code = self.representation(problem)
-        self.variables = self.code.variables
+        self.encoding = self.build_encoding(problem)
+        self.variables = self.encoding.variables
         if options.get("termination", self.termination) is None:
             # A limit on generations also ends runs that do not count evaluations.
-            options["termination"] = ("n_gen", max(1, EXECUTIONS // self.n_walkers))
+            options["termination"] = ("n_gen", max(1, DEFAULT_WALKER_GENERATIONS // self.n_walkers))
         super().setup(problem, verbose=verbose or self.verbose, progress=progress, **options)
-        self._begin(problem)
+        self._initialize_run(problem)
         return self
 
     # ---- methods for subclasses to implement or extend --------------------------------------
 
     @abstractmethod
-    def representation(self, problem: Problem) -> RealCode | BitCode:
+    def build_encoding(self, problem: Problem) -> RealEncoding | BitEncoding:
         """Return the encoding of the problem's variables by walkers.
 
         Raises
@@ -213,7 +217,7 @@ class ExtremalOptimization(Algorithm, ABC):
         """
 
     @abstractmethod
-    def candidates(self) -> FloatArray:
+    def generate_candidates(self) -> FloatArray:
         """Return the candidates of a generation, shape (n_walkers * n_candidates, n_var).
 
         Rows are ordered by walker; each walker has the same number of candidates.
@@ -237,7 +241,9 @@ class ExtremalOptimization(Algorithm, ABC):
         """
 
     @abstractmethod
-    def restart_idle(self, progress: BoolArray, entered: BoolArray) -> None:
+    def restart_idle_walkers(
+        self, has_progress: BoolArray, has_archived_candidate: BoolArray
+    ) -> None:
         """Restart walkers that no longer make progress.
 
         Parameters
@@ -248,19 +254,19 @@ class ExtremalOptimization(Algorithm, ABC):
             True for each walker with a candidate that entered the archive.
         """
 
-    def new_state(
+    def create_state(
         self, streams: list[np.random.Generator], front: ParetoArchive, walkers: FloatArray
     ) -> RunState:
         """Create the state before the first generation; `forget` then initializes each walker."""
-        return RunState.begin(streams, front, walkers)
+        return RunState.create(streams, front, walkers)
 
-    def forget(self, rows: IntArray) -> None:
+    def reset_walkers(self, rows: IntArray) -> None:
         """Reset all state of the given walkers except their points."""
-        self.state.idle[rows] = 0
+        self.state.n_idle_generations[rows] = 0
 
     # ---- implementation of pymoo's `Algorithm` ----------------------------------------------
 
-    def _begin(self, problem: Problem) -> None:
+    def _initialize_run(self, problem: Problem) -> None:
         # Not named `_setup`, because some wrappers of pymoo override that method.
         seeds = self.random_state.bit_generator.seed_seq.spawn(self.n_walkers)
         streams = [np.random.default_rng(seed) for seed in seeds]
@@ -268,68 +274,68 @@ class ExtremalOptimization(Algorithm, ABC):
             front = ParetoArchive(problem.n_obj, self.archive_size)
         except ValueError as error:
             raise ValueError(f"archive_size = {self.archive_size}: {error}") from error
-        starts = given_starts(
+        starts = build_initial_designs(
             self.sampling, problem, self.variables, self.n_walkers, self.random_state
         )
         n = len(starts)
-        walkers = np.concatenate([self.code.encode(starts), self.code.draw(streams[n:])])
-        self.state = self.new_state(streams, front, walkers)
-        self.state.starts = np.full((self.n_walkers, problem.n_var), np.nan)
-        self.state.starts[:n] = starts
-        self.forget(np.arange(self.n_walkers))
+        walkers = np.concatenate([self.encoding.encode(starts), self.encoding.draw(streams[n:])])
+        self.state = self.create_state(streams, front, walkers)
+        self.state.initial_designs = np.full((self.n_walkers, problem.n_var), np.nan)
+        self.state.initial_designs[:n] = starts
+        self.reset_walkers(np.arange(self.n_walkers))
         if isinstance(self.sampling, Population) and self.problem is problem:
             self._archive_evaluated(self.sampling)
 
-    def _archive_evaluated(self, starts: Population) -> None:
+    def _archive_evaluated(self, population: Population) -> None:
         """Archive the starting points that are already evaluated, and skip their evaluation."""
-        is_evaluated = are_evaluated(starts, self.problem)
-        evaluated = copy.deepcopy(starts[is_evaluated])
+        is_evaluated = find_evaluated(population, self.problem)
+        evaluated = copy.deepcopy(population[is_evaluated])
         evaluated.set("n_gen", 0)
         if len(evaluated):
-            F, violation, _ = self._values(evaluated)
+            F, violation, _ = self._get_objectives_and_violations(evaluated)
             self.front.add(F, evaluated, violation)
-        self.state.starts[: len(starts)][is_evaluated] = np.nan
+        self.state.initial_designs[: len(population)][is_evaluated] = np.nan
 
     def _initialize_infill(self) -> Population:
         """Return starting points and first candidates, limited to the evaluation budget."""
-        starts = self.state.starts[~np.isnan(self.state.starts).any(axis=1)]
+        starts = self.state.initial_designs[~np.isnan(self.state.initial_designs).any(axis=1)]
         candidates = self._infill()
-        self._n_starts = len(starts)
+        self._n_initial_designs = len(starts)
         if len(starts):
-            designs = self.variables.designs(starts)
-            self._asked = np.concatenate([designs, self._asked])
-            candidates = Population.merge(individuals(designs), candidates)
-        allowed = evaluations_allowed(self, len(starts), len(candidates))
-        self._n_left_out = len(candidates) - allowed
-        self._asked = self._asked[:allowed]
+            designs = self.variables.to_designs(starts)
+            self._pending_designs = np.concatenate([designs, self._pending_designs])
+            candidates = Population.merge(build_population(designs), candidates)
+        allowed = count_allowed_evaluations(self, len(starts), len(candidates))
+        self._n_over_budget = len(candidates) - allowed
+        self._pending_designs = self._pending_designs[:allowed]
         return candidates[:allowed]
 
     def _initialize_advance(self, infills: Any = None, **kwargs: Any) -> None:
         self._advance(infills, **kwargs)
 
     def _infill(self) -> Population:
-        self._asked = self.variables.designs(self.candidates())
-        return individuals(self._asked)
+        self._pending_designs = self.variables.to_designs(self.generate_candidates())
+        return build_population(self._pending_designs)
 
     def _advance(self, infills: Any = None, **kwargs: Any) -> None:
-        infills = self._in_asked_order(infills)
-        F, violation, tolerated = self._values(infills)
+        infills = self._restore_ask_order(infills)
+        F, violation, tolerated = self._get_objectives_and_violations(infills)
         entered = self.front.add(F, infills, violation)
-        own = slice(self._n_starts, None)
+        own = slice(self._n_initial_designs, None)
         F, tolerated, entered = F[own], tolerated[own], entered[own]
-        if self._n_left_out:  # Candidates that were not evaluated rank as failed.
-            F = _append_rows(F, self._n_left_out, np.nan)
-            tolerated = _append_rows(tolerated, self._n_left_out, 0.0)
-            entered = _append_rows(entered, self._n_left_out, False)
-        self._n_starts = self._n_left_out = 0
+        if self._n_over_budget:  # Candidates that were not evaluated rank as failed.
+            F = _append_rows(F, self._n_over_budget, np.nan)
+            tolerated = _append_rows(tolerated, self._n_over_budget, 0.0)
+            entered = _append_rows(entered, self._n_over_budget, False)
+        self._n_initial_designs = self._n_over_budget = 0
         progress = self.accept(F, tolerated)
-        self.restart_idle(progress, np.any(entered.reshape(self.n_walkers, -1), axis=1))
+        self.restart_idle_walkers(progress, np.any(entered.reshape(self.n_walkers, -1), axis=1))
         self.pop = infills
-        self._asked = None
+        self._pending_designs = None
         self.__dict__.pop("proposed", None)
         self.state.n_generations = self.n_iter
 
-    def restart_walkers(self, rows: IntArray, starts: FloatArray | None = None) -> None:
+    def restart_walkers(self, rows: IntArray, new_points: FloatArray | None = None) -> None:
         """Restart walkers at given or random points.
 
         Parameters
@@ -340,21 +346,29 @@ class ExtremalOptimization(Algorithm, ABC):
             New points; random points by default.
         """
         streams = [self.streams[walker] for walker in rows]
-        points = self.code.draw(streams) if starts is None else self.code.encode(starts)
+        points = (
+            self.encoding.draw(streams) if new_points is None else self.encoding.encode(new_points)
+        )
         self.walkers[rows] = points
-        self.forget(rows)
+        self.reset_walkers(rows)
 
-    def archived(self, rows: Any) -> FloatArray:
+    def get_archived_points(self, rows: Any) -> FloatArray:
         """Return the variables, shape (n, n_var), of archived points selected by index or mask."""
-        return self.variables.values(values_of(self.front.individuals[rows], "X"))
+        return self.variables.to_numbers(get_values(self.front.individuals[rows], "X"))
 
-    def _in_asked_order(self, infills: Any) -> Population:
+    def _restore_ask_order(self, infills: Any) -> Population:
         """Return evaluated candidates, passed to `tell` in any order, in the order of `ask`."""
-        if infills is not None and self._asked is not None and len(infills) == len(self._asked):
-            X = values_of(infills, "X")
-            if np.array_equal(X, self._asked):
+        if (
+            infills is not None
+            and self._pending_designs is not None
+            and len(infills) == len(self._pending_designs)
+        ):
+            X = get_values(infills, "X")
+            if np.array_equal(X, self._pending_designs):
                 return infills
-            values, expected = (self.variables.values(designs) for designs in (X, self._asked))
+            values, expected = (
+                self.variables.to_numbers(designs) for designs in (X, self._pending_designs)
+            )
             rows, expected_rows = np.lexsort(values.T), np.lexsort(expected.T)
             if np.array_equal(values[rows], expected[expected_rows]):
                 order = np.empty_like(rows)
@@ -364,22 +378,24 @@ class ExtremalOptimization(Algorithm, ABC):
             "tell: expected the candidates of the last ask(), unchanged, each once, in any order"
         )
 
-    def _values(self, evaluated: Population) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _get_objectives_and_violations(
+        self, population: Population
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return objectives, shape (n, n_obj), and two arrays of constraint violations, shape (n,).
 
         Violations are 0 where feasible. The first array uses pymoo's default tolerance, for the
         archive. The second uses the tolerance in the configuration of the individuals, which a
         constraint handling of pymoo may relax during a run.
         """
-        F = values_of(evaluated, "F")
-        if F.shape != (len(evaluated), self.problem.n_obj):
+        F = get_values(population, "F")
+        if F.shape != (len(population), self.problem.n_obj):
             raise ValueError(
-                f"tell: F of shape {F.shape}: expected ({len(evaluated)}, {self.problem.n_obj}), "
+                f"tell: F of shape {F.shape}: expected ({len(population)}, {self.problem.n_obj}), "
                 "every candidate evaluated"
             )
         if not self.problem.has_constraints():
             return F, np.zeros(len(F)), np.zeros(len(F))
-        CV, is_tolerated = (values[:, 0] for values in evaluated.get("CV", "FEAS"))
+        CV, is_tolerated = (values[:, 0] for values in population.get("CV", "FEAS"))
         is_feasible = Individual.default_config()["cv_eps"] >= CV
         return F, np.where(is_feasible, 0.0, CV), np.where(is_tolerated, 0.0, CV)
 

@@ -8,7 +8,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray, IntArray
-from mgeo.algorithms.coding import MOST_BITS, BitCode
+from mgeo.algorithms.coding import MAX_BITS, BitEncoding
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.algorithms.walkers import IndependentWalkers
 from mgeo.validation.arguments import validate_choice, validate_each, validate_integer
@@ -23,7 +23,7 @@ class BitStrings(IndependentWalkers, ABC):
     in `MGEOCanonical`.
     """
 
-    code: BitCode
+    encoding: BitEncoding
 
     def __init__(
         self,
@@ -34,12 +34,12 @@ class BitStrings(IndependentWalkers, ABC):
         **options: Any,
     ) -> None:
         super().__init__(tau=tau, n_walkers=n_walkers, **options)
-        self.bits = validate_each("bits", bits, validate_integer, low=1, high=MOST_BITS)
+        self.bits = validate_each("bits", bits, validate_integer, low=1, high=MAX_BITS)
         self.coding = validate_choice("coding", coding, CODINGS)
 
-    def representation(self, problem: Problem) -> BitCode:
-        variables = Variables.of(problem, KINDS)
-        return BitCode.of(variables, self.bits, self.coding == "gray")
+    def build_encoding(self, problem: Problem) -> BitEncoding:
+        variables = Variables.from_problem(problem, KINDS)
+        return BitEncoding.from_variables(variables, self.bits, self.coding == "gray")
 
     def propose(self) -> FloatArray:
         return 1.0 - self.walkers[:, self._coordinates]
@@ -85,8 +85,8 @@ class MGEOCanonical(BitStrings):
     (2, True)
     """
 
-    def layout(self) -> IntArray:
-        return np.arange(self.code.length, dtype=np.intp)[None, :]
+    def build_layout(self) -> IntArray:
+        return np.arange(self.encoding.length, dtype=np.intp)[None, :]
 
 
 class MGEOVar(BitStrings):
@@ -130,11 +130,11 @@ class MGEOVar(BitStrings):
 
     evaluates_walkers = True
 
-    def layout(self) -> IntArray:
-        if np.any(self.code.bits == 1):
-            variable = int(np.argmax(self.code.bits == 1))
+    def build_layout(self) -> IntArray:
+        if np.any(self.encoding.bits == 1):
+            variable = int(np.argmax(self.encoding.bits == 1))
             raise ValueError(
                 f"variable {variable} has 1 bit, which MGEOVar would flip in every generation: "
                 "expected 2 or more. Use MGEOCanonical for binary variables"
             )
-        return self.code.places[self.code.bits > 0]
+        return self.encoding.positions[self.encoding.bits > 0]

@@ -11,18 +11,18 @@ from mgeo._typing import FloatArray, IntArray
 from mgeo.algorithms.variables import Variables
 
 #: Largest number of bits of a variable, so that its integer value is exact as a float.
-MOST_BITS = 52
+MAX_BITS = 52
 
 
 @dataclass(frozen=True, eq=False)
-class RealCode:
+class RealEncoding:
     """Identity encoding: the coordinates of a walker are the variables."""
 
     variables: Variables
 
     def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
         """Draw one uniform point within the bounds from each of n streams, shape (n, n_var)."""
-        xl, xu, real = self.variables.xl, self.variables.xu, self.variables.real
+        xl, xu, real = self.variables.xl, self.variables.xu, self.variables.is_real
         unit = np.array([stream.random(len(xl)) for stream in streams]).reshape(-1, len(xl))
         points: FloatArray = np.clip(xl + (xu - xl) * unit, xl, xu)
         if not real.all():
@@ -35,11 +35,11 @@ class RealCode:
 
     def encode(self, values: FloatArray) -> FloatArray:
         """Return variables, shape (..., n_var), with values of non-real variables rounded."""
-        return np.where(self.variables.real, values, np.rint(values))
+        return np.where(self.variables.is_real, values, np.rint(values))
 
 
 @dataclass(frozen=True, eq=False)
-class BitCode:
+class BitEncoding:
     """Encoding of variables as a bit string, one variable after another, highest bit first.
 
     The b bits of a variable encode a number m in 0..2^b - 1. A real variable is
@@ -62,10 +62,12 @@ class BitCode:
     variables: Variables
     bits: IntArray
     gray: bool
-    places: IntArray
+    positions: IntArray
 
     @classmethod
-    def of(cls, variables: Variables, bits: int | Sequence[int], gray: bool) -> BitCode:
+    def from_variables(
+        cls, variables: Variables, bits: int | Sequence[int], gray: bool
+    ) -> BitEncoding:
         """Build the encoding of variables.
 
         Parameters
@@ -91,12 +93,12 @@ class BitCode:
             )
         spans = variables.xu - variables.xl
         needed = [int(span).bit_length() for span in spans]  # Exact, unlike a logarithm.
-        counts = np.where(variables.real, bits, needed).astype(np.intp)
-        if np.any(counts > MOST_BITS):
+        counts = np.where(variables.is_real, bits, needed).astype(np.intp)
+        if np.any(counts > MAX_BITS):
             i = int(counts.argmax())
             raise ValueError(
-                f"integer variable {variables.label(i)} has {int(spans[i]) + 1} levels: expected "
-                f"at most 2^{MOST_BITS}"
+                f"integer variable {variables.format_label(i)} has {int(spans[i]) + 1} levels: expected "
+                f"at most 2^{MAX_BITS}"
             )
         if not counts.any():
             raise ValueError("all variables are fixed by their bounds: expected one with xl < xu")
@@ -117,18 +119,18 @@ class BitCode:
 
     def decode(self, strings: FloatArray) -> FloatArray:
         """Return the variables, shape (..., n_var), of strings of 0 and 1, shape (..., length)."""
-        if self.places.min() >= 0:  # All variables have as many bits: several times faster.
-            digits = strings.reshape(*strings.shape[:-1], *self.places.shape)
+        if self.positions.min() >= 0:  # All variables have as many bits: several times faster.
+            digits = strings.reshape(*strings.shape[:-1], *self.positions.shape)
         else:
-            digits = np.where(self.places >= 0, strings[..., self.places], 0.0)
+            digits = np.where(self.positions >= 0, strings[..., self.positions], 0.0)
         if self.gray:
             digits = np.cumsum(digits, axis=-1) % 2.0
-        m = digits @ self._weights()
+        m = digits @ self._compute_bit_weights()
         xl, xu = self.variables.xl, self.variables.xu
         count = 2.0**self.bits
         share = m / np.maximum(count - 1.0, 1.0)
         whole = np.floor(m * (xu - xl + 1.0) / count)
-        decoded: FloatArray = np.where(self.variables.real, xl + (xu - xl) * share, xl + whole)
+        decoded: FloatArray = np.where(self.variables.is_real, xl + (xu - xl) * share, xl + whole)
         return np.clip(decoded, xl, xu)
 
     def encode(self, values: FloatArray) -> FloatArray:
@@ -137,14 +139,14 @@ class BitCode:
         count = 2.0**self.bits
         width = np.where(xu > xl, xu - xl, 1.0)
         m = np.where(
-            self.variables.real,
+            self.variables.is_real,
             np.rint((values - xl) / width * (count - 1.0)),
             np.ceil((np.rint(values) - xl) * count / (xu - xl + 1.0)),
         )
-        digits = np.floor(m[..., None] / self._weights()) % 2.0
+        digits = np.floor(m[..., None] / self._compute_bit_weights()) % 2.0
         if self.gray:
             digits[..., 1:] = (digits[..., 1:] + digits[..., :-1]) % 2.0
-        return digits[..., self.places >= 0]
+        return digits[..., self.positions >= 0]
 
-    def _weights(self) -> FloatArray:
-        return 2.0 ** np.arange(self.places.shape[1] - 1, -1, -1)
+    def _compute_bit_weights(self) -> FloatArray:
+        return 2.0 ** np.arange(self.positions.shape[1] - 1, -1, -1)

@@ -6,8 +6,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mgeo._typing import BoolArray, FloatArray, IntArray
-from mgeo.algorithms.moves import Moves, Pair
-from mgeo.algorithms.selection import distance, pick, random_weights, rank
+from mgeo.algorithms.moves import DirectedMoves, Pair
+from mgeo.algorithms.selection import draw_position, draw_weights, rank, tchebycheff_distance
 from mgeo.algorithms.steps import AUTO, BOUNDS
 from mgeo.validation.arguments import (
     validate_choice,
@@ -17,11 +17,11 @@ from mgeo.validation.arguments import (
     validate_pair,
 )
 
-_PROGRESS = 0.1  # over the points of the front: the share of its extent that is progress
-_OF_USE = 1e-6, 10.0  # widths of a distribution, of the bounds', between which it goes on
+_PROGRESS_FACTOR = 0.1  # over the points of the front: the share of its extent that is progress
+_SIGMA_LIMITS = 1e-6, 10.0  # widths of a distribution, of the bounds', between which it goes on
 
 
-class MGEODirected(Moves):
+class MGEODirected(DirectedMoves):
     """Extremal optimization by walkers that head each for its own part of the front.
 
     As in MGEO_real, a walker tries a change of each of some variables, ranks what comes out, and
@@ -89,19 +89,19 @@ class MGEODirected(Moves):
     """
 
     #: Probability a generation that a walker returns to its best point.
-    return_to_best: ClassVar[float] = 0.7
+    return_probability: ClassVar[float] = 0.7
     #: Probabilities a generation that it goes to the archive's nearest point instead; rare at the
     #: extremes, where each walker may have a local optimum of its own.
-    migrate: ClassVar[Pair] = (0.2, 0.02)
+    migration_probability: ClassVar[Pair] = (0.2, 0.02)
     #: Generations without progress after which a walker restarts: soon where other weights are all
     #: that it costs, late where it is the way to an optimum.
-    restart: ClassVar[tuple[int, int]] = (4, 50)
+    patience: ClassVar[tuple[int, int]] = (4, 50)
     #: Smallest and largest share of the front's extent by which a best point must come nearer, to
     #: count as progress; between them it is 0.1 / n: the more points, the less is left between two.
-    progress: ClassVar[Pair] = (1e-5, 1e-3)
+    progress_threshold: ClassVar[Pair] = (1e-5, 1e-3)
     #: Smallest and largest standard deviation with which a walker begins to learn a covariance, of
     #: the bounds' width.
-    learning_widths: ClassVar[Pair] = (3e-3, 0.3)
+    initial_sigma_range: ClassVar[Pair] = (3e-3, 0.3)
 
     def __init__(
         self,
@@ -121,143 +121,160 @@ class MGEODirected(Moves):
         self.max_candidates = validate_integer("max_candidates", max_candidates, low=1)
         self.bounds = validate_choice("bounds", bounds, (AUTO, *BOUNDS))
 
-    def forget(self, rows: IntArray) -> None:
-        super().forget(rows)
+    def reset_walkers(self, rows: IntArray) -> None:
+        super().reset_walkers(rows)
         state = self.state
         state.incumbents[rows] = state.walkers[rows]
         state.momentum[rows] = 0.0
-        state.incumbent_F[rows] = state.marked_F[rows] = np.inf
+        state.incumbent_F[rows] = state.reference_F[rows] = np.inf
         state.incumbent_violation[rows] = np.inf
 
     def accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
         state, rng, walker = self.state, self.random_state, np.arange(self.n_walkers)
         F = F.reshape(self.n_walkers, -1, F.shape[1])
         violation = np.where(np.isfinite(F).all(axis=2), violation.reshape(F.shape[:2]), np.inf)
-        far = distance(F, state.weights[:, None], *state.front.ends)
+        far = tchebycheff_distance(F, state.weights[:, None], *state.front.ideal_and_nadir)
         ranking = rank(far, violation, rng.random(far.shape))
-        place = pick(rng.random(self.n_walkers), F.shape[1], float(self.tau))
-        learning = self._learning()
+        place = draw_position(rng.random(self.n_walkers), F.shape[1], float(self.tau))
+        learning = self._select_adapting_walkers()
         means = state.walkers[learning]
         best = walker, ranking[:, 0]
-        before = distance(state.incumbent_F, state.weights, *state.front.ends)
-        self._give_credit(far, violation, before, learning)
-        less = self._improve(self.proposed[best], F[best], violation[best], far[best], before)
-        state.walkers = self.proposed[walker, ranking[walker, place]]
-        self._go_back(learning)
+        before = tchebycheff_distance(
+            state.incumbent_F, state.weights, *state.front.ideal_and_nadir
+        )
+        self._update_credit(far, violation, before, learning)
+        less = self._update_incumbents(
+            self.proposals[best], F[best], violation[best], far[best], before
+        )
+        state.walkers = self.proposals[walker, ranking[walker, place]]
+        self._return_to_incumbents(learning)
         if len(learning):
-            state.walkers[learning] = means + self._learned(learning, F, violation)
+            state.walkers[learning] = means + self._adapt_distributions(learning, F, violation)
             np.clip(state.walkers, self.variables.xl, self.variables.xu, out=state.walkers)
         return less
 
-    def _learned(self, rows: IntArray, F: FloatArray, violation: FloatArray) -> FloatArray:
+    def _adapt_distributions(
+        self, rows: IntArray, F: FloatArray, violation: FloatArray
+    ) -> FloatArray:
         """(n, n_var) steps of the means of walkers, by what their candidates are worth."""
-        state, normals = self.state, self.state.normals
-        if not normals.take(F[rows], violation[rows]):
+        state, normals = self.state, self.state.distributions
+        if not normals.add_evaluations(F[rows], violation[rows]):
             return np.zeros((len(rows), state.walkers.shape[1]))
-        far = distance(normals.F, state.weights[rows, None], *state.front.ends)
+        far = tchebycheff_distance(
+            normals.F, state.weights[rows, None], *state.front.ideal_and_nadir
+        )
         ranking = rank(far, normals.violation, self.random_state.random(far.shape))
-        return (self.variables.xu - self.variables.xl) * normals.learn(ranking)
+        return (self.variables.xu - self.variables.xl) * normals.adapt(ranking)
 
-    def _give_credit(
-        self, far: FloatArray, violation: FloatArray, before: FloatArray, learning: IntArray
+    def _update_credit(
+        self,
+        distances: FloatArray,
+        violation: FloatArray,
+        previous_distances: FloatArray,
+        adaptive_rows: IntArray,
     ) -> None:
         """Account for the gains of the candidates along the weights, except of learning walkers."""
         known = self.state.incumbent_violation == 0
-        known[learning] = False
-        gains = np.where((violation == 0) & known[:, None], before[:, None] - far, 0.0)
+        known[adaptive_rows] = False
+        gains = np.where(
+            (violation == 0) & known[:, None], previous_distances[:, None] - distances, 0.0
+        )
         gains = np.where(gains > 0, gains, 0.0)  # NaN of failed candidates as well
-        others = np.delete(np.arange(self.n_walkers), learning)
-        self.state.credit.update(gains[others], self.recombined[others])
+        others = np.delete(np.arange(self.n_walkers), adaptive_rows)
+        self.state.credit.update(gains[others], self.is_recombined[others])
 
-    def _improve(
+    def _update_incumbents(
         self,
         points: FloatArray,
         F: FloatArray,
         violation: FloatArray,
-        far: FloatArray,
-        before: FloatArray,
+        distances: FloatArray,
+        previous_distances: FloatArray,
     ) -> BoolArray:
         """Update the incumbents; tells whose constraint violation is less than ever."""
         state = self.state
         less = violation < state.incumbent_violation
         feasible = (violation == 0) & (state.incumbent_violation == 0)
-        better = less | (feasible & (far < before))
+        better = less | (feasible & (distances < previous_distances))
         state.momentum[better] = points[better] - state.walkers[better]
         state.incumbents[better] = points[better]
         state.incumbent_F[better] = F[better]
         state.incumbent_violation[better] = violation[better]
         return np.asarray(less)
 
-    def _go_back(self, learning: IntArray) -> None:
+    def _return_to_incumbents(self, adaptive_rows: IntArray) -> None:
         """Let some walkers return to their incumbents, and some that do not learn migrate."""
         state, chance = self.state, self.random_state.random(self.n_walkers)
-        returns = (chance < self.return_to_best) & np.isfinite(state.incumbent_violation)
+        returns = (chance < self.return_probability) & np.isfinite(state.incumbent_violation)
         state.walkers[returns] = state.incumbents[returns]
-        migrate = self.return_to_best + self._of_kind(self.migrate)
-        chance[learning] = 1.0
-        self._migrate(np.flatnonzero((chance >= self.return_to_best) & (chance < migrate)))
+        migrate = self.return_probability + self._select_by_weights(self.migration_probability)
+        chance[adaptive_rows] = 1.0
+        self._migrate(np.flatnonzero((chance >= self.return_probability) & (chance < migrate)))
 
     def _migrate(self, rows: IntArray) -> None:
         """Put walkers on the archive's points nearest along their weight vectors."""
         state, front = self.state, self.state.front
         if not len(rows) or not len(front):
             return
-        nearest = self._nearest(rows)
-        points = self.archived(nearest)
+        nearest = self._find_nearest(rows)
+        points = self.get_archived_points(nearest)
         state.momentum[rows] = points - state.walkers[rows]
         state.walkers[rows] = state.incumbents[rows] = points
         state.incumbent_F[rows] = front.F[nearest]
         state.incumbent_violation[rows] = front.violation
 
-    def restart_idle(self, progress: BoolArray, entered: BoolArray) -> None:
+    def restart_idle_walkers(
+        self, has_progress: BoolArray, has_archived_candidate: BoolArray
+    ) -> None:
         # progress is less violation, or a feasible incumbent that has come nearer by enough
         state = self.state
-        ideal, nadir = state.front.ends
+        ideal, nadir = state.front.ideal_and_nadir
         far, before = (
-            distance(F, state.weights, ideal, nadir) for F in (state.incumbent_F, state.marked_F)
+            tchebycheff_distance(F, state.weights, ideal, nadir)
+            for F in (state.incumbent_F, state.reference_F)
         )
         # the nearer the front's points are to each other, the less there is to come nearer by
-        smallest, largest = self.progress
-        share = min(max(_PROGRESS / max(len(state.front), 1), smallest), largest)
+        smallest, largest = self.progress_threshold
+        share = min(max(_PROGRESS_FACTOR / max(len(state.front), 1), smallest), largest)
         least = share if (ideal < nadir).all() else 0.0  # one objective has no extent
         feasible = state.incumbent_violation == 0
         nearer = feasible & ~(far >= before - least)  # true where nothing is marked yet
-        state.marked_F[nearer] = state.incumbent_F[nearer]
-        state.idle = np.where(nearer | progress, 0, state.idle + 1)
-        between = self._between()
-        idle = state.idle >= self._of_kind(self.restart)
-        if len(rows := self._learners(state.weights)) and self._is_time_to_learn():
+        state.reference_F[nearer] = state.incumbent_F[nearer]
+        state.n_idle_generations = np.where(nearer | has_progress, 0, state.n_idle_generations + 1)
+        between = self._has_mixed_weights()
+        idle = state.n_idle_generations >= self._select_by_weights(self.patience)
+        if len(rows := self._select_adaptive_walkers(state.weights)) and self._is_adaptation_due():
             idle[rows] = False
-            self._begin_to_learn(rows)
+            self._start_distributions(rows)
         if len(rows := np.flatnonzero(idle & between)) and len(state.front):
-            state.weights[rows] = random_weights(
-                len(rows), state.weights.shape[1], self.random_state
-            )
+            state.weights[rows] = draw_weights(len(rows), state.weights.shape[1], self.random_state)
             self._migrate(rows)
-            state.marked_F[rows] = state.incumbent_F[rows]
-            state.idle[rows] = 0
+            state.reference_F[rows] = state.incumbent_F[rows]
+            state.n_idle_generations[rows] = 0
         if len(rows := np.flatnonzero(idle & ~between)):
             self.restart_walkers(rows)
 
-    def _is_time_to_learn(self) -> bool:
-        made = (self.state.n_generations + 1) * self.n_walkers * self._together
-        return made >= self.learning_after * len(self.variables.xl) and len(self.state.front) > 0
+    def _is_adaptation_due(self) -> bool:
+        made = (self.state.n_generations + 1) * self.n_walkers * self._n_candidates
+        return made >= self.adaptation_delay * len(self.variables.xl) and len(self.state.front) > 0
 
-    def _begin_to_learn(self, rows: IntArray) -> None:
+    def _start_distributions(self, rows: IntArray) -> None:
         """Let distributions begin at the archive's nearest points: all, and later those in vain."""
-        state, normals, rng = self.state, self.state.normals, self.random_state
-        if normals.drawn:
+        state, normals, rng = self.state, self.state.distributions, self.random_state
+        if normals.n_drawn:
             return
-        patience = (10 + len(self.variables.xl)) * (normals.z.shape[1] // self._together)
-        narrow, wide = _OF_USE
+        patience = (10 + len(self.variables.xl)) * (normals.z.shape[1] // self._n_candidates)
+        narrow, wide = _SIGMA_LIMITS
         goes_on = (
-            (normals.widest > narrow) & (normals.widest < wide) & (state.idle[rows] < patience)
+            (normals.max_sigma > narrow)
+            & (normals.max_sigma < wide)
+            & (state.n_idle_generations[rows] < patience)
         )
         if not len(which := np.flatnonzero(~goes_on)):
             return
         rows = rows[which]
-        drawn = rows[self._between()[rows]]
-        state.weights[drawn] = random_weights(len(drawn), state.weights.shape[1], rng)
-        state.walkers[rows] = self.archived(self._nearest(rows))
-        self.forget(rows)
-        normals.begin(which, np.exp(rng.uniform(*np.log(self.learning_widths), len(rows))))
+        drawn = rows[self._has_mixed_weights()[rows]]
+        state.weights[drawn] = draw_weights(len(drawn), state.weights.shape[1], rng)
+        state.walkers[rows] = self.get_archived_points(self._find_nearest(rows))
+        self.reset_walkers(rows)
+        normals.reset(which, np.exp(rng.uniform(*np.log(self.initial_sigma_range), len(rows))))

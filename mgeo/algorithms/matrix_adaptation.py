@@ -9,7 +9,7 @@ from mgeo._typing import FloatArray, IntArray
 
 
 @dataclass(kw_only=True, eq=False, slots=True)
-class Normals:
+class SearchDistributions:
     """Normal distributions of k walkers, and the samples of them that are not judged yet.
 
     A step is sigma M z of the bounds' widths, z standard normal. When a sample is full, the means
@@ -33,48 +33,48 @@ class Normals:
     z: FloatArray
     F: FloatArray
     violation: FloatArray
-    drawn: int
+    n_drawn: int
 
     @classmethod
-    def of(cls, k: int, n_var: int, n_obj: int, together: int) -> Self:
+    def create(cls, n_distributions: int, n_var: int, n_obj: int, n_candidates: int) -> Self:
         """None has begun; samples are of 4 + 3 ln n_var at least, `together` at a time."""
-        size = together * int(np.ceil((4 + int(3 * np.log(n_var))) / together))
+        size = n_candidates * int(np.ceil((4 + int(3 * np.log(n_var))) / n_candidates))
         return cls(
-            sigma=np.zeros(k),
-            matrix=np.zeros((k, n_var, n_var)),
-            path=np.zeros((k, n_var)),
-            z=np.zeros((k, size, n_var)),
-            F=np.zeros((k, size, n_obj)),
-            violation=np.zeros((k, size)),
+            sigma=np.zeros(n_distributions),
+            matrix=np.zeros((n_distributions, n_var, n_var)),
+            path=np.zeros((n_distributions, n_var)),
+            z=np.zeros((n_distributions, size, n_var)),
+            F=np.zeros((n_distributions, size, n_obj)),
+            violation=np.zeros((n_distributions, size)),
             drawn=0,
         )
 
-    def begin(self, which: IntArray, sigma: FloatArray) -> None:
+    def reset(self, rows: IntArray, sigma: FloatArray) -> None:
         """Let some distributions begin anew, as wide in all directions."""
-        self.sigma[which] = sigma
-        self.matrix[which] = np.eye(self.path.shape[1])
-        self.path[which] = 0.0
+        self.sigma[rows] = sigma
+        self.matrix[rows] = np.eye(self.path.shape[1])
+        self.path[rows] = 0.0
 
     @property
-    def widest(self) -> FloatArray:
+    def max_sigma(self) -> FloatArray:
         """(k,) the largest standard deviation of a variable, of the bounds' width."""
         return np.asarray(self.sigma * np.sqrt((self.matrix**2).sum(axis=2).max(axis=1)))
 
-    def steps(self, together: int, rng: np.random.Generator) -> FloatArray:
+    def draw_steps(self, n_candidates: int, rng: np.random.Generator) -> FloatArray:
         """(k, together, n_var) the next steps of each sample, of the bounds' widths."""
         k, _, n_var = self.z.shape
-        z = rng.standard_normal((k, together, n_var))
-        self.z[:, self.drawn : self.drawn + together] = z
+        z = rng.standard_normal((k, n_candidates, n_var))
+        self.z[:, self.n_drawn : self.n_drawn + n_candidates] = z
         return self.sigma[:, None, None] * (z @ self.matrix.transpose(0, 2, 1))
 
-    def take(self, F: FloatArray, violation: FloatArray) -> bool:
+    def add_evaluations(self, F: FloatArray, violation: FloatArray) -> bool:
         """What the last steps were worth, (k, together, ...); whether samples are full now."""
-        now = slice(self.drawn, self.drawn + F.shape[1])
+        now = slice(self.n_drawn, self.n_drawn + F.shape[1])
         self.F[:, now], self.violation[:, now] = F, violation
-        self.drawn = now.stop
-        return bool(self.drawn == self.z.shape[1])
+        self.n_drawn = now.stop
+        return bool(self.n_drawn == self.z.shape[1])
 
-    def learn(self, ranking: IntArray) -> FloatArray:
+    def adapt(self, ranking: IntArray) -> FloatArray:
         """(k, n_var) steps of the means, of the bounds' widths, by (k, size) places, best first."""
         n = self.path.shape[1]
         half = self.z.shape[1] // 2
@@ -98,5 +98,5 @@ class Normals:
         self.matrix = self.matrix @ turned
         ratio = np.linalg.norm(self.path, axis=1) / length
         self.sigma = self.sigma * np.exp(np.minimum(rate / damping * (ratio - 1), 1.0))
-        self.drawn = 0
+        self.n_drawn = 0
         return step

@@ -11,12 +11,12 @@ from pymoo.core.problem import Problem
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.algorithms.coding import RealCode
-from mgeo.algorithms.matrix_adaptation import Normals
+from mgeo.algorithms.coding import RealEncoding
+from mgeo.algorithms.matrix_adaptation import SearchDistributions
 from mgeo.algorithms.recombination import Credit, recombine
 from mgeo.algorithms.run_state import RunState
-from mgeo.algorithms.selection import nearest, nearest_drawn, weight_vectors
-from mgeo.algorithms.steps import NORMAL, bounding_of, whole_steps
+from mgeo.algorithms.selection import build_weight_vectors, find_nearest, find_nearest_in_sample
+from mgeo.algorithms.steps import NORMAL, get_bounding, round_steps
 from mgeo.algorithms.variables import KINDS, Variables
 
 Pair = tuple[float, float]
@@ -39,18 +39,18 @@ class Attraction(NamedTuple):
 
     share: float
     coupling: float
-    x: FloatArray
+    start: FloatArray
     target: FloatArray
 
 
 #: Of steps with momentum: the largest fraction of the step before, and the largest step of a
 #: variable as a fraction of the width of its bounds.
-_INERTIA, _FASTEST = 1.2, 0.2
+_MAX_INERTIA, _MAX_STEP = 1.2, 0.2
 
 
-def momentum_steps(
+def draw_momentum_steps(
     x: FloatArray,
-    before: FloatArray,
+    previous_steps: FloatArray,
     targets: FloatArray,
     extent: FloatArray,
     rng: np.random.Generator,
@@ -74,21 +74,21 @@ def momentum_steps(
     (..., n_var) steps.
     """
     way = targets - x
-    step = _INERTIA * rng.random(way.shape) * before + rng.random(way.shape) * way
-    return np.clip(step, -_FASTEST * extent, _FASTEST * extent)
+    step = _MAX_INERTIA * rng.random(way.shape) * previous_steps + rng.random(way.shape) * way
+    return np.clip(step, -_MAX_STEP * extent, _MAX_STEP * extent)
 
 
-def within_a_step(x: FloatArray, targets: FloatArray, extent: FloatArray) -> BoolArray:
+def is_within_step(x: FloatArray, targets: FloatArray, extent: FloatArray) -> BoolArray:
     """Which targets, (..., n_var), one step with momentum can reach in every variable."""
-    return np.asarray((np.abs(targets - x) <= _FASTEST * extent).all(axis=-1))
+    return np.asarray((np.abs(targets - x) <= _MAX_STEP * extent).all(axis=-1))
 
 
-def joint_steps(
-    own: IntArray,
+def draw_joint_steps(
+    primary: IntArray,
     extent: FloatArray,
-    widths: Sequence[float],
+    sigma_range: Sequence[float],
     coupling: Sequence[float],
-    difference: float | FloatArray,
+    difference_share: float | FloatArray,
     donors: Donors | None,
     rng: np.random.Generator,
     attraction: Attraction | None = None,
@@ -118,30 +118,30 @@ def joint_steps(
     such a fraction; and the points towards which it is, if there are any: the first ones of the
     pairs, or those of the attraction.
     """
-    shape = *own.shape, len(extent)
-    least, largest = np.log(widths)
-    width = np.exp(rng.uniform(least, largest, own.shape))[..., None]
+    shape = *primary.shape, len(extent)
+    least, largest = np.log(sigma_range)
+    width = np.exp(rng.uniform(least, largest, primary.shape))[..., None]
     spread = width * extent
     step = spread * rng.standard_normal(shape)
-    mean = np.full(own.shape, coupling[0])
+    mean = np.full(primary.shape, coupling[0])
     first = None
     if donors is not None:
-        learns = rng.random(own.shape) < difference
-        first, second = donors(own.shape)
+        learns = rng.random(primary.shape) < difference_share
+        first, second = donors(primary.shape)
         between = first - second
-        step = np.where(learns[..., None], rng.random(own.shape)[..., None] * between, step)
+        step = np.where(learns[..., None], rng.random(primary.shape)[..., None] * between, step)
         spread[learns] = 0.0
         mean[learns] = coupling[1]
         if attraction is not None:
-            pulled = learns & (rng.random(own.shape) < attraction.share)
-            part = rng.random(own.shape)[..., None] * (attraction.target - attraction.x)
+            pulled = learns & (rng.random(primary.shape) < attraction.share)
+            part = rng.random(primary.shape)[..., None] * (attraction.target - attraction.start)
             step = np.where(pulled[..., None], step + part, step)
             mean[pulled] = attraction.coupling
             first = np.where(pulled[..., None], attraction.target, first)
     with np.errstate(divide="ignore"):  # of a mean of zero, for which every probability is zero
-        chance = rng.random(own.shape) ** (1.0 / mean - 1.0)
+        chance = rng.random(primary.shape) ** (1.0 / mean - 1.0)
     changed = rng.random(shape) < chance[..., None]
-    np.put_along_axis(changed, own[..., None], True, axis=-1)
+    np.put_along_axis(changed, primary[..., None], True, axis=-1)
     return np.where(changed, step, 0.0), spread, first
 
 
@@ -167,12 +167,12 @@ class DirectedState(RunState):
     momentum: FloatArray
     incumbent_F: FloatArray
     incumbent_violation: FloatArray
-    marked_F: FloatArray
-    normals: Normals
+    reference_F: FloatArray
+    distributions: SearchDistributions
     credit: Credit
 
 
-class Moves(ExtremalOptimization):
+class DirectedMoves(ExtremalOptimization):
     """The candidates of walkers that know their best point, and an archive.
 
     A subclass has the parameters `extreme_weights`, `difference`, `momentum`, `max_candidates` and
@@ -186,14 +186,14 @@ class Moves(ExtremalOptimization):
     coupling: ClassVar[Pair] = (0.05, 0.5)
     #: Smallest and largest standard deviation of normal steps, of the bounds' width: no scale is
     #: preferred, as none is known.
-    widths: ClassVar[Pair] = (1e-3, 1.0)
+    sigma_range: ClassVar[Pair] = (1e-3, 1.0)
     #: Share of the differences that move also towards the archive's nearest point, and the mean
     #: probability that these change each of the other variables: nearly all, as valleys need.
-    attract: ClassVar[Pair] = (0.5, 0.9)
+    attraction: ClassVar[Pair] = (0.5, 0.9)
     #: Share of the steps with momentum that is drawn to the nearest of all archived points, and c:
     #: the others to the nearest of c sqrt(n) random ones of n, of one at least. The more points
     #: there are, the nearer they must be, or a walker is drawn along the front and not across it.
-    targets: ClassVar[Pair] = (0.3, 0.33)
+    target_selection: ClassVar[Pair] = (0.3, 0.33)
     #: Smallest and largest share of the candidates that recombine two points. Between them the
     #: share follows what such candidates gain (`recombination.Credit`).
     recombination: ClassVar[Pair] = (0.02, 0.9)
@@ -201,9 +201,9 @@ class Moves(ExtremalOptimization):
     #: covariance of their own; after how many evaluations per variable: from 500 on, multimodal
     #: functions gain by 2,000, and unimodal ones lose a little; and of how many variables at most,
     #: as a larger matrix takes longer than runs are.
-    learning: ClassVar[float] = 0.5
-    learning_after: ClassVar[int] = 2000
-    learning_most: ClassVar[int] = 100
+    adaptive_share: ClassVar[float] = 0.5
+    adaptation_delay: ClassVar[int] = 2000
+    max_adaptive_variables: ClassVar[int] = 100
 
     state: DirectedState
     extreme_weights: float
@@ -212,17 +212,17 @@ class Moves(ExtremalOptimization):
     max_candidates: int
     bounds: str
     #: (n_walkers, candidates a walker) mask that `candidates` leaves for `accept`.
-    recombined: BoolArray
+    is_recombined: BoolArray
 
-    def representation(self, problem: Problem) -> RealCode:
-        return RealCode(Variables.of(problem, KINDS))
+    def build_encoding(self, problem: Problem) -> RealEncoding:
+        return RealEncoding(Variables.from_problem(problem, KINDS))
 
-    def new_state(
+    def create_state(
         self, streams: list[np.random.Generator], front: ParetoArchive, walkers: FloatArray
     ) -> DirectedState:
         n, n_obj = len(walkers), front.F.shape[1]
-        weights = weight_vectors(n, n_obj, self.extreme_weights)
-        return DirectedState.begin(
+        weights = build_weight_vectors(n, n_obj, self.extreme_weights)
+        return DirectedState.create(
             streams,
             front,
             walkers,
@@ -232,71 +232,83 @@ class Moves(ExtremalOptimization):
             incumbent_F=np.empty((n, n_obj)),
             incumbent_violation=np.empty(n),
             marked_F=np.empty((n, n_obj)),
-            normals=Normals.of(
-                len(self._learners(weights)), walkers.shape[1], n_obj, self._together
+            normals=SearchDistributions.create(
+                len(self._select_adaptive_walkers(weights)),
+                walkers.shape[1],
+                n_obj,
+                self._n_candidates,
             ),
-            credit=Credit.begin(n * self._together),
+            credit=Credit.create(n * self._n_candidates),
         )
 
-    def candidates(self) -> FloatArray:
+    def generate_candidates(self) -> FloatArray:
         xl, xu = self.variables.xl, self.variables.xu
         own = np.broadcast_to(np.arange(len(xl)), (self.n_walkers, len(xl)))
         if len(xl) > self.max_candidates:
             own = self.random_state.permuted(own, axis=1)[:, : self.max_candidates]
         donors = attraction = None
         if len(self.front):
-            donors, aims = self._donors, self.archived(self._nearest())
-            share, coupling = self.attract
+            donors, aims = self._draw_donors, self.get_archived_points(self._find_nearest())
+            share, coupling = self.attraction
             if share:
                 attraction = Attraction(share, coupling, self.walkers[:, None], aims[:, None])
-        steps, spread, donor = joint_steps(
-            own, xu - xl, self.widths, self.coupling, self._of_kind(self.difference)[:, None],
+        steps, spread, donor = draw_joint_steps(
+            own, xu - xl, self.sigma_range, self.coupling, self._select_by_weights(self.difference)[:, None],
             donors, self.random_state, attraction,
         )  # fmt: skip
         if donor is not None and any(self.momentum):
-            self._go_on(steps, spread, donor, aims)
-        self.recombined = np.zeros(steps.shape[:2], dtype=np.bool_)
+            self._apply_momentum(steps, spread, donor, aims)
+        self.is_recombined = np.zeros(steps.shape[:2], dtype=np.bool_)
         if donor is not None and len(self.front) > 1 and any(self.recombination):
             self._recombine(steps, spread, donor, aims)
-        if len(rows := self._learning()):
-            steps[rows] = (xu - xl) * self.state.normals.steps(self._together, self.random_state)
-            spread[rows], self.recombined[rows] = 0.0, False
+        if len(rows := self._select_adapting_walkers()):
+            steps[rows] = (xu - xl) * self.state.distributions.draw_steps(
+                self._n_candidates, self.random_state
+            )
+            spread[rows], self.is_recombined[rows] = 0.0, False
         walkers, uniform = self.walkers[:, None, :], partial(self.random_state.random, steps.shape)
-        bounding = bounding_of(self.bounds, self.problem.n_eq_constr)
-        self.proposed = bounding(walkers, steps, spread, xl, xu, uniform, NORMAL)
-        whole = ~self.variables.real
+        bounding = get_bounding(self.bounds, self.problem.n_eq_constr)
+        self.proposals = bounding(walkers, steps, spread, xl, xu, uniform, NORMAL)
+        whole = ~self.variables.is_real
         if whole.any():
             learned = np.full(steps.shape, np.nan) if donor is None else donor
             learned = np.where((spread == 0.0).all(axis=-1, keepdims=True), learned, np.nan)
-            ended = whole_steps(
-                walkers, self.proposed, own, learned, self.variables.choice, xl, xu, uniform()
+            ended = round_steps(
+                walkers, self.proposals, own, learned, self.variables.is_choice, xl, xu, uniform()
             )
-            self.proposed = np.where(whole, ended, self.proposed)
-        return self.proposed.reshape(-1, len(xl))
+            self.proposals = np.where(whole, ended, self.proposals)
+        return self.proposals.reshape(-1, len(xl))
 
-    def _go_on(
-        self, steps: FloatArray, spread: FloatArray, donor: FloatArray, aims: FloatArray
+    def _apply_momentum(
+        self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest_points: FloatArray
     ) -> None:
         """Put steps with momentum in the place of some; `aims` are the nearest archived points."""
         rng, state = self.random_state, self.state
-        made = rng.random(steps.shape[:2]) < self._of_kind(self.momentum)[:, None]
+        made = rng.random(steps.shape[:2]) < self._select_by_weights(self.momentum)[:, None]
         rows, columns = np.nonzero(made)
         if not len(rows):
             return
-        share, few = self.targets
-        aimed = self._nearest_drawn(rows, few * len(self.front) ** 0.5)
-        targets = np.where(rng.random((len(rows), 1)) < share, aims[rows], self.archived(aimed))
-        x, choice = self.walkers[rows], self.variables.choice  # options have no order
+        share, few = self.target_selection
+        aimed = self._find_nearest_in_sample(rows, few * len(self.front) ** 0.5)
+        targets = np.where(
+            rng.random((len(rows), 1)) < share,
+            nearest_points[rows],
+            self.get_archived_points(aimed),
+        )
+        x, choice = self.walkers[rows], self.variables.is_choice  # options have no order
         extent = self.variables.xu - self.variables.xl
-        near = within_a_step(x, np.where(choice, x, targets), extent) | self._between()[rows]
+        near = (
+            is_within_step(x, np.where(choice, x, targets), extent)
+            | self._has_mixed_weights()[rows]
+        )
         made[rows[~near], columns[~near]] = False
         rows, targets = rows[near], targets[near]
         before = np.where(choice, 0.0, state.momentum[rows])
-        steps[made] = momentum_steps(x[near], before, targets, extent, rng)
+        steps[made] = draw_momentum_steps(x[near], before, targets, extent, rng)
         spread[made], donor[made] = 0.0, targets
 
     def _recombine(
-        self, steps: FloatArray, spread: FloatArray, donor: FloatArray, aims: FloatArray
+        self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest_points: FloatArray
     ) -> None:
         """Replace some steps by those to recombined points; `aims` are the nearest archived points.
 
@@ -306,34 +318,38 @@ class Moves(ExtremalOptimization):
         incumbents of the walker and of any walker.
         """
         rng, state, variables = self.random_state, self.state, self.variables
-        made = rng.random(steps.shape[:2]) < state.credit.share(*self.recombination)
+        made = rng.random(steps.shape[:2]) < state.credit.compute_share(*self.recombination)
         rows, _ = np.nonzero(made)
         if not len(rows):
             return
-        between = self._between()[rows, None]
+        between = self._has_mixed_weights()[rows, None]
         of_archive = between & (rng.random((len(rows), 1)) < 0.5)
-        first = np.where(of_archive, aims[rows], state.incumbents[rows])
-        archived = self.archived(self._nearest_drawn(rows, len(state.front) ** 0.5))
+        first = np.where(of_archive, nearest_points[rows], state.incumbents[rows])
+        archived = self.get_archived_points(
+            self._find_nearest_in_sample(rows, len(state.front) ** 0.5)
+        )
         others = state.incumbents[rng.integers(self.n_walkers, size=len(rows))]
         second = np.where(between, archived, others)
-        points = recombine(first, second, variables.xl, variables.xu, variables.choice, rng)
+        points = recombine(first, second, variables.xl, variables.xu, variables.is_choice, rng)
         steps[made] = points - self.walkers[rows]
         spread[made], donor[made] = 0.0, points
-        self.recombined = made
+        self.is_recombined = made
 
-    def _nearest(self, rows: IntArray | slice = slice(None)) -> IntArray:
+    def _find_nearest(self, rows: IntArray | slice = slice(None)) -> IntArray:
         """Which of the archive's points are nearest along the weight vectors of walkers."""
         state, F = self.state, self.state.front.F
-        return nearest(F, state.weights[rows], *state.front.ends)
+        return find_nearest(F, state.weights[rows], *state.front.ideal_and_nadir)
 
-    def _nearest_drawn(self, rows: IntArray, number: float) -> IntArray:
+    def _find_nearest_in_sample(self, rows: IntArray, n_sampled: float) -> IntArray:
         """Which of so many random points of the archive, one at least, are nearest likewise."""
         front = self.state.front
-        size = len(rows), max(1, int(number))
+        size = len(rows), max(1, int(n_sampled))
         drawn = self.random_state.integers(len(front), size=size)
-        return nearest_drawn(drawn, front.F, self.state.weights[rows], *front.ends)
+        return find_nearest_in_sample(
+            drawn, front.F, self.state.weights[rows], *front.ideal_and_nadir
+        )
 
-    def _donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
+    def _draw_donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
         """Twice (..., n_var) points of the donor pool."""
         rng, n = self.random_state, len(self.front)
         donors = []
@@ -341,34 +357,34 @@ class Moves(ExtremalOptimization):
             archived = rng.integers(n, size=shape)
             incumbents = self.state.incumbents[rng.integers(self.n_walkers, size=shape)]
             of_archive = rng.random((*shape, 1)) < 0.5
-            known = self.archived(archived.ravel()).reshape(incumbents.shape)
+            known = self.get_archived_points(archived.ravel()).reshape(incumbents.shape)
             donors.append(np.where(of_archive, known, incumbents))
         return donors[0], donors[1]
 
     @property
-    def _together(self) -> int:
+    def _n_candidates(self) -> int:
         """Candidates of a walker and generation."""
         return min(len(self.variables.xl), self.max_candidates)
 
-    def _learners(self, weights: FloatArray) -> IntArray:
+    def _select_adaptive_walkers(self, weights: FloatArray) -> IntArray:
         """The walkers that learn a covariance in the end: of each kind the last ones."""
-        if not self.variables.real.all() or len(self.variables.xl) > self.learning_most:
+        if not self.variables.is_real.all() or len(self.variables.xl) > self.max_adaptive_variables:
             return np.empty(0, dtype=np.intp)
         between = weights.max(axis=1) < 1
         kinds = np.flatnonzero(between), np.flatnonzero(~between)
         return np.concatenate(
-            [rows[len(rows) - round(self.learning * len(rows)) :] for rows in kinds]
+            [rows[len(rows) - round(self.adaptive_share * len(rows)) :] for rows in kinds]
         )
 
-    def _learning(self) -> IntArray:
+    def _select_adapting_walkers(self) -> IntArray:
         """The walkers that learn a covariance now: all that ever do, or none."""
-        learners = self._learners(self.state.weights)
-        return learners[self.state.normals.sigma > 0]
+        learners = self._select_adaptive_walkers(self.state.weights)
+        return learners[self.state.distributions.sigma > 0]
 
-    def _of_kind(self, pair: Sequence[float]) -> FloatArray:
+    def _select_by_weights(self, pair: Sequence[float]) -> FloatArray:
         """(n_walkers,) the first of two numbers for walkers between the extremes, or the second."""
-        return np.where(self._between(), *pair)
+        return np.where(self._has_mixed_weights(), *pair)
 
-    def _between(self) -> BoolArray:
+    def _has_mixed_weights(self) -> BoolArray:
         """(n_walkers,) which walkers have weights of several objectives."""
         return np.asarray(self.state.weights.max(axis=1) < 1)

@@ -14,12 +14,12 @@ from pymoo.core.problem import Problem
 
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.evaluation.individuals import as_numbers
+from mgeo.evaluation.individuals import convert_designs_to_numbers
 
 Arrays = dict[str, NDArray[Any]]
 
 _VALUES = ("X", "F", "G", "H", "CV", "n_gen")
-_GENERATORS = {cls.__name__: cls for cls in (np.random.PCG64, np.random.PCG64DXSM)}
+_BIT_GENERATORS = {cls.__name__: cls for cls in (np.random.PCG64, np.random.PCG64DXSM)}
 
 
 def pack(name: str, value: Any, problem: Problem, arrays: Arrays) -> Any:
@@ -72,7 +72,11 @@ def pack(name: str, value: Any, problem: Problem, arrays: Arrays) -> Any:
 
 
 def unpack(
-    name: str, fresh: Any, packed: Any, arrays: Mapping[str, Any], algorithm: ExtremalOptimization
+    name: str,
+    template: Any,
+    packed: Any,
+    arrays: Mapping[str, Any],
+    algorithm: ExtremalOptimization,
 ) -> Any:
     """Reassemble a value from the output of `pack`.
 
@@ -94,37 +98,37 @@ def unpack(
     KeyError, TypeError, ValueError
         If a part is missing, or has another type or shape than in `fresh`.
     """
-    if isinstance(fresh, np.ndarray):
-        if arrays[name].shape != fresh.shape:
-            raise ValueError(f"{name} of shape {arrays[name].shape}: expected {fresh.shape}")
-        return arrays[name].astype(fresh.dtype)
-    if isinstance(fresh, np.random.Generator):
+    if isinstance(template, np.ndarray):
+        if arrays[name].shape != template.shape:
+            raise ValueError(f"{name} of shape {arrays[name].shape}: expected {template.shape}")
+        return arrays[name].astype(template.dtype)
+    if isinstance(template, np.random.Generator):
         return unpack_stream(packed)
-    if isinstance(fresh, list):
+    if isinstance(template, list):
         return [
             unpack(f"{name}[{i}]", each, part, arrays, algorithm)
-            for i, (each, part) in enumerate(zip(fresh, packed, strict=True))
+            for i, (each, part) in enumerate(zip(template, packed, strict=True))
         ]
-    if isinstance(fresh, ParetoArchive):
-        archive = ParetoArchive(fresh.F.shape[1], fresh.max_size)
+    if isinstance(template, ParetoArchive):
+        archive = ParetoArchive(template.F.shape[1], template.max_size)
         archive.individuals = unpack_population(name, arrays, algorithm)
-        archive.F = archive.individuals.get("F").reshape(-1, fresh.F.shape[1])
+        archive.F = archive.individuals.get("F").reshape(-1, template.F.shape[1])
         archive.violation = float(arrays[f"{name}.violation"])
         archive.n_rejected = int(packed)
         return archive
-    if is_dataclass(fresh) and not isinstance(fresh, type):
+    if is_dataclass(template) and not isinstance(template, type):
         parts = {
             field.name: unpack(
                 f"{name}.{field.name}",
-                getattr(fresh, field.name),
+                getattr(template, field.name),
                 packed[field.name],
                 arrays,
                 algorithm,
             )
-            for field in fields(fresh)
+            for field in fields(template)
         }
-        return type(fresh)(**parts)
-    return type(fresh)(packed)
+        return type(template)(**parts)
+    return type(template)(packed)
 
 
 def pack_stream(stream: np.random.Generator) -> dict[str, Any]:
@@ -137,14 +141,16 @@ def pack_stream(stream: np.random.Generator) -> dict[str, Any]:
     """
     bits = stream.bit_generator
     seed = bits.seed_seq  # Included because it counts the spawned streams.
-    if type(bits).__name__ not in _GENERATORS or not isinstance(seed, np.random.SeedSequence):
-        raise TypeError(f"{bits!r}: expected one of {', '.join(_GENERATORS)}, to save its state")
+    if type(bits).__name__ not in _BIT_GENERATORS or not isinstance(seed, np.random.SeedSequence):
+        raise TypeError(
+            f"{bits!r}: expected one of {', '.join(_BIT_GENERATORS)}, to save its state"
+        )
     return {"bits": bits.state, "seed": seed.state}
 
 
 def unpack_stream(state: Mapping[str, Any]) -> np.random.Generator:
     """Restore a random stream from the return value of `pack_stream`."""
-    bits = _GENERATORS[state["bits"]["bit_generator"]](np.random.SeedSequence(**state["seed"]))
+    bits = _BIT_GENERATORS[state["bits"]["bit_generator"]](np.random.SeedSequence(**state["seed"]))
     bits.state = state["bits"]
     return np.random.Generator(bits)
 
@@ -159,7 +165,7 @@ def pack_population(
     if population is None or not len(population):
         return
     columns = dict(zip(_VALUES, population.get(*_VALUES), strict=True))
-    columns["X"] = as_numbers(problem, columns["X"])
+    columns["X"] = convert_designs_to_numbers(problem, columns["X"])
     for key, column in columns.items():
         if column.dtype != object:
             arrays[f"{name}_{key}"] = column
@@ -179,7 +185,7 @@ def unpack_population(
     if len({len(column) for column in columns.values()}) > 1:
         raise ValueError(f"{name}: expected the same number of rows in {', '.join(columns)}")
     if columns and algorithm.variables.names is not None:
-        columns["X"] = algorithm.variables.designs(columns["X"])
+        columns["X"] = algorithm.variables.to_designs(columns["X"])
     population: Population = Population.new(**columns)
     for individual in population:
         individual.evaluated = {"F", "G", "H"}

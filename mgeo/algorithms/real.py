@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray, IntArray
-from mgeo.algorithms.coding import RealCode
+from mgeo.algorithms.coding import RealEncoding
 from mgeo.algorithms.steps import BOUNDS, NORMAL, SCALES, StepLaw, perturb
 from mgeo.algorithms.variables import Variables
 from mgeo.algorithms.walkers import IndependentWalkers
@@ -23,7 +23,7 @@ from mgeo.validation.arguments import (
 SCHEDULES = ("factorial", "geometric")
 
 
-class RealSteps(IndependentWalkers, ABC):
+class RealVectors(IndependentWalkers, ABC):
     """Base class of algorithms whose walkers are vectors of real variables.
 
     A subclass implements `deviations`, and can replace the normal law of the steps by setting the
@@ -49,7 +49,7 @@ class RealSteps(IndependentWalkers, ABC):
         self.bounds = validate_choice("bounds", bounds, BOUNDS)
 
     @abstractmethod
-    def deviations(self, sigma: FloatArray) -> FloatArray:
+    def compute_step_sigmas(self, sigma: FloatArray) -> FloatArray:
         """Return the standard deviation of each step of `layout`.
 
         Parameters
@@ -62,19 +62,19 @@ class RealSteps(IndependentWalkers, ABC):
         array that broadcasts to the shape of `layout`, (n_groups, group_size)
         """
 
-    def representation(self, problem: Problem) -> RealCode:
+    def build_encoding(self, problem: Problem) -> RealEncoding:
         if np.size(self.sigma) not in (1, problem.n_var):
             raise ValueError(
                 f"sigma of length {np.size(self.sigma)}: expected one number, or one for each of "
                 f"the {problem.n_var} variables"
             )
-        return RealCode(Variables.of(problem, ["real"]))
+        return RealEncoding(Variables.from_problem(problem, ["real"]))
 
     def propose(self) -> FloatArray:
         steps = self._coordinates
         noise = np.array([self.law.draw(stream, steps.shape) for stream in self.streams])
         xl, xu = self.variables.xl, self.variables.xu
-        sigma = self.deviations(np.broadcast_to(self.sigma, xl.shape))
+        sigma = self.compute_step_sigmas(np.broadcast_to(self.sigma, xl.shape))
         return perturb(
             self.walkers[:, steps],
             noise,
@@ -88,7 +88,7 @@ class RealSteps(IndependentWalkers, ABC):
         )
 
 
-class MGEOReal(RealSteps):
+class MGEOReal(RealVectors):
     """Multiobjective generalized extremal optimization, real-coded (MGEO_real).
 
     In every generation, each walker generates one candidate per variable, in which a normal step
@@ -131,14 +131,14 @@ class MGEOReal(RealSteps):
     (2, True)
     """
 
-    def layout(self) -> IntArray:
+    def build_layout(self) -> IntArray:
         return np.arange(self.problem.n_var, dtype=np.intp)[None, :]
 
-    def deviations(self, sigma: FloatArray) -> FloatArray:
+    def compute_step_sigmas(self, sigma: FloatArray) -> FloatArray:
         return sigma
 
 
-class MGEOReal2(RealSteps):
+class MGEOReal2(RealVectors):
     """Multiobjective generalized extremal optimization with several steps per variable (real2).
 
     In every generation, each walker generates `n_steps` candidates per variable, in which a normal
@@ -197,10 +197,10 @@ class MGEOReal2(RealSteps):
         self.divisor = validate_number("divisor", divisor, above=0)
         self.schedule = validate_choice("schedule", schedule, SCHEDULES)
 
-    def layout(self) -> IntArray:
+    def build_layout(self) -> IntArray:
         return np.repeat(np.arange(self.problem.n_var, dtype=np.intp)[:, None], self.n_steps, 1)
 
-    def deviations(self, sigma: FloatArray) -> FloatArray:
+    def compute_step_sigmas(self, sigma: FloatArray) -> FloatArray:
         factors = self.divisor ** -np.arange(float(self.n_steps))
         if self.schedule == "factorial":
             factors /= [math.factorial(j) for j in range(self.n_steps)]

@@ -10,8 +10,10 @@ from mgeo._typing import BoolArray, FloatArray
 #: Distribution indices of the crossover and of the mutation: the larger, the smaller the changes.
 CROSSOVER_INDEX, MUTATION_INDEX = 15.0, 20.0
 
-_FORGETTING = 0.95  # factor of earlier gains and candidates in each generation
-_HANDICAP = 2.0  # ratio of the gains per candidate at which half of the candidates recombine
+_DECAY = 0.95  # factor of earlier gains and candidates in each generation
+_BREAK_EVEN_GAIN_RATIO = (
+    2.0  # ratio of the gains per candidate at which half of the candidates recombine
+)
 
 
 def recombine(
@@ -19,7 +21,7 @@ def recombine(
     second: FloatArray,
     xl: FloatArray,
     xu: FloatArray,
-    choice: BoolArray,
+    is_choice: BoolArray,
     rng: np.random.Generator,
 ) -> FloatArray:
     """Cross pairs of points variable by variable, and mutate some variables.
@@ -48,8 +50,8 @@ def recombine(
     spread = np.exp(rng.laplace(scale=1.0 / (CROSSOVER_INDEX + 1.0), size=first.shape))
     half = 0.5 * (first - second)
     points = np.where(crossed, first - half + np.where(near_second, -spread, spread) * half, first)
-    points[:, choice] = np.where(near_second, second, first)[:, choice]
-    rows, columns = np.nonzero((rng.random(first.shape) < 1.0 / len(xl)) & ~choice)
+    points[:, is_choice] = np.where(near_second, second, first)[:, is_choice]
+    rows, columns = np.nonzero((rng.random(first.shape) < 1.0 / len(xl)) & ~is_choice)
     drawn = rng.uniform(-1.0, 1.0, len(rows))
     size = 1.0 - (1.0 - np.abs(drawn)) ** (1.0 / (MUTATION_INDEX + 1.0))
     points[rows, columns] += np.sign(drawn) * size * (xu - xl)[columns]
@@ -68,24 +70,24 @@ class Credit:
     """
 
     gains: FloatArray
-    made: FloatArray
+    n_candidates: FloatArray
 
     @classmethod
-    def begin(cls, n: int) -> Self:
+    def create(cls, n: int) -> Self:
         """Return the credit after a generation of n candidates, half of each kind, equally good."""
         return cls(gains=np.full(2, 0.5), made=np.full(2, n / 2))
 
-    def share(self, least: float, largest: float) -> float:
+    def compute_share(self, low: float, high: float) -> float:
         """Return the share of the candidates to recombine, between two limits.
 
         It is q^2 / (q^2 + 4), where q is the gain of a recombined candidate, divided by that of
         another candidate: 20 % if both gain as much, 50 % if a recombined one gains twice as much.
         """
-        other, recombined = (self.gains / self.made) ** 2
-        share = recombined / (recombined + _HANDICAP**2 * other)
-        return float(min(max(share, least), largest))
+        other, recombined = (self.gains / self.n_candidates) ** 2
+        share = recombined / (recombined + _BREAK_EVEN_GAIN_RATIO**2 * other)
+        return float(min(max(share, low), high))
 
-    def update(self, gains: FloatArray, recombined: BoolArray) -> None:
+    def update(self, gains: FloatArray, is_recombined: BoolArray) -> None:
         """Account for the candidates of a generation that has both kinds, and gains.
 
         Parameters
@@ -93,9 +95,9 @@ class Credit:
         gains : (...) decrease of the distance along the walker's weights, 0 without progress.
         recombined : (...) mask of the recombined candidates.
         """
-        total, number = gains.sum(), np.count_nonzero(recombined)
+        total, number = gains.sum(), np.count_nonzero(is_recombined)
         if not total or not 0 < number < gains.size:
             return
-        gained = gains[recombined].sum() / total
-        self.gains = _FORGETTING * self.gains + (1.0 - gained, gained)
-        self.made = _FORGETTING * self.made + (gains.size - number, number)
+        gained = gains[is_recombined].sum() / total
+        self.gains = _DECAY * self.gains + (1.0 - gained, gained)
+        self.n_candidates = _DECAY * self.n_candidates + (gains.size - number, number)

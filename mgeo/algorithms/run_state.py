@@ -48,19 +48,19 @@ class RunState:
     n_generations: int
     walkers: FloatArray
     taus: FloatArray
-    chances: FloatArray
+    improvement_chances: FloatArray
     current_fitness: FloatArray
     incumbent_fitness: FloatArray
-    idle: IntArray
-    starts: FloatArray
+    n_idle_generations: IntArray
+    initial_designs: FloatArray
 
     @classmethod
-    def begin(
+    def create(
         cls,
         streams: list[np.random.Generator],
         front: ParetoArchive,
         walkers: FloatArray,
-        **more: Any,
+        **extra_fields: Any,
     ) -> Self:
         """Create the state before the first generation.
 
@@ -79,7 +79,7 @@ class RunState:
             incumbent_fitness=np.empty((n, 1 + n_obj)),
             idle=np.empty(n, dtype=np.intp),
             starts=np.empty((n, 0)),
-            **more,
+            **extra_fields,
         )
 
 
@@ -93,25 +93,25 @@ class ArchiveOutput(Output):
 
     def __init__(self) -> None:
         super().__init__()
-        self.failed = Column("failed", width=6)
+        self.n_failed = Column("failed", width=6)
         self.n_nds = Column("n_nds", width=6)
         self.cv = Column("cv")
-        self.best: list[Column] = []
+        self.minima: list[Column] = []
 
     def initialize(self, algorithm: Any) -> None:
         """Add the columns that depend on the problem."""
         problem = algorithm.problem
-        self.best = [Column(f"f{j + 1}_min") for j in range(problem.n_obj)]
+        self.minima = [Column(f"f{j + 1}_min") for j in range(problem.n_obj)]
         constrained = [self.cv] if problem.has_constraints() else []
-        self.columns += [self.n_nds, *constrained, *self.best, self.failed]
+        self.columns += [self.n_nds, *constrained, *self.minima, self.n_failed]
 
     def update(self, algorithm: Any) -> None:
         """Set the columns from the archive; pymoo prints a dash for None."""
         super().update(algorithm)
         front = algorithm.front
         has_points = len(front) > 0
-        self.failed.set(getattr(algorithm.evaluator, "n_failed", None))
+        self.n_failed.set(getattr(algorithm.evaluator, "n_failed", None))
         self.n_nds.set(len(front))
         self.cv.set(front.violation if has_points else None)
-        for j, column in enumerate(self.best):
+        for j, column in enumerate(self.minima):
             column.set(front.F[:, j].min() if has_points and front.violation == 0 else None)

@@ -20,10 +20,10 @@ import numpy as np
 from mgeo._typing import BoolArray, FloatArray, IntArray
 
 RULES = ("a-geo1", "a-geo2")
-START_TAU = 0.5  # of a new walker, and the median of what it falls back to
+INITIAL_TAU = 0.5  # of a new walker, and the median of what it falls back to
 
 
-def rank(f: FloatArray, violation: FloatArray, ties: FloatArray) -> IntArray:
+def rank(f: FloatArray, violation: FloatArray, tie_breakers: FloatArray) -> IntArray:
     """Candidates from best to worst along the last axis.
 
     Feasible ones come first, by the objective; then the infeasible ones, by their constraint
@@ -42,10 +42,10 @@ def rank(f: FloatArray, violation: FloatArray, ties: FloatArray) -> IntArray:
     failed = ~(np.isfinite(f) & ~np.isnan(violation))
     level = np.where(failed, 2, violation > 0)
     value = np.where(failed, 0.0, np.where(violation > 0, violation, f))
-    return np.lexsort((ties, value, level), axis=-1)
+    return np.lexsort((tie_breakers, value, level), axis=-1)
 
 
-def pick(uniform: FloatArray, n: int | IntArray, tau: float | FloatArray) -> IntArray:
+def draw_position(uniform: FloatArray, n: int | IntArray, tau: float | FloatArray) -> IntArray:
     """Position in a ranking of `n`, drawn with probability proportional to k^-tau.
 
     Equation (10) of docs/theory.md. The inverse of the cumulative distribution at one uniform
@@ -72,7 +72,7 @@ def pick(uniform: FloatArray, n: int | IntArray, tau: float | FloatArray) -> Int
     return position
 
 
-def fitness(F: FloatArray, violation: FloatArray) -> FloatArray:
+def compute_fitness(F: FloatArray, violation: FloatArray) -> FloatArray:
     """What candidates are compared by, one objective at a time.
 
     Parameters
@@ -89,24 +89,24 @@ def fitness(F: FloatArray, violation: FloatArray) -> FloatArray:
     return np.concatenate([first, np.where(first == 0, F, 0.0)], axis=-1)
 
 
-def better(a: FloatArray, b: FloatArray) -> BoolArray:
+def is_better(a: FloatArray, b: FloatArray) -> BoolArray:
     """(..., n_obj) where fitness `a` betters `b`: less violation, or equal and less objective."""
     less, equal = a < b, a == b
     found: BoolArray = less[..., :1] | (equal[..., :1] & less[..., 1:])
     return found
 
 
-def best(values: FloatArray) -> FloatArray:
+def find_best_fitness(values: FloatArray) -> FloatArray:
     """(..., 1 + n_obj) the best `fitness` along the second axis from last, for each objective."""
     least = values[..., :1].min(axis=-2, keepdims=True)
     objectives = np.where(values[..., :1] == least, values[..., 1:], np.inf).min(axis=-2)
     return np.concatenate([least[..., 0, :], objectives], axis=-1)
 
 
-def next_tau(
+def compute_next_tau(
     tau: FloatArray,
     chance: FloatArray,
-    previous: FloatArray,
+    previous_chance: FloatArray,
     normal: FloatArray,
     uniform: FloatArray,
     n: int,
@@ -125,44 +125,50 @@ def next_tau(
     (n_walkers,) 0.5 LogNormal(0, 1/sqrt(n)) where the chance is 0; tau + (0.5 + chance) U where
     it is not above the previous one; else tau.
     """
-    reset = START_TAU * np.exp(normal / math.sqrt(n))
+    reset = INITIAL_TAU * np.exp(normal / math.sqrt(n))
     raised = tau + (0.5 + chance) * uniform
-    return np.where(chance == 0, reset, np.where(chance <= previous, raised, tau))
+    return np.where(chance == 0, reset, np.where(chance <= previous_chance, raised, tau))
 
 
-_FLAT = 1e-200  # extent below which an objective counts as constant, so that no ratio overflows
-_SUM = 1e-3  # share of the sum in a distance: of points equal otherwise, the nondominated is nearer
+_MIN_EXTENT = (
+    1e-200  # extent below which an objective counts as constant, so that no ratio overflows
+)
+_SUM_WEIGHT = (
+    1e-3  # share of the sum in a distance: of points equal otherwise, the nondominated is nearer
+)
 
 
-def weight_vectors(n: int, n_obj: int, extreme: float) -> FloatArray:
+def build_weight_vectors(n: int, n_obj: int, extreme_share: float) -> FloatArray:
     """(n, n_obj) weights of n walkers, >= 0, that sum to 1.
 
     A share of them is `extreme`, of a single objective, each objective in turn. The others are all
     above 0, and at even distances: with two objectives a grid, with more a low-discrepancy
     sequence (`_even`).
     """
-    single = round(extreme * n)
+    single = round(extreme_share * n)
     weights = np.zeros((n, n_obj))
     weights[np.arange(single), np.arange(single) % n_obj] = 1.0
     # Uniform points become what uniform points are when each is sorted (the largest of k numbers
     # is distributed as u^(1/k), the next one as a share of it, and so on). Sorting itself would
     # fold the cube k! times, and what is far apart in it would come together.
-    shares: FloatArray = _even(n - single, n_obj - 1) ** (1.0 / np.arange(n_obj - 1, 0, -1))
-    weights[single:] = _spacings(np.asarray(np.cumprod(shares, axis=1)[:, ::-1]))
+    shares: FloatArray = _build_even_points(n - single, n_obj - 1) ** (
+        1.0 / np.arange(n_obj - 1, 0, -1)
+    )
+    weights[single:] = _compute_spacings(np.asarray(np.cumprod(shares, axis=1)[:, ::-1]))
     return weights
 
 
-def random_weights(n: int, n_obj: int, rng: np.random.Generator) -> FloatArray:
+def draw_weights(n: int, n_obj: int, rng: np.random.Generator) -> FloatArray:
     """(n, n_obj) weights drawn uniformly among those >= 0 that sum to 1."""
-    return _spacings(np.sort(rng.random((n, n_obj - 1)), axis=1))
+    return _compute_spacings(np.sort(rng.random((n, n_obj - 1)), axis=1))
 
 
-def _spacings(cuts: FloatArray) -> FloatArray:
+def _compute_spacings(cuts: FloatArray) -> FloatArray:
     """(n, k + 1) lengths of the pieces into which (n, k) ascending points cut [0, 1]."""
     return np.diff(cuts, axis=1, prepend=0.0, append=1.0)
 
 
-def _even(n: int, k: int) -> FloatArray:
+def _build_even_points(n: int, k: int) -> FloatArray:
     """(n, k) points in the unit cube: a grid along the first axis, a sequence along the others.
 
     The sequence is Kronecker's with the powers of the generalized golden ratio, the root of
@@ -177,7 +183,7 @@ def _even(n: int, k: int) -> FloatArray:
     return points
 
 
-def distance(
+def tchebycheff_distance(
     F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatArray
 ) -> FloatArray:
     """How far points are along weight vectors: weighted Tchebycheff, scaled to what is known.
@@ -198,14 +204,16 @@ def distance(
     largest = total = np.float64(0.0)
     for k, (low, width) in enumerate(zip(ideal.tolist(), (nadir - ideal).tolist(), strict=True)):
         # column by column: numpy is slow at all that runs along a short last axis
-        scaled = (given[..., k] - low) / (width if width > _FLAT else 1.0)
+        scaled = (given[..., k] - low) / (width if width > _MIN_EXTENT else 1.0)
         weighted = weights[..., k] * scaled
         largest, total = np.maximum(largest, weighted) if k else weighted, total + scaled
-    result = largest + _SUM * total
+    result = largest + _SUM_WEIGHT * total
     return np.asarray(result if known else np.where(finite.all(axis=-1), result, np.nan))
 
 
-def nearest(F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatArray) -> IntArray:
+def find_nearest(
+    F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatArray
+) -> IntArray:
     """Which points are nearest along weight vectors, by `distance`.
 
     One weight vector after the other: what is computed for a long front stays in the cache.
@@ -220,9 +228,9 @@ def nearest(F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatA
     -------
     (n_weights,) rows of F; of points equally near the first.
     """
-    widths = np.where(nadir - ideal > _FLAT, nadir - ideal, 1.0)
+    widths = np.where(nadir - ideal > _MIN_EXTENT, nadir - ideal, 1.0)
     scaled = [(F[:, k] - ideal[k]) / widths[k] for k in range(F.shape[1])]
-    little = _SUM * np.add.reduce(scaled)
+    little = _SUM_WEIGHT * np.add.reduce(scaled)
     far, weighted = np.empty_like(little), np.empty_like(little)
     found = np.empty(len(weights), dtype=np.intp)
     for row, weight in enumerate(weights):
@@ -234,8 +242,8 @@ def nearest(F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatA
     return found
 
 
-def nearest_drawn(
-    drawn: IntArray, F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatArray
+def find_nearest_in_sample(
+    sample: IntArray, F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatArray
 ) -> IntArray:
     """Which of a few points are nearest along weight vectors, each of its own few.
 
@@ -248,7 +256,7 @@ def nearest_drawn(
     -------
     (n_weights,) rows of F, one of each row of `drawn`.
     """
-    if drawn.shape[1] == 1:
-        return drawn[:, 0]
-    far = distance(F[drawn], weights[:, None], ideal, nadir)
-    return np.asarray(drawn[np.arange(len(drawn)), far.argmin(axis=1)])
+    if sample.shape[1] == 1:
+        return sample[:, 0]
+    far = tchebycheff_distance(F[sample], weights[:, None], ideal, nadir)
+    return np.asarray(sample[np.arange(len(sample)), far.argmin(axis=1)])

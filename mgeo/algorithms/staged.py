@@ -13,7 +13,7 @@ from mgeo._typing import FloatArray
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.directed import MGEODirected
 from mgeo.algorithms.moves import DirectedState
-from mgeo.evaluation.individuals import individuals
+from mgeo.evaluation.individuals import build_population
 from mgeo.validation.arguments import validate_fraction, validate_list
 
 
@@ -27,7 +27,7 @@ class StagedState(DirectedState):
         Current fidelity level, 0 being the lowest.
     """
 
-    stage: int
+    fidelity: int
 
 
 class MGEOStaged(MGEODirected):
@@ -77,111 +77,119 @@ class MGEOStaged(MGEODirected):
 
     state: StagedState
     #: True while archived points are evaluated again, instead of new candidates.
-    judging = False
+    is_reevaluating = False
     #: True if `conclude` has evaluated the archive at full fidelity. This is not a generation.
-    concluded = False
+    is_concluded = False
 
-    def __init__(self, stages: Sequence[float] = (0.87, 0.99, 1.0), **options: Any) -> None:
+    def __init__(
+        self, fidelity_schedule: Sequence[float] = (0.87, 0.99, 1.0), **options: Any
+    ) -> None:
         self._full_problem: Problem | None = None
         self._problems: dict[int, Problem] = {}  # Problem of each stage.
         super().__init__(**options)
-        if not np.size(stages) or np.ndim(stages) != 1:
-            raise ValueError(f"stages = {stages!r}: expected one or more numbers")
-        self.stages = validate_list("stages", stages, validate_fraction)
-        if self.stages != sorted(self.stages):
-            raise ValueError(f"stages = {stages!r}: expected ascending numbers")
+        if not np.size(fidelity_schedule) or np.ndim(fidelity_schedule) != 1:
+            raise ValueError(f"stages = {fidelity_schedule!r}: expected one or more numbers")
+        self.fidelity_schedule = validate_list("stages", fidelity_schedule, validate_fraction)
+        if self.fidelity_schedule != sorted(self.fidelity_schedule):
+            raise ValueError(f"stages = {fidelity_schedule!r}: expected ascending numbers")
 
     @property
-    def stage(self) -> int:
+    def fidelity(self) -> int:
         """Current fidelity level, 0 being the lowest."""
-        return self.state.stage
+        return self.state.fidelity
 
     @property
     def problem(self) -> Problem | None:
         """Problem at the current fidelity level."""
-        return self._full_problem if self.is_precise else self._get_problem(self.stage)
+        return self._full_problem if self.is_full_fidelity else self._get_problem(self.fidelity)
 
     @problem.setter
     def problem(self, full_problem: Problem | None) -> None:
         self._full_problem, self._problems = full_problem, {}
 
     @property
-    def is_precise(self) -> bool:
+    def is_full_fidelity(self) -> bool:
         """True if the current evaluations have full fidelity."""
         full_problem = self._full_problem
-        if full_problem is None or not hasattr(self, "state") or self.stage == len(self.stages):
+        if (
+            full_problem is None
+            or not hasattr(self, "state")
+            or self.fidelity == len(self.fidelity_schedule)
+        ):
             return True
         return self._get_problem(0) is full_problem
 
-    def archived_designs(self) -> Any:
+    def get_archived_designs(self) -> Any:
         """Return the archived points as designs of the problem."""
-        return self.variables.designs(self.archived(np.arange(len(self.front))))
+        return self.variables.to_designs(self.get_archived_points(np.arange(len(self.front))))
 
-    def conclude(self) -> None:
+    def evaluate_archive(self) -> None:
         """Evaluate the archive at full fidelity, if the run ended before the last stage."""
-        if (self.is_precise and not self.judging) or not len(self.front):
+        if (self.is_full_fidelity and not self.is_reevaluating) or not len(self.front):
             return
-        self.state.stage = len(self.stages)
-        self.judging = True
+        self.state.fidelity = len(self.fidelity_schedule)
+        self.is_reevaluating = True
         population = self._build_archive_population()
         self.evaluator.eval(self.problem, population, algorithm=self)
-        self._begin_stage(population)
-        self.judging, self.concluded = False, True
+        self._rebuild_archive(population)
+        self.is_reevaluating, self.is_concluded = False, True
         self.off = population
         self._set_optimum()
 
-    def new_state(self, *parts: Any) -> StagedState:
-        state = super().new_state(*parts)
+    def create_state(self, *parts: Any) -> StagedState:
+        state = super().create_state(*parts)
         values = {field.name: getattr(state, field.name) for field in fields(state)}
-        return StagedState(**values, stage=0)
+        return StagedState(**values, fidelity=0)
 
-    def _get_problem(self, stage: int) -> Problem:
-        if stage not in self._problems:
+    def _get_problem(self, fidelity: int) -> Problem:
+        if fidelity not in self._problems:
             at_stage = getattr(self._full_problem, "at_stage", None)
-            self._problems[stage] = self._full_problem if at_stage is None else at_stage(stage)
-        return self._problems[stage]
+            self._problems[fidelity] = (
+                self._full_problem if at_stage is None else at_stage(fidelity)
+            )
+        return self._problems[fidelity]
 
     def _finalize(self) -> None:
-        self.conclude()
+        self.evaluate_archive()
 
     def _infill(self) -> Population:
-        progress, next_stages = self.termination.perc, self.stages[self.stage :]
-        if self.is_precise or progress < next_stages[0]:
+        progress, next_stages = self.termination.perc, self.fidelity_schedule[self.fidelity :]
+        if self.is_full_fidelity or progress < next_stages[0]:
             return super()._infill()
-        self.state.stage += 1
+        self.state.fidelity += 1
         if not len(self.front):
-            self.forget(np.arange(self.n_walkers))
+            self.reset_walkers(np.arange(self.n_walkers))
             return super()._infill()
-        self.judging = True
+        self.is_reevaluating = True
         return self._build_archive_population()
 
     def _advance(self, infills: Any = None, **kwargs: Any) -> None:
-        if not self.judging:
+        if not self.is_reevaluating:
             return super()._advance(infills, **kwargs)
-        infills = self._in_asked_order(infills)
-        self._begin_stage(infills)
-        self.judging = False
+        infills = self._restore_ask_order(infills)
+        self._rebuild_archive(infills)
+        self.is_reevaluating = False
         self.pop = infills
         self.state.n_generations = self.n_iter
         return None
 
     def _build_archive_population(self) -> Population:
-        self._asked = self.archived_designs()
-        return individuals(self._asked)
+        self._pending_designs = self.get_archived_designs()
+        return build_population(self._pending_designs)
 
-    def _begin_stage(self, evaluated: Population) -> None:
+    def _rebuild_archive(self, population: Population) -> None:
         """Rebuild the archive from evaluated points and move the walkers to archived points."""
-        F, violation, _ = self._values(evaluated)
+        F, violation, _ = self._get_objectives_and_violations(population)
         state, walkers = self.state, np.arange(self.n_walkers)
         state.front = ParetoArchive(F.shape[1], self.archive_size)
-        state.front.add(F, evaluated, violation)
-        self.forget(walkers)
+        state.front.add(F, population, violation)
+        self.reset_walkers(walkers)
         self._migrate(walkers)
         marked: FloatArray = state.incumbent_F.copy()
-        state.marked_F = marked
-        self._asked = None
+        state.reference_F = marked
+        self._pending_designs = None
 
 
-def is_rough(algorithm: Algorithm | None) -> bool:
+def is_low_fidelity(algorithm: Algorithm | None) -> bool:
     """Return whether an algorithm currently evaluates at low fidelity."""
-    return isinstance(algorithm, MGEOStaged) and not algorithm.is_precise
+    return isinstance(algorithm, MGEOStaged) and not algorithm.is_full_fidelity

@@ -17,11 +17,11 @@ from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.termination.max_eval import MaximumFunctionCallTermination
 
 from mgeo._typing import BoolArray, FloatArray
-from mgeo.algorithms.variables import Variables, designs_of
-from mgeo.evaluation.individuals import succeeded
+from mgeo.algorithms.variables import Variables, convert_numbers_to_designs
+from mgeo.evaluation.individuals import find_successful
 from mgeo.validation.arguments import validate_integer
 
-_MAX_EXCESS = 0.1  # The first generation may exceed the evaluation budget by this fraction.
+_MAX_BUDGET_EXCESS = 0.1  # The first generation may exceed the evaluation budget by this fraction.
 
 
 class SuggestedSampling(Sampling):
@@ -53,13 +53,13 @@ class SuggestedSampling(Sampling):
     (2, 12)
     """
 
-    def __init__(self, n: int, others: Sampling | None = None) -> None:
+    def __init__(self, n: int, fallback: Sampling | None = None) -> None:
         super().__init__()
         self.n = validate_integer("n", n, low=1)
-        self.others = FloatRandomSampling() if others is None else others
+        self.fallback = FloatRandomSampling() if fallback is None else fallback
 
-    def suggested(
-        self, problem: Problem, most: int, random_state: np.random.Generator
+    def get_suggested_designs(
+        self, problem: Problem, n_max: int, random_state: np.random.Generator
     ) -> FloatArray:
         """Return the designs that the problem suggests, shape (n, n_var).
 
@@ -75,9 +75,9 @@ class SuggestedSampling(Sampling):
         ValueError
             If `n` exceeds `most`, or the problem suggests no designs.
         """
-        if self.n > most:
+        if self.n > n_max:
             raise ValueError(
-                f"starts = {self.n}: expected at most {most}, the number of initial designs of "
+                f"starts = {self.n}: expected at most {n_max}, the number of initial designs of "
                 "the algorithm"
             )
         suggest = getattr(problem, "starts", None)
@@ -90,14 +90,16 @@ class SuggestedSampling(Sampling):
     def _do(
         self, problem: Problem, n_samples: int, *args: Any, random_state: Any = None, **kwargs: Any
     ) -> NDArray[Any]:
-        designs = designs_of(problem, self.suggested(problem, n_samples, random_state))
+        designs = convert_numbers_to_designs(
+            problem, self.get_suggested_designs(problem, n_samples, random_state)
+        )
         if len(designs) == n_samples:
             return designs
-        rest = self.others.do(problem, n_samples - len(designs), random_state=random_state)
+        rest = self.fallback.do(problem, n_samples - len(designs), random_state=random_state)
         return np.concatenate([designs, np.asarray(rest.get("X"), dtype=designs.dtype)])
 
 
-def are_evaluated(given: Population, problem: Problem) -> BoolArray:
+def find_evaluated(population: Population, problem: Problem) -> BoolArray:
     """Return the mask of individuals that were successfully evaluated by a problem.
 
     Parameters
@@ -117,10 +119,12 @@ def are_evaluated(given: Population, problem: Problem) -> BoolArray:
         If the shapes of evaluated values do not match the problem.
     """
     widths = {"F": problem.n_obj, "G": problem.n_ieq_constr, "H": problem.n_eq_constr}
-    mask = np.array([widths.keys() <= each.evaluated for each in given]) & succeeded(given)
+    mask = np.array([widths.keys() <= each.evaluated for each in population]) & find_successful(
+        population
+    )
     for row in np.flatnonzero(mask):
         for name, width in widths.items():
-            if np.shape(values := getattr(given[row], name)) != (width,):
+            if np.shape(values := getattr(population[row], name)) != (width,):
                 raise ValueError(
                     f"sampling[{row}].{name} of shape {np.shape(values)}: expected ({width},), for "
                     f"individuals evaluated by {type(problem).__name__}"
@@ -128,7 +132,7 @@ def are_evaluated(given: Population, problem: Problem) -> BoolArray:
     return mask
 
 
-def given_starts(
+def build_initial_designs(
     sampling: Sampling | ArrayLike | None,
     problem: Problem,
     variables: Variables,
@@ -164,12 +168,14 @@ def given_starts(
     if sampling is None:
         return np.empty((0, problem.n_var))
     if isinstance(sampling, SuggestedSampling):
-        sampling = designs_of(problem, sampling.suggested(problem, n_walkers, random_state))
+        sampling = convert_numbers_to_designs(
+            problem, sampling.get_suggested_designs(problem, n_walkers, random_state)
+        )
     elif isinstance(sampling, Sampling):
         sampling = sampling.do(problem, n_walkers, random_state=random_state)
     X = sampling.get("X") if isinstance(sampling, Population) else sampling
     try:
-        starts = variables.values(np.asarray(X))
+        starts = variables.to_numbers(np.asarray(X))
     except (TypeError, ValueError, KeyError) as error:
         raise TypeError(
             f"sampling = {sampling!r:.80}: expected None, a pymoo Sampling, a population, or an "
@@ -189,7 +195,7 @@ def given_starts(
     return starts
 
 
-def evaluations_allowed(algorithm: Algorithm, n_starts: int, n: int) -> int:
+def count_allowed_evaluations(algorithm: Algorithm, n_initial_designs: int, n_points: int) -> int:
     """Return the number of points of the first generation that the evaluation budget allows.
 
     Parameters
@@ -222,11 +228,11 @@ def evaluations_allowed(algorithm: Algorithm, n_starts: int, n: int) -> int:
         and criterion.n_max_evals is not None
     ]
     budget = min(limits, default=math.inf) - algorithm.evaluator.n_eval
-    if n <= (1.0 + _MAX_EXCESS) * budget:
-        return n
-    allowed = max(int(budget), n_starts)
+    if n_points <= (1.0 + _MAX_BUDGET_EXCESS) * budget:
+        return n_points
+    allowed = max(int(budget), n_initial_designs)
     warnings.warn(
-        f"the first generation of {type(algorithm).__name__} takes {n:,} evaluations, which exceeds"
+        f"the first generation of {type(algorithm).__name__} takes {n_points:,} evaluations, which exceeds"
         f" the budget of {budget:,}: only the first {allowed:,} points are evaluated. Reduce the "
         "number of candidates, for instance by n_walkers, or increase the budget",
         RuntimeWarning,

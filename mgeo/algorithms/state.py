@@ -93,7 +93,7 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
     name = type(algorithm).__name__
     if not isinstance(algorithm, ExtremalOptimization):
         raise TypeError(f"{name}: expected an algorithm of the MGEO family, to save its state")
-    if algorithm.problem is None or algorithm._asked is not None:
+    if algorithm.problem is None or algorithm._pending_designs is not None:
         raise ValueError(
             f"this {name} is not between two generations: expected an algorithm after setup() that "
             "does not wait for tell()"
@@ -109,22 +109,22 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
     arrays: Arrays = {}
     pack_population("pop", algorithm.pop, algorithm.problem, arrays)
     data = {
-        "class": full_name(type(algorithm)),
+        "class": get_qualified_name(type(algorithm)),
         "parameters": _get_parameters(algorithm),
         "random_state": pack_stream(algorithm.random_state),
-        "evaluations": evaluator.counts() if is_tolerant else {"n_eval": evaluator.n_eval},
+        "evaluations": evaluator.get_counts() if is_tolerant else {"n_eval": evaluator.n_eval},
         "elapsed_s": 0.0 if start_time is None else time.time() - start_time,
         "termination": _get_termination_arguments(algorithm.termination),
         "return_least_infeasible": bool(algorithm.return_least_infeasible),
         # An evaluator of another class must be passed to `restore`.
-        "evaluator": evaluator.settings() if type(evaluator) is TolerantEvaluator else {},
+        "evaluator": evaluator.get_settings() if type(evaluator) is TolerantEvaluator else {},
         "state": pack("state", algorithm.state, algorithm.problem, arrays),
     }
     return SavedState(arrays, data)
 
 
 def restore(
-    saved: SavedState, problem: Problem, algorithm: Algorithm, **options: Any
+    saved_state: SavedState, problem: Problem, algorithm: Algorithm, **options: Any
 ) -> ExtremalOptimization:
     """Return a copy of an algorithm that continues a saved run.
 
@@ -154,8 +154,8 @@ def restore(
     TypeError
         If an option of `setup` is unknown.
     """
-    with _convert_errors(saved.source):
-        data = saved.data
+    with _convert_errors(saved_state.source):
+        data = saved_state.data
         checked = _check_algorithm(algorithm, data)
         options.setdefault("evaluator", TolerantEvaluator(**data["evaluator"]))
         options.setdefault("return_least_infeasible", data["return_least_infeasible"])
@@ -165,18 +165,18 @@ def restore(
             termination = tuple(data["termination"])
     run = copy.deepcopy(checked)
     run.setup(problem, termination=_convert_termination(termination), **options)
-    with _convert_errors(saved.source):
-        _load_state(run, saved)
+    with _convert_errors(saved_state.source):
+        _load_state(run, saved_state)
     if run.n_generations:
         run.is_initialized = True
         run.off = run.pop
         run._set_optimum()
         run.n_iter = run.n_generations + 1
-        end_at(run, run.termination)
+        set_termination(run, run.termination)
     return run
 
 
-def end_at(algorithm: ExtremalOptimization, termination: Any) -> None:
+def set_termination(algorithm: ExtremalOptimization, termination: Any) -> None:
     """Replace the termination of a run between two generations.
 
     Parameters
@@ -199,7 +199,7 @@ def end_at(algorithm: ExtremalOptimization, termination: Any) -> None:
         algorithm.n_iter += 1
 
 
-def full_name(cls: type) -> str:
+def get_qualified_name(cls: type) -> str:
     """Return the name of a class with its module."""
     return f"{cls.__module__}.{cls.__qualname__}"
 
@@ -216,7 +216,7 @@ def _get_parameters(algorithm: ExtremalOptimization) -> dict[str, Any]:
 
 def _check_algorithm(algorithm: Algorithm, data: Mapping[str, Any]) -> ExtremalOptimization:
     """Return the algorithm; raise ValueError if class or parameters differ from the saved run."""
-    name = full_name(type(algorithm))
+    name = get_qualified_name(type(algorithm))
     if data["class"] != name or not isinstance(algorithm, ExtremalOptimization):
         raise ValueError(f"class = {data['class']!r:.80}: the algorithm given is a {name}")
     parameters = _get_parameters(algorithm)
@@ -228,13 +228,13 @@ def _check_algorithm(algorithm: Algorithm, data: Mapping[str, Any]) -> ExtremalO
     return algorithm
 
 
-def _load_state(algorithm: ExtremalOptimization, saved: SavedState) -> None:
-    data, arrays = saved.data, saved.arrays
+def _load_state(algorithm: ExtremalOptimization, saved_state: SavedState) -> None:
+    data, arrays = saved_state.data, saved_state.arrays
     algorithm.random_state = unpack_stream(data["random_state"])
     algorithm.state = unpack("state", algorithm.state, data["state"], arrays, algorithm)
     algorithm.pop = unpack_population("pop", arrays, algorithm)
     if isinstance(algorithm.evaluator, TolerantEvaluator):
-        algorithm.evaluator.count_on(data["evaluations"])
+        algorithm.evaluator.restore_counts(data["evaluations"])
     else:
         algorithm.evaluator.n_eval = data["evaluations"]["n_eval"]
     # The saved time is negative if the system clock was set back during the run.

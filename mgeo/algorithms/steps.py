@@ -10,8 +10,8 @@ from mgeo._typing import BoolArray, FloatArray, IntArray
 
 Uniform: TypeAlias = Callable[[], FloatArray]
 
-_FAR = 1e9  # Steps of more bound widths are shortened, so that reflections stay finite.
-_FLAT = 1e3  # A law of this many bound widths is uniform between the bounds to 1e-6.
+_MAX_STEP_WIDTHS = 1e9  # Steps of more bound widths are shortened, so that reflections stay finite.
+_MAX_SCALE_WIDTHS = 1e3  # A law of this many bound widths is uniform between the bounds to 1e-6.
 
 
 class StepLaw(ABC):
@@ -106,7 +106,7 @@ def reflect(
 ) -> FloatArray:
     """Reflect steps at the bounds until they end inside; parameters as for `clip`."""
     width = xu - xl
-    moved = x + np.clip(step, -_FAR * width, _FAR * width)
+    moved = x + np.clip(step, -_MAX_STEP_WIDTHS * width, _MAX_STEP_WIDTHS * width)
     period = np.where(width > 0, 2.0 * width, 1.0)
     over = np.mod(moved - xl, period)
     folded = np.clip(xl + np.minimum(over, period - over), xl, xu)
@@ -130,7 +130,7 @@ def resample(
     """
     draw, moved = uniform(), x + step
     clipped = np.clip(moved, xl, xu)
-    scale = np.minimum(np.abs(spread), _FLAT * (xu - xl))
+    scale = np.minimum(np.abs(spread), _MAX_SCALE_WIDTHS * (xu - xl))
     follows_law = scale > 0
     unit = np.where(follows_law, scale, 1.0)
     with np.errstate(over="ignore"):  # The bound may be infinitely many scales away.
@@ -145,7 +145,7 @@ BOUNDS: dict[str, Bounding] = {"clip": clip, "reflect": reflect, "resample": res
 AUTO = "auto"
 
 
-def bounding_of(name: str, n_eq_constr: int) -> Bounding:
+def get_bounding(name: str, n_eq_constr: int) -> Bounding:
     """Return the treatment of the bounds with a name.
 
     Parameters
@@ -217,12 +217,12 @@ def perturb(
     return bounding(x, spread * noise, spread, xl, xu, uniform, law)
 
 
-def whole_steps(
+def round_steps(
     x: FloatArray,
-    moved: FloatArray,
-    own: IntArray,
+    end_points: FloatArray,
+    primary: IntArray,
     donor: FloatArray,
-    choice: BoolArray,
+    is_choice: BoolArray,
     xl: FloatArray,
     xu: FloatArray,
     uniform: FloatArray,
@@ -256,13 +256,13 @@ def whole_steps(
         Whole numbers within the bounds.
     """
     levels = xu - xl + 1.0
-    end = np.rint(moved)
+    end = np.rint(end_points)
     offset = np.floor(uniform * (levels - 1.0))  # Options to skip after the next one.
     random_option = xl + np.mod(x - xl + 1.0 + offset, levels)
     option = np.where(np.isnan(donor), random_option, donor)
-    end = np.where(choice & (end != x), option, end)
+    end = np.where(is_choice & (end != x), option, end)
     is_up = np.where(x == xl, True, (x < xu) & (uniform < 0.5))
     neighbor = np.clip(np.where(is_up, x + 1.0, x - 1.0), xl, xu)
     is_primary = np.zeros(end.shape, dtype=np.bool_)
-    np.put_along_axis(is_primary, own[..., None], True, axis=-1)
-    return np.where(is_primary & (end == x), np.where(choice, random_option, neighbor), end)
+    np.put_along_axis(is_primary, primary[..., None], True, axis=-1)
+    return np.where(is_primary & (end == x), np.where(is_choice, random_option, neighbor), end)

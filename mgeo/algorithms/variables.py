@@ -12,22 +12,22 @@ from pymoo.core.problem import Problem
 from pymoo.core.variable import Binary, Choice, Integer, Real, Variable
 
 from mgeo._typing import BoolArray, FloatArray
-from mgeo.evaluation.individuals import numbers, options_of
+from mgeo.evaluation.individuals import convert_dicts_to_numbers, get_choice_options
 
 Kind = Literal["real", "integer", "binary", "choice"]
 KINDS: tuple[Kind, ...] = ("real", "integer", "binary", "choice")
 
 #: Largest absolute bound of an integer, so that all values are exact as floats.
-MOST_WHOLE = 2**53 - 1
+MAX_INTEGER_BOUND = 2**53 - 1
 #: Largest absolute bound of a real variable, so that products of two values are finite.
-MOST_REAL = 1e150
+MAX_REAL_BOUND = 1e150
 
-_KIND_OF_TYPE: tuple[tuple[tuple[type, ...], Kind], ...] = (
+_KINDS_BY_TYPE: tuple[tuple[tuple[type, ...], Kind], ...] = (
     ((bool, np.bool_), "binary"),  # First, because bool is a subclass of int.
     ((int, np.integer), "integer"),
     ((float, np.floating), "real"),
 )
-_KIND_OF_VARIABLE: dict[type[Variable], Kind] = {
+_KINDS_BY_VARIABLE: dict[type[Variable], Kind] = {
     Real: "real",
     Integer: "integer",
     Binary: "binary",
@@ -64,7 +64,7 @@ class Variables:
     options: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, problem: Problem, allowed: Sequence[Kind]) -> Variables:
+    def from_problem(cls, problem: Problem, allowed_kinds: Sequence[Kind]) -> Variables:
         """Read the variables of a problem.
 
         Parameters
@@ -81,14 +81,18 @@ class Variables:
         """
         name = type(problem).__name__
         declared: dict[str, Variable] | None = getattr(problem, "vars", None)
-        options = options_of(problem)
+        options = get_choice_options(problem)
         if declared is None:
-            kind = kind_of_type(problem.vtype)
-            kinds = [_require_kind(kind, allowed, f"{name}.vtype", problem.vtype)] * problem.n_var
+            kind = get_kind(problem.vtype)
+            kinds = [
+                _require_kind(kind, allowed_kinds, f"{name}.vtype", problem.vtype)
+            ] * problem.n_var
             bounds: Sequence[Any] = (0, 1) if kind == "binary" else (problem.xl, problem.xu)
         else:
             kinds = [
-                _require_kind(_KIND_OF_VARIABLE.get(cls), allowed, f"{name}.vars[{key!r}]", cls)
+                _require_kind(
+                    _KINDS_BY_VARIABLE.get(cls), allowed_kinds, f"{name}.vars[{key!r}]", cls
+                )
                 for key, cls in ((key, type(each)) for key, each in declared.items())
             ]
             pairs = [_get_bounds(variable, options.get(key)) for key, variable in declared.items()]
@@ -100,34 +104,34 @@ class Variables:
         return variables
 
     def _check_bounds(self, problem: Problem) -> None:
-        name, is_real = type(problem).__name__, self.real
-        limits = np.where(is_real, MOST_REAL, MOST_WHOLE)
+        name, is_real = type(problem).__name__, self.is_real
+        limits = np.where(is_real, MAX_REAL_BOUND, MAX_INTEGER_BOUND)
         for key, bound in (("xl", self.xl), ("xu", self.xu)):
             is_valid = (np.abs(bound) <= limits) & (is_real | (bound == np.rint(bound)))
             for i in np.flatnonzero(~is_valid).tolist():
                 kind = "number" if is_real[i] else "whole number"
                 raise ValueError(
-                    f"{name}.{key}[{self.label(i)}] = {bound[i]:g}: expected a finite {kind} of at "
+                    f"{name}.{key}[{self.format_label(i)}] = {bound[i]:g}: expected a finite {kind} of at "
                     f"most {limits[i]:g} in size"
                 )
         if np.any(self.xl > self.xu):
             raise ValueError(f"{name}: expected xl <= xu, got xl = {self.xl}, xu = {self.xu}")
 
-    def label(self, variable: int) -> str:
+    def format_label(self, variable: int) -> str:
         """Return the label of a variable for messages: its quoted name, or else its index."""
         return str(variable) if self.names is None else repr(self.names[variable])
 
     @property
-    def real(self) -> BoolArray:
+    def is_real(self) -> BoolArray:
         """Mask of the real variables, shape (n_var,)."""
         return np.array([kind == "real" for kind in self.kinds])
 
     @property
-    def choice(self) -> BoolArray:
+    def is_choice(self) -> BoolArray:
         """Mask of the choices, shape (n_var,)."""
         return np.array([kind == "choice" for kind in self.kinds])
 
-    def designs(self, values: FloatArray) -> NDArray[Any]:
+    def to_designs(self, values: FloatArray) -> NDArray[Any]:
         """Convert numbers to designs of the problem.
 
         Parameters
@@ -154,39 +158,41 @@ class Variables:
             return rows
         return values.astype(_TYPES[self.kinds[0]], copy=False)
 
-    def values(self, designs: NDArray[Any]) -> FloatArray:
+    def to_numbers(self, designs: NDArray[Any]) -> FloatArray:
         """Convert designs to numbers, shape (n, n_var); the inverse of `designs`."""
         if self.names is None:
             return np.array(designs, dtype=float)
-        return numbers(designs, self.names, self.options)
+        return convert_dicts_to_numbers(designs, self.names, self.options)
 
 
-def kind_of_type(vtype: Any) -> Kind | None:
+def get_kind(vtype: Any) -> Kind | None:
     """Return the kind of variables for a ``vtype`` of pymoo; None if the type is unknown.
 
     A ``vtype`` of None means real variables.
     """
     if vtype is None:
         return "real"
-    kinds = _KIND_OF_TYPE if isinstance(vtype, type) else ()
+    kinds = _KINDS_BY_TYPE if isinstance(vtype, type) else ()
     return next((kind for types, kind in kinds if issubclass(vtype, types)), None)
 
 
-def designs_of(problem: Problem, X: FloatArray) -> NDArray[Any]:
+def convert_numbers_to_designs(problem: Problem, X: FloatArray) -> NDArray[Any]:
     """Convert numbers, shape (n, n_var), to designs of a problem.
 
     The inverse of `mgeo.evaluation.individuals.as_numbers`.
     """
     if getattr(problem, "vars", None) is None:
-        kind = kind_of_type(problem.vtype)
+        kind = get_kind(problem.vtype)
         return X if kind is None else X.astype(_TYPES[kind], copy=False)
-    return Variables.of(problem, KINDS).designs(X)
+    return Variables.from_problem(problem, KINDS).to_designs(X)
 
 
-def _require_kind(kind: Kind | None, allowed: Sequence[Kind], where: str, value: Any) -> Kind:
-    if kind is None or kind not in allowed:
+def _require_kind(kind: Kind | None, allowed_kinds: Sequence[Kind], where: str, value: Any) -> Kind:
+    if kind is None or kind not in allowed_kinds:
         hint = _HINT if kind else ""
-        raise ValueError(f"{where} = {value!r}: expected {' or '.join(allowed)} variables{hint}")
+        raise ValueError(
+            f"{where} = {value!r}: expected {' or '.join(allowed_kinds)} variables{hint}"
+        )
     return kind
 
 

@@ -9,7 +9,16 @@ from pymoo.core.problem import Problem
 
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.algorithms.selection import RULES, START_TAU, best, better, fitness, next_tau, pick, rank
+from mgeo.algorithms.selection import (
+    INITIAL_TAU,
+    RULES,
+    compute_fitness,
+    compute_next_tau,
+    draw_position,
+    find_best_fitness,
+    is_better,
+    rank,
+)
 from mgeo.validation.arguments import validate_choice, validate_integer, validate_number
 
 RESTARTS = ("never", "random", "archive")
@@ -44,8 +53,10 @@ class IndependentWalkers(ExtremalOptimization, ABC):
     evaluates_walkers = False
 
     _coordinates: IntArray  # Return value of `layout`.
-    _order: IntArray  # Index of the candidate at each entry of `layout`, -1 for padding.
-    _present: BoolArray  # Mask of the entries of `layout` that are not padding.
+    _candidate_indices: (
+        IntArray  # Index of the candidate at each entry of `layout`, -1 for padding.
+    )
+    _is_candidate: BoolArray  # Mask of the entries of `layout` that are not padding.
 
     def __init__(
         self,
@@ -67,7 +78,7 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         self.patience = validate_integer("patience", patience, low=1)
 
     @abstractmethod
-    def layout(self) -> IntArray:
+    def build_layout(self) -> IntArray:
         """Return the coordinate that each candidate changes, shape (n_groups, group_size).
 
         One candidate of each group is accepted. Shorter groups are padded with -1; no group may be
@@ -81,35 +92,37 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         Values at the padding of `layout` are ignored.
         """
 
-    def _begin(self, problem: Problem) -> None:
-        self._coordinates = self.layout()
-        self._present = present = self._coordinates >= 0
-        self._order = np.where(present, np.cumsum(present).reshape(present.shape) - 1, -1)
-        super()._begin(problem)
+    def _initialize_run(self, problem: Problem) -> None:
+        self._coordinates = self.build_layout()
+        self._is_candidate = present = self._coordinates >= 0
+        self._candidate_indices = np.where(
+            present, np.cumsum(present).reshape(present.shape) - 1, -1
+        )
+        super()._initialize_run(problem)
 
-    def forget(self, rows: IntArray) -> None:
-        super().forget(rows)
+    def reset_walkers(self, rows: IntArray) -> None:
+        super().reset_walkers(rows)
         state = self.state
-        state.taus[rows] = START_TAU
-        state.chances[rows] = 1.0 / math.sqrt(len(self.variables.kinds))
+        state.taus[rows] = INITIAL_TAU
+        state.improvement_chances[rows] = 1.0 / math.sqrt(len(self.variables.kinds))
         worst = np.inf, *np.zeros(state.taus.shape[1])  # Fitness of a failed evaluation.
         state.current_fitness[rows] = state.incumbent_fitness[rows] = worst
 
-    def candidates(self) -> FloatArray:
-        self.proposed = self.propose()
-        coordinates = self._coordinates[self._present]
+    def generate_candidates(self) -> FloatArray:
+        self.proposals = self.propose()
+        coordinates = self._coordinates[self._is_candidate]
         offset = int(self.evaluates_walkers)  # Row of the first candidate.
         points = np.repeat(self.walkers[:, None, :], offset + len(coordinates), axis=1)
-        points[:, offset + np.arange(len(coordinates)), coordinates] = self.proposed[
-            :, self._present
+        points[:, offset + np.arange(len(coordinates)), coordinates] = self.proposals[
+            :, self._is_candidate
         ]
-        decoded = self.code.decode(points)
+        decoded = self.encoding.decode(points)
         return decoded.reshape(-1, decoded.shape[-1])
 
     def accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
         F = F.reshape(self.n_walkers, -1, F.shape[1])
         violation = violation.reshape(self.n_walkers, -1)
-        n_groups = len(self._order)
+        n_groups = len(self._candidate_indices)
         offset = int(self.evaluates_walkers)  # Row of the first candidate.
         n = F.shape[1] - offset
         draws = np.array([stream.random(1 + n + n_groups) for stream in self.streams])
@@ -117,30 +130,36 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         improved = np.zeros(self.n_walkers, dtype=np.bool_)
         tau: Any = self.tau
         if needs_fitness := isinstance(self.tau, str) or self.restart != "never":
-            values = fitness(F, violation)
+            values = compute_fitness(F, violation)
             if offset:
                 self.state.current_fitness = values[:, 0].copy()
-                improved = self._improve(values[:, :1])
+                improved = self._update_incumbent_fitness(values[:, :1])
             if isinstance(self.tau, str):
                 tau = self._adapt_tau(objective, values[:, offset:])
-            improved = improved | self._improve(values[:, offset:])
+            improved = improved | self._update_incumbent_fitness(values[:, offset:])
         f = np.take_along_axis(F, objective[:, None, None], axis=2)[:, offset:, 0]
         f[~np.isfinite(F[:, offset:]).all(axis=2)] = np.nan
-        ties = self._group(draws[:, 1 : 1 + n], 2.0)  # Padding ranks last.
-        ranking = rank(self._group(f, np.nan), self._group(violation[:, offset:], 0.0), ties)
-        position = pick(draws[:, 1 + n :], np.count_nonzero(self._present, axis=1), tau)
+        ties = self._arrange_by_group(draws[:, 1 : 1 + n], 2.0)  # Padding ranks last.
+        ranking = rank(
+            self._arrange_by_group(f, np.nan),
+            self._arrange_by_group(violation[:, offset:], 0.0),
+            ties,
+        )
+        position = draw_position(
+            draws[:, 1 + n :], np.count_nonzero(self._is_candidate, axis=1), tau
+        )
         walker, group = np.arange(self.n_walkers)[:, None], np.arange(n_groups)[None, :]
         accepted = ranking[walker, group, position]
         coordinates = self._coordinates[group, accepted]
-        self.walkers[walker, coordinates] = self.proposed[walker, group, accepted]
+        self.walkers[walker, coordinates] = self.proposals[walker, group, accepted]
         if needs_fitness and n_groups == 1:
-            rows = offset + self._order[0, accepted[:, 0]]
+            rows = offset + self._candidate_indices[0, accepted[:, 0]]
             self.state.current_fitness = values[np.arange(self.n_walkers), rows]
         return improved
 
-    def _group(self, values: FloatArray, padding: float) -> FloatArray:
+    def _arrange_by_group(self, values: FloatArray, padding: float) -> FloatArray:
         """Arrange values of candidates, (n_walkers, n), as (n_walkers, n_groups, group_size)."""
-        return np.where(self._present, values[:, self._order], padding)
+        return np.where(self._is_candidate, values[:, self._candidate_indices], padding)
 
     def _adapt_tau(self, objective: IntArray, values: FloatArray) -> FloatArray:
         """Update tau of the drawn objectives by the rule and return it, shape (n_walkers, 1)."""
@@ -148,31 +167,42 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         is_a_geo1 = self.tau == "a-geo1"
         reference = state.incumbent_fitness if is_a_geo1 else state.current_fitness
         drawn = np.arange(self.n_walkers), objective
-        chance = better(values, reference[:, None]).mean(axis=1)[drawn]
+        chance = is_better(values, reference[:, None]).mean(axis=1)[drawn]
         uniform = np.array([stream.random() for stream in self.streams])
         normal = np.array([stream.standard_normal() for stream in self.streams])
-        state.taus[drawn] = next_tau(
-            state.taus[drawn], chance, state.chances[drawn], normal, uniform, self.walkers.shape[1]
+        state.taus[drawn] = compute_next_tau(
+            state.taus[drawn],
+            chance,
+            state.improvement_chances[drawn],
+            normal,
+            uniform,
+            self.walkers.shape[1],
         )
-        state.chances[drawn] = chance
+        state.improvement_chances[drawn] = chance
         return state.taus[drawn][:, None]
 
-    def _improve(self, values: FloatArray) -> BoolArray:
+    def _update_incumbent_fitness(self, values: FloatArray) -> BoolArray:
         """Update the best fitness of each walker and return the mask of walkers that improved.
 
         `values` has the shape (n_walkers, n, 1 + n_obj).
         """
         before = self.state.incumbent_fitness
-        self.state.incumbent_fitness = best(np.concatenate([before[:, None], values], axis=1))
-        return np.asarray(better(self.state.incumbent_fitness, before).any(axis=1))
+        self.state.incumbent_fitness = find_best_fitness(
+            np.concatenate([before[:, None], values], axis=1)
+        )
+        return np.asarray(is_better(self.state.incumbent_fitness, before).any(axis=1))
 
-    def restart_idle(self, progress: BoolArray, entered: BoolArray) -> None:
+    def restart_idle_walkers(
+        self, has_progress: BoolArray, has_archived_candidate: BoolArray
+    ) -> None:
         if self.restart == "never":
             return
-        self.state.idle = np.where(progress | entered, 0, self.state.idle + 1)
-        rows = np.flatnonzero(self.state.idle >= self.patience)
+        self.state.n_idle_generations = np.where(
+            has_progress | has_archived_candidate, 0, self.state.n_idle_generations + 1
+        )
+        rows = np.flatnonzero(self.state.n_idle_generations >= self.patience)
         if self.restart == "archive" and len(self.front) and len(rows):
             points = [self.streams[walker].integers(len(self.front)) for walker in rows]
-            self.restart_walkers(rows, self.archived(points))
+            self.restart_walkers(rows, self.get_archived_points(points))
         elif len(rows):
             self.restart_walkers(rows)

@@ -57,7 +57,7 @@ class CocoProblem(Problem):
         )
 
     @property
-    def instance_of(self) -> str:
+    def function_name(self) -> str:
         """Name of the function, the same for all its instances and dimensions."""
         return f"{self.suite} f{self.function}"
 
@@ -71,7 +71,7 @@ class CocoProblem(Problem):
             out["F"] = np.array([np.atleast_1d(coco(x)) for x in X])
 
 
-def problem(name: str) -> CocoProblem:
+def build_coco_problem(name: str) -> CocoProblem:
     """Build the problem with a name such as ``bbob-biobj/f12/d10/i3``.
 
     Raises
@@ -79,14 +79,14 @@ def problem(name: str) -> CocoProblem:
     ValueError
         If the name has another form or contains ranges, and as for `CocoProblem`.
     """
-    suite, *numbers = _split(name)
+    suite, *numbers = _split_name(name)
     if not all(number.isdigit() for number in numbers):
         raise ValueError(f"coco:{name}: expected one function, one dimension and one instance")
     function, dimension, instance = map(int, numbers)
     return CocoProblem(suite, function, dimension, instance)
 
 
-def names(name: str) -> Iterator[str]:
+def expand_ranges(name: str) -> Iterator[str]:
     """Expand a name with ranges, ``bbob-biobj/f1-55/d5,10/i1-5``, into names without ranges.
 
     Raises
@@ -94,13 +94,13 @@ def names(name: str) -> Iterator[str]:
     ValueError
         If the name does not have this form.
     """
-    suite, *ranges = _split(name)
+    suite, *ranges = _split_name(name)
     functions, dimensions, instances = (_parse_ranges(name, text) for text in ranges)
     for dimension, function, instance in product(dimensions, functions, instances):
         yield f"{suite}/f{function}/d{dimension}/i{instance}"
 
 
-def _split(name: str) -> tuple[str, ...]:
+def _split_name(name: str) -> tuple[str, ...]:
     match = _NAME.fullmatch(name)
     if match is None:
         raise ValueError(f"coco:{name:.80}: {_EXPECTED}")

@@ -9,18 +9,18 @@ if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
 #: Example of a name for each prefix.
-PREFIXES: Mapping[str, str] = {
+EXAMPLES_BY_PREFIX: Mapping[str, str] = {
     "pymoo": "pymoo:zdt1",
     "shifted": "shifted:zdt1",
     "coco": "coco:bbob-biobj/f1/d10/i1",
 }
-COCO = "coco-experiment"  # Distribution that the extra ``coco`` installs.
+COCO_DISTRIBUTION = "coco-experiment"  # Distribution that the extra ``coco`` installs.
 
 
 def is_benchmark(name: str) -> bool:
     """Return whether the name of a problem has one of the prefixes in `PREFIXES`."""
     prefix, colon, _ = name.partition(":")
-    return bool(colon) and prefix in PREFIXES
+    return bool(colon) and prefix in EXAMPLES_BY_PREFIX
 
 
 def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:
@@ -42,7 +42,7 @@ def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:
     return _BUILDERS[prefix](rest, options)
 
 
-def expanded(name: str) -> list[str]:
+def expand_name(name: str) -> list[str]:
     """Expand a COCO name with ranges, ``coco:bbob-biobj/f1-55/d5,10/i1``, into single names.
 
     Any other name is returned as the only entry.
@@ -55,17 +55,17 @@ def expanded(name: str) -> list[str]:
     prefix, _, rest = name.partition(":")
     if prefix != "coco":
         return [name]
-    from mgeo.benchmarks.coco import names
+    from mgeo.benchmarks.coco import expand_ranges
 
-    return [f"coco:{each}" for each in names(rest)]
+    return [f"coco:{each}" for each in expand_ranges(rest)]
 
 
-def distributions(name: str) -> list[str]:
+def list_distributions(name: str) -> list[str]:
     """Return the distributions, other than pymoo, that the values of a problem depend on."""
-    return [COCO] if name.startswith("coco:") else []
+    return [COCO_DISTRIBUTION] if name.startswith("coco:") else []
 
 
-def short_name(name: str) -> str:
+def format_short_name(name: str) -> str:
     """Return the name of a problem for tables, such as ``zdt1`` for ``pymoo:zdt1``."""
     prefix, _, rest = name.partition(":")
     if not is_benchmark(name):
@@ -79,13 +79,13 @@ def _build_pymoo(name: str, options: Mapping[str, Any]) -> Problem:
     from pymoo.problems import get_problem
     from pymoo.problems.multi.zdt import ZDT5
 
-    from mgeo.validation.constructors import refuse_unknown_options
+    from mgeo.validation.constructors import reject_unknown_options
 
     try:
         problem: Problem = get_problem(name, **options)
     except Exception as error:  # pymoo raises Exception itself for unknown names.
         raise ValueError(f"pymoo has no problem {name!r} with {dict(options)}: {error}") from error
-    refuse_unknown_options(f"pymoo:{name}", type(problem), options)
+    reject_unknown_options(f"pymoo:{name}", type(problem), options)
     if isinstance(problem, ZDT5):
         # ZDT5 is defined on bit strings (Zitzler, Deb & Thiele 2000); pymoo declares floats.
         problem.vtype = bool
@@ -93,19 +93,19 @@ def _build_pymoo(name: str, options: Mapping[str, Any]) -> Problem:
 
 
 def _build_shifted(name: str, options: Mapping[str, Any]) -> Problem:
-    from mgeo.benchmarks.shifted import Shifted
+    from mgeo.benchmarks.shifted import ShiftedProblem
 
-    return Shifted(_build_pymoo(name, options))
+    return ShiftedProblem(_build_pymoo(name, options))
 
 
 def _build_coco(name: str, options: Mapping[str, Any]) -> Problem:
-    from mgeo.benchmarks.coco import problem
+    from mgeo.benchmarks.coco import build_coco_problem
 
     for key in options:
         raise ValueError(
             f"problem 'coco:{name}' has no option {key!r}: its name specifies everything"
         )
-    return problem(name)
+    return build_coco_problem(name)
 
 
 _BUILDERS: Mapping[str, Callable[[str, Mapping[str, Any]], Problem]] = {

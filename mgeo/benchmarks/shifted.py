@@ -12,10 +12,10 @@ from mgeo._typing import FloatArray
 #: Extension of the box below and above, relative to its width. The values differ so that an optimum
 #: in the middle of the box, as in DTLZ1 and ZDT4, does not remain in the middle. With these values,
 #: the new bounds also map to points far from the usual optima at 0, 0.35 (WFG) and 0.5.
-BELOW, ABOVE = 0.7, 0.2
+EXTENSION_BELOW, EXTENSION_ABOVE = 0.7, 0.2
 
 
-class Shifted(Problem):
+class ShiftedProblem(Problem):
     """Problem that is extended to a wider box by mirroring at the original bounds.
 
     Within the original bounds, the objectives and constraints are unchanged, so that all optima
@@ -44,8 +44,8 @@ class Shifted(Problem):
             n_obj=inner.n_obj,
             n_ieq_constr=inner.n_ieq_constr,
             n_eq_constr=inner.n_eq_constr,
-            xl=xl - BELOW * (xu - xl),
-            xu=xu + ABOVE * (xu - xl),
+            xl=xl - EXTENSION_BELOW * (xu - xl),
+            xu=xu + EXTENSION_ABOVE * (xu - xl),
             vtype=float,
         )
         self.inner = inner
@@ -54,7 +54,7 @@ class Shifted(Problem):
         """Return the name of the original problem with the prefix "Shifted"."""
         return f"Shifted {self.inner.name()}"
 
-    def mirrored(self, x: FloatArray) -> FloatArray:
+    def mirror(self, x: FloatArray) -> FloatArray:
         """Map points, shape (n, n_var), into the original bounds by mirroring."""
         xl, xu = self.inner.xl, self.inner.xu
         return np.clip(np.where(x < xl, 2.0 * xl - x, np.where(x > xu, 2.0 * xu - x, x)), xl, xu)
@@ -62,9 +62,7 @@ class Shifted(Problem):
     def _evaluate(self, X: FloatArray, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         values = ["F", "G", "H"]
         out.update(
-            self.inner.evaluate(
-                self.mirrored(X), return_values_of=values, return_as_dictionary=True
-            )
+            self.inner.evaluate(self.mirror(X), return_values_of=values, return_as_dictionary=True)
         )
 
     def _calc_pareto_front(self, *args: Any, **kwargs: Any) -> Any:

@@ -27,7 +27,7 @@ from mgeo.plugins.discovery import (
     COMMANDS,
     PROBLEMS,
     Plugin,
-    installed_plugins,
+    list_plugins,
 )
 
 #: Examples of each command, which its help shows and the tests run.
@@ -92,7 +92,7 @@ class Commands(CommandGroup):
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the names of all commands; plugins cannot replace commands of mgeo."""
-        for plugin in installed_plugins(COMMANDS):
+        for plugin in list_plugins(COMMANDS):
             # A name with a dot extends the commands of another plugin.
             if "." not in plugin.name:
                 self.commands.setdefault(plugin.name, _PluginCommands(plugin))
@@ -124,7 +124,7 @@ class _PluginCommands(TyperCommand):
     def load(self) -> Any:
         """Import the commands, including those that other distributions add."""
         group = _group(self._plugin)
-        for plugin in installed_plugins(COMMANDS):
+        for plugin in list_plugins(COMMANDS):
             if plugin.name.startswith(f"{self._plugin.name}."):
                 group.commands |= _group(plugin).commands
         return group
@@ -165,7 +165,7 @@ def _print_version(wanted: bool) -> None:
     if not wanted:
         return
     groups = (PROBLEMS, ALGORITHMS, COMMANDS)
-    plugins = {each.distribution for group in groups for each in installed_plugins(group)}
+    plugins = {each.distribution for group in groups for each in list_plugins(group)}
     for name in ("mgeo", *sorted(plugins - {"mgeo"}), "numpy", "scipy", "pymoo"):
         typer.echo(f"{name} {metadata.version(name)}")
     typer.echo(f"python {platform.python_version()}")

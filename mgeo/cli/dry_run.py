@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.running import run_title
 from mgeo.figures.front import MOST_OBJECTIVES
-from mgeo.plugins.protocol import ask, is_own, problem_size
-from mgeo.plugins.view import View, view_of
+from mgeo.plugins.protocol import call_optional, describe_size, has_override
+from mgeo.plugins.view import View, build_view
 from mgeo.runs.prepare import PreparedRun
 from mgeo.store import run_folder
 from mgeo.terminal import Output, pairs
@@ -23,15 +23,19 @@ if TYPE_CHECKING:
 
 def describe_run(run: PreparedRun, folder: Path, output: Output) -> None:
     """Print the size, budget and files of a run of ``mgeo solve``."""
-    configuration, size, view = run.configuration, problem_size(run.problem), view_of(run.problem)
+    configuration, size, view = (
+        run.configuration,
+        describe_size(run.problem),
+        build_view(run.problem),
+    )
     files = [run_folder.FRONT_FILE, run_folder.ARRAYS_FILE, run_folder.RUN_FILE]
-    if is_own(view, View.figures) or run.problem.n_obj <= MOST_OBJECTIVES:
+    if has_override(view, View.figures) or run.problem.n_obj <= MOST_OBJECTIVES:
         files.append(run_folder.FIGURE_FILE)
     if isinstance(run.algorithm, ExtremalOptimization):
         files.append(run_folder.CHECKPOINT_FILE)
     if run.record:
         files.append(f"{run_folder.RECORD_FOLDER}/")
-    notes, facts = ask(view, View.notes), ask(view, View.facts)
+    notes, facts = call_optional(view, View.notes), call_optional(view, View.facts)
     texts = {
         "size": _format_size(size),
         "budget": f"{configuration.evaluations:,} evaluations",
@@ -72,7 +76,7 @@ def describe_study(
     folder : folder that the study would write.
     output : destination of the text.
     """
-    sizes = {label: problem_size(problem) for label, problem in problems.items()}
+    sizes = {label: describe_size(problem) for label, problem in problems.items()}
     algorithms = [algorithm.label for algorithm in study.algorithms]
     runs = len(study.problems) * len(algorithms) * len(study.seeds)
     each = " per variable" if study.per_variable else ""

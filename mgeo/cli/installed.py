@@ -8,13 +8,13 @@ import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import bad_input
-from mgeo.plugins.discovery import Plugin, PluginError, installed_plugins, preset_names
+from mgeo.plugins.discovery import Plugin, PluginError, list_plugins, list_preset_names
 from mgeo.terminal import Output, plain, table
 
 
 def problems(json: options.Json = False, debug: options.Debug = False) -> None:
     """List the installed problems."""
-    descriptions = [_describe_problem(plugin) for plugin in installed_plugins()]
+    descriptions = [_describe_problem(plugin) for plugin in list_plugins()]
     output = Output(json=json)
     output.result({"problems": descriptions})
     if not descriptions:
@@ -75,16 +75,16 @@ def _describe_algorithm(name: str) -> dict[str, Any]:
 
 def _describe_problem(plugin: Plugin) -> dict[str, Any]:
     from mgeo.plugins.problems import load_problem
-    from mgeo.plugins.protocol import problem_size
+    from mgeo.plugins.protocol import describe_size
 
     record: dict[str, Any] = {
         "name": plugin.name,
         "distribution": plugin.distribution,
         "version": plugin.version,
-        "presets": preset_names(plugin.name),
+        "presets": list_preset_names(plugin.name),
     }
     try:
-        return record | problem_size(load_problem(plugin.name)) | {"error": None}
+        return record | describe_size(load_problem(plugin.name)) | {"error": None}
     except (ValueError, OSError) as error:  # One broken plugin must not hide the other problems.
         return record | {"variables": [], "objectives": [], "constraints": 0, "error": str(error)}
 

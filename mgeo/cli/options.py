@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.plugins.discovery import installed_plugins, preset_names
+from mgeo.plugins.discovery import list_plugins, list_preset_names
 from mgeo.terminal import stdout_for_documents
 
 
@@ -24,7 +24,7 @@ def among(names: Iterable[str]) -> Callable[[], list[str]]:
 
 def problems() -> list[str]:
     """Return the names of the installed problems, for completion."""
-    return [plugin.name for plugin in installed_plugins()]
+    return [plugin.name for plugin in list_plugins()]
 
 
 def algorithms() -> list[str]:
@@ -37,7 +37,7 @@ def scenarios(ctx: typer.Context) -> list[str]:
     """Return the presets of the problem on the command line, for completion."""
     # An option without a value makes typer leave the arguments unread.
     words = [str(ctx.params.get("problem")), *ctx.args]
-    return [preset for word in words for preset in preset_names(word)]
+    return [preset for word in words for preset in list_preset_names(word)]
 
 
 def _reserve_stdout(ctx: typer.Context, wanted: bool) -> bool:

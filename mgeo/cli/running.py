@@ -20,8 +20,8 @@ from mgeo.cli.errors import ExitCode, StopRequest, bad_input, stop_requests
 from mgeo.cli.summary import clock, show_summary
 from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures.page import page
-from mgeo.plugins.protocol import ask, column_names
-from mgeo.plugins.view import View, front_of, view_of
+from mgeo.plugins.protocol import call_optional, get_column_names
+from mgeo.plugins.view import View, build_front_figure, build_view
 from mgeo.runs.algorithms import complete_parameters
 from mgeo.runs.prepare import PreparedRun
 from mgeo.runs.solve import State
@@ -134,7 +134,7 @@ def run_and_show(run: PreparedRun, folder: Path, output: Output, max_time: float
         Exit code: 0 if a feasible solution was found, 3 if none was found or none can exist, 128 +
         the signal number if a signal stopped the run.
     """
-    if impossible := ask(view_of(run.problem), View.impossible):
+    if impossible := call_optional(build_view(run.problem), View.infeasibility_reasons):
         output.print("no solution can satisfy all constraints", *(f"  {why}" for why in impossible))
         output.result({"impossible": impossible})
         return ExitCode.INCOMPLETE
@@ -159,7 +159,7 @@ def run_and_show(run: PreparedRun, folder: Path, output: Output, max_time: float
                 output.note(f"To continue after correcting the error: mgeo resume {folder}")
             raise
         solutions = outcome.nearest or outcome
-        view = view_of(run.problem, solutions.X, solutions.F)
+        view = build_view(run.problem, solutions.X, solutions.F)
         try:
             _write_extras(run, outcome, view, folder)
         finally:  # Print the summary even if a figure fails.
@@ -170,12 +170,12 @@ def run_and_show(run: PreparedRun, folder: Path, output: Output, max_time: float
 
 
 def _write_extras(run: PreparedRun, outcome: Outcome, view: View, folder: Path) -> None:
-    if len(outcome.F) and (arrays := ask(view, View.arrays)):
+    if len(outcome.F) and (arrays := call_optional(view, View.arrays)):
         run_folder.write_arrays(folder, outcome, arrays)
     title, note = run_title(run.configuration), ""
     if outcome.nearest:
         note = f"No feasible solution was found. Shown: the {len(view.X)} nearest to feasibility."
-    if (figure := front_of(view, title)) is not None:
+    if (figure := build_front_figure(view, title)) is not None:
         write_file(folder / run_folder.FIGURE_FILE, page(figure, title, note).encode())
 
 
@@ -201,7 +201,7 @@ def _format_state(state: State) -> str:
     if failed := sum(state.failures.values()):
         shown["failed"] = f"{failed:,}"
     if len(F):
-        best = zip(column_names(state.problem)[1], F.min(axis=0), strict=True)
+        best = zip(get_column_names(state.problem)[1], F.min(axis=0), strict=True)
         shown |= {f"best {name}": f"{value:.6g}" for name, value in best}
     if (volume := state.hypervolume(F)) is not None:
         shown["hypervolume"] = f"{volume:.4f}"

@@ -147,7 +147,7 @@ def solve(
         run = prepare(
             problem,
             parameters=parameters,
-            options=read_scenario(problem, scenario, after=after, named=(problem,)),
+            options=read_scenario(problem, scenario, after=after, trusted_classes=(problem,)),
             algorithm=algorithm_option,
             evaluations=evaluations,
             seed=seed,

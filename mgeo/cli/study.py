@@ -57,14 +57,14 @@ def study(
         read = read_study(file, imports=not dry_run).reduced(evaluations, seeds)
         if dry_run:
             from mgeo.cli.dry_run import describe_study
-            from mgeo.plugins.problems import is_own_class
+            from mgeo.plugins.problems import is_class_path
 
-            problems = {p.label: p.build() for p in read.problems if not is_own_class(p.name)}
+            problems = {p.label: p.build() for p in read.problems if not is_class_path(p.name)}
             describe_study(read, problems, folder, output)
             listed = [(p.label, p.name) for p in read.problems]
             listed += [(a.label, a.name) for a in read.algorithms]
             for label, name in listed:
-                if is_own_class(name):
+                if is_class_path(name):
                     output.note(f"Note: {label}: not checked, because a dry run imports no modules")
             return
         with _start_workers(jobs, cluster) as n_jobs, warnings.catch_warnings():

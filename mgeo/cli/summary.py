@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from mgeo.plugins.protocol import ask
+from mgeo.plugins.protocol import call_optional
 from mgeo.plugins.view import View
 from mgeo.runs.answer import answer, dead_end, representative_solutions
 from mgeo.store.run import Outcome, Run
@@ -35,7 +35,9 @@ def show_summary(run: Run, view: View, folder: Path, output: Output) -> None:
     outcome = run.outcome
     best = answer(view) if len(outcome.F) else None
     stuck = dead_end(view) if outcome.nearest else None
-    remarks = ask(view, View.remarks) if best else []  # Remarks can take seconds to compute.
+    remarks = (
+        call_optional(view, View.remarks) if best else []
+    )  # Remarks can take seconds to compute.
     output.result(
         {
             "folder": str(folder),
@@ -96,7 +98,7 @@ def _solutions_table(view: View, outcome: Outcome) -> Table:
     Solutions labeled "between" are omitted if the terminal is too narrow.
     """
     chosen = representative_solutions(view.problem, outcome.F, outcome.objectives)
-    described = ask(view.take([solution.row for solution in chosen]), View.describe)
+    described = call_optional(view.select([solution.row for solution in chosen]), View.describe)
     titles = [f"{solution.label} ({solution.row})" for solution in chosen]
     frame = described.astype(object).T.set_axis(titles, axis="columns")
     full_table = table(["", *frame], frame.itertuples(name=None))

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from mgeo._typing import BoolArray, FloatArray
 
 # Pairs per comparison: a block of booleans of this size fits into the cache of a core.
-_BLOCK = 1 << 18
+_BLOCK_SIZE = 1 << 18
 # Against a front of more than _LONG rows, every _SAMPLE-th row of the front is compared first.
-_SAMPLE, _LONG = 16, 4096
+_SAMPLING_STRIDE, _MAX_UNSAMPLED_ROWS = 16, 4096
 
 
-def nondominated(F: FloatArray) -> BoolArray:
+def find_nondominated(F: FloatArray) -> BoolArray:
     """Return the mask of the nondominated rows of `F`.
 
     The cost is O(n log n) for up to three objectives (Kung, Luccio & Preparata 1975, as implemented
@@ -39,13 +39,13 @@ def nondominated(F: FloatArray) -> BoolArray:
     return selected
 
 
-def front_rows(F: FloatArray) -> NDArray[np.intp]:
+def find_front_rows(F: FloatArray) -> NDArray[np.intp]:
     """Return the indices of the nondominated rows of `F`, sorted by the first objective."""
-    rows = np.flatnonzero(nondominated(F))
+    rows = np.flatnonzero(find_nondominated(F))
     return rows[np.argsort(F[rows, 0], kind="stable")]
 
 
-def not_weakly_dominated(F: FloatArray, front: FloatArray) -> BoolArray:
+def find_not_weakly_dominated(F: FloatArray, front: FloatArray) -> BoolArray:
     """Return the mask of the rows of `F` that no row of `front` weakly dominates.
 
     Parameters
@@ -70,15 +70,15 @@ def not_weakly_dominated(F: FloatArray, front: FloatArray) -> BoolArray:
         n_left = np.searchsorted(front[:, 0], F[:, 0], side="right")
         selected: BoolArray = (front[:, 1].take(n_left - 1) > F[:, 1]) | (n_left == 0)
         return selected
-    if len(front) <= _LONG:
-        return ~_weakly_dominated(F, front)
+    if len(front) <= _MAX_UNSAMPLED_ROWS:
+        return ~_is_weakly_dominated(F, front)
     # During a search, a sample of a long front already dominates most candidates.
-    selected = ~_weakly_dominated(F, front[::_SAMPLE])
-    selected[selected] = ~_weakly_dominated(F[selected], front)
+    selected = ~_is_weakly_dominated(F, front[::_SAMPLING_STRIDE])
+    selected[selected] = ~_is_weakly_dominated(F[selected], front)
     return selected
 
 
-def weakly_dominated_rows(front: FloatArray, F: FloatArray) -> NDArray[np.intp]:
+def find_weakly_dominated_rows(front: FloatArray, F: FloatArray) -> NDArray[np.intp]:
     """Return the indices of the rows of `front` that at least one row of `F` weakly dominates.
 
     Parameters
@@ -99,7 +99,7 @@ def weakly_dominated_rows(front: FloatArray, F: FloatArray) -> NDArray[np.intp]:
     The cost is O(n log m) for two objectives and O(n m) for more.
     """
     if F.shape[1] != 2:
-        return np.flatnonzero(~not_weakly_dominated(front, F))
+        return np.flatnonzero(~find_not_weakly_dominated(front, F))
     # With two objectives, each row of F dominates a contiguous section of the front.
     first = np.searchsorted(front[:, 0], F[:, 0], side="left")
     last = len(front) - np.searchsorted(front[::-1, 1], F[:, 1], side="left")
@@ -107,12 +107,12 @@ def weakly_dominated_rows(front: FloatArray, F: FloatArray) -> NDArray[np.intp]:
     return np.unique(np.concatenate(sections)) if sections else np.empty(0, dtype=np.intp)
 
 
-def _weakly_dominated(F: FloatArray, front: FloatArray) -> BoolArray:
+def _is_weakly_dominated(F: FloatArray, front: FloatArray) -> BoolArray:
     # The longer set lies along the inner axis of the comparison, where NumPy is fast.
     a, b = np.ascontiguousarray(F.T), np.ascontiguousarray(front.T)
     n, m = len(F), len(front)
     mask = np.zeros(n, dtype=np.bool_)
-    step = max(1, _BLOCK // max(1, n, m))
+    step = max(1, _BLOCK_SIZE // max(1, n, m))
     if n < m:
         for i in range(0, n, step):
             pairs = _is_weakly_below(b[:, None, :], a[:, i : i + step, None])

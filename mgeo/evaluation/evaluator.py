@@ -11,8 +11,8 @@ import numpy as np
 from pymoo.core.evaluator import Evaluator
 
 from mgeo._typing import BoolArray, FloatArray
-from mgeo.evaluation.failures import Failure, attempt
-from mgeo.evaluation.individuals import own, values_of
+from mgeo.evaluation.failures import Failure, evaluate_batch
+from mgeo.evaluation.individuals import copy_array, get_values
 from mgeo.validation.arguments import validate_integer
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ _MAX_CAUSES = 20  # Further causes are counted together as _OTHER_CAUSES.
 _OTHER_CAUSES = "other causes"
 _PENALTY = 1e30  # Value of a failed candidate before any candidate has succeeded.
 
-_N_POINTS = 3
+_N_CHECK_POINTS = 3
 # Tolerance relative to the largest value of a column: batches of another size, and other versions
 # of libraries, round differently.
 _RTOL = 1e-9
@@ -96,14 +96,14 @@ class TolerantEvaluator(Evaluator):
         self.patience = validate_integer("patience", patience, low=1)
         self.warn = warn
         self.n_failed = 0
-        self.n_in_a_row = 0
-        self._any_succeeded = False
+        self.n_consecutive_failures = 0
+        self._has_success = False
         self.causes: dict[str, int] = {}
-        self._first_in_a_row: Failure | None = None
-        self._seen: dict[str, tuple[FloatArray, FloatArray]] = {}
+        self._first_consecutive_failure: Failure | None = None
+        self._value_ranges: dict[str, tuple[FloatArray, FloatArray]] = {}
 
     @classmethod
-    def like(cls, evaluator: Evaluator) -> Evaluator:
+    def from_evaluator(cls, evaluator: Evaluator) -> Evaluator:
         """Return a tolerant copy of a plain pymoo `Evaluator`.
 
         An instance of any other class is returned unchanged.
@@ -114,7 +114,7 @@ class TolerantEvaluator(Evaluator):
         tolerant.__dict__.update(evaluator.__dict__)
         return tolerant
 
-    def settings(self) -> dict[str, Any]:
+    def get_settings(self) -> dict[str, Any]:
         """Return the constructor arguments, except the callback, as JSON values."""
         return {
             "patience": self.patience,
@@ -123,16 +123,16 @@ class TolerantEvaluator(Evaluator):
             "evaluate_values_of": list(self.evaluate_values_of),
         }
 
-    def counts(self) -> dict[str, Any]:
+    def get_counts(self) -> dict[str, Any]:
         """Return the counters as JSON values."""
         return {
             "n_eval": self.n_eval,
             "n_failed": self.n_failed,
-            "n_in_a_row": self.n_in_a_row,
+            "n_in_a_row": self.n_consecutive_failures,
             "causes": dict(self.causes),
         }
 
-    def count_on(self, counts: Mapping[str, Any]) -> None:
+    def restore_counts(self, counts: Mapping[str, Any]) -> None:
         """Set the counters to those of an earlier run, to resume it.
 
         Parameters
@@ -142,20 +142,20 @@ class TolerantEvaluator(Evaluator):
         """
         self.n_eval = counts["n_eval"]
         self.n_failed = counts.get("n_failed", 0)
-        self._any_succeeded = self.n_eval > self.n_failed
-        self.n_in_a_row = counts.get("n_in_a_row", 0)
+        self._has_success = self.n_eval > self.n_failed
+        self.n_consecutive_failures = counts.get("n_in_a_row", 0)
         self.causes = dict(counts.get("causes", {}))
 
     def require_success(self) -> None:
         """Raise EvaluationError if candidates were evaluated and all of them failed."""
-        if self.n_failed and not self._any_succeeded:
-            raise self._error()
+        if self.n_failed and not self._has_success:
+            raise self._build_error()
 
     def _eval(
         self, problem: Problem, pop: Population, evaluate_values_of: list[str], **kwargs: Any
     ) -> None:
-        values, failures = attempt(problem, values_of(pop, "X"), evaluate_values_of, kwargs)
-        self._count(failures, len(pop))
+        values, failures = evaluate_batch(problem, get_values(pop, "X"), evaluate_values_of, kwargs)
+        self._count_failures(failures, len(pop))
         failed = np.zeros(len(pop), dtype=np.bool_)
         failed[list(failures)] = True
         takes_nan = getattr(kwargs.get("algorithm"), "takes_nan", False)
@@ -166,14 +166,14 @@ class TolerantEvaluator(Evaluator):
         nonempty = {name: value for name, value in values.items() if value.size}
         for i, individual in enumerate(pop.tolist()):
             for name, value in nonempty.items():
-                individual.set(name, own(value[i]))
+                individual.set(name, copy_array(value[i]))
             individual.evaluated.update(values)
         if failures:
             pop[failed].set("failed", True)
         if failures and not takes_nan and not problem.has_constraints():
             pop[failed].set("CV", np.ones((len(failures), 1)))
 
-    def _count(self, failures: dict[int, Failure], n: int) -> None:
+    def _count_failures(self, failures: dict[int, Failure], n: int) -> None:
         self.n_failed += len(failures)
         in_order = [failure for _, failure in sorted(failures.items())]
         for failure in in_order:
@@ -181,14 +181,14 @@ class TolerantEvaluator(Evaluator):
             cause = failure.cause if is_listed else _OTHER_CAUSES
             self.causes[cause] = self.causes.get(cause, 0) + 1
         if len(failures) < n:
-            self.n_in_a_row = 0
-            self._any_succeeded = True
+            self.n_consecutive_failures = 0
+            self._has_success = True
         else:
-            if not self.n_in_a_row:
-                self._first_in_a_row = in_order[0]
-            self.n_in_a_row += n
-        if self.n_in_a_row >= self.patience:
-            raise self._error()
+            if not self.n_consecutive_failures:
+                self._first_consecutive_failure = in_order[0]
+            self.n_consecutive_failures += n
+        if self.n_consecutive_failures >= self.patience:
+            raise self._build_error()
         for failure in in_order:
             if failure.trace and self.warn:
                 self.warn = False
@@ -199,39 +199,41 @@ class TolerantEvaluator(Evaluator):
                     stacklevel=2,
                 )
 
-    def _error(self) -> EvaluationError:
+    def _build_error(self) -> EvaluationError:
         # After a resume, only the causes of earlier failures are known.
-        first = self._first_in_a_row
+        first = self._first_consecutive_failure
         cause = first.cause if first else next(iter(self.causes))
         error = EvaluationError(
-            f"all of the last {self.n_in_a_row} candidates failed, the first with {cause}"
+            f"all of the last {self.n_consecutive_failures} candidates failed, the first with {cause}"
         )
         if first and first.trace:
             error.add_note(f"Traceback of the first failure:\n{first.trace}")
         return error
 
-    def _penalize(self, name: str, values: FloatArray, failed: BoolArray) -> None:
+    def _penalize(self, name: str, values: FloatArray, is_failed: BoolArray) -> None:
         """Overwrite the failed rows of `values` by values worse than all successful ones."""
         if not values.shape[1]:
             return
-        good = np.abs(values[~failed]) if name == "H" else values[~failed]
+        good = np.abs(values[~is_failed]) if name == "H" else values[~is_failed]
         if len(good):
             low, high = good.min(axis=0), good.max(axis=0)
-            if name in self._seen:
-                before = self._seen[name]
+            if name in self._value_ranges:
+                before = self._value_ranges[name]
                 low, high = np.minimum(low, before[0]), np.maximum(high, before[1])
-            self._seen[name] = low, high
-        if not failed.any():
+            self._value_ranges[name] = low, high
+        if not is_failed.any():
             return
-        if name not in self._seen:
-            values[failed] = _PENALTY
+        if name not in self._value_ranges:
+            values[is_failed] = _PENALTY
             return
-        low, high = self._seen[name]
+        low, high = self._value_ranges[name]
         worse = high + np.where(high > low, high - low, np.maximum(1.0, np.abs(high)))
-        values[failed] = worse if name == "F" else np.maximum(worse, 1.0)
+        values[is_failed] = worse if name == "F" else np.maximum(worse, 1.0)
 
 
-def changed_value(problem: Problem, known: Population, options: Mapping[str, Any]) -> str:
+def describe_changed_value(
+    problem: Problem, population: Population, options: Mapping[str, Any]
+) -> str:
     """Evaluate a few individuals again and describe the first value that changed.
 
     The check detects that a problem has changed since `known` was evaluated. The new evaluations
@@ -251,17 +253,17 @@ def changed_value(problem: Problem, known: Population, options: Mapping[str, Any
     str
         Point, new value and expected value of the first difference; empty if there is none.
     """
-    n_points = min(_N_POINTS, len(known))
-    rows = np.unique(np.linspace(0, len(known) - 1, n_points).round().astype(int))
+    n_points = min(_N_CHECK_POINTS, len(population))
+    rows = np.unique(np.linspace(0, len(population) - 1, n_points).round().astype(int))
     if not len(rows):
         return ""
     if problem.callback is not None:
         problem = copy.copy(problem)
         problem.callback = None
-    X = values_of(known[rows], "X")
-    values, failures = attempt(problem, X, ["F", "G", "H"], options)
+    X = get_values(population[rows], "X")
+    values, failures = evaluate_batch(problem, X, ["F", "G", "H"], options)
     for name in ("F", "G", "H"):
-        stored = values_of(known, name).astype(float).reshape(len(known), -1)
+        stored = get_values(population, name).astype(float).reshape(len(population), -1)
         expected, actual = stored[rows], values[name].reshape(len(rows), -1)
         tolerance = _RTOL * np.abs(stored).max(axis=0, initial=0.0)
         is_close = np.isclose(actual, expected, rtol=0.0, atol=tolerance)

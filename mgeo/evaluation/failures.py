@@ -36,18 +36,18 @@ class Failure:
     trace: str = ""
 
     @classmethod
-    def of(cls, error: Exception) -> Failure:
+    def from_exception(cls, error: Exception) -> Failure:
         """Build the failure from an exception, with its traceback."""
         text = one_line(f"{type(error).__name__}: {error}").removesuffix(":")
         return cls(text[:_MAX_CAUSE_LENGTH], "".join(traceback.format_exception(error)).rstrip())
 
 
-Part = tuple[Values, dict[int, Failure]]
+BatchResult = tuple[Values, dict[int, Failure]]
 
 
-def attempt(
+def evaluate_batch(
     problem: Problem, X: NDArray[Any], names: Sequence[str], options: Mapping[str, Any]
-) -> Part:
+) -> BatchResult:
     """Evaluate a batch of candidates and collect the failures.
 
     When the evaluation of a batch raises, the batch is bisected until the failing candidates are
@@ -79,7 +79,7 @@ def attempt(
         candidates, for example because its scheduler is not available.
     """
 
-    def evaluate(candidates: NDArray[Any]) -> Part:
+    def evaluate(candidates: NDArray[Any]) -> BatchResult:
         raised: dict[int, Failure] = {}
         guarded = _catch_failures(problem, raised) if problem.elementwise else problem
         values = guarded.evaluate(
@@ -100,7 +100,7 @@ def attempt(
     row = 0
     for part in parts:
         if isinstance(part, Exception):
-            failures[row] = Failure.of(part)
+            failures[row] = Failure.from_exception(part)
             pieces.append({name: _build_missing_row(value) for name, value in pattern.items()})
             row += 1
         else:
@@ -128,12 +128,12 @@ class _TolerantElement:
         try:
             return self.function(x)
         except Exception as error:  # a problem may raise anything
-            return Failure.of(error)
+            return Failure.from_exception(error)
 
 
 def _evaluate_by_bisection(
-    evaluate: Callable[[NDArray[Any]], Part], X: NDArray[Any]
-) -> list[Part | Exception]:
+    evaluate: Callable[[NDArray[Any]], BatchResult], X: NDArray[Any]
+) -> list[BatchResult | Exception]:
     try:
         return [evaluate(X)]
     except Exception as error:  # a problem may raise anything

@@ -13,7 +13,7 @@ from pymoo.core.variable import Choice
 from mgeo._typing import BoolArray, FloatArray
 
 
-def individuals(X: NDArray[Any]) -> Population:
+def build_population(X: NDArray[Any]) -> Population:
     """Build a population of unevaluated individuals.
 
     Replaces ``Population.new("X", X)``, which spends most of its time on a separate configuration
@@ -34,16 +34,16 @@ def individuals(X: NDArray[Any]) -> Population:
     population = np.empty(len(X), dtype=object)
     for i, design in enumerate(X):
         individual = population[i] = Individual.__new__(Individual)
-        individual.__dict__ = {**template, "_X": own(design), "data": {}, "evaluated": set()}
+        individual.__dict__ = {**template, "_X": copy_array(design), "data": {}, "evaluated": set()}
     return population.view(Population)
 
 
-def own(value: Any) -> Any:
+def copy_array(value: Any) -> Any:
     """Return a copy of an array, so that a row does not keep its table alive; else the object."""
     return value.copy() if isinstance(value, np.ndarray) else value
 
 
-def values_of(population: Population, name: str) -> NDArray[Any]:
+def get_values(population: Population, name: str) -> NDArray[Any]:
     """Return an attribute of all individuals, such as "X" or "F", as an array of n rows.
 
     Faster equivalent of ``population.get(name)``.
@@ -51,18 +51,18 @@ def values_of(population: Population, name: str) -> NDArray[Any]:
     return np.array([getattr(individual, name) for individual in population.tolist()])
 
 
-def succeeded(population: Population) -> BoolArray:
+def find_successful(population: Population) -> BoolArray:
     """Return the mask of the individuals that `mgeo.TolerantEvaluator` did not mark as failed."""
     return np.array([not mark for mark in population.get("failed")], dtype=np.bool_)
 
 
-def variable_names(problem: Problem) -> tuple[str, ...] | None:
+def get_variable_names(problem: Problem) -> tuple[str, ...] | None:
     """Return the variable names of a problem built as ``Problem(vars={...})``, else None."""
     declared = getattr(problem, "vars", None)
     return None if declared is None else tuple(declared)
 
 
-def options_of(problem: Problem) -> dict[str, tuple[Any, ...]]:
+def get_choice_options(problem: Problem) -> dict[str, tuple[Any, ...]]:
     """Return the options of each `Choice` variable of a problem, by variable name.
 
     Raises
@@ -84,7 +84,7 @@ def options_of(problem: Problem) -> dict[str, tuple[Any, ...]]:
     return options_by_name
 
 
-def numbers(
+def convert_dicts_to_numbers(
     designs: NDArray[Any], names: Sequence[str], options: Mapping[str, Sequence[Any]]
 ) -> FloatArray:
     """Convert designs that are dicts to an array of numbers.
@@ -118,7 +118,7 @@ def numbers(
     return table
 
 
-def as_numbers(problem: Problem, X: NDArray[Any]) -> NDArray[Any]:
+def convert_designs_to_numbers(problem: Problem, X: NDArray[Any]) -> NDArray[Any]:
     """Convert designs of a problem, arrays or dicts, to numbers of shape (n, n_var).
 
     Choices become the index of their option.
@@ -128,10 +128,10 @@ def as_numbers(problem: Problem, X: NDArray[Any]) -> NDArray[Any]:
     ValueError
         If a variable is neither a number nor one of the options of its choice.
     """
-    names = variable_names(problem)
+    names = get_variable_names(problem)
     try:
         if names is not None and len(X) and isinstance(X[0], dict):
-            X = numbers(X, names, options_of(problem))
+            X = convert_dicts_to_numbers(X, names, get_choice_options(problem))
         X = X.astype(float) if X.dtype == object else X
     except (TypeError, ValueError) as error:
         raise ValueError(f"variables of {type(problem).__name__}: {error}") from error

@@ -13,7 +13,7 @@ from dash.development.base_component import Component
 from mgeo._text import one_line
 from mgeo.explore import figures, layout
 from mgeo.explore.explorer import Explorer, numbers_of
-from mgeo.plugins.shown import cells
+from mgeo.plugins.shown import format_cells
 
 MOST_ROWS = 200  # maximum number of rows of the table
 MOST_SECONDS = 0.2  # evaluation time [s] up to which designs are evaluated while sliders move
@@ -61,7 +61,7 @@ def _add_filter(app: Dash, explorer: Explorer) -> None:
     )
     def list_kept(kept: list[int], order: str) -> tuple[str, Component]:
         rows = table.iloc[kept].sort_values(order).head(MOST_ROWS)
-        return f"{len(kept):,} of {len(table):,} solutions", layout.table(cells(rows))
+        return f"{len(kept):,} of {len(table):,} solutions", layout.table(format_cells(rows))
 
 
 def _add_front(app: Dash, explorer: Explorer) -> None:

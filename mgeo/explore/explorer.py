@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.figures.front import MOST_TEXTS
 from mgeo.figures.motion import motion_of
-from mgeo.plugins.protocol import ask, column_names
-from mgeo.plugins.view import View, view_of
+from mgeo.plugins.protocol import call_optional, get_column_names
+from mgeo.plugins.view import View, build_view
 from mgeo.report.shown_run import read_shown_run
 from mgeo.report.solutions import planned_rows
 from mgeo.runs.answer import Margin, limits
@@ -85,10 +85,10 @@ class Explorer:
         self._problem_name = shown.run.configuration.problem
         self._lock = RLock()
         self.rows = planned_rows(shown.representatives, len(shown.view.X), MOST_TEXTS)
-        self._view = shown.view.take(self.rows)
+        self._view = shown.view.select(self.rows)
         self.X = self._view.X
-        self.variables = Variables.of(self.problem, KINDS)
-        self.names, self.objectives = column_names(self.problem)
+        self.variables = Variables.from_problem(self.problem, KINDS)
+        self.names, self.objectives = get_column_names(self.problem)
         self.default = int(np.searchsorted(self.rows, shown.default.row))
         place = folder if save is None else Path(save)
         self.folder, self.file_name = place, "plan.json"
@@ -125,7 +125,7 @@ class Explorer:
             Design.
         """
         with self._lock:
-            (drawings,) = ask(self._view_of(x), View.solution_figures)
+            (drawings,) = call_optional(self._view_of(x), View.solution_figures)
         return {name: figure for name, figure in drawings.items() if motion_of(figure) is None}
 
     def save(self, x: ArrayLike, name: str) -> Path:
@@ -158,10 +158,13 @@ class Explorer:
         return path
 
     def _view_of(self, x: ArrayLike) -> View:
-        return view_of(self.problem, np.asarray(x, dtype=float)[None])
+        return build_view(self.problem, np.asarray(x, dtype=float)[None])
 
     def _numbers(self, view: View) -> pd.DataFrame:
-        table, objectives = ask(view, View.glance).select_dtypes("number"), list(self.objectives)
+        table, objectives = (
+            call_optional(view, View.glance).select_dtypes("number"),
+            list(self.objectives),
+        )
         if not set(objectives) <= set(table.columns):
             F = pd.DataFrame(view.F, columns=objectives, index=table.index)
             table = F.join(table.drop(columns=objectives, errors="ignore"))

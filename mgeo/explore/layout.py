@@ -9,7 +9,7 @@ from dash import dcc, html
 from dash.development.base_component import Component
 
 from mgeo.explore.explorer import Explorer, numbers_of
-from mgeo.plugins.shown import kinds_of
+from mgeo.plugins.shown import find_column_kinds
 
 MOST_AXES = 8  # initial number of axes of the parallel coordinates
 DESIGN_COLUMNS = ["", "solution", "changed", "change"]
@@ -98,7 +98,7 @@ def sliders(explorer: Explorer) -> Iterator[Component]:
 
 def table(rows: Sequence[Sequence[str]]) -> Component:
     """Return an HTML table of texts; the first row is the header."""
-    kinds = kinds_of(rows)
+    kinds = find_column_kinds(rows)
     head, *body = (
         html.Tr([html.Td(text, className=kind) for text, kind in zip(row, kinds, strict=True)])
         for row in rows

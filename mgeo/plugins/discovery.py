@@ -35,7 +35,7 @@ from importlib.metadata import EntryPoint
 from pkgutil import resolve_name
 from typing import Any
 
-from mgeo.benchmarks.collections import PREFIXES
+from mgeo.benchmarks.collections import EXAMPLES_BY_PREFIX
 
 PROBLEMS = "mgeo.problems"
 ALGORITHMS = "mgeo.algorithms"
@@ -50,7 +50,7 @@ class PluginError(ValueError):
 
 
 @contextmanager
-def code_of_others(what: str, *own: type[Exception]) -> Iterator[None]:
+def convert_plugin_errors(prefix: str, *allowed: type[Exception]) -> Iterator[None]:
     """Convert errors of plugin code to `PluginError`.
 
     Parameters
@@ -63,9 +63,9 @@ def code_of_others(what: str, *own: type[Exception]) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        if isinstance(error, (PluginError, *own)):
+        if isinstance(error, (PluginError, *allowed)):
             raise
-        raise PluginError(f"{what} {type(error).__name__}: {error}".removesuffix(": ")) from error
+        raise PluginError(f"{prefix} {type(error).__name__}: {error}".removesuffix(": ")) from error
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Plugin:
     entry_point: EntryPoint
 
     @classmethod
-    def of(cls, entry_point: EntryPoint) -> Plugin:
+    def from_entry_point(cls, entry_point: EntryPoint) -> Plugin:
         """Build the plugin from an entry point."""
         owner = entry_point.dist
         provider = ("", "") if owner is None else (owner.name, owner.version)
@@ -111,7 +111,7 @@ class Plugin:
         label = f"{noun} {self.name!r}"
         if self.distribution:
             label += f" of {self.distribution} {self.version}"
-        with code_of_others(f"{label} does not load:"):
+        with convert_plugin_errors(f"{label} does not load:"):
             loaded = self.entry_point.load()
         base: type = resolve_name(path)
         if group == COMMANDS:
@@ -126,7 +126,7 @@ class Plugin:
         return loaded
 
 
-def installed_plugins(group: str = PROBLEMS) -> list[Plugin]:
+def list_plugins(group: str = PROBLEMS) -> list[Plugin]:
     """Return the plugins of an entry-point group, sorted by name, without importing them.
 
     Raises
@@ -135,7 +135,7 @@ def installed_plugins(group: str = PROBLEMS) -> list[Plugin]:
         If two distributions declare the same name.
     """
     plugins: dict[str, Plugin] = {}
-    for plugin in map(Plugin.of, metadata.entry_points(group=group)):
+    for plugin in map(Plugin.from_entry_point, metadata.entry_points(group=group)):
         other = plugins.setdefault(plugin.name, plugin)
         if other != plugin:
             owners = " and ".join(f"{p.distribution} {p.version}" for p in (other, plugin))
@@ -154,7 +154,7 @@ def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:
     PluginError
         If no plugin of the group has this name. The message lists the installed plugins.
     """
-    plugins = {plugin.name: plugin for plugin in installed_plugins(group)}
+    plugins = {plugin.name: plugin for plugin in list_plugins(group)}
     if name in plugins:
         return plugins[name]
     noun = _KINDS[group][0]
@@ -163,26 +163,26 @@ def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:
             f"no {noun} is called {name!r}: no {noun} is installed (in a checkout: pip install "
             "./problems/attitude)"
         )
-    from mgeo.validation.arguments import did_you_mean  # Deferred: imports NumPy.
+    from mgeo.validation.arguments import format_suggestion  # Deferred: imports NumPy.
 
-    tests = f"; test problems have names as {', '.join(PREFIXES.values())}"
+    tests = f"; test problems have names as {', '.join(EXAMPLES_BY_PREFIX.values())}"
     raise PluginError(
         f"no {noun} is called {name!r}: installed are {', '.join(plugins)}"
-        f"{tests if group == PROBLEMS else ''}; or module:Class{did_you_mean(name, plugins)}"
+        f"{tests if group == PROBLEMS else ''}; or module:Class{format_suggestion(name, plugins)}"
     )
 
 
-def plugin_versions(modules: Iterable[str]) -> dict[str, str]:
+def list_plugin_versions(modules: Iterable[str]) -> dict[str, str]:
     """Return name and version of each distribution with a plugin in one of the modules."""
     tops = {module.partition(".")[0] for module in modules}
     return {
         plugin.distribution: plugin.version
-        for plugin in (*installed_plugins(), *installed_plugins(ALGORITHMS))
+        for plugin in (*list_plugins(), *list_plugins(ALGORITHMS))
         if plugin.entry_point.module.partition(".")[0] in tops
     }
 
 
-def preset_names(name: str) -> list[str]:
+def list_preset_names(name: str) -> list[str]:
     """Return the names of the presets declared for a problem, sorted."""
     prefix = f"{name}."
     names = {entry.name for entry in metadata.entry_points(group=PRESETS)}
@@ -202,10 +202,10 @@ def load_algorithm(name: str) -> Any:
     PluginError
         If there is no such algorithm, or if its import fails.
     """
-    return class_of(name, ALGORITHMS) if ":" in name else find_plugin(name, ALGORITHMS).load()
+    return import_class(name, ALGORITHMS) if ":" in name else find_plugin(name, ALGORITHMS).load()
 
 
-def class_of(name: str, group: str) -> Any:
+def import_class(name: str, group: str) -> Any:
     """Import the problem or algorithm ``module:Class``; the module may be in the current folder.
 
     The current folder is appended to ``sys.path``.
@@ -226,7 +226,7 @@ def class_of(name: str, group: str) -> Any:
         raise PluginError(f"{_KINDS[group][0]} {name!r}: expected module:Class")
     if os.getcwd() not in sys.path:
         sys.path.append(os.getcwd())
-    return Plugin.of(EntryPoint(name, name, group)).load()
+    return Plugin.from_entry_point(EntryPoint(name, name, group)).load()
 
 
 #: Noun for messages, expected type, and description of the expected object, by group.

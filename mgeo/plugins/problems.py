@@ -11,22 +11,22 @@ from mgeo.benchmarks.collections import build_benchmark, is_benchmark
 from mgeo.plugins.discovery import (
     PROBLEMS,
     PluginError,
-    class_of,
-    code_of_others,
+    convert_plugin_errors,
     find_plugin,
-    installed_plugins,
+    import_class,
+    list_plugins,
 )
-from mgeo.plugins.protocol import ProblemMixin, is_own
+from mgeo.plugins.protocol import ProblemMixin, has_override
 from mgeo.store.reading import read_json, read_text
-from mgeo.validation.constructors import refuse_unknown_options
-from mgeo.validation.entries import errors_of
+from mgeo.validation.constructors import reject_unknown_options
+from mgeo.validation.entries import convert_file_errors
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
 
 def load_problem(
-    name: str, options: Mapping[str, Any] | None = None, *, named: Collection[str] = ()
+    name: str, options: Mapping[str, Any] | None = None, *, trusted_classes: Collection[str] = ()
 ) -> Problem:
     """Build a problem from its name and options.
 
@@ -53,12 +53,12 @@ def load_problem(
         raise TypeError(f"options of {name!r} = {options!r:.80}: expected a table")
     arguments = dict(options or {})
     if is_benchmark(name):
-        return _build(name, lambda: build_benchmark(name, arguments))
-    cls = _load_class(name, named)
-    if is_own(cls, ProblemMixin.from_options):
-        return _build(name, (lambda: cls.from_options(arguments)) if arguments else cls)
-    refuse_unknown_options(name, cls, arguments)
-    return _build(name, lambda: cls(**arguments))
+        return _build_problem(name, lambda: build_benchmark(name, arguments))
+    cls = _load_class(name, trusted_classes)
+    if has_override(cls, ProblemMixin.from_options):
+        return _build_problem(name, (lambda: cls.from_options(arguments)) if arguments else cls)
+    reject_unknown_options(name, cls, arguments)
+    return _build_problem(name, lambda: cls(**arguments))
 
 
 def read_scenario(
@@ -67,7 +67,7 @@ def read_scenario(
     folder: Path | str = "",
     after: Path | None = None,
     *,
-    named: Collection[str] = (),
+    trusted_classes: Collection[str] = (),
 ) -> dict[str, Any]:
     """Return the options of a problem from a scenario file or a preset.
 
@@ -107,45 +107,47 @@ def read_scenario(
     if not path.is_file():
         raise FileNotFoundError(f"there is no scenario file {path}")
     text = read_text(path)
-    with errors_of(path):
-        return _read_files(problem, tomllib.loads(text) | result_options, path.parent, named)
+    with convert_file_errors(path):
+        return _read_files(
+            problem, tomllib.loads(text) | result_options, path.parent, trusted_classes
+        )
 
 
 def _read_files(
-    name: str, options: dict[str, Any], folder: Path, named: Collection[str]
+    name: str, options: dict[str, Any], folder: Path, trusted_classes: Collection[str]
 ) -> dict[str, Any]:
     # Names that are unknown here pass unchanged: `load_problem` reports them.
-    if is_own_class(name):
-        cls = _load_class(name, named) if name in named else None
+    if is_class_path(name):
+        cls = _load_class(name, trusted_classes) if name in trusted_classes else None
     else:
-        plugins = {plugin.name: plugin for plugin in installed_plugins()}
+        plugins = {plugin.name: plugin for plugin in list_plugins()}
         cls = plugins[name].load() if name in plugins else None
     reader = getattr(cls, "read_files", None)
     if reader is None:
         return options
-    with code_of_others(f"read_files of problem {name!r} raised", ValueError, OSError):
+    with convert_plugin_errors(f"read_files of problem {name!r} raised", ValueError, OSError):
         read: dict[str, Any] = reader(options, folder)
     return read
 
 
-def is_own_class(problem: str) -> bool:
+def is_class_path(problem: str) -> bool:
     """Return whether a problem is specified as ``module:Class``, without a collection's prefix."""
     return ":" in problem and not is_benchmark(problem)
 
 
-def _build(name: str, build: Callable[[], Problem]) -> Problem:
+def _build_problem(name: str, builder: Callable[[], Problem]) -> Problem:
     # A ValueError passes unchanged: it is the plugin's message about an option. A TypeError usually
     # comes from Python and does not identify the problem.
-    with code_of_others(f"problem {name!r} cannot be built:", ValueError, OSError):
-        return build()
+    with convert_plugin_errors(f"problem {name!r} cannot be built:", ValueError, OSError):
+        return builder()
 
 
-def _load_class(name: str, named: Collection[str]) -> Any:
-    if not is_own_class(name):
+def _load_class(name: str, trusted_classes: Collection[str]) -> Any:
+    if not is_class_path(name):
         return find_plugin(name).load()
-    if name not in named:
+    if name not in trusted_classes:
         raise PluginError(
             f"problem {name!r}: its module is imported only if you specify it: --problem {name}, "
             f"in Python named=[{name!r}]"
         )
-    return class_of(name, PROBLEMS)
+    return import_class(name, PROBLEMS)

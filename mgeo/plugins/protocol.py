@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo._typing import FloatArray
-from mgeo.evaluation.individuals import variable_names
-from mgeo.plugins.discovery import PluginError, code_of_others
+from mgeo.evaluation.individuals import get_variable_names
+from mgeo.plugins.discovery import PluginError, convert_plugin_errors
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -58,7 +58,7 @@ class ProblemMixin:
     var_names: Sequence[str] | None = None
     obj_names: Sequence[str] | None = None
     constraint_names: Sequence[str] | None = None
-    instance_of: str = ""
+    function_name: str = ""
 
     def view(self, X: ArrayLike) -> View:
         """Return the `View` that presents designs, shape (n, n_var), n >= 0."""
@@ -66,7 +66,7 @@ class ProblemMixin:
 
         return View(self, X)
 
-    def options(self) -> dict[str, Any] | None:
+    def to_options(self) -> dict[str, Any] | None:
         """Return the options that rebuild this problem, as JSON values.
 
         None, the default, means that the class is built without arguments.
@@ -96,14 +96,16 @@ class ProblemMixin:
         """
         return dict(options)
 
-    def robust(self) -> Problem | None:
+    def to_robust(self) -> Problem | None:
         """Return the problem with quantiles over random errors as objectives, for ``--robust``.
 
         The returned problem must define `options`. None, the default, if there is no such problem.
         """
         return None
 
-    def starts(self, n: int, random_state: np.random.Generator) -> FloatArray | None:
+    def suggest_initial_designs(
+        self, n: int, random_state: np.random.Generator
+    ) -> FloatArray | None:
         """Return n promising initial designs, for ``--starts``.
 
         Parameters
@@ -137,7 +139,7 @@ class ProblemMixin:
         """
         return None
 
-    def recommended(self) -> dict[str, Any]:
+    def recommend_settings(self) -> dict[str, Any]:
         """Return recommended settings of ``mgeo solve``.
 
         Returns
@@ -148,11 +150,11 @@ class ProblemMixin:
         """
         return {}
 
-    def at_stage(self, stage: int) -> Problem:
+    def at_fidelity(self, fidelity: int) -> Problem:
         """Return the problem at a fidelity level, 0 being the lowest; see `mgeo.MGEOStaged`."""
         return self
 
-    def indicator_space(self, F: ArrayLike) -> FloatArray | None:
+    def map_to_indicator_space(self, F: ArrayLike) -> FloatArray | None:
         """Map objectives to the space in which quality indicators are computed.
 
         Parameters
@@ -170,11 +172,11 @@ class ProblemMixin:
         return None
 
     @classmethod
-    def solution_of(cls, document: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any] | None:
+    def parse_document(cls, document: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any] | None:
         """Read the options and the design from a JSON document; None for other documents."""
         return None
 
-    def document_of(self, x: FloatArray) -> dict[str, Any] | None:
+    def build_document(self, x: FloatArray) -> dict[str, Any] | None:
         """Return a design, shape (n_var,), as a JSON document that `solution_of` reads.
 
         None, the default, selects mgeo's own format, which includes the name of the problem.
@@ -182,7 +184,7 @@ class ProblemMixin:
         return None
 
 
-def ask(
+def call_optional(
     owner: Any, method: Callable[Concatenate[Any, P], T], *args: P.args, **kwargs: P.kwargs
 ) -> T:
     """Call an optional method of a problem or view, or its default.
@@ -203,12 +205,12 @@ def ask(
     """
     name = method.__name__
     problem = getattr(owner, "problem", owner)
-    with code_of_others(f"{name} of problem {type(problem).__name__} raised"):
+    with convert_plugin_errors(f"{name} of problem {type(problem).__name__} raised"):
         own: Callable[..., T] = getattr(owner, name, None) or partial(method, owner)
         return own(*args, **kwargs)
 
 
-def is_own(owner: Any, method: Callable[..., Any]) -> bool:
+def has_override(owner: Any, method: Callable[..., Any]) -> bool:
     """Return whether a problem or view overrides a default, for example ``View.describe``."""
     own = getattr(owner, method.__name__, None)
     return own is not None and _unwrap(own) is not _unwrap(method)
@@ -218,7 +220,7 @@ def _unwrap(method: Any) -> Any:
     return getattr(method, "__func__", method)
 
 
-def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def get_column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the names of the variables and of the objectives.
 
     Variables are named by ``var_names`` of the problem, else by the keys of its ``vars``, else x1,
@@ -229,7 +231,7 @@ def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
     PluginError
         If the number of names is wrong, or a name occurs twice.
     """
-    variables = _read_names(problem, "var_names", "x", problem.n_var, variable_names(problem))
+    variables = _read_names(problem, "var_names", "x", problem.n_var, get_variable_names(problem))
     objectives = _read_names(problem, "obj_names", "f", problem.n_obj)
     both = set(variables) & set(objectives)
     if both:
@@ -237,7 +239,7 @@ def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return variables, objectives
 
 
-def constraint_names(problem: Problem) -> tuple[str, ...]:
+def get_constraint_names(problem: Problem) -> tuple[str, ...]:
     """Return the names of the constraints, inequalities first.
 
     Inequalities are named by ``constraint_names`` of the problem, else g1, g2, ...; equalities are
@@ -267,9 +269,9 @@ def _read_names(
     return names
 
 
-def problem_size(problem: Problem) -> dict[str, Any]:
+def describe_size(problem: Problem) -> dict[str, Any]:
     """Return variable names, objective names and number of constraints, as JSON values."""
-    variables, objectives = column_names(problem)
+    variables, objectives = get_column_names(problem)
     return {
         "variables": list(variables),
         "objectives": list(objectives),
@@ -277,19 +279,21 @@ def problem_size(problem: Problem) -> dict[str, Any]:
     }
 
 
-def indicator_space(problem: Problem) -> Callable[[ArrayLike], FloatArray] | None:
+def get_indicator_map(problem: Problem) -> Callable[[ArrayLike], FloatArray] | None:
     """Return the ``indicator_space`` of the problem as a function, or None if not defined."""
-    if not is_own(problem, ProblemMixin.indicator_space):
+    if not has_override(problem, ProblemMixin.map_to_indicator_space):
         return None
-    return lambda F: np.asarray(ask(problem, ProblemMixin.indicator_space, F), dtype=float)
+    return lambda F: np.asarray(
+        call_optional(problem, ProblemMixin.map_to_indicator_space, F), dtype=float
+    )
 
 
-def options(problem: Problem) -> dict[str, Any] | None:
+def get_options(problem: Problem) -> dict[str, Any] | None:
     """Return the options that rebuild a problem, or None; see `ProblemMixin.options`."""
-    return ask(problem, ProblemMixin.options)
+    return call_optional(problem, ProblemMixin.to_options)
 
 
-def robust(problem: Problem) -> Problem:
+def get_robust_problem(problem: Problem) -> Problem:
     """Return the robust version of a problem; see `ProblemMixin.robust`.
 
     Raises
@@ -297,13 +301,13 @@ def robust(problem: Problem) -> Problem:
     ValueError
         If the problem has no robust version.
     """
-    robust_problem = ask(problem, ProblemMixin.robust)
+    robust_problem = call_optional(problem, ProblemMixin.to_robust)
     if robust_problem is None:
         raise ValueError(f"{type(problem).__name__} has no robust(): expected a run without it")
     return robust_problem
 
 
-def refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
+def iterate_refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
     """Yield the designs after each step of a local refinement; see `ProblemMixin.refine`.
 
     Parameters
@@ -323,13 +327,13 @@ def refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
         If the problem has no refinement, or if the refinement raises, returns arrays of another
         width or returns fewer designs than before. Callers catch this error to keep the front.
     """
-    steps = ask(problem, ProblemMixin.refine, X.copy())
+    steps = call_optional(problem, ProblemMixin.refine, X.copy())
     name = type(problem).__name__
     if steps is None:
         raise PluginError(f"problem {name} has no refine(): expected a run without --polish")
     iterator, n_rows = iter(steps), len(X)
     while True:
-        with code_of_others(f"refine of problem {name} raised"):
+        with convert_plugin_errors(f"refine of problem {name} raised"):
             table = next(iterator, None)
         if table is None:
             return
@@ -344,7 +348,7 @@ def refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
         yield designs
 
 
-class Recommended(NamedTuple):
+class RecommendedSettings(NamedTuple):
     """Settings that a problem recommends for a run.
 
     Attributes
@@ -357,16 +361,16 @@ class Recommended(NamedTuple):
         Number of evaluations of a run that ends with a refinement.
     """
 
-    starts: int = 0
-    polish: bool = False
+    initial_designs: int = 0
+    refine: bool = False
     evaluations: int | None = None
 
 
-def recommended(problem: Problem) -> Recommended:
+def get_recommended_settings(problem: Problem) -> RecommendedSettings:
     """Return the settings that the problem recommends, with defaults for missing ones."""
-    return Recommended(**ask(problem, ProblemMixin.recommended))
+    return RecommendedSettings(**call_optional(problem, ProblemMixin.recommend_settings))
 
 
-def instance_of(problem: Problem) -> str:
+def get_function_name(problem: Problem) -> str:
     """Return the name of the function of which the problem is an instance, or an empty string."""
     return str(getattr(problem, "instance_of", ""))

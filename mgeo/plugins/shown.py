@@ -45,11 +45,11 @@ class Review:
     """
 
     title: str
-    answer: str
+    summary: str
     sections: tuple[Section, ...]
 
 
-def cells(table: pd.DataFrame, digits: int = 4) -> list[list[str]]:
+def format_cells(table: pd.DataFrame, digits: int = 4) -> list[list[str]]:
     """Return the rows of a table as text, column titles first.
 
     Parameters
@@ -73,7 +73,7 @@ def cells(table: pd.DataFrame, digits: int = 4) -> list[list[str]]:
     ]
 
 
-def kinds_of(rows: Sequence[Sequence[str]]) -> list[str]:
+def find_column_kinds(rows: Sequence[Sequence[str]]) -> list[str]:
     """Return the kind of each column of `cells`, ``"text"`` or ``"number"``."""
     return [
         "number" if all(_is_number(value) for value in column[1:]) else "text"

@@ -12,8 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo._typing import FloatArray
-from mgeo.evaluation.individuals import as_numbers
-from mgeo.plugins.protocol import ProblemMixin, ask, column_names, constraint_names, is_own
+from mgeo.evaluation.individuals import convert_designs_to_numbers
+from mgeo.plugins.protocol import (
+    ProblemMixin,
+    call_optional,
+    get_column_names,
+    get_constraint_names,
+    has_override,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,7 +29,7 @@ if TYPE_CHECKING:
     from mgeo.plugins.shown import Review
 
 #: Tolerance of equality constraints, as in pymoo.
-TOLERANCE = 1e-4
+EQUALITY_TOLERANCE = 1e-4
 
 
 class View:
@@ -76,38 +82,38 @@ class View:
         """Objectives, shape (n, n_obj): the values passed to `view_of`, or else evaluated."""
         return self._values[0]
 
-    def take(self, rows: ArrayLike) -> View:
+    def select(self, rows: ArrayLike) -> View:
         """Return a view of the solutions with the given row indices.
 
         A subclass may override this method to pass on results that it has already computed.
         """
         indices = np.asarray(rows, dtype=np.int64)
         known = self.F[indices] if "F" in self.__dict__ else None
-        return view_of(self.problem, self.X[indices], known)
+        return build_view(self.problem, self.X[indices], known)
 
     def describe(self) -> pd.DataFrame:
         """Return a table with one row per solution; by default, objectives and variables."""
         import pandas as pd
 
-        variables, objectives = column_names(self.problem)
+        variables, objectives = get_column_names(self.problem)
         return pd.DataFrame(np.hstack([self.F, self.X]), columns=[*objectives, *variables])
 
-    def glance(self) -> pd.DataFrame:
+    def quick_metrics(self) -> pd.DataFrame:
         """Return quick metrics of each solution, for interactive sliders.
 
         A table with one row per solution, computed within milliseconds; by default, `describe`.
         """
         return self.describe()
 
-    def answers(self) -> list[str]:
+    def summaries(self) -> list[str]:
         """Return a summary of each solution in one line; by default, its objectives."""
-        _, names = column_names(self.problem)
+        _, names = get_column_names(self.problem)
         return [
             ", ".join(f"{name} {value:.5g}" for name, value in zip(names, row, strict=True))
             for row in self.F.tolist()
         ]
 
-    def limits(self) -> list[pd.DataFrame]:
+    def constraints(self) -> list[pd.DataFrame]:
         """Return the constraint table of each solution, with constraint names as index.
 
         Columns are ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit`` and
@@ -116,7 +122,7 @@ class View:
         """
         import pandas as pd
 
-        index = pd.Index(constraint_names(self.problem), name="constraint", dtype=str)
+        index = pd.Index(get_constraint_names(self.problem), name="constraint", dtype=str)
         columns = {"unit": "", "value": np.nan, "bound": "at most", "limit": np.nan}
         return [pd.DataFrame({**columns, "margin": row}, index=index) for row in self.margins]
 
@@ -127,7 +133,7 @@ class View:
         A negative margin is a violation.
         """
         _, G, H = self._values
-        return -excess(G, H)
+        return -compute_violations(G, H)
 
     def arrays(self) -> dict[str, np.ndarray[Any, Any]]:
         """Return additional arrays, shape (n, ...) each, to store with a front; none by default.
@@ -141,7 +147,7 @@ class View:
         """Return remarks about the set of solutions, one line each; none by default."""
         return []
 
-    def ways_out(self) -> list[str]:
+    def suggestions(self) -> list[str]:
         """Return suggestions for a problem without feasible solutions; none by default."""
         return []
 
@@ -151,24 +157,24 @@ class View:
         Points of the figure ``front`` are clickable in reports if their ``customdata`` is the row
         of the solution.
         """
-        figure = self.plain_front(type(self.problem).__name__)
+        figure = self.default_front_figure(type(self.problem).__name__)
         return {} if figure is None else {"front": figure}
 
-    def plain_front(self, title: str = "") -> go.Figure | None:
+    def default_front_figure(self, title: str = "") -> go.Figure | None:
         """Return the figure of a front with up to three objectives, else None."""
         from mgeo.figures.front import MOST_OBJECTIVES, MOST_TEXTS, front_figure
 
         if self.problem.n_obj > MOST_OBJECTIVES:
             return None
-        has_texts = is_own(self, View.describe) and len(self.X) <= MOST_TEXTS
-        described = ask(self, View.describe) if has_texts else None
-        return front_figure(self.X, self.F, *column_names(self.problem), title, described)
+        has_texts = has_override(self, View.describe) and len(self.X) <= MOST_TEXTS
+        described = call_optional(self, View.describe) if has_texts else None
+        return front_figure(self.X, self.F, *get_column_names(self.problem), title, described)
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
         """Return small, possibly animated figures of each solution by name; none by default."""
         return [{} for _ in self.X]
 
-    def drawings(self) -> list[dict[str, dict[str, Any]]]:
+    def figure_dicts(self) -> list[dict[str, dict[str, Any]]]:
         """Return `solution_figures` as dicts with ``data`` and ``layout``, which contain arrays.
 
         A subclass that builds the dicts directly avoids the validation by plotly, which takes 90 %
@@ -186,17 +192,17 @@ class View:
         """
         from mgeo.plugins.shown import Review, Section
 
-        described, (limits,) = self.describe(), self.limits()
+        described, (limits,) = self.describe(), self.constraints()
         facts = tuple(f"{name}: {text}" for name, text in self.facts().items())
         sections = [Section("Problem", facts)] if facts else []
         table = described.T.rename(columns={described.index[0]: "value"})
         sections.append(Section("Solution", table=table))
         if len(limits):
             sections.append(Section("Limits", table=limits))
-        title, (answer,) = type(self.problem).__name__, self.answers()
+        title, (answer,) = type(self.problem).__name__, self.summaries()
         return Review(title, answer, tuple(sections))
 
-    def impossible(self) -> list[str]:
+    def infeasibility_reasons(self) -> list[str]:
         """Return reasons why the problem has no feasible design; none by default."""
         return []
 
@@ -215,7 +221,7 @@ class View:
     @cached_property
     def _values(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         # F, G and H. Deferred import: it loads all algorithms.
-        from mgeo.algorithms.variables import designs_of
+        from mgeo.algorithms.variables import convert_numbers_to_designs
 
         problem = self.problem
         counts = problem.n_obj, problem.n_ieq_constr, problem.n_eq_constr
@@ -223,7 +229,7 @@ class View:
             F, G, H = (np.empty((0, count)) for count in counts)
             return F, G, H
         values = problem.evaluate(
-            designs_of(problem, self.X.copy()),
+            convert_numbers_to_designs(problem, self.X.copy()),
             return_values_of=["F", "G", "H"],
             return_as_dictionary=True,
         )
@@ -231,7 +237,7 @@ class View:
         return F, G, H
 
 
-def view_of(problem: Problem, X: ArrayLike | None = None, F: FloatArray | None = None) -> View:
+def build_view(problem: Problem, X: ArrayLike | None = None, F: FloatArray | None = None) -> View:
     """Return the view of solutions that a problem defines, by default a `View`.
 
     Parameters
@@ -257,21 +263,23 @@ def view_of(problem: Problem, X: ArrayLike | None = None, F: FloatArray | None =
     'View'
     """
     designs = np.empty((0, problem.n_var)) if X is None else _convert_to_numbers(problem, X)
-    view = ask(problem, ProblemMixin.view, designs)
+    view = call_optional(problem, ProblemMixin.view, designs)
     if F is not None:
         view.F = F
     return view
 
 
-def front_of(view: View, title: str) -> go.Figure | None:
+def build_front_figure(view: View, title: str) -> go.Figure | None:
     """Return the figure ``front`` of a view or the plain front; None without solutions."""
     if not len(view.X):
         return None
-    own = ask(view, View.figures).get("front") if is_own(view, View.figures) else None
-    return view.plain_front(title) if own is None else own
+    own = (
+        call_optional(view, View.figures).get("front") if has_override(view, View.figures) else None
+    )
+    return view.default_front_figure(title) if own is None else own
 
 
-def excess(G: FloatArray, H: FloatArray) -> FloatArray:
+def compute_violations(G: FloatArray, H: FloatArray) -> FloatArray:
     """Return the excess over the bound of each constraint, positive where violated.
 
     Parameters
@@ -285,13 +293,15 @@ def excess(G: FloatArray, H: FloatArray) -> FloatArray:
     -------
     array, shape (n, n_ieq_constr + n_eq_constr)
     """
-    return np.hstack([np.asarray(G, dtype=float), np.abs(np.asarray(H, dtype=float)) - TOLERANCE])
+    return np.hstack(
+        [np.asarray(G, dtype=float), np.abs(np.asarray(H, dtype=float)) - EQUALITY_TOLERANCE]
+    )
 
 
 def _convert_to_numbers(problem: Problem, X: ArrayLike) -> FloatArray:
     designs = np.asarray(X)
     if designs.dtype == object:
-        designs = as_numbers(problem, np.atleast_1d(designs))
+        designs = convert_designs_to_numbers(problem, np.atleast_1d(designs))
     numbers: FloatArray = np.atleast_2d(np.array(designs, dtype=float))
     if numbers.ndim != 2 or numbers.shape[1] != problem.n_var:
         raise ValueError(f"X of shape {np.shape(X)}: expected (n, {problem.n_var})")

@@ -29,8 +29,8 @@ from pymoo.core.problem import Problem
 
 from mgeo.figures.page import render
 from mgeo.plugins import protocol
-from mgeo.plugins.protocol import ask, is_own
-from mgeo.plugins.shown import cells, kinds_of
+from mgeo.plugins.protocol import call_optional, has_override
+from mgeo.plugins.shown import find_column_kinds, format_cells
 from mgeo.plugins.view import View
 from mgeo.report.history import recorded_history
 from mgeo.report.shown_run import read_shown_run
@@ -39,7 +39,7 @@ from mgeo.runs.answer import answer, dead_end
 from mgeo.store.reading import read_json
 from mgeo.store.run import Run
 from mgeo.store.run_folder import VERIFICATION_FILES, check_verification
-from mgeo.validation.entries import errors_of
+from mgeo.validation.entries import convert_file_errors
 
 
 def more_tables(found: Mapping[str, Any]) -> Iterator[tuple[str, list[list[str]]]]:
@@ -52,7 +52,7 @@ def more_tables(found: Mapping[str, Any]) -> Iterator[tuple[str, list[list[str]]
             continue
         titles = list(rows[0])
         if all(list(row) == titles for row in rows):
-            yield key.replace("_", " "), cells(pd.DataFrame(rows, columns=titles))
+            yield key.replace("_", " "), format_cells(pd.DataFrame(rows, columns=titles))
 
 
 def verifications(
@@ -67,14 +67,14 @@ def verifications(
     ValueError, TypeError
         If a file has invalid content.
     """
-    options = protocol.options(problem)
+    options = protocol.get_options(problem)
     if options is None:
         options = run.configuration.options
     expected = {"problem": run.configuration.problem, "options": json.loads(json.dumps(options))}
     designs = (run.outcome.nearest or run.outcome).X.tolist()
     for path in sorted(folder.glob(VERIFICATION_FILES)):
         document = read_json(path)
-        with errors_of(path):
+        with convert_file_errors(path):
             check_verification(document)
         reason = ""
         if {key: document.get(key) for key in expected} != expected:
@@ -122,23 +122,23 @@ def report_html(
     if default is not None:
         row = default.row if solution is None else solution
         data = solutions_json(shown) | {"first": row}
-        selected = view.take([row])
-        if is_own(view, View.review):
-            review = ask(selected, View.review)
+        selected = view.select([row])
+        if has_override(view, View.review):
+            review = call_optional(selected, View.review)
         if is_feasible and solution is None:
             summary = str(answer(view))
         elif is_feasible:
-            summary = f"solution {row} of {n:,}: {ask(selected, View.answers)[0]}"
+            summary = f"solution {row} of {n:,}: {call_optional(selected, View.summaries)[0]}"
     history = recorded_history(folder, shown.problem, run.outcome)
     data["history"] = None if history is None else figure_json(history)
     return render(
         "report/assets/report.html",
         title=shown.title,
         review=review,
-        cells=cells,
-        kinds_of=kinds_of,
+        cells=format_cells,
+        kinds_of=find_column_kinds,
         answer=summary,
-        remarks=ask(view, View.remarks) if is_feasible else [],
+        remarks=call_optional(view, View.remarks) if is_feasible else [],
         dead_end=dead_end(view) if run.outcome.nearest else None,
         folder=folder.resolve().name,
         run=run,

@@ -16,14 +16,14 @@ import plotly.graph_objects as go
 from mgeo.figures.front import axis
 from mgeo.figures.page import drawing, render
 from mgeo.figures.style import COLORS, SYMBOLS, finished, literal
-from mgeo.plugins.protocol import ask, column_names
-from mgeo.plugins.shown import Review, cells, kinds_of
-from mgeo.plugins.view import View, view_of
+from mgeo.plugins.protocol import call_optional, get_column_names
+from mgeo.plugins.shown import Review, find_column_kinds, format_cells
+from mgeo.plugins.view import View, build_view
 from mgeo.report.shown_run import read_shown_run
 from mgeo.store.reading import read_json
 from mgeo.store.run import Run
 from mgeo.store.solution_file import solution_of
-from mgeo.validation.entries import errors_of
+from mgeo.validation.entries import convert_file_errors
 
 
 @dataclass(frozen=True)
@@ -86,11 +86,11 @@ def compare_html(one: Path | str, other: Path | str, *, named: Collection[str] =
         "report/assets/compare.html",
         title=f"{names[0]} beside {names[1]}",
         names=names,
-        cells=cells,
-        kinds_of=kinds_of,
-        glance=cells(_summary_table(subjects)),
-        numbers=cells(_numbers_table(subjects), digits=5),
-        options=cells(_options_table(subjects)),
+        cells=format_cells,
+        kinds_of=find_column_kinds,
+        glance=format_cells(_summary_table(subjects)),
+        numbers=format_cells(_numbers_table(subjects), digits=5),
+        options=format_cells(_options_table(subjects)),
         front=None if front is None else drawing(front),
         pairs=list(zip_longest(*(subject.review.sections for subject in subjects))),
     )
@@ -108,24 +108,24 @@ def read(path: Path, named: Collection[str] = ()) -> Subject:
         shown = read_shown_run(path, named)
         if shown.default is None:
             raise ValueError(f"{path} holds no solution: expected a run that found one")
-        view = shown.view.take([shown.default.row])
+        view = shown.view.select([shown.default.row])
         solution = f"{shown.default.row}, {shown.default.label}"
-        review, options = ask(view, View.review), shown.run.configuration.options
+        review, options = call_optional(view, View.review), shown.run.configuration.options
         return Subject(path.name, view, review, options, shown.run, solution)
     if not path.exists():
         raise FileNotFoundError(f"there is neither a run folder nor a file {path}")
     document = read_json(path)
-    with errors_of(path):
+    with convert_file_errors(path):
         problem, own_options, x = solution_of(document, named)
-        view = view_of(problem, [x])
-        return Subject(path.name, view, ask(view, View.review), own_options)
+        view = build_view(problem, [x])
+        return Subject(path.name, view, call_optional(view, View.review), own_options)
 
 
 def _summary_table(subjects: Sequence[Subject]) -> pd.DataFrame:
     columns = {
         subject.name: {
             "what it is": subject.review.title,
-            "answer": subject.review.answer,
+            "answer": subject.review.summary,
             **_run_facts(subject),
         }
         for subject in subjects
@@ -151,7 +151,7 @@ def _run_facts(subject: Subject) -> dict[str, str]:
 
 def _numbers_table(subjects: Sequence[Subject]) -> pd.DataFrame:
     """Return the numbers that describe both solutions, and their ratios."""
-    described = (ask(subject.view, View.describe) for subject in subjects)
+    described = (call_optional(subject.view, View.describe) for subject in subjects)
     columns = [table.select_dtypes("number").iloc[0] for table in described]
     table = pd.concat(columns, axis=1, join="inner", keys=[subject.name for subject in subjects])
     return table.assign(**{"second / first": columns[1] / columns[0]})
@@ -180,7 +180,7 @@ def fronts_figure(subjects: list[Subject]) -> go.Figure | None:
 
     Returns None unless both problems have the same two objectives and a subject is a run.
     """
-    names = [column_names(subject.view.problem)[1] for subject in subjects]
+    names = [get_column_names(subject.view.problem)[1] for subject in subjects]
     runs = any(subject.run for subject in subjects)
     if not runs or names[0] != names[1] or len(names[0]) != 2:
         return None

@@ -10,10 +10,10 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
-from mgeo.evaluation.dominance import nondominated
+from mgeo.evaluation.dominance import find_nondominated
 from mgeo.figures.style import COLORS
 from mgeo.plugins import protocol
-from mgeo.plugins.view import TOLERANCE
+from mgeo.plugins.view import EQUALITY_TOLERANCE
 from mgeo.runs.hypervolume import MAX_OBJECTIVES, scaled, unit_hypervolume
 from mgeo.store.recorder import read_record
 from mgeo.store.run import Outcome
@@ -76,20 +76,20 @@ def hypervolume_history(
     if not 1 < problem.n_obj <= MAX_OBJECTIVES:
         return None
     G, H = (record[_constraint_columns(problem, kind)].to_numpy(float) for kind in "gh")
-    feasible = (G <= 0.0).all(axis=1) & (np.abs(H) <= TOLERANCE).all(axis=1)
+    feasible = (G <= 0.0).all(axis=1) & (np.abs(H) <= EQUALITY_TOLERANCE).all(axis=1)
     F = record[list(outcome.objectives)].to_numpy(float).copy()
     F[record["failed"].to_numpy(bool) | ~feasible] = np.nan
     precise = F[outcome.rough :]
     feasible_F = precise[~np.isnan(precise).any(axis=1)]
     if not len(feasible_F):
         return None
-    space = protocol.indicator_space(problem)
+    space = protocol.get_indicator_map(problem)
     ideal, nadir = feasible_F.min(axis=0), feasible_F.max(axis=0)
     ends = np.unique(np.geomspace(outcome.rough + 1, len(F), _SAMPLES).astype(np.int64))
     front, volumes, done = F[:0], [], outcome.rough
     for end in ends:
         candidates = np.vstack([front, F[done:end]])
-        front, done = candidates[nondominated(candidates)], end
+        front, done = candidates[find_nondominated(candidates)], end
         points = scaled(front, ideal, nadir) if space is None else space(front)
         volumes.append(unit_hypervolume(points) if len(front) else 0.0)
     return ends, np.array(volumes)

@@ -9,11 +9,11 @@ from pathlib import Path
 from pymoo.core.problem import Problem
 
 from mgeo.plugins.problems import load_problem
-from mgeo.plugins.view import View, view_of
+from mgeo.plugins.view import View, build_view
 from mgeo.runs.answer import RepresentativeSolution, default_solution, representative_solutions
 from mgeo.store.run import Run
 from mgeo.store.run_folder import RUN_FILE, read_run
-from mgeo.validation.entries import errors_of
+from mgeo.validation.entries import convert_file_errors
 
 _MOST_NEAREST = 5  # maximum number of representative infeasible solutions
 
@@ -65,8 +65,8 @@ def read_shown_run(folder: Path, named: Collection[str] = ()) -> ShownRun:
     """
     run = read_run(folder)
     configuration, outcome = run.configuration, run.outcome
-    with errors_of(folder / RUN_FILE):
-        problem = load_problem(configuration.problem, configuration.options, named=named)
+    with convert_file_errors(folder / RUN_FILE):
+        problem = load_problem(configuration.problem, configuration.options, trusted_classes=named)
         counts = len(outcome.variables), len(outcome.objectives)
         if counts != (problem.n_var, problem.n_obj):
             raise ValueError(
@@ -85,4 +85,4 @@ def read_shown_run(folder: Path, named: Collection[str] = ()) -> ShownRun:
         shown = representative_solutions(problem, F, outcome.objectives)
         default = default_solution(problem, F) if shown else None
     title = f"{configuration.problem} · {configuration.algorithm} · seed {configuration.seed}"
-    return ShownRun(run, problem, view_of(problem, X, F), shown, default, title)
+    return ShownRun(run, problem, build_view(problem, X, F), shown, default, title)

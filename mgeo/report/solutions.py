@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.figures.front import MOST_TEXTS
-from mgeo.plugins.protocol import ask, column_names, is_own
+from mgeo.plugins.protocol import call_optional, get_column_names, has_override
 from mgeo.plugins.view import View
 from mgeo.report.shown_run import ShownRun
 from mgeo.runs.answer import RepresentativeSolution, limits
@@ -125,9 +125,9 @@ def solutions_json(shown: ShownRun) -> dict[str, Json]:
     """Return the data of all solutions; in large fronts, only some have figures and margins."""
     view = shown.view
     rows = planned_rows(shown.representatives, len(view.X))
-    planned = view.take(rows)
-    variables = Variables.of(view.problem, KINDS)
-    names, objectives = column_names(view.problem)
+    planned = view.select(rows)
+    variables = Variables.from_problem(view.problem, KINDS)
+    names, objectives = get_column_names(view.problem)
     picture = front_picture(view, shown.title)
     return {
         "table": {"columns": [*names, *objectives], "rows": np.hstack([view.X, view.F]).tolist()},
@@ -173,11 +173,11 @@ def front_picture(view: View, title: str) -> go.Figure | None:
     The problem's own figure is used if it has ``customdata``, see ``docs/plugins.md``. With more
     than three objectives, the figure may be None.
     """
-    if len(view.X) <= MOST_TEXTS and is_own(view, View.figures):
-        figure = ask(view, View.figures).get("front")
+    if len(view.X) <= MOST_TEXTS and has_override(view, View.figures):
+        figure = call_optional(view, View.figures).get("front")
         if figure and any(getattr(trace, "customdata", None) is not None for trace in figure.data):
             return figure
-    return view.plain_front(title)
+    return view.default_front_figure(title)
 
 
 def plans_json(view: View, rows: NDArray[np.int64]) -> Json:
@@ -190,7 +190,7 @@ def plans_json(view: View, rows: NDArray[np.int64]) -> Json:
     rows
         Numbers of the solutions on the front.
     """
-    drawings = ask(view, View.drawings)
+    drawings = call_optional(view, View.figure_dicts)
     if not any(drawings):
         return {"common": {}, "values": {}}
     common, values = shared(
@@ -201,13 +201,17 @@ def plans_json(view: View, rows: NDArray[np.int64]) -> Json:
 
 def _answers(view: View) -> list[str]:
     """Return the problem's summary of each solution, or empty texts."""
-    return ask(view, View.answers) if is_own(view, View.answers) else [""] * len(view.X)
+    return (
+        call_optional(view, View.summaries)
+        if has_override(view, View.summaries)
+        else [""] * len(view.X)
+    )
 
 
 def _descriptions(view: View, rows: NDArray[np.int64]) -> Json:
     """Return the problem's description of each solution, or its objectives."""
-    table = ask(view, View.describe)
-    if not is_own(view, View.describe):
+    table = call_optional(view, View.describe)
+    if not has_override(view, View.describe):
         table = table.iloc[:, : view.problem.n_obj]
     cells = [[cell(value) for value in row] for row in table.itertuples(index=False, name=None)]
     return {"columns": [str(name) for name in table.columns], "rows": _by_row(cells, rows)}

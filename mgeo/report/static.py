@@ -12,7 +12,7 @@ import plotly.graph_objects as go
 
 from mgeo.figures.motion import motion_of
 from mgeo.figures.style import CLICK, HOVER, for_paper
-from mgeo.plugins.protocol import ask
+from mgeo.plugins.protocol import call_optional
 from mgeo.plugins.view import View
 from mgeo.report.history import recorded_history
 from mgeo.report.shown_run import read_shown_run
@@ -59,7 +59,9 @@ def run_figures(
     history = recorded_history(Path(folder), shown.problem, shown.run.outcome)
     figures_by_name = {"front": front, "hypervolume": history}
     labeled = [solution for solution in shown.representatives if solution.label != "between"]
-    each = ask(shown.view.take([solution.row for solution in labeled]), View.solution_figures)
+    each = call_optional(
+        shown.view.select([solution.row for solution in labeled]), View.solution_figures
+    )
     for solution, figures in zip(labeled, each, strict=True):
         for name, figure in figures.items():
             if motion_of(figure) is None:

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 from pymoo.core.sampling import Sampling
 
-from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
+from mgeo.algorithms.base import DEFAULT_WALKER_GENERATIONS, ExtremalOptimization
 from mgeo.algorithms.starting import SuggestedSampling
-from mgeo.algorithms.variables import KINDS, Variables, kind_of_type
+from mgeo.algorithms.variables import KINDS, Variables, get_kind
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.plugins import discovery
 from mgeo.plugins.discovery import load_algorithm
 from mgeo.runs.registry import ALGORITHMS, DEFAULT, ROBUST
 from mgeo.validation import constructors
-from mgeo.validation.arguments import did_you_mean, validate_integer
+from mgeo.validation.arguments import format_suggestion, validate_integer
 
 if TYPE_CHECKING:
     import numpy as np
@@ -40,7 +40,7 @@ def default_algorithm(robust: bool) -> str:
 
 def algorithm_names() -> list[str]:
     """Return the names of all algorithms; those of installed plugins come last."""
-    plugins = (plugin.name for plugin in discovery.installed_plugins(discovery.ALGORITHMS))
+    plugins = (plugin.name for plugin in discovery.list_plugins(discovery.ALGORITHMS))
     return list(dict.fromkeys([*ALGORITHMS, *plugins]))
 
 
@@ -66,7 +66,9 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
     cls = _load_class(name)
     if not _has_population_only(name):
         parameter_errors = ValueError, TypeError
-        with discovery.code_of_others(f"algorithm {name!r} cannot be built:", *parameter_errors):
+        with discovery.convert_plugin_errors(
+            f"algorithm {name!r} cannot be built:", *parameter_errors
+        ):
             algorithm: Algorithm = cls(**complete)
         return algorithm
     population = validate_integer(
@@ -82,11 +84,11 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
     if "ref_dirs" in arguments:
         arguments["ref_dirs"] = _reference_directions(population, problem)
     algorithm = cls(**arguments)
-    kind = "mixed" if declared else kind_of_type(problem.vtype)
+    kind = "mixed" if declared else get_kind(problem.vtype)
     if kind not in (None, "real"):
         from mgeo.runs.pymoo_algorithms import use_operators_for  # a slow import
 
-        Variables.of(problem, KINDS)  # raises an error if a bound is missing or invalid
+        Variables.from_problem(problem, KINDS)  # raises an error if a bound is missing or invalid
         use_operators_for(kind, algorithm, name)
     return algorithm
 
@@ -117,7 +119,7 @@ def set_up(
     prepared = copy.deepcopy(algorithm)
     if starts:
         suggest(prepared, starts)
-    prepared.evaluator = TolerantEvaluator.like(prepared.evaluator)
+    prepared.evaluator = TolerantEvaluator.from_evaluator(prepared.evaluator)
     prepared.evaluator.warn = False  # The outcome reports the failures.
     prepared.setup(problem, termination=("n_eval", evaluations), seed=seed)
     if not isinstance(prepared, ExtremalOptimization):
@@ -165,7 +167,7 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     if not is_built_in and name not in (names := algorithm_names()):
         raise ValueError(
             f"no algorithm is called {name!r}: expected one of {', '.join(names)}, or module:Class"
-            f"{did_you_mean(name, names)}"
+            f"{format_suggestion(name, names)}"
         )
     if not isinstance(parameters, Mapping):
         raise TypeError(f"parameters = {parameters!r}: expected a mapping of names to values")
@@ -185,7 +187,7 @@ def default_evaluations(algorithm: Algorithm, problem: Problem) -> int:
     Algorithms without walkers have the budget of 30 walkers.
     """
     walkers = getattr(algorithm, "n_walkers", 30)
-    return int(max(1, EXECUTIONS // walkers) * walkers * problem.n_var)
+    return int(max(1, DEFAULT_WALKER_GENERATIONS // walkers) * walkers * problem.n_var)
 
 
 def described(name: str) -> dict[str, Any]:
@@ -206,7 +208,7 @@ def described(name: str) -> dict[str, Any]:
     if _has_population_only(name):
         meanings = {"population": "size of the population"}
     else:
-        meanings = constructors.descriptions(_load_class(name))
+        meanings = constructors.get_parameter_descriptions(_load_class(name))
     if name in ALGORITHMS:
         label, about = ALGORITHMS[name].label, ALGORITHMS[name].description
     else:
@@ -237,8 +239,8 @@ def _default_parameters(name: str) -> dict[str, Any]:
         from pymoo.core.algorithm import Algorithm
 
         root = next(each for each in cls.__mro__ if "__init__" in vars(each))
-        left_out |= constructors.parameters(Algorithm, Algorithm).keys()
-    parameters = constructors.parameters(cls, root)
+        left_out |= constructors.get_parameters(Algorithm, Algorithm).keys()
+    parameters = constructors.get_parameters(cls, root)
     return {key: p.default for key, p in parameters.items() if key not in left_out}
 
 

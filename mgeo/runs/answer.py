@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo.plugins.protocol import ask, indicator_space, is_own
+from mgeo.plugins.protocol import call_optional, get_indicator_map, has_override
 from mgeo.plugins.view import View
 from mgeo.runs.hypervolume import scaled
 
@@ -52,11 +52,11 @@ class Answer:
 def answer(view: View) -> Answer:
     """Return the summary of the `default_solution` of a front with at least one solution."""
     shown = default_solution(view.problem, view.F)
-    chosen = view.take([shown.row])
-    (line,) = ask(chosen, View.answers)
+    chosen = view.select([shown.row])
+    (line,) = call_optional(chosen, View.summaries)
     # Solutions of a front satisfy the constraints of the optimization, so margins are evaluated
     # only if the problem reports further constraints.
-    (margins,) = limits(chosen) if is_own(view, View.limits) else [[]]
+    (margins,) = limits(chosen) if has_override(view, View.constraints) else [[]]
     exceeded = tuple(str(margin) for margin in margins if not margin.kept)
     return Answer(shown.row, len(view.X), shown.label, line, exceeded)
 
@@ -144,7 +144,7 @@ def knee(points: NDArray[np.float64]) -> int | None:
 
 def _scale_front(problem: Problem, front: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the front in the indicator space, or scaled to its own extent if there is none."""
-    space = indicator_space(problem)
+    space = get_indicator_map(problem)
     return space(front) if space else scaled(front, front.min(axis=0), front.max(axis=0))
 
 
@@ -220,7 +220,7 @@ class Margin:
 
 def limits(view: View) -> list[list[Margin]]:
     """Return the constraint margins of each solution of a view, in the problem's order."""
-    return _parse_margins(ask(view, View.limits))
+    return _parse_margins(call_optional(view, View.constraints))
 
 
 def _parse_margins(tables: list[pd.DataFrame]) -> list[list[Margin]]:
@@ -256,7 +256,7 @@ def dead_end(view: View) -> DeadEnd:
         View of at least one infeasible solution.
     """
     # If all constraints reported by the problem are satisfied, use the constraint functions.
-    pairs = zip(limits(view), _parse_margins(View.limits(view)), strict=True)
+    pairs = zip(limits(view), _parse_margins(View.constraints(view)), strict=True)
     rows = [
         [limit for limit in reported if not limit.kept]
         or [limit for limit in computed if not limit.kept]
@@ -273,5 +273,5 @@ def dead_end(view: View) -> DeadEnd:
         f"{max(margins, key=lambda limit: limit.margin)} at least ({len(margins)} of {len(rows)})"
         for margins in by_name.values()
     )
-    suggestions = (*ask(view, View.ways_out), *list(ways.values())[:_MOST_WAYS])
+    suggestions = (*call_optional(view, View.suggestions), *list(ways.values())[:_MOST_WAYS])
     return DeadEnd(tuple(exceeded), suggestions)

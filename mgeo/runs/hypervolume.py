@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from pymoo.indicators.hv import HV
 
 from mgeo._typing import FloatArray
-from mgeo.plugins.protocol import indicator_space
+from mgeo.plugins.protocol import get_indicator_map
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -34,7 +34,7 @@ def hypervolume(problem: Problem, F: ArrayLike) -> float | None:
     float or None
         None if the problem has no indicator space, one objective, or more than `MAX_OBJECTIVES`.
     """
-    space = indicator_space(problem)
+    space = get_indicator_map(problem)
     if space is None or not 1 < problem.n_obj <= MAX_OBJECTIVES:
         return None
     front = np.asarray(F, dtype=float)

@@ -8,9 +8,9 @@ import numpy as np
 from pymoo.core.population import Population
 
 from mgeo.algorithms.staged import MGEOStaged
-from mgeo.evaluation.dominance import nondominated
-from mgeo.evaluation.individuals import as_numbers, succeeded
-from mgeo.plugins.view import excess
+from mgeo.evaluation.dominance import find_nondominated
+from mgeo.evaluation.individuals import convert_designs_to_numbers, find_successful
+from mgeo.plugins.view import compute_violations
 from mgeo.store.run import Nearest
 
 if TYPE_CHECKING:
@@ -31,14 +31,14 @@ def nearest_solutions(algorithm: Algorithm) -> Nearest:
         candidates = Population.merge(candidates, algorithm.pop)
     if candidates is None or not len(candidates):
         return Nearest.none()
-    candidates = candidates[succeeded(candidates)]
+    candidates = candidates[find_successful(candidates)]
     if not len(candidates):
         return Nearest.none()
-    X = as_numbers(problem, candidates.get("X")).astype(float)
+    X = convert_designs_to_numbers(problem, candidates.get("X")).astype(float)
     F = candidates.get("F").astype(float)
-    violation = np.maximum(excess(*candidates.get("G", "H")), 0.0)
+    violation = np.maximum(compute_violations(*candidates.get("G", "H")), 0.0)
     values = np.hstack([F, violation])
     rows = np.sort(np.unique(values, axis=0, return_index=True)[1])
-    order = np.lexsort([violation[rows].sum(axis=1), ~nondominated(violation[rows])])
+    order = np.lexsort([violation[rows].sum(axis=1), ~find_nondominated(violation[rows])])
     rows = rows[order[:MOST]]
     return Nearest(X[rows], F[rows], violation[rows])

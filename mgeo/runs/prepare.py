@@ -14,7 +14,7 @@ from pymoo.core.problem import Problem
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.plugins import protocol
-from mgeo.plugins.problems import is_own_class, load_problem
+from mgeo.plugins.problems import is_class_path, load_problem
 from mgeo.runs.algorithms import (
     build_algorithm,
     complete_parameters,
@@ -27,8 +27,8 @@ from mgeo.store.checkpoint import Checkpoint, read_notes, resume
 from mgeo.store.recorder import Recorder
 from mgeo.store.run import Notes, Outcome, RunConfiguration
 from mgeo.store.run_folder import CHECKPOINT_FILE, RECORD_FOLDER
-from mgeo.validation.entries import errors_of
-from mgeo.validation.tables import checked
+from mgeo.validation.entries import convert_file_errors
+from mgeo.validation.tables import validate_table
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,12 +122,12 @@ class PreparedRun:
                 "evaluates its candidates a generation at a time"
             )
         if run.polish:  # A refinement of zero designs only checks that the problem supports it.
-            for _ in protocol.refinement(self.problem, np.empty((0, self.problem.n_var))):
+            for _ in protocol.iterate_refinement(self.problem, np.empty((0, self.problem.n_var))):
                 pass
 
     def _set_up(self, starts: int = 0) -> Algorithm:
         run = self.configuration
-        protocol.column_names(self.problem)  # raises an error if names are invalid
+        protocol.get_column_names(self.problem)  # raises an error if names are invalid
         return set_up(self.problem, self.algorithm, run.evaluations, run.seed, starts)
 
 
@@ -177,15 +177,19 @@ def prepare(
     uses_recommendation = not (robust or algorithm or parameters or evaluations)
     algorithm = algorithm or default_algorithm(robust)
     complete = complete_parameters(algorithm, parameters or {})
-    built = load_problem(problem, options, named=(problem,))
+    built = load_problem(problem, options, trusted_classes=(problem,))
     if robust:
-        built = protocol.robust(built)
+        built = protocol.get_robust_problem(built)
     optimizer = build_algorithm(algorithm, complete, built)
-    problem_options = protocol.options(built)
-    recommended = protocol.recommended(built) if uses_recommendation else protocol.Recommended()
-    starts = recommended.starts if starts is None else starts
+    problem_options = protocol.get_options(built)
+    recommended = (
+        protocol.get_recommended_settings(built)
+        if uses_recommendation
+        else protocol.RecommendedSettings()
+    )
+    starts = recommended.initial_designs if starts is None else starts
     if polish is None:
-        polish, evaluations = recommended.polish, evaluations or recommended.evaluations
+        polish, evaluations = recommended.refine, evaluations or recommended.evaluations
     if evaluations is None:
         evaluations = default_evaluations(optimizer, built)
     data = {
@@ -202,7 +206,7 @@ def prepare(
         data = json.loads(json.dumps(data, allow_nan=False))
     except (TypeError, ValueError) as error:
         raise ValueError(f"the options of {problem!r} are not JSON values: {error}") from error
-    run = PreparedRun(checked(RunConfiguration, data), built, optimizer, record=record)
+    run = PreparedRun(validate_table(RunConfiguration, data), built, optimizer, record=record)
     run.check()
     return run
 
@@ -244,15 +248,17 @@ def resume_run(
             "the MGEO family write one"
         )
     data = read_notes(path)
-    with errors_of(path):
-        notes = checked(Notes, data)
+    with convert_file_errors(path):
+        notes = validate_table(Notes, data)
         run = notes.configuration
-        if is_own_class(run.algorithm) and algorithm != run.algorithm:
+        if is_class_path(run.algorithm) and algorithm != run.algorithm:
             raise ValueError(
                 f"algorithm = {run.algorithm!r}: its module is imported only if it is named: "
                 f"--algorithm {run.algorithm}"
             )
-        problem_of_run = load_problem(run.problem, run.options, named=(problem,) if problem else ())
+        problem_of_run = load_problem(
+            run.problem, run.options, trusted_classes=(problem,) if problem else ()
+        )
         optimizer = build_algorithm(run.algorithm, run.parameters, problem_of_run)
     budget = evaluations or run.evaluations
     resumed = resume(path, problem_of_run, ("n_eval", budget), algorithm=optimizer, check=check)

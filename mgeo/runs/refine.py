@@ -13,11 +13,15 @@ from pymoo.core.population import Population
 
 from mgeo._typing import FloatArray
 from mgeo.algorithms.archive import ParetoArchive
-from mgeo.algorithms.variables import designs_of
+from mgeo.algorithms.variables import convert_numbers_to_designs
 from mgeo.evaluation.evaluator import EvaluationError, TolerantEvaluator
-from mgeo.evaluation.individuals import as_numbers, individuals, succeeded
+from mgeo.evaluation.individuals import (
+    build_population,
+    convert_designs_to_numbers,
+    find_successful,
+)
 from mgeo.plugins.discovery import PluginError
-from mgeo.plugins.protocol import refinement
+from mgeo.plugins.protocol import iterate_refinement
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -53,9 +57,9 @@ class Refinement:
         """Yield the evaluated designs of each step."""
         if not self._solutions:
             return
-        last = as_numbers(self._problem, self.solutions.get("X")).astype(float)
+        last = convert_designs_to_numbers(self._problem, self.solutions.get("X")).astype(float)
         try:
-            with closing(refinement(self._problem, last)) as tables:
+            with closing(iterate_refinement(self._problem, last)) as tables:
                 for table in tables:
                     new = np.full((len(table) - len(last), last.shape[1]), np.nan)
                     rows = np.flatnonzero((table != np.vstack([last, new])).any(axis=1))
@@ -83,9 +87,9 @@ class Refinement:
         return archive.individuals
 
     def _evaluate_and_replace(self, rows: NDArray[np.intp], X: FloatArray) -> Population:
-        designs = individuals(designs_of(self._problem, X))
+        designs = build_population(convert_numbers_to_designs(self._problem, X))
         self._evaluator.eval(self._problem, designs)
-        is_feasible = designs.get("feas").astype(bool) & succeeded(designs)
+        is_feasible = designs.get("feas").astype(bool) & find_successful(designs)
         accepted = zip(rows[is_feasible].tolist(), designs[is_feasible], strict=True)
         for row, solution in accepted:
             before = self._solutions.get(row)

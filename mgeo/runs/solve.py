@@ -12,9 +12,9 @@ from pymoo.core.callback import Callback, CallbackCollection
 from pymoo.core.population import Population
 
 from mgeo._typing import FloatArray
-from mgeo.algorithms.staged import MGEOStaged, is_rough
-from mgeo.evaluation.individuals import as_numbers, succeeded
-from mgeo.plugins.protocol import column_names, constraint_names
+from mgeo.algorithms.staged import MGEOStaged, is_low_fidelity
+from mgeo.evaluation.individuals import convert_designs_to_numbers, find_successful
+from mgeo.plugins.protocol import get_column_names, get_constraint_names
 from mgeo.runs.algorithms import IDLE_STEPS
 from mgeo.runs.hypervolume import hypervolume
 from mgeo.runs.nearest import nearest_solutions
@@ -104,7 +104,7 @@ class State(Callback):
         """Return the feasible solutions of the front."""
         if not len(self._front):
             return Population()
-        return self._front[self._front.get("feas") & succeeded(self._front)]
+        return self._front[self._front.get("feas") & find_successful(self._front)]
 
     def front(self) -> tuple[FloatArray, FloatArray]:
         """Return X (n, n_var) and F (n, n_obj) of `solutions`.
@@ -114,18 +114,18 @@ class State(Callback):
         solutions = self.solutions()
         X = solutions.get("X") if len(solutions) else np.empty((0, self.problem.n_var))
         F = values_of(solutions, "F", self.problem.n_obj)
-        return as_numbers(self.problem, X).astype(float), F
+        return convert_designs_to_numbers(self.problem, X).astype(float), F
 
     def hypervolume(self, F: FloatArray) -> float | None:
         """Return the hypervolume of objectives F, None while they have low-fidelity values."""
-        return None if is_rough(self.algorithm) else hypervolume(self.problem, F)
+        return None if is_low_fidelity(self.algorithm) else hypervolume(self.problem, F)
 
     def take_over(self) -> None:
         """Update the front and the evaluation counts from the algorithm."""
         opt = self.algorithm.opt
         self._front = Population() if opt is None else opt
         self.evaluations = self.algorithm.evaluator.n_eval
-        if is_rough(self.algorithm):
+        if is_low_fidelity(self.algorithm):
             self.rough = self.evaluations
 
     def refine(self) -> bool:
@@ -187,9 +187,9 @@ def solve(state: State, *, polish: bool = False) -> Outcome:
     if state.stopped is None:
         algorithm.evaluator.require_success()
     if isinstance(algorithm, MGEOStaged):
-        algorithm.conclude()
+        algorithm.evaluate_archive()
         state.take_over()
-        if state.recorder is not None and algorithm.concluded:
+        if state.recorder is not None and algorithm.is_concluded:
             state.recorder.take(algorithm)
             state.recorder.flush()
     if polish and state.stopped is None:
@@ -207,8 +207,8 @@ def _build_outcome(state: State, reason: StopReason) -> Outcome:
     X, F = state.front()
     order = np.lexsort(F.T[::-1])
     solutions = state.solutions()
-    constraints = constraint_names(problem)
-    variables, objectives = column_names(problem)
+    constraints = get_constraint_names(problem)
+    variables, objectives = get_column_names(problem)
     is_stuck = constraints and not len(F)
     return Outcome(
         X=X[order],

@@ -20,14 +20,14 @@ from pymoo.core.problem import Problem
 
 from mgeo import algorithms
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.algorithms.state import SavedState, capture, full_name, restore
-from mgeo.evaluation.evaluator import changed_value
+from mgeo.algorithms.state import SavedState, capture, get_qualified_name, restore
+from mgeo.evaluation.evaluator import describe_changed_value
 from mgeo.store.atomic import to_npz, write_file
 from mgeo.store.provenance import difference, identity, versions
 from mgeo.store.reading import from_npz, parse_json
 from mgeo.store.recorder import Recorder
 from mgeo.validation.arguments import validate_number
-from mgeo.validation.entries import entry, errors_of
+from mgeo.validation.entries import convert_file_errors, get_entry
 
 
 class Checkpoint(Callback):
@@ -182,10 +182,12 @@ def resume(
             "continue without this check (check=False, --no-check); results may then differ"
         )
     if algorithm is None:
-        with errors_of(path):
+        with convert_file_errors(path):
             algorithm = _build_algorithm(state)
     run = restore(state, problem, algorithm, termination=termination, **options)
-    if check and (changed := changed_value(run.problem, run.front.individuals, {"algorithm": run})):
+    if check and (
+        changed := describe_changed_value(run.problem, run.front.individuals, {"algorithm": run})
+    ):
         raise ValueError(
             f"{path} belongs to another problem: {changed}. Continue a problem whose values are "
             "random without this check (check=False, --no-check)"
@@ -209,11 +211,11 @@ def read_notes(path: Path | str) -> Mapping[str, Any]:
 
 def _build_algorithm(state: SavedState) -> ExtremalOptimization:
     """Build an algorithm of mgeo from a saved state, without importing a module."""
-    name = entry(state.data, "class", str)
+    name = get_entry(state.data, "class", str)
     cls = getattr(algorithms, name.rpartition(".")[2], None)
-    if not isinstance(cls, type) or full_name(cls) != name:
+    if not isinstance(cls, type) or get_qualified_name(cls) != name:
         raise ValueError(f"class = {name!r:.80} is not an algorithm of mgeo: pass algorithm=...")
-    algorithm: ExtremalOptimization = cls(**entry(state.data, "parameters", dict))
+    algorithm: ExtremalOptimization = cls(**get_entry(state.data, "parameters", dict))
     return algorithm
 
 
@@ -231,7 +233,7 @@ def _encode_state(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> 
 
 def _read(path: Path | str) -> tuple[SavedState, dict[str, Any]]:
     content = Path(path).read_bytes()
-    with errors_of(path):
+    with convert_file_errors(path):
         try:
             arrays = from_npz(content)
         except ValueError as error:
@@ -240,5 +242,5 @@ def _read(path: Path | str) -> tuple[SavedState, dict[str, Any]]:
             raise ValueError("not a checkpoint: json is missing")
         data = parse_json(arrays.pop("json").tobytes().decode("utf-8"))
         for key in ("state", "problem", "notes", "versions"):
-            entry(data, key, dict)
+            get_entry(data, key, dict)
         return SavedState(arrays, data.pop("state"), path), data

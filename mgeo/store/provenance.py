@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 from pymoo.core.problem import Problem
 
-from mgeo.benchmarks.collections import distributions, is_benchmark
-from mgeo.evaluation.individuals import options_of
+from mgeo.benchmarks.collections import is_benchmark, list_distributions
+from mgeo.evaluation.individuals import get_choice_options
 from mgeo.plugins import protocol
 from mgeo.plugins.discovery import find_plugin
-from mgeo.plugins.problems import is_own_class
+from mgeo.plugins.problems import is_class_path
 
 
 def identity(problem: Problem) -> dict[str, Any]:
     """Return the class, sizes, bounds and ``options()`` of a problem as JSON values."""
     declared = getattr(problem, "vars", None) or {}
-    options = options_of(problem)
+    options = get_choice_options(problem)
     data = {
         "class": type(problem).__name__,
         "n_var": problem.n_var,
@@ -32,7 +32,7 @@ def identity(problem: Problem) -> dict[str, Any]:
         **({"choices": options} if options else {}),
         "xl": _bound_as_list(problem.xl),
         "xu": _bound_as_list(problem.xu),
-        "options": protocol.options(problem),
+        "options": protocol.get_options(problem),
     }
     read_back: dict[str, Any] = json.loads(json.dumps(data, default=str))
     return read_back
@@ -72,7 +72,7 @@ def installed_versions(problem: str) -> dict[str, str]:
     problem : name of the problem.
     """
     if is_benchmark(problem):
-        names = distributions(problem)
+        names = list_distributions(problem)
     else:
-        names = [] if is_own_class(problem) else [find_plugin(problem).distribution]
+        names = [] if is_class_path(problem) else [find_plugin(problem).distribution]
     return {"python": platform.python_version(), **versions(*names)}

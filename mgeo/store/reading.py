@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mgeo.validation.entries import errors_of
+from mgeo.validation.entries import convert_file_errors
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,7 +28,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
         If the file is not UTF-8.
     """
     content = Path(path).read_bytes()
-    with errors_of(path):
+    with convert_file_errors(path):
         return content.decode("utf-8-sig")
 
 
@@ -52,7 +52,7 @@ def read_json(path: Path | str) -> Any:
         As `read_text`, or if the file is not JSON.
     """
     text = read_text(path)
-    with errors_of(path):
+    with convert_file_errors(path):
         return parse_json(text)
 
 
@@ -112,7 +112,7 @@ def read_numbers(path: Path) -> pd.DataFrame:
     import pandas as pd
 
     text = read_text(path)
-    with errors_of(path):
+    with convert_file_errors(path):
         table = pd.read_csv(io.StringIO(text), keep_default_na=False, **exact_floats())
         if not isinstance(table.index, pd.RangeIndex):
             raise ValueError(f"rows are longer than the header {list(table.columns)!r:.200}")

@@ -12,12 +12,12 @@ from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
-from mgeo.evaluation.individuals import as_numbers, succeeded
-from mgeo.plugins.protocol import column_names
+from mgeo.evaluation.individuals import convert_designs_to_numbers, find_successful
+from mgeo.plugins.protocol import get_column_names
 from mgeo.store.atomic import to_npz, write_file
 from mgeo.store.reading import from_npz
 from mgeo.validation.arguments import validate_number
-from mgeo.validation.entries import FileError, errors_of
+from mgeo.validation.entries import FileError, convert_file_errors
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -122,7 +122,7 @@ class Recorder(Callback):
 
     def _open(self, problem: Problem, generation: int) -> None:
         self._buffer, self._next_time = [], 0.0
-        variables, objectives = column_names(problem)
+        variables, objectives = get_column_names(problem)
         G = (f"g{j + 1}" for j in range(problem.n_ieq_constr))
         H = (f"h{j + 1}" for j in range(problem.n_eq_constr))
         self._columns = ["generation", *variables, *objectives, *G, *H, "failed"]
@@ -186,7 +186,7 @@ def _list_files(folder: Path) -> list[Path]:
 
 def _read_part(path: Path, columns: list[str] | None = None) -> tuple[list[str], FloatArray]:
     """Return the columns and rows of one file, and check that the columns equal `columns`."""
-    with errors_of(path):
+    with convert_file_errors(path):
         arrays = from_npz(path.read_bytes())
         names: list[str] = arrays.get("columns", np.empty(0)).tolist()
         rows = arrays.get("rows", np.empty(0))
@@ -218,8 +218,8 @@ def _truncate(folder: Path, columns: list[str], generation: int) -> None:
 
 
 def _build_rows(problem: Problem, candidates: Population, generation: int) -> FloatArray:
-    n, failed = len(candidates), ~succeeded(candidates)
-    X = as_numbers(problem, candidates.get("X")).astype(float)
+    n, failed = len(candidates), ~find_successful(candidates)
+    X = convert_designs_to_numbers(problem, candidates.get("X")).astype(float)
     F, G, H = (candidates.get(key).astype(float).reshape(n, -1) for key in "FGH")
     F[failed] = np.nan
     return np.column_stack([np.full(n, generation), X, F, G, H, failed])

@@ -19,8 +19,8 @@ from mgeo.store.atomic import LOCK_FILE, to_json, to_npz, write_file, write_file
 from mgeo.store.reading import from_npz, read_json, read_numbers, to_csv
 from mgeo.store.recorder import remove_record
 from mgeo.store.run import Nearest, Outcome, Run, RunConfiguration
-from mgeo.validation.entries import entry, errors_of
-from mgeo.validation.tables import Table, checked
+from mgeo.validation.entries import convert_file_errors, get_entry
+from mgeo.validation.tables import Table, validate_table
 
 FORMAT = 3
 RUN_FILE, FRONT_FILE, ARRAYS_FILE = "run.json", "front.csv", "front.npz"
@@ -131,15 +131,15 @@ def read_run(folder: Path | str) -> Run:
     if not path.exists():
         raise FileNotFoundError(f"{folder} holds no run: there is no {RUN_FILE}")
     data = read_json(path)
-    with errors_of(path):
-        file_format = entry(data, "format", int)
+    with convert_file_errors(path):
+        file_format = get_entry(data, "format", int)
         if file_format != FORMAT:
             raise ValueError(
                 f"format = {file_format!r}: this version of mgeo reads format {FORMAT}"
             )
-        document = checked(_Document, data)
+        document = validate_table(_Document, data)
         arrays = ("X", "F", "G", "H", "arrays", "nearest")  # stored in separate files
-        outcome = checked(Outcome, {key: data[key] for key in data if key not in arrays})
+        outcome = validate_table(Outcome, {key: data[key] for key in data if key not in arrays})
     front = _read_table(folder / FRONT_FILE, _front_columns(outcome), document.solutions)
     X, F = np.hsplit(front, [len(outcome.variables)])
     nearest = Nearest.none()
@@ -158,7 +158,7 @@ def read_run(folder: Path | str) -> Run:
 
 def _read_table(path: Path, columns: list[str], n: int) -> NDArray[np.float64]:
     table = read_numbers(path)
-    with errors_of(path):
+    with convert_file_errors(path):
         if list(table.columns) != columns or len(table) != n:
             raise ValueError(
                 f"{len(table)} rows and the columns {list(table.columns)}: expected {n} rows and "
@@ -169,7 +169,7 @@ def _read_table(path: Path, columns: list[str], n: int) -> NDArray[np.float64]:
 
 def _read_arrays(path: Path, n: int) -> dict[str, NDArray[Any]]:
     """Read the arrays of ``front.npz`` except X and F, which are also in ``front.csv``."""
-    with errors_of(path):
+    with convert_file_errors(path):
         arrays = from_npz(path.read_bytes())
         for key in ("G", "H"):
             if key not in arrays:
@@ -215,9 +215,9 @@ def check_verification(found: Any) -> None:
         If a key is missing or has an invalid value. The message contains the key.
     """
     for key in ("title", "conclusion"):
-        entry(found, key, str)
-    n = len(entry(found, "columns", list[str]))
-    for i, row in enumerate(entry(found, "rows", list)):
+        get_entry(found, key, str)
+    n = len(get_entry(found, "columns", list[str]))
+    for i, row in enumerate(get_entry(found, "rows", list)):
         is_row = isinstance(row, list) and len(row) == n
         if not (is_row and all(isinstance(cell, str | int | float) for cell in row)):
             raise ValueError(f"rows[{i}] = {row!r:.80}: expected {n} numbers or strings")

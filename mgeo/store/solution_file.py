@@ -11,9 +11,9 @@ from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
 from mgeo.plugins import protocol
-from mgeo.plugins.discovery import PluginError, installed_plugins
+from mgeo.plugins.discovery import PluginError, list_plugins
 from mgeo.plugins.problems import load_problem
-from mgeo.validation.entries import entry
+from mgeo.validation.entries import get_entry
 
 FORMAT = "mgeo-solution"
 
@@ -35,10 +35,10 @@ def solution_document(problem: Problem, name: str, x: FloatArray) -> dict[str, A
     PluginError
         If ``document_of`` raises an error.
     """
-    document = protocol.ask(problem, protocol.ProblemMixin.document_of, x.copy())
+    document = protocol.call_optional(problem, protocol.ProblemMixin.build_document, x.copy())
     if document is not None:
         return document
-    options = protocol.options(problem) or {}
+    options = protocol.get_options(problem) or {}
     return {"format": FORMAT, "problem": name, "options": options, "design": x.tolist()}
 
 
@@ -71,7 +71,7 @@ def solution_of(
 
 def _read_problem_format(document: Any) -> tuple[str, Mapping[str, Any], Any] | None:
     """Return name, options and design by the first installed problem that recognizes them."""
-    for plugin in installed_plugins() if isinstance(document, dict) else ():
+    for plugin in list_plugins() if isinstance(document, dict) else ():
         with suppress(PluginError):  # A plugin that cannot be loaded recognizes nothing.
             reader = getattr(plugin.load(), "solution_of", None)
             if reader is not None and (result := reader(document)) is not None:
@@ -82,10 +82,10 @@ def _read_problem_format(document: Any) -> tuple[str, Mapping[str, Any], Any] | 
 def _read_general_format(
     document: Mapping[str, Any], named: Collection[str]
 ) -> tuple[Problem, Mapping[str, Any], FloatArray]:
-    options = entry(document, "options", dict[str, Any])
-    name = entry(document, "problem", str)
-    problem = load_problem(name, options, named=named)
-    x = np.array(entry(document, "design", list[float]), dtype=float)
+    options = get_entry(document, "options", dict[str, Any])
+    name = get_entry(document, "problem", str)
+    problem = load_problem(name, options, trusted_classes=named)
+    x = np.array(get_entry(document, "design", list[float]), dtype=float)
     if x.shape != (problem.n_var,):
         raise ValueError(f"design of {len(x)} numbers: expected {problem.n_var}")
     return problem, options, x

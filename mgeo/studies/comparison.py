@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from mgeo.plugins.protocol import column_names
+from mgeo.plugins.protocol import get_column_names
 from mgeo.studies.indicators import Indicator, applicable, parts_of
 from mgeo.studies.statistics import KruskalWallis, kruskal_wallis, mean_ranks, pairwise
 from mgeo.studies.tables import problem_table
@@ -128,7 +128,7 @@ class Comparison:
     @property
     def objectives(self) -> tuple[str, ...]:
         """Names of the objectives with their units."""
-        return column_names(self.problem)[1]
+        return get_column_names(self.problem)[1]
 
     def indicator(self, name: str | None = None) -> Indicator:
         """Return an indicator or part by name, or the first indicator for None.

@@ -16,14 +16,14 @@ from typing import Any
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 
-from mgeo.benchmarks.collections import expanded, short_name
+from mgeo.benchmarks.collections import expand_name, format_short_name
 from mgeo.plugins.problems import load_problem, read_scenario
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.store.reading import read_text
 from mgeo.studies.schema import AlgorithmTable, ProblemTable, StudyKeys, StudyTable
 from mgeo.validation.arguments import validate_integer
-from mgeo.validation.entries import errors_of
-from mgeo.validation.tables import checked
+from mgeo.validation.entries import convert_file_errors
+from mgeo.validation.tables import validate_table
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class ProblemConfiguration:
         ValueError, TypeError
             If there is no such problem, or an option is invalid.
         """
-        return load_problem(self.name, self.options, named=(self.name,))
+        return load_problem(self.name, self.options, trusted_classes=(self.name,))
 
 
 @dataclass(frozen=True)
@@ -194,7 +194,7 @@ def read_study(path: Path | str, *, imports: bool = True) -> Study:
     if not path.exists():
         raise FileNotFoundError(f"there is no study file {path}")
     text = read_text(path)
-    with errors_of(path):
+    with convert_file_errors(path):
         return parse_study(text, path.parent, imports=imports)
 
 
@@ -206,7 +206,7 @@ def parse_study(text: str, folder: Path, *, imports: bool = True) -> Study:
     ValueError, TypeError
         If the content is invalid. The message contains the key, but not the file.
     """
-    table = checked(StudyTable, tomllib.loads(text))
+    table = validate_table(StudyTable, tomllib.loads(text))
     configurations_by_key: dict[str, list[Any]] = {"problems": [], "algorithms": []}
     for i, problem in enumerate(table.problems):
         configurations_by_key["problems"] += _expand_problems(problem, i, folder, imports)
@@ -239,12 +239,14 @@ def _expand_problems(
     if table.scenario is not None and table.options is not None:
         raise ValueError(f"{where}scenario and options: expected one of them")
     with _name_in_errors(where):
-        full_names = [name for pattern in table.name for name in expanded(pattern)]
+        full_names = [name for pattern in table.name for name in expand_name(pattern)]
     for full, scenario in product(full_names, table.scenario or ("",)):
-        label, options = short_name(full), table.options or {}
+        label, options = format_short_name(full), table.options or {}
         values = {**options, "name": label}
         if scenario:
-            options = read_scenario(full, scenario, folder, named=(full,) if imports else ())
+            options = read_scenario(
+                full, scenario, folder, trusted_classes=(full,) if imports else ()
+            )
             values["scenario"] = Path(scenario).stem
             label = f"{label} {values['scenario']}"
         if table.label is not None:

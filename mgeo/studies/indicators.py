@@ -17,10 +17,10 @@ from pymoo.indicators.hv import HV
 from mgeo._typing import FloatArray
 from mgeo.algorithms.archive import truncate
 from mgeo.algorithms.base import is_dynamic
-from mgeo.evaluation.dominance import nondominated
+from mgeo.evaluation.dominance import find_nondominated
 from mgeo.plugins import protocol
-from mgeo.plugins.protocol import ask
-from mgeo.plugins.view import View, view_of
+from mgeo.plugins.protocol import call_optional
+from mgeo.plugins.view import View, build_view
 from mgeo.runs.hypervolume import MAX_OBJECTIVES, scaled
 from mgeo.studies.record import StudyRun
 from mgeo.validation.arguments import validate_list, validate_number
@@ -130,12 +130,12 @@ def indicator_space(
     n_obj = problem.n_obj
     union = np.concatenate([np.empty((0, n_obj)), *fronts])
     candidates = union if reference is None else np.concatenate([union, reference])
-    best = candidates[nondominated(candidates)]
+    best = candidates[find_nondominated(candidates)]
     if not len(best):
         raise NothingToCompareError("no run found a feasible solution")
     if n_obj == 1:
         return OBJECTIVE_SPACE
-    transform = protocol.indicator_space(problem)
+    transform = protocol.get_indicator_map(problem)
     origin: Origin = "problem"
     ideal, nadir, reference_point = np.zeros(n_obj), np.ones(n_obj), np.ones(n_obj)
     if ends is not None:
@@ -339,12 +339,15 @@ def trace(
     indicators = applicable(problem.n_obj)
     if problem.n_obj <= MAX_OBJECTIVES:
         indicators += parts_of(space, "")
-    rows, view = [], view_of(problem)
+    rows, view = [], build_view(problem)
     for evaluations, F in zip(grid, record.fronts(grid), strict=True):
         points = space(F)
         values = {i.name: i.value(points, space) for i in indicators}
         rows.append(
             {"evaluations": int(evaluations), **values, "points": len(F)}
-            | {str(name): value for name, value in ask(view, View.front_summary, F).items()}
+            | {
+                str(name): value
+                for name, value in call_optional(view, View.front_summary, F).items()
+            }
         )
     return rows

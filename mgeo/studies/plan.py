@@ -17,9 +17,9 @@ import numpy as np
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 
-from mgeo.benchmarks.collections import COCO
+from mgeo.benchmarks.collections import COCO_DISTRIBUTION
 from mgeo.plugins import protocol
-from mgeo.plugins.discovery import plugin_versions
+from mgeo.plugins.discovery import list_plugin_versions
 from mgeo.store.atomic import lock, to_json, write_file
 from mgeo.store.provenance import difference
 from mgeo.store.reading import read_json
@@ -75,7 +75,7 @@ def describe_algorithm(algorithm: Algorithm) -> dict[str, Any]:
 
 def describe_problem(problem: Problem) -> dict[str, Any]:
     """Return the class and options of a problem as JSON values, or its public attributes."""
-    options = protocol.options(problem)
+    options = protocol.get_options(problem)
     description: dict[str, Any] = describe(problem, depth=1)
     return (
         description
@@ -121,6 +121,6 @@ def installed_versions(*parts: Any) -> dict[str, str]:
     owners = _distributions()
     names = {name for module in modules for name in owners.get(module.partition(".")[0], ())}
     if "mgeo.benchmarks.coco" in modules:
-        names.add(COCO)
+        names.add(COCO_DISTRIBUTION)
     versions = {name: version(name) for name in sorted({*_ALWAYS, *names})}
-    return {"python": platform.python_version()} | versions | plugin_versions(modules)
+    return {"python": platform.python_version()} | versions | list_plugin_versions(modules)

@@ -11,7 +11,7 @@ import scipy  # imports the slow scipy.stats only at first use
 from numpy.typing import NDArray
 
 from mgeo._typing import FloatArray
-from mgeo.plugins.protocol import instance_of
+from mgeo.plugins.protocol import get_function_name
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.statistics import Friedman, friedman, holm, ranks_of_blocks
 
@@ -173,7 +173,7 @@ def _rows_of_problem(
     value = first.better(table[first.name].to_numpy(float))
     if first.name == "hypervolume":
         value = np.where(value > 0, value, -table["epsilon"].to_numpy(float))
-    n_var, function = each.problem.n_var, instance_of(each.problem) or label
+    n_var, function = each.problem.n_var, get_function_name(each.problem) or label
     medians = (
         table.assign(value=value).groupby(["evaluations", "algorithm"])["value"].median().unstack()
     )

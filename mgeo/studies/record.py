@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mgeo._typing import FloatArray
-from mgeo.evaluation.dominance import nondominated
+from mgeo.evaluation.dominance import find_nondominated
 from mgeo.store.atomic import write_file
 from mgeo.store.reading import from_npz
 
@@ -58,7 +58,7 @@ class StudyRun:
         front, start = self.F[:0], 0
         for end in np.searchsorted(self.numbers, grid, side="right"):
             both = np.concatenate([front, self.F[start:end]])
-            front, start = both[nondominated(both)], end
+            front, start = both[find_nondominated(both)], end
             yield front
 
     def write(self, path: Path) -> None:

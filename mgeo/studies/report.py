@@ -16,7 +16,7 @@ from mgeo.studies.pooled import friedman_over_problems, problem_values, targets_
 from mgeo.studies.statistics import LEVEL
 from mgeo.studies.stored import folder_name
 from mgeo.studies.tables import problems_table
-from mgeo.validation.arguments import did_you_mean
+from mgeo.validation.arguments import format_suggestion
 
 
 def problem_page(study: Study, label: str, comparison: Comparison) -> str:
@@ -136,7 +136,7 @@ def study_figures(
     selection = full_names | {name: [name] for name in all_figures}
     for name in only:
         if name not in selection:
-            expected = f"expected {', '.join(full_names)}{did_you_mean(name, selection)}"
+            expected = f"expected {', '.join(full_names)}{format_suggestion(name, selection)}"
             raise ValueError(f"the study has no figure {name!r}: {expected}")
     return {full: all_figures[full] for name in only or all_figures for full in selection[name]}
 

@@ -23,10 +23,10 @@ from pymoo.core.problem import Problem
 
 from mgeo._text import one_line
 from mgeo.algorithms.archive import ParetoArchive
-from mgeo.algorithms.staged import MGEOStaged, is_rough
-from mgeo.evaluation.dominance import not_weakly_dominated
+from mgeo.algorithms.staged import MGEOStaged, is_low_fidelity
+from mgeo.evaluation.dominance import find_not_weakly_dominated
 from mgeo.evaluation.evaluator import TolerantEvaluator
-from mgeo.evaluation.individuals import succeeded
+from mgeo.evaluation.individuals import find_successful
 from mgeo.runs.algorithms import IDLE_STEPS, set_up
 from mgeo.studies.record import StudyRun
 
@@ -80,7 +80,7 @@ def record(task: Task) -> StudyRun:
         for algorithm in generations(task, problem, lambda _, *batch: log(*batch)):
             evaluator = algorithm.evaluator.inner
         if isinstance(algorithm, MGEOStaged):
-            algorithm.conclude()
+            algorithm.evaluate_archive()
         if isinstance(evaluator, TolerantEvaluator):
             evaluator.require_success()
     return log.record(time.perf_counter() - start)
@@ -152,15 +152,15 @@ class EvaluationLog:
         F = population.get("F").astype(float)
         numbers = np.arange(self.seen + 1, self.seen + 1 + len(F))
         self.seen += len(F)
-        failed = ~succeeded(population)
+        failed = ~find_successful(population)
         self.failed += int(np.count_nonzero(failed & (numbers <= self.n_eval)))
-        if is_rough(algorithm):
+        if is_low_fidelity(algorithm):
             return
-        if isinstance(algorithm, MGEOStaged) and algorithm.judging:
+        if isinstance(algorithm, MGEOStaged) and algorithm.is_reevaluating:
             numbers = np.minimum(numbers, self.n_eval)
         is_logged = population.get("feas") & np.isfinite(F).all(axis=1) & (numbers <= self.n_eval)
         is_logged &= ~failed
-        is_logged[is_logged] = not_weakly_dominated(F[is_logged], self._archive.F)
+        is_logged[is_logged] = find_not_weakly_dominated(F[is_logged], self._archive.F)
         if not is_logged.any():
             return
         rows = np.arange(self._rows, self._rows + np.count_nonzero(is_logged))

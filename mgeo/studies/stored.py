@@ -21,7 +21,7 @@ from mgeo.studies.comparison import Comparison
 from mgeo.studies.indicators import OBJECTIVE_SPACE, POINTS, IndicatorSpace, applicable
 from mgeo.studies.plan import PLAN
 from mgeo.studies.record import StudyRun
-from mgeo.validation.entries import errors_of
+from mgeo.validation.entries import convert_file_errors
 
 TABLE, RUNS, FRONTS = "table.csv", "runs.csv", "fronts.csv"
 PROVENANCE = "provenance.json"
@@ -103,7 +103,7 @@ def read_comparison(
         several = " of one problem: see read_comparisons" if (folder / PLAN).is_file() else ""
         raise FileNotFoundError(f"{folder} holds no comparison{several}: there is no {PROVENANCE}")
     about = read_json(path)
-    with errors_of(path):
+    with convert_file_errors(path):
         try:
             if problem is None:
                 problem = _load_problem(about["problem"], named)
@@ -116,7 +116,7 @@ def read_comparison(
     runs = _read_table(folder / RUNS, ["status", "wall_time", "failed_evaluations", "error"])
     records = {}
     if (folder / FRONTS).exists():
-        fronts = _read_table(folder / FRONTS, protocol.column_names(problem)[1])
+        fronts = _read_table(folder / FRONTS, protocol.get_column_names(problem)[1])
         records = {
             (str(row["algorithm"]), int(row["seed"])): _read_record(row, fronts, n_eval)
             for row in runs.to_dict("records")
@@ -184,7 +184,7 @@ def _load_problem(about: Mapping[str, Any], named: Collection[str]) -> Problem:
         raise ValueError(
             "the comparison was made in Python: pass the compared problem as problem=..."
         )
-    return load_problem(about["name"], about["options"], named=named)
+    return load_problem(about["name"], about["options"], trusted_classes=named)
 
 
 def _read_space(problem: Problem, about: Mapping[str, Any]) -> IndicatorSpace:
@@ -198,7 +198,7 @@ def _read_space(problem: Problem, about: Mapping[str, Any]) -> IndicatorSpace:
         **points,
         reference_front=np.empty((0, n_obj)),
         origin=origin,
-        transform=protocol.indicator_space(problem) if origin == "problem" else None,
+        transform=protocol.get_indicator_map(problem) if origin == "problem" else None,
         parts=tuple(map(float, about.get("parts", ()))),
         cuts=tuple(map(float, about.get("cuts", ()))),
     )
@@ -209,7 +209,7 @@ _TYPES: dict[str, Any] = dict.fromkeys(_TEXTS, str)
 
 
 def _read_table(path: Path, columns: Collection[str]) -> pd.DataFrame:
-    with errors_of(path):
+    with convert_file_errors(path):
         table: pd.DataFrame = pd.read_csv(
             path,
             **exact_floats(),

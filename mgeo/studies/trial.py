@@ -14,7 +14,7 @@ from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
-from mgeo.algorithms.variables import kind_of_type
+from mgeo.algorithms.variables import get_kind
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.studies.run import Task, generations, global_state
 
@@ -122,7 +122,7 @@ def require_integers(trials: Mapping[str, Trial], title: str) -> None:
 
 
 def _find_fraction(problem: Problem, batches: Iterable[Any]) -> float | None:
-    if kind_of_type(problem.vtype) not in ("integer", "binary"):
+    if get_kind(problem.vtype) not in ("integer", "binary"):
         return None
     values = np.concatenate([np.asarray(X, float).ravel() for X in batches])
     fractions = values[values != np.rint(values)]

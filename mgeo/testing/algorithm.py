@@ -16,8 +16,8 @@ from pymoo.optimize import minimize
 from mgeo._typing import FloatArray
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.state import capture, restore
-from mgeo.evaluation.dominance import nondominated
-from mgeo.testing.check import no_error, require, require_equal
+from mgeo.evaluation.dominance import find_nondominated
+from mgeo.testing.check import convert_to_check_error, require, require_equal
 
 Constraint = Literal["none", "half", "impossible"]
 
@@ -64,7 +64,9 @@ def check_algorithm(
     >>> check_algorithm(NSGA2(20), n_gen=3)
     """
     if isinstance(algorithm, type):
-        with no_error(f"{algorithm.__name__}() must be constructible without arguments"):
+        with convert_to_check_error(
+            f"{algorithm.__name__}() must be constructible without arguments"
+        ):
             algorithm = algorithm()
     require(isinstance(algorithm, Algorithm), f"{algorithm!r} is not a pymoo Algorithm")
     require(
@@ -75,12 +77,12 @@ def check_algorithm(
         trial = _Trial(algorithm, Bowls(n_var, count), seed, n_gen)
         result, visited = trial.run()
         _check_result(trial, result, visited)
-        _check_seeds(trial, result, visited)
+        _check_reproducibility(trial, result, visited)
         _check_ask_and_tell(trial, result)
         _check_copies(trial, result)
         if isinstance(algorithm, ExtremalOptimization):
             _check_parameters(trial, result)
-            _check_restored(trial, result)
+            _check_restore(trial, result)
         if constraints:
             _check_constraints(trial)
 
@@ -94,20 +96,20 @@ class _Trial:
 
     def run(self, **options: Any) -> tuple[Result, FloatArray]:
         """Run `minimize` and return its result and all evaluated points in order."""
-        self.problem.seen.clear()
-        with no_error(f"minimize with {self.problem.n_obj} objectives"):
-            result = minimize(self.problem, self.algorithm, **self._options(), **options)
+        self.problem.batches.clear()
+        with convert_to_check_error(f"minimize with {self.problem.n_obj} objectives"):
+            result = minimize(self.problem, self.algorithm, **self._get_options(), **options)
         require(self.algorithm.problem is None, "minimize must leave the algorithm as it was")
-        return result, np.concatenate(self.problem.seen)
+        return result, np.concatenate(self.problem.batches)
 
     def set_up(self, generations: int = 0) -> Algorithm:
         """Return a copy of the algorithm that is set up and has run some generations."""
-        run = copy.deepcopy(self.algorithm).setup(self.problem, **self._options())
+        run = copy.deepcopy(self.algorithm).setup(self.problem, **self._get_options())
         for _ in range(generations):
             run.next()
         return run
 
-    def _options(self) -> dict[str, Any]:
+    def _get_options(self) -> dict[str, Any]:
         return {"termination": ("n_gen", self.n_gen), "seed": self.seed}
 
 
@@ -119,32 +121,32 @@ def _require_same(actual: Any, expected: Result, rule: str) -> None:
         require_equal(opt.get(key), expected.opt.get(key), f"{rule}: {key}")
 
 
-def _check_result(trial: _Trial, result: Result, visited: FloatArray) -> None:
+def _check_result(trial: _Trial, result: Result, points: FloatArray) -> None:
     problem, where = trial.problem, f"{trial.problem.n_obj} objectives"
-    is_inside = (visited >= problem.xl) & (visited <= problem.xu)
+    is_inside = (points >= problem.xl) & (points <= problem.xu)
     require(
-        is_inside.all(), f"{where}: points out of bounds were evaluated: {visited[~is_inside][:3]}"
+        is_inside.all(), f"{where}: points out of bounds were evaluated: {points[~is_inside][:3]}"
     )
     count = result.algorithm.evaluator.n_eval
-    require(count == len(visited), f"{where}: n_eval = {count} after {len(visited)} evaluations")
+    require(count == len(points), f"{where}: n_eval = {count} after {len(points)} evaluations")
     require(result.X is not None, f"{where}: no solution was found")
     X, F = np.atleast_2d(result.X), np.atleast_2d(result.F)
     require_equal(F, problem.evaluate(X), f"{where}: res.F must be the objectives of res.X", 1e-12)
     distinct = np.unique(F, axis=0)
-    dominated = distinct[~nondominated(distinct)]
+    dominated = distinct[~find_nondominated(distinct)]
     require(len(dominated) == 0, f"{where}: points of res.F are dominated: {dominated[:3]}")
     if problem.n_obj == 1:
         require(result.X.shape == (problem.n_var,), f"{where}: res.X of shape {result.X.shape}")
 
 
-def _check_seeds(trial: _Trial, result: Result, visited: FloatArray) -> None:
+def _check_reproducibility(trial: _Trial, result: Result, points: FloatArray) -> None:
     state_before = _read_global_state()
     repeated_result, repeated_points = trial.run()
-    require_equal(repeated_points, visited, "same seed, same points")
+    require_equal(repeated_points, points, "same seed, same points")
     _require_same(repeated_result, result, "same seed, same result")
     _, points_of_other_seed = replace(trial, seed=trial.seed + 1).run()
     require(
-        not np.array_equal(visited, points_of_other_seed),
+        not np.array_equal(points, points_of_other_seed),
         "another seed, the same points: expected other points",
     )
     require(
@@ -159,7 +161,7 @@ def _read_global_state() -> bytes:
 
 
 def _check_ask_and_tell(trial: _Trial, result: Result) -> None:
-    with no_error("ask and tell"):
+    with convert_to_check_error("ask and tell"):
         algorithm = trial.set_up()
         while algorithm.has_next():
             infills = algorithm.ask()
@@ -169,12 +171,12 @@ def _check_ask_and_tell(trial: _Trial, result: Result) -> None:
 
 
 def _check_copies(trial: _Trial, result: Result) -> None:
-    with no_error("deepcopy in the middle of a run"):
+    with convert_to_check_error("deepcopy in the middle of a run"):
         run = trial.set_up(2)
         duplicate = copy.deepcopy(run)
         _require_same(run.run(), result, "a run must not change when it is copied midway")
         _require_same(duplicate.run(), result, "a copy made midway must continue as the run does")
-    with no_error("pickle the algorithm"):
+    with convert_to_check_error("pickle the algorithm"):
         unpickled = pickle.loads(pickle.dumps(trial.algorithm))
     rule = "a pickled copy must run as the algorithm itself"
     _require_same(replace(trial, algorithm=unpickled).run()[0], result, rule)
@@ -182,7 +184,9 @@ def _check_copies(trial: _Trial, result: Result) -> None:
 
 def _check_parameters(trial: _Trial, result: Result) -> None:
     cls = type(trial.algorithm)
-    with no_error("get_params() needs each constructor parameter as an attribute of the same name"):
+    with convert_to_check_error(
+        "get_params() needs each constructor parameter as an attribute of the same name"
+    ):
         params = trial.algorithm.get_params()
         duplicate = cls(**params)
     for name, value in duplicate.get_params().items():
@@ -195,12 +199,12 @@ def _check_parameters(trial: _Trial, result: Result) -> None:
     _require_same(replace(trial, algorithm=duplicate).run()[0], result, rule)
 
 
-def _check_restored(trial: _Trial, result: Result) -> None:
+def _check_restore(trial: _Trial, result: Result) -> None:
     try:
         saved = capture(trial.set_up(2))
     except TypeError:  # The algorithm cannot be saved, and `capture` reports it.
         return
-    with no_error("a run that was saved and restored midway"):
+    with convert_to_check_error("a run that was saved and restored midway"):
         restored = restore(saved, trial.problem, trial.algorithm)
         _require_same(restored.run(), result, "a run that was saved and restored midway")
 
@@ -240,12 +244,12 @@ class Bowls(Problem):
             n_var=n_var, n_obj=n_obj, n_ieq_constr=int(constraint != "none"), xl=-2.0, xu=2.0
         )
         self.constraint = constraint
-        self.seen: list[FloatArray] = []
+        self.batches: list[FloatArray] = []
         self.centers = np.zeros((n_obj, n_var))
         self.centers[np.arange(n_obj), np.arange(n_obj) % n_var] = np.linspace(-1.0, 1.0, n_obj)
 
     def _evaluate(self, X: FloatArray, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        self.seen.append(X.copy())
+        self.batches.append(X.copy())
         out["F"] = np.sum((X[:, None, :] - self.centers) ** 2, axis=2)
         if self.constraint == "half":
             out["G"] = -X[:, :1]

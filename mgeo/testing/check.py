@@ -20,7 +20,7 @@ def require(condition: bool | np.bool_, message: str) -> None:
         raise CheckError(message)
 
 
-def require_equal(found: ArrayLike, expected: ArrayLike, rule: str, rtol: float = 0.0) -> None:
+def require_equal(actual: ArrayLike, expected: ArrayLike, rule: str, rtol: float = 0.0) -> None:
     """Raise CheckError if two arrays differ in shape or value.
 
     Parameters
@@ -32,7 +32,7 @@ def require_equal(found: ArrayLike, expected: ArrayLike, rule: str, rtol: float 
     rtol : float
         Relative tolerance.
     """
-    a, b = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
+    a, b = np.asarray(actual, dtype=float), np.asarray(expected, dtype=float)
     require(a.shape == b.shape, f"{rule}: got shape {a.shape}, expected {b.shape}")
     is_close = np.isclose(a, b, rtol=rtol, atol=0, equal_nan=True)
     if not is_close.all():
@@ -41,7 +41,7 @@ def require_equal(found: ArrayLike, expected: ArrayLike, rule: str, rtol: float 
 
 
 @contextmanager
-def no_error(rule: str) -> Iterator[None]:
+def convert_to_check_error(rule: str) -> Iterator[None]:
     """Convert any error to a CheckError whose message begins with `rule`."""
     try:
         yield

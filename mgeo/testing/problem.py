@@ -9,14 +9,14 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
-from mgeo.algorithms.coding import RealCode
+from mgeo.algorithms.coding import RealEncoding
 from mgeo.algorithms.staged import MGEOStaged
-from mgeo.algorithms.variables import KINDS, Variables, designs_of
-from mgeo.evaluation.dominance import nondominated
-from mgeo.evaluation.individuals import as_numbers
+from mgeo.algorithms.variables import KINDS, Variables, convert_numbers_to_designs
+from mgeo.evaluation.dominance import find_nondominated
+from mgeo.evaluation.individuals import convert_designs_to_numbers
 from mgeo.plugins import protocol
-from mgeo.plugins.protocol import ProblemMixin, ask, is_own
-from mgeo.testing.check import no_error, require, require_equal
+from mgeo.plugins.protocol import ProblemMixin, call_optional, has_override
+from mgeo.testing.check import convert_to_check_error, require, require_equal
 from mgeo.testing.view import check_view
 
 Values = Mapping[str, FloatArray]
@@ -52,11 +52,11 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
     >>> check_problem(ZDT1(n_var=4))
     """
     require(isinstance(problem, Problem), f"{problem!r} is not a pymoo Problem")
-    with no_error("variables"):
-        code = RealCode(Variables.of(problem, KINDS))
-    with no_error("names"):
-        protocol.column_names(problem)
-        protocol.constraint_names(problem)
+    with convert_to_check_error("variables"):
+        code = RealEncoding(Variables.from_problem(problem, KINDS))
+    with convert_to_check_error("names"):
+        protocol.get_column_names(problem)
+        protocol.get_constraint_names(problem)
     points = code.draw([np.random.default_rng(seed)] * n_points)
     X = np.vstack([points, code.variables.xl, code.variables.xu])
     values = _check_evaluation(problem, X)
@@ -64,18 +64,18 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
     _check_copies(problem, X, values)
     _check_indicator_space(problem, values["F"])
     check_view(problem, X, values["F"])
-    _check_starts(problem, seed)
+    _check_initial_designs(problem, seed)
     _check_refinement(problem, X)
-    _check_stages(problem, X, values)
+    _check_fidelities(problem, X, values)
     _check_options(problem, X, values)
 
 
 def _evaluate(problem: Problem, X: FloatArray) -> Values:
     """Return F, G and H at the rows of `X` and check that `evaluate` does not modify them."""
-    designs = designs_of(problem, X.copy())
-    with no_error("evaluate(X)"):
+    designs = convert_numbers_to_designs(problem, X.copy())
+    with convert_to_check_error("evaluate(X)"):
         out = problem.evaluate(designs, return_values_of=["F", "G", "H"], return_as_dictionary=True)
-        X_after = as_numbers(problem, designs)
+        X_after = convert_designs_to_numbers(problem, designs)
     require_equal(X_after, X, "evaluate(X) must not modify X")
     return {key: np.asarray(out[key]) for key in ("F", "G", "H")}
 
@@ -112,17 +112,19 @@ def _check_batches(problem: Problem, X: FloatArray, values: Values, rtol: float)
 
 
 def _check_copies(problem: Problem, X: FloatArray, values: Values) -> None:
-    with no_error("pickle the problem"):
+    with convert_to_check_error("pickle the problem"):
         unpickled = pickle.loads(pickle.dumps(problem))
     _require_values(unpickled, X, values, "evaluated by a pickled copy")
-    with no_error(f"{type(problem).__name__}() must be constructible without arguments"):
+    with convert_to_check_error(
+        f"{type(problem).__name__}() must be constructible without arguments"
+    ):
         type(problem)()
 
 
 def _check_indicator_space(problem: Problem, F: FloatArray) -> None:
     argument = F.copy()
-    with no_error("indicator_space(F)"):
-        mapped = ask(problem, ProblemMixin.indicator_space, argument)
+    with convert_to_check_error("indicator_space(F)"):
+        mapped = call_optional(problem, ProblemMixin.map_to_indicator_space, argument)
     require_equal(argument, F, "indicator_space(F) must not modify F")
     if mapped is not None:
         space = np.asarray(mapped)
@@ -131,15 +133,18 @@ def _check_indicator_space(problem: Problem, F: FloatArray) -> None:
             f"indicator_space(F) of shape {space.shape}: expected {F.shape}",
         )
         require(
-            np.array_equal(nondominated(space), nondominated(F)),
+            np.array_equal(find_nondominated(space), find_nondominated(F)),
             "indicator_space(F) must preserve dominance between points",
         )
 
 
-def _check_starts(problem: Problem, seed: int) -> None:
-    with no_error("starts(n, random_state)"):
+def _check_initial_designs(problem: Problem, seed: int) -> None:
+    with convert_to_check_error("starts(n, random_state)"):
         designs, repeated = (
-            ask(problem, ProblemMixin.starts, 3, np.random.default_rng(seed)) for _ in range(2)
+            call_optional(
+                problem, ProblemMixin.suggest_initial_designs, 3, np.random.default_rng(seed)
+            )
+            for _ in range(2)
         )
     if designs is None or repeated is None:
         return
@@ -150,26 +155,26 @@ def _check_starts(problem: Problem, seed: int) -> None:
 
 
 def _check_refinement(problem: Problem, X: FloatArray) -> None:
-    with no_error("recommended()"):
-        settings = protocol.recommended(problem)
+    with convert_to_check_error("recommended()"):
+        settings = protocol.get_recommended_settings(problem)
     for setting, method in (
-        (settings.starts, ProblemMixin.starts),
-        (settings.polish, ProblemMixin.refine),
+        (settings.initial_designs, ProblemMixin.suggest_initial_designs),
+        (settings.refine, ProblemMixin.refine),
     ):
         require(
-            not setting or is_own(problem, method),
+            not setting or has_override(problem, method),
             f"recommended() = {settings._asdict()}: the problem has no {method.__name__}()",
         )
-    if is_own(problem, ProblemMixin.refine):
-        with no_error("refine(X)"):
-            next(protocol.refinement(problem, X[:0]), None)
-            next(protocol.refinement(problem, X[:2]), None)
+    if has_override(problem, ProblemMixin.refine):
+        with convert_to_check_error("refine(X)"):
+            next(protocol.iterate_refinement(problem, X[:0]), None)
+            next(protocol.iterate_refinement(problem, X[:2]), None)
 
 
-def _check_stages(problem: Problem, X: FloatArray, values: Values) -> None:
-    for stage in range(len(MGEOStaged().stages)):
-        with no_error(f"at_stage({stage})"):
-            level = ask(problem, ProblemMixin.at_stage, stage)
+def _check_fidelities(problem: Problem, X: FloatArray, values: Values) -> None:
+    for stage in range(len(MGEOStaged().fidelity_schedule)):
+        with convert_to_check_error(f"at_stage({stage})"):
+            level = call_optional(problem, ProblemMixin.at_fidelity, stage)
         require(
             isinstance(level, Problem), f"at_stage({stage}) = {level!r}: expected a pymoo Problem"
         )
@@ -181,14 +186,14 @@ def _check_stages(problem: Problem, X: FloatArray, values: Values) -> None:
 
 
 def _check_options(problem: Problem, X: FloatArray, values: Values) -> None:
-    with no_error("options() must return JSON values"):
-        options = protocol.options(problem)
+    with convert_to_check_error("options() must return JSON values"):
+        options = protocol.get_options(problem)
         decoded = json.loads(json.dumps(options, allow_nan=False))
     if options is None:
         return
     require(decoded == options, f"options() = {options!r}: comes back from JSON as {decoded!r}")
     cls: Any = type(problem)
-    with no_error("build the problem from its options()"):
+    with convert_to_check_error("build the problem from its options()"):
         build = getattr(cls, "from_options", None)
         rebuilt = cls(**decoded) if build is None else build(decoded)
     require(

@@ -9,12 +9,12 @@ from pymoo.core.problem import Problem
 from mgeo._typing import FloatArray
 from mgeo.figures.motion import check_motion
 from mgeo.plugins.shown import Review
-from mgeo.plugins.view import View, view_of
-from mgeo.testing.check import no_error, require, require_equal
+from mgeo.plugins.view import View, build_view
+from mgeo.testing.check import convert_to_check_error, require, require_equal
 
 _FIGURES = ("solution_figures", "drawings")
 _LINES = ("remarks", "ways_out", "impossible", "notes")
-_LIMIT_COLUMNS = {"unit", "value", "bound", "limit", "margin"}
+_CONSTRAINT_COLUMNS = {"unit", "value", "bound", "limit", "margin"}
 
 
 def check_view(problem: Problem, X: FloatArray, F: FloatArray) -> None:
@@ -33,40 +33,44 @@ def check_view(problem: Problem, X: FloatArray, F: FloatArray) -> None:
     CheckError
         For the first rule that the view violates.
     """
-    with no_error("view(X)"):
-        view, empty = view_of(problem, X), view_of(problem)
+    with convert_to_check_error("view(X)"):
+        view, empty = build_view(problem, X), build_view(problem)
     require(isinstance(view, View), f"view(X) = {view!r:.80}: expected a View")
     n = len(X)
     for name in ("describe", "glance"):
-        table = _call(view, name)
+        table = _call_method(view, name)
         is_table = isinstance(table, pd.DataFrame) and len(table) == n
         _require(is_table, name, table, f"a DataFrame of {n} rows")
-    lists = {name: _call(view, name) for name in ("answers", "limits", *_FIGURES)}
+    lists = {name: _call_method(view, name) for name in ("answers", "limits", *_FIGURES)}
     for name, each in lists.items():
         is_list = isinstance(each, list) and len(each) == n
         _require(is_list, name, each, f"a list with an entry for each of {n} solutions")
     for table in lists["limits"]:
-        _require(set(table.columns) >= _LIMIT_COLUMNS, "limits", table, f"{_LIMIT_COLUMNS}")
+        _require(
+            set(table.columns) >= _CONSTRAINT_COLUMNS, "limits", table, f"{_CONSTRAINT_COLUMNS}"
+        )
     for figures in lists["solution_figures"]:
         for name, figure in figures.items():
-            with no_error(f"solution_figures(), {name!r} as a still or animated figure"):
+            with convert_to_check_error(
+                f"solution_figures(), {name!r} as a still or animated figure"
+            ):
                 check_motion(figure)
     for name in _LINES:
-        lines = _call(view, name)
+        lines = _call_method(view, name)
         are_texts = isinstance(lines, list) and all(isinstance(line, str) for line in lines)
         _require(are_texts, name, lines, "a list of texts")
-    for presented, name, kind in ((view, "figures", dict), (view.take([0]), "review", Review)):
-        value = _call(presented, name)
+    for presented, name, kind in ((view, "figures", dict), (view.select([0]), "review", Review)):
+        value = _call_method(presented, name)
         _require(isinstance(value, kind), name, value, f"a {kind.__name__}")
     for name in ("impossible", "notes", "facts"):
-        _call(empty, name)
-    with no_error("front_summary(F) must return JSON values"):
+        _call_method(empty, name)
+    with convert_to_check_error("front_summary(F) must return JSON values"):
         json.dumps(empty.front_summary(F.copy()))
 
 
-def _call(view: View, method: str) -> Any:
+def _call_method(view: View, method: str) -> Any:
     X_before = view.X.copy()
-    with no_error(f"{method}() of the view"):
+    with convert_to_check_error(f"{method}() of the view"):
         value = getattr(view, method)()
     require_equal(view.X, X_before, f"{method}() of the view must not modify X")
     return value

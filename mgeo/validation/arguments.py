@@ -122,16 +122,16 @@ def validate_choice(name: str, value: Any, choices: Collection[str]) -> str:
     if not isinstance(value, str) or value not in choices:
         listed = ", ".join(map(repr, choices))
         raise ValueError(
-            f"{name} = {value!r}: expected one of {listed}{did_you_mean(value, choices)}"
+            f"{name} = {value!r}: expected one of {listed}{format_suggestion(value, choices)}"
         )
     return value
 
 
-def refuse_unknown(
-    given: Iterable[str],
+def reject_unknown_keywords(
+    keywords: Iterable[str],
     known: Collection[str],
     where: str,
-    others: Collection[str] = (),
+    other_keywords: Collection[str] = (),
 ) -> None:
     """Raise TypeError for the first unknown keyword, with a suggestion.
 
@@ -146,16 +146,16 @@ def refuse_unknown(
     others : collection of str
         Further keywords of the callable. They appear in the message, but not in `given`.
     """
-    for name in given:
+    for name in keywords:
         if name not in known:
-            expected = sorted({*known, *others})
+            expected = sorted({*known, *other_keywords})
             raise TypeError(
-                f"{where} got an unknown keyword {name!r}{did_you_mean(name, expected)}; expected "
+                f"{where} got an unknown keyword {name!r}{format_suggestion(name, expected)}; expected "
                 f"one of {', '.join(expected)}"
             )
 
 
-def did_you_mean(value: Any, known: Collection[str]) -> str:
+def format_suggestion(value: Any, known: Collection[str]) -> str:
     """Return a suggestion to append to a message about an unknown name.
 
     Parameters

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from mgeo.validation.arguments import did_you_mean
+from mgeo.validation.arguments import format_suggestion
 
 _SHORT_REPR = reprlib.Repr()
 _SHORT_REPR.maxlevel, _SHORT_REPR.maxlist, _SHORT_REPR.maxtuple, _SHORT_REPR.maxstring = 1, 6, 6, 60
 
 
-def parameters(cls: type, root: type) -> Mapping[str, inspect.Parameter]:
+def get_parameters(cls: type, root: type) -> Mapping[str, inspect.Parameter]:
     """Return the parameters of `cls(...)` by name, including inherited ones.
 
     If the constructor accepts ``**options``, the parameters of the next constructor in the method
@@ -46,7 +46,7 @@ def parameters(cls: type, root: type) -> Mapping[str, inspect.Parameter]:
     return collected
 
 
-def refuse_unknown_options(name: str, cls: type, options: Iterable[str]) -> None:
+def reject_unknown_options(name: str, cls: type, options: Iterable[str]) -> None:
     """Raise ValueError for the first option that a problem class does not define.
 
     The constructor of pymoo's `Problem` silently ignores unknown keywords. Allowed are therefore
@@ -62,16 +62,16 @@ def refuse_unknown_options(name: str, cls: type, options: Iterable[str]) -> None
         Names of the options.
     """
     own = list(takewhile(lambda base: base.__module__ != "pymoo.core.problem", cls.__mro__))
-    known = sorted(parameters(cls, own[-1]))
+    known = sorted(get_parameters(cls, own[-1]))
     for option in options:
         if option not in known:
             raise ValueError(
                 f"unknown option {option!r} of problem {name!r}: expected "
-                f"{' or '.join(known) or 'no options'}{did_you_mean(option, known)}"
+                f"{' or '.join(known) or 'no options'}{format_suggestion(option, known)}"
             )
 
 
-def descriptions(cls: type) -> dict[str, str]:
+def get_parameter_descriptions(cls: type) -> dict[str, str]:
     """Return the description of each parameter from the docstrings of a class and its bases.
 
     The docstrings have entries ``name : description`` in their section Parameters. Each description
@@ -87,7 +87,9 @@ def descriptions(cls: type) -> dict[str, str]:
     return lines
 
 
-def values(algorithm: object, root: type, leave_out: Collection[str] = ()) -> dict[str, Any]:
+def get_parameter_values(
+    algorithm: object, root: type, exclude: Collection[str] = ()
+) -> dict[str, Any]:
     """Return the values of the constructor parameters of an algorithm by name.
 
     Parameters
@@ -105,7 +107,7 @@ def values(algorithm: object, root: type, leave_out: Collection[str] = ()) -> di
         If the instance lacks the attribute of a parameter.
     """
     cls = type(algorithm)
-    names = [name for name in parameters(cls, root) if name not in leave_out]
+    names = [name for name in get_parameters(cls, root) if name not in exclude]
     for name in names:
         if not hasattr(algorithm, name):
             raise TypeError(
@@ -115,7 +117,7 @@ def values(algorithm: object, root: type, leave_out: Collection[str] = ()) -> di
     return {name: getattr(algorithm, name) for name in names}
 
 
-def call(algorithm: object, root: type) -> str:
+def format_call(algorithm: object, root: type) -> str:
     """Return the representation ``Class(name=value, ...)`` with all non-default parameters.
 
     A parameter without an attribute of its name is omitted, or printed as ``...`` if it has no
@@ -128,7 +130,7 @@ def call(algorithm: object, root: type) -> str:
         Base class, see `parameters`.
     """
     arguments = []
-    for parameter in parameters(type(algorithm), root).values():
+    for parameter in get_parameters(type(algorithm), root).values():
         fallback: Any = ... if parameter.default is parameter.empty else parameter.default
         value = getattr(algorithm, parameter.name, fallback)
         if not np.array_equal(value, parameter.default):

@@ -23,7 +23,7 @@ class FileError(ValueError):
 
 
 @contextmanager
-def errors_of(path: str | os.PathLike[str]) -> Iterator[None]:
+def convert_file_errors(path: str | os.PathLike[str]) -> Iterator[None]:
     """Convert ValueError and TypeError to a FileError whose message begins with the path."""
     try:
         yield
@@ -31,7 +31,7 @@ def errors_of(path: str | os.PathLike[str]) -> Iterator[None]:
         raise FileError(f"{os.fspath(path)}: {error}") from error
 
 
-def entry(table: Any, key: str, kind: Any, where: str = "") -> Any:
+def get_entry(table: Any, key: str, kind: Any, where: str = "") -> Any:
     """Return an entry of a table after a check of its type.
 
     Parameters

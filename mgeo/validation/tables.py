@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from mgeo.validation.arguments import did_you_mean
+from mgeo.validation.arguments import format_suggestion
 
 _STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 
@@ -26,7 +26,7 @@ class Table(BaseModel):
         known = list(cls.model_fields)
         for key in data if cls.model_config["extra"] == "forbid" else ():
             if key not in known:
-                expected = f"expected {', '.join(known)}{did_you_mean(key, known)}"
+                expected = f"expected {', '.join(known)}{format_suggestion(key, known)}"
                 raise PydanticCustomError("key", f"{key!s:.80} is unknown: {expected}")
         return data
 
@@ -34,7 +34,7 @@ class Table(BaseModel):
 T = TypeVar("T", bound=Table)
 
 
-def checked(model: type[T], data: Any) -> T:
+def validate_table(model: type[T], data: Any) -> T:
     """Validate the content of a file and return it as a model.
 
     Parameters

@@ -50,7 +50,7 @@ def test_indicator_space_of_the_paper(problem):
 
 def test_options_rebuild_the_problem():
     problem = AttitudeManeuverProblem(Scenario.cubesat_6u(), n_maneuvers=2)
-    again = AttitudeManeuverProblem.from_options(problem.options())
+    again = AttitudeManeuverProblem.from_options(problem.to_options())
     assert again.scenario == problem.scenario
     assert again.n_var == 8
     assert AttitudeManeuverProblem.from_options({}).scenario == Scenario.paper()

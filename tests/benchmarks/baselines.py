@@ -34,7 +34,7 @@ def main() -> None:
     parts = []
     for name in PRESETS:
         problem = AttitudeManeuverProblem(three(name))
-        outcome = prepare("attitude", problem.options(), algorithm=DEFAULT, seed=SEED).solve()
+        outcome = prepare("attitude", problem.to_options(), algorithm=DEFAULT, seed=SEED).solve()
         front = Front(Path(name), problem, outcome.X, outcome.F)
         heading = (
             f"**`{name}`**: {len(outcome.F)} plans of {DEFAULT}, seed {SEED}, "

@@ -25,7 +25,7 @@ from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected, MGEOStaged
-from mgeo.evaluation.dominance import front_rows
+from mgeo.evaluation.dominance import find_front_rows
 from mgeo.studies.statistics import holm, mann_whitney
 
 from ..three import three
@@ -60,7 +60,7 @@ def found(problem: AttitudeManeuverProblem, algorithm: Algorithm, n: int, seed: 
 
 def robust(exact: AttitudeManeuverProblem, seed: int) -> Front:
     """What ``mgeo solve attitude --robust`` does."""
-    return found(exact.robust(), MGEOStaged(), 60_000, seed)
+    return found(exact.to_robust(), MGEOStaged(), 60_000, seed)
 
 
 def screened(exact: AttitudeManeuverProblem, seed: int) -> Front:
@@ -68,7 +68,7 @@ def screened(exact: AttitudeManeuverProblem, seed: int) -> Front:
     X, _ = found(exact, MGEODirected(), EXACT[exact.scenario.name], seed)
     flown = dataclasses.replace(exact.scenario, flight=SCREENING)
     F = AttitudeManeuverProblem(flown).evaluate(X, return_values_of=["F"])
-    rows = front_rows(F)
+    rows = find_front_rows(F)
     return X[rows], F[rows]
 
 
@@ -99,7 +99,7 @@ def row(preset: str, search: str, seed: int) -> dict[str, Any]:
     spent = time.process_time() - start
     kept = exact.view(X).promises(seed=JUDGES).filter(regex="^kept (?!/)").to_numpy()
     ratio = kept[:, 0] / F[:, 0]
-    safe = kept[front_rows(kept)]
+    safe = kept[find_front_rows(kept)]
     return {
         "key": [preset, search, seed],
         "processor_s": round(spent, 1),
@@ -109,13 +109,13 @@ def row(preset: str, search: str, seed: int) -> dict[str, Any]:
         "nondominated": len(safe),
         "ratio": [float(np.median(ratio)), float(ratio.max())],
         "late": float((ratio > 1.2).mean()),
-        "fronts": [digits(F[front_rows(F)]), digits(safe)] if seed == 1 else [],
+        "fronts": [digits(F[find_front_rows(F)]), digits(safe)] if seed == 1 else [],
     }
 
 
 def hypervolume(problem: AttitudeManeuverProblem, F: np.ndarray) -> float:
     """In the problem's indicator space, of the reference point (1, 1)."""
-    points = problem.indicator_space(F)
+    points = problem.map_to_indicator_space(F)
     return float(HV(ref_point=np.ones(2))(points[(points < 1.0).all(axis=1)]))
 
 

@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from mgeo.validation.arguments import did_you_mean
-from mgeo.validation.entries import entry
-from mgeo.validation.tables import Table, checked
+from mgeo.validation.arguments import format_suggestion
+from mgeo.validation.entries import get_entry
+from mgeo.validation.tables import Table, validate_table
 
 
 @pytest.mark.parametrize(
@@ -22,7 +22,7 @@ from mgeo.validation.tables import Table, checked
 )
 def test_a_name_that_is_like_known_ones_or_a_part_of_them(value, known, told):
     told = "; did you mean 'bias_decay' or 'initial_bias_nt'?" if told is None else told
-    assert did_you_mean(value, known) == told
+    assert format_suggestion(value, known) == told
 
 
 @pytest.mark.parametrize(
@@ -41,14 +41,14 @@ def test_a_name_that_is_like_known_ones_or_a_part_of_them(value, known, told):
 )
 def test_an_entry_of_another_kind_is_named(kind, value, message):
     with pytest.raises(TypeError, match=rf"^{re.escape(message)}"):
-        entry({"a": value}, "a", kind, "x.")
+        get_entry({"a": value}, "a", kind, "x.")
 
 
 def test_a_missing_entry_is_named_and_what_is_no_table():
     with pytest.raises(ValueError, match=r"^x\.a is missing$"):
-        entry({}, "a", int, "x.")
+        get_entry({}, "a", int, "x.")
     with pytest.raises(TypeError, match=r"^x = \[\]: expected a table$"):
-        entry([], "a", int, "x.")
+        get_entry([], "a", int, "x.")
 
 
 class Inner(Table):
@@ -71,4 +71,4 @@ class Outer(Table):
 )
 def test_the_first_mistake_in_a_table_is_named(data, message):
     with pytest.raises(ValueError, match=rf"^{re.escape(message)}$"):
-        checked(Outer, data)
+        validate_table(Outer, data)

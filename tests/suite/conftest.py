@@ -7,7 +7,7 @@ import pytest
 from mgeo_attitude.scenario import Convergence
 from mgeo_suite import Catalog, SensorSuiteProblem
 
-from mgeo.algorithms import RealCode, Variables
+from mgeo.algorithms import RealEncoding, Variables
 from mgeo.algorithms.variables import KINDS
 
 from ..three import three
@@ -57,7 +57,7 @@ def problem(scenario, table):
 @pytest.fixture
 def points(problem):
     """(40, n_var) numbers of designs whose maneuvers are over early."""
-    code = RealCode(Variables.of(problem, KINDS))
+    code = RealEncoding(Variables.from_problem(problem, KINDS))
     rng = np.random.default_rng(1)
     X = code.draw([rng] * 40)
     X[:, len(problem.suites.places) + 3 :: 4] *= 0.15

@@ -14,7 +14,7 @@ from mgeo_suite.catalog import SunHead
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected
-from mgeo.algorithms.variables import designs_of
+from mgeo.algorithms.variables import convert_numbers_to_designs
 from mgeo.testing import check_problem
 
 from ..three import three
@@ -67,7 +67,7 @@ def test_resources_are_the_sums_of_what_is_bought(problem, table, points):
 
 
 def test_numbers_and_dicts_are_the_same_designs(problem, points):
-    designs = designs_of(problem, points)
+    designs = convert_numbers_to_designs(problem, points)
     assert designs[0]["gyro"] in ("poor", "good")
     assert np.array_equal(problem.evaluate(designs), problem.evaluate(points))
     assert np.array_equal(problem.numbers(designs), points)
@@ -149,7 +149,7 @@ def test_designs_that_are_none_are_refused(problem, points):
     X[1, 0] = np.nan
     with pytest.raises(ValueError, match=r"gyro = nan: expected a whole number"):
         problem.split(X)
-    (design,) = designs_of(problem, points[:1])
+    (design,) = convert_numbers_to_designs(problem, points[:1])
     for wrong, message in (
         ({**design, "gyro": "none"}, "gyro = 'none': unknown option"),
         ({**design, "gyro": ["poor"]}, r"gyro = \['poor'\]: unknown option"),

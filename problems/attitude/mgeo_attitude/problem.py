@@ -191,17 +191,17 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         errors = self.scenario.flight
         return None if errors is None else FlightSamples(self.scenario, self.model, errors)
 
-    def at_stage(self, stage: int) -> AttitudeManeuverProblem:
+    def at_fidelity(self, fidelity: int) -> AttitudeManeuverProblem:
         """Return the problem at a fidelity level of a search, from 0, the lowest.
 
         A lower level evaluates fewer Monte Carlo runs. The level with all runs returns the problem
         itself. See `mgeo.MGEOStaged`.
         """
         errors = self.scenario.flight
-        if self.flights is None or errors is None or errors.in_stage(stage) == errors.count:
+        if self.flights is None or errors is None or errors.in_stage(fidelity) == errors.count:
             return self
         rough = copy.copy(self)  # The copy shares the tables and the Monte Carlo runs.
-        rough._count, rough._cache = errors.in_stage(stage), EvaluationCache()
+        rough._count, rough._cache = errors.in_stage(fidelity), EvaluationCache()
         return rough
 
     def _evaluate(self, X: Floats, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
@@ -257,12 +257,12 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return cls(Scenario.from_dict(options) if options else None)
 
     @classmethod
-    def solution_of(cls, document: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any] | None:
+    def parse_document(cls, document: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any] | None:
         if document.get("format") != PLAN_FORMAT:
             return None
         return document.get("scenario", {}), document.get("design")
 
-    def document_of(self, x: ArrayLike) -> dict[str, Any]:
+    def build_document(self, x: ArrayLike) -> dict[str, Any]:
         from mgeo_attitude.plan.files import document
         from mgeo_attitude.plan.plan import ManeuverPlan
 
@@ -276,10 +276,10 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
             return dict(options)
         return Scenario.from_dict(options, folder).to_dict()
 
-    def options(self) -> dict[str, Any]:
+    def to_options(self) -> dict[str, Any]:
         return self.scenario.to_dict()
 
-    def indicator_space(self, F: ArrayLike) -> Floats:
+    def map_to_indicator_space(self, F: ArrayLike) -> Floats:
         """Return objectives scaled for performance indicators, such as t_end / duration.
 
         For t_end and trace the scaling is equation (11), with (log10 trace + 6) / 5 for the trace.
@@ -296,7 +296,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         values = np.atleast_2d(np.asarray(F, dtype=float))
         return indicators(self.objectives, values, self.scenario)
 
-    def robust(self) -> AttitudeManeuverProblem:
+    def to_robust(self) -> AttitudeManeuverProblem:
         """Return a problem that evaluates plans over Monte Carlo runs.
 
         By default these are 512 runs with the quantile 0.95 of each objective. A search selects
@@ -310,7 +310,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         scenario = dataclasses.replace(self.scenario, flight=flight)
         return AttitudeManeuverProblem(scenario, threads=self.threads)
 
-    def recommended(self) -> dict[str, Any]:
+    def recommend_settings(self) -> dict[str, Any]:
         """Return recommended initial designs, refinement and evaluations for a search.
 
         Nothing is recommended for the paper's scenario, which is a reference study; for few
@@ -327,7 +327,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
             return {"starts": _STARTS}
         return {"starts": _STARTS, "polish": True, "evaluations": _BEFORE_POLISH}
 
-    def starts(self, n: int, random_state: np.random.Generator) -> Floats:
+    def suggest_initial_designs(self, n: int, random_state: np.random.Generator) -> Floats:
         """Return initial designs for a search, shape (n, n_var); see `refine.starts`."""
         return starts(self, n, random_state)
 

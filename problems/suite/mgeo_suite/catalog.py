@@ -17,7 +17,7 @@ from mgeo_attitude.settings.errors import InvalidValue, KeyProblem, expect, know
 from mgeo_attitude.settings.types import Unit
 from pydantic import Field
 
-from mgeo.validation.entries import errors_of
+from mgeo.validation.entries import convert_file_errors
 
 #: Outward normals of a satellite's faces, body axes.
 FACES: dict[str, tuple[float, float, float]] = {
@@ -125,7 +125,7 @@ class Catalog:
         OSError
             If the file cannot be read.
         """
-        with errors_of(path):
+        with convert_file_errors(path):
             return Catalog.from_dict(tomllib.loads(Path(path).read_text(encoding="utf-8")))
 
     @staticmethod

@@ -218,7 +218,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
             result["catalog"] = Catalog.from_toml(folder / name).to_dict()
         return result
 
-    def options(self) -> dict[str, Any]:
+    def to_options(self) -> dict[str, Any]:
         """Return scenario, catalog and objectives as nested dicts of JSON types."""
         scenario = dataclasses.replace(
             self.scenario,
@@ -231,7 +231,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
             "objectives": list(self.objectives),
         }
 
-    def indicator_space(self, F: ArrayLike) -> Floats:
+    def map_to_indicator_space(self, F: ArrayLike) -> Floats:
         """Scale objectives to order one for indicators, shape (n, n_obj).
 
         Resources are divided by those of the most expensive suite. Accuracy is the logarithm of the

@@ -77,7 +77,7 @@ class SuiteView(View):
             columns[name] = [text[m] for text in texts]
         return pd.DataFrame(columns)
 
-    def answers(self) -> list[str]:
+    def summaries(self) -> list[str]:
         """Return a line on cost, accuracy and sensors of each design."""
         lines = []
         for i, choice in enumerate(self.choices):
@@ -92,7 +92,7 @@ class SuiteView(View):
             )
         return lines
 
-    def limits(self) -> list[pd.DataFrame]:
+    def constraints(self) -> list[pd.DataFrame]:
         limits = [
             each for constraint in constraints(self.problem.scenario) for each in constraint.limits
         ]

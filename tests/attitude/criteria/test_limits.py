@@ -120,7 +120,7 @@ def test_angle_is_what_the_phases_of_the_plan_sweep(acceleration):
     np.testing.assert_allclose(F[:, 1], swept, rtol=1e-12)
     alone = [evaluated(problem, x[None])["F"][0] for x in X]
     np.testing.assert_array_equal(F, alone)  # to the last bit, whatever is beside it
-    assert (problem.indicator_space(F) <= 1.0).all()
+    assert (problem.map_to_indicator_space(F) <= 1.0).all()
 
 
 @pytest.mark.parametrize(

@@ -189,11 +189,11 @@ def test_a_stage_of_a_search_has_as_many_flights_as_it_says(stage, flights):
     X = designs(3)
     problem = AttitudeManeuverProblem(scenario(count=8, grow=(0, 3)))
     expected = AttitudeManeuverProblem(scenario(count=flights or 1), flights=flights or 0)
-    judge = problem.at_stage(stage)
+    judge = problem.at_fidelity(stage)
     F = judge.evaluate(X, return_values_of=["F"])
     np.testing.assert_array_equal(F, expected.evaluate(X, return_values_of=["F"]))
     assert (judge is problem) == (stage >= 2)
-    assert judge.options() == problem.options()
+    assert judge.to_options() == problem.to_options()
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan, read_front, to_json
 
-from mgeo.evaluation.dominance import front_rows
+from mgeo.evaluation.dominance import find_front_rows
 from mgeo.runs.answer import representative_solutions
 from mgeo.store.run_folder import write_arrays, write_run
 
@@ -36,10 +36,10 @@ def test_picks(run, written):
     assert fastest.t_end == F[:, 0].min()
     assert best.trace == pytest.approx(F[:, 1].min(), rel=1e-9)
     # the knee lies below the line through the ends, as no other point does
-    points = front.problem.indicator_space(F[front_rows(F)])
+    points = front.problem.map_to_indicator_space(F[find_front_rows(F)])
     (x0, y0), (x1, y1) = points[0], points[-1]
     below = (points - points[0]) @ [y1 - y0, x0 - x1]
-    bend = F[front_rows(F)[np.argmax(below)]]
+    bend = F[find_front_rows(F)[np.argmax(below)]]
     assert (knee.t_end, knee.trace) == (bend[0], pytest.approx(bend[1], rel=1e-9))
     chosen = representative_solutions(front.problem, F, front.problem.obj_names)
     assert [s.row for s in chosen if s.label == "knee"] == [front.row("knee")]

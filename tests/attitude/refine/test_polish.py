@@ -121,7 +121,7 @@ def test_plans_for_other_times_are_added(problem):
 @pytest.mark.parametrize("rule", ["trace", "end"])
 def test_limits_are_kept(rule):
     problem = short(3, rule, path_limits=CAMERA)
-    X = np.vstack([some(problem), problem.starts(4, np.random.default_rng(1))])
+    X = np.vstack([some(problem), problem.suggest_initial_designs(4, np.random.default_rng(1))])
     before, violation = values(problem, X)
     assert 0 < (violation > 0.0).sum() < len(X)
     after, broken = values(problem, polish(problem, X, **FEW))
@@ -133,7 +133,7 @@ def test_limits_are_kept(rule):
 @pytest.mark.slow
 def test_requirements_are_kept():
     problem = short(3, "end", required_sigma={"attitude_deg": 0.5})
-    X = problem.starts(6, np.random.default_rng(1))
+    X = problem.suggest_initial_designs(6, np.random.default_rng(1))
     before, violation = values(problem, X)
     after, broken = values(problem, polish(problem, X, **FEW))
     kept = violation <= 0.0
@@ -182,7 +182,7 @@ def test_ten_maneuvers_come_near_the_limit(rule, times, ratio):
     convergence = dataclasses.replace(scenario.convergence, rule=rule)
     scenario = dataclasses.replace(scenario, convergence=convergence)
     problem = AttitudeManeuverProblem(scenario, n_maneuvers=10)
-    X = problem.starts(12, np.random.default_rng(1))
+    X = problem.suggest_initial_designs(12, np.random.default_rng(1))
     lasting = X[:, 3::4].sum(axis=1)
     plans = []
     for time in times:

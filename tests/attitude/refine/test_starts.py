@@ -85,9 +85,9 @@ def test_starts_keep_off_what_must_not_be_seen(rule):
     limits = (
         PathLimit(name="camera", reference="sun", boresight=(0.0, 0.0, 1.0), half_angle_deg=40.0),
     )
-    free = short(4, rule).starts(5, np.random.default_rng(1))
+    free = short(4, rule).suggest_initial_designs(5, np.random.default_rng(1))
     problem = short(4, rule, path_limits=limits)
-    found = problem.starts(5, np.random.default_rng(1))
+    found = problem.suggest_initial_designs(5, np.random.default_rng(1))
     assert (problem.evaluate(free, return_values_of=["G"]) > 0.0).any()
     assert (problem.evaluate(found, return_values_of=["G"]) <= 0.0).all()
 
@@ -97,8 +97,10 @@ def test_where_coils_turn_it_starts_are_those_of_rates_that_it_has_at_once():
     scenario = Scenario.from_dict(small)
     freely = AttitudeManeuverProblem(dataclasses.replace(scenario, coils=None))
     problem = AttitudeManeuverProblem(scenario)
-    found = problem.starts(2, np.random.default_rng(1))
-    np.testing.assert_array_equal(found, freely.starts(2, np.random.default_rng(1)))
+    found = problem.suggest_initial_designs(2, np.random.default_rng(1))
+    np.testing.assert_array_equal(
+        found, freely.suggest_initial_designs(2, np.random.default_rng(1))
+    )
     F, other = (each.evaluate(found, return_values_of=["F"]) for each in (problem, freely))
     assert (F[:, 1] != other[:, 1]).all()
 
@@ -106,7 +108,9 @@ def test_where_coils_turn_it_starts_are_those_of_rates_that_it_has_at_once():
 @pytest.mark.parametrize("count", [1, 2])
 def test_there_are_starts_of_few_maneuvers(count):
     problem = short(count, "trace")
-    F = problem.evaluate(problem.starts(3, np.random.default_rng(1)), return_values_of=["F"])
+    F = problem.evaluate(
+        problem.suggest_initial_designs(3, np.random.default_rng(1)), return_values_of=["F"]
+    )
     assert np.isfinite(F).all()
 
 

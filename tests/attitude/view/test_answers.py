@@ -11,7 +11,7 @@ def test_where_the_end_is_the_plans_own_what_is_kept_is_how_well_the_attitude_is
     scenario = Scenario.from_dict(table | {"objectives": objectives})
     view = AttitudeManeuverProblem(scenario).view([[1.0, 0.2, -0.5, 60.0], [1.0, 0.2, -0.5, 599.0]])
     assert view.exactly.t_end.tolist() == [60.0, 599.0]
-    for line, kept in zip(view.answers(), view.kept_sigma_deg, strict=True):
+    for line, kept in zip(view.summaries(), view.kept_sigma_deg, strict=True):
         assert line.endswith(f"; attitude {two_digits(kept)} deg in 9 of 10 Monte Carlo runs")
         assert "converge" not in line
     ratio = view.promises()["kept / promised trace [-]"]

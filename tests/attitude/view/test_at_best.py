@@ -8,7 +8,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
 from mgeo_attitude.scenario import FlightErrors
 from mgeo_attitude.view.lower_bound import bound_curves, holds_over_flights
 
-from mgeo.plugins.view import view_of
+from mgeo.plugins.view import build_view
 
 DESIGN = np.array([[0.4, -0.2, 0.1, 700.0, 0.3, 0.5, -0.4, 500.0, -0.6, 0.1, 0.2, 300.0]])
 
@@ -20,9 +20,11 @@ def asking(**required):
 
 
 def test_what_no_maneuver_reaches_is_said_with_the_least_that_one_may():
-    (line,) = view_of(AttitudeManeuverProblem(asking(sun__misalignment_deg=0.05))).impossible()
+    (line,) = build_view(
+        AttitudeManeuverProblem(asking(sun__misalignment_deg=0.05))
+    ).infeasibility_reasons()
     problem = AttitudeManeuverProblem(asking(sun__misalignment_deg=0.05, mag__bias_nt=1000.0))
-    assert view_of(problem).impossible() == [line]
+    assert build_view(problem).infeasibility_reasons() == [line]
     least = np.degrees(problem.limit_curves.sigma("sun.misalignment").min())
     assert line == (
         "required 1-sigma of sun misalignment: 0.05 deg cannot be reached within 3 h 19 min 44 s "
@@ -32,8 +34,13 @@ def test_what_no_maneuver_reaches_is_said_with_the_least_that_one_may():
 
 
 def test_what_one_may_reach_is_left_to_the_search():
-    assert view_of(AttitudeManeuverProblem(asking(sun__misalignment_deg=0.07))).impossible() == []
-    assert view_of(AttitudeManeuverProblem(Scenario.paper())).impossible() == []
+    assert (
+        build_view(
+            AttitudeManeuverProblem(asking(sun__misalignment_deg=0.07))
+        ).infeasibility_reasons()
+        == []
+    )
+    assert build_view(AttitudeManeuverProblem(Scenario.paper())).infeasibility_reasons() == []
 
 
 @pytest.mark.parametrize(
@@ -52,7 +59,7 @@ def test_over_which_flights_the_limit_holds(flight, gyro, holds):
     scenario = dataclasses.replace(scenario, gyro=dataclasses.replace(scenario.gyro, **gyro))
     assert holds_over_flights(scenario) == holds
     problem = AttitudeManeuverProblem(scenario)
-    assert bool(view_of(problem).impossible()) == holds
+    assert bool(build_view(problem).infeasibility_reasons()) == holds
     curve = bound_curves(problem, np.array([800.0, 4000.0]))
     assert bool(len(curve)) == holds
     if holds:

@@ -5,7 +5,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from mgeo_attitude.view.describe import BESIDE, front_summary
 
-from mgeo.plugins.view import view_of
+from mgeo.plugins.view import build_view
 
 DEG = 180.0 / np.pi
 #: Filter's units to the table's, by column, in the order of the state.
@@ -74,7 +74,7 @@ def test_counts_of_a_front_made_by_hand():
     assert front_summary(scenario, F[::-1]) == expected
     none = {"points, first orbit": 0, "points, second orbit": 0}
     assert front_summary(scenario, np.empty((0, 2))) == none
-    assert view_of(AttitudeManeuverProblem()).front_summary(F[8]) == {
+    assert build_view(AttitudeManeuverProblem()).front_summary(F[8]) == {
         **none,
         "points, second orbit": 1,
     }

@@ -58,5 +58,5 @@ def test_what_more_turns_make_smaller_is_not_named():
     problem = asked({"attitude_deg": 1e-3, "mag.bias_nt": 0.1})
     X = designs(problem, 3)
     assert (problem.evaluate(X, return_values_of=["G"]) > 0.0).all()
-    assert problem.view(X).ways_out() == []
-    assert asked({"attitude_deg": 90.0}).view(X).ways_out() == []
+    assert problem.view(X).suggestions() == []
+    assert asked({"attitude_deg": 90.0}).view(X).suggestions() == []

@@ -75,7 +75,7 @@ def test_the_file_is_enough(first):
     after = found.scenario_after({"duration": 600.0})
     assert Scenario.from_dict(table) == after
     assert from_json(text).scenario_after({"duration": 600.0}) == after
-    assert AttitudeManeuverProblem.from_options(table).options() == after.to_dict()
+    assert AttitudeManeuverProblem.from_options(table).to_options() == after.to_dict()
     assert AttitudeManeuverProblem(after).n_var == 12
 
 

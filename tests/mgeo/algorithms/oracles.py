@@ -110,7 +110,7 @@ class Oracle:
         algorithm = self.variant(n_walkers=n_walkers, **parameters).setup(problem, seed=seed)
         best, done = np.full(n_walkers, np.inf), 0
         while done < evaluations:
-            f = problem.function(algorithm.candidates())
+            f = problem.function(algorithm.generate_candidates())
             algorithm.accept(f[:, None], np.zeros(len(f)))
             by_walker = f.reshape(n_walkers, -1)
             best = np.minimum(best, by_walker.min(axis=1))

@@ -18,12 +18,12 @@ FAILED, INFEASIBLE, FEASIBLE = (np.nan, 1.0), (9.0, -9.0), (5.0, 5.0)
 
 
 def fitness(*rows, violation):
-    return selection.fitness(np.array(rows), np.array(violation))
+    return selection.compute_fitness(np.array(rows), np.array(violation))
 
 
 def test_fitness_orders_feasible_infeasible_failed():
     value = fitness(FEASIBLE, (6.0, 4.0), INFEASIBLE, INFEASIBLE, FAILED, violation=[0, 0, 1, 2, 0])
-    better = selection.better(value[:, None], value[None, :])
+    better = selection.is_better(value[:, None], value[None, :])
     worse_than = {  # in the first objective, in the second
         0: ({1, 2, 3, 4}, {2, 3, 4}),
         1: ({2, 3, 4}, {0, 2, 3, 4}),
@@ -40,14 +40,16 @@ def test_tau_falls_back_rises_or_stays():
     chance = np.array([0.0, 0.2, 0.3, 0.4])
     previous = np.array([0.5, 0.3, 0.3, 0.3])
     normal, uniform = np.array([1.0, 1, 1, 1]), np.array([0.5, 0.5, 0.5, 0.5])
-    tau = selection.next_tau(np.full(4, 2.0), chance, previous, normal, uniform, 16)
+    tau = selection.compute_next_tau(np.full(4, 2.0), chance, previous, normal, uniform, 16)
     assert tau == pytest.approx([0.5 * math.exp(0.25), 2 + 0.7 * 0.5, 2 + 0.8 * 0.5, 2.0])
 
 
 def test_tau_falls_back_to_a_log_normal_value():
     rng = np.random.default_rng(0)
     n, zero = 5000, np.zeros(5000)
-    tau = selection.next_tau(np.full(n, 9.0), zero, zero, rng.standard_normal(n), rng.random(n), 9)
+    tau = selection.compute_next_tau(
+        np.full(n, 9.0), zero, zero, rng.standard_normal(n), rng.random(n), 9
+    )
     assert kstest(np.log(2 * tau) * 3, "norm").pvalue > 1e-3
 
 
@@ -59,11 +61,11 @@ def test_tau_falls_back_to_a_log_normal_value():
 def test_a_walker_without_progress_restarts(variant, restart):
     algorithm = variant("a-geo1", 5, restart=restart, patience=3).setup(Fixed([1.0, 2.0]), seed=1)
     for generation in range(1, 13):
-        before = algorithm.code.decode(algorithm.walkers.copy())
+        before = algorithm.encoding.decode(algorithm.walkers.copy())
         algorithm.next()
-        after = algorithm.code.decode(algorithm.walkers)
+        after = algorithm.encoding.decode(algorithm.walkers)
         # the first generation of a new walker is progress; three without it are the end
-        assert algorithm.state.idle.tolist() == [[0, 0, 1, 2][generation % 4]] * 5
+        assert algorithm.state.n_idle_generations.tolist() == [[0, 0, 1, 2][generation % 4]] * 5
         if generation % 4 == 0:
             front = algorithm.front.individuals.get("X")
             assert (algorithm.state.taus == 0.5).all()
@@ -92,7 +94,7 @@ def test_progress_is_an_own_best_or_a_point_on_the_front():
             progress = (best[walker] > F).any() or any(id(entry) in new for entry in own)
             best[walker] = np.minimum(best[walker], F)
             idle[walker] = 0 if progress else idle[walker] + 1
-        assert np.array_equal(algorithm.state.idle, idle)
+        assert np.array_equal(algorithm.state.n_idle_generations, idle)
     assert idle.max() > 5
 
 

@@ -12,10 +12,10 @@ from scipy.spatial.distance import cdist
 from mgeo import ParetoArchive
 from mgeo.algorithms.archive import truncate
 from mgeo.evaluation.dominance import (
-    front_rows,
-    nondominated,
-    not_weakly_dominated,
-    weakly_dominated_rows,
+    find_front_rows,
+    find_nondominated,
+    find_not_weakly_dominated,
+    find_weakly_dominated_rows,
 )
 
 from .. import naive
@@ -69,7 +69,7 @@ def test_archive_agrees_with_naive_loop_however_batches_are_cut(batch):
 @given(batches())
 def test_nondominated_agrees_with_naive_loop(batch):
     F = batch[0]
-    assert np.flatnonzero(nondominated(F)).tolist() == naive.nondominated_rows(F.tolist())
+    assert np.flatnonzero(find_nondominated(F)).tolist() == naive.nondominated_rows(F.tolist())
 
 
 @pytest.mark.parametrize("n_obj", [1, 2, 3])
@@ -78,11 +78,11 @@ def test_weakly_dominated_rows_are_those_that_any_new_point_reaches(n_obj):
     for levels in (4, 30):
         for _ in range(40):
             F = rng.integers(0, levels, (40, n_obj)).astype(float)
-            front = F[nondominated(F)]
+            front = F[find_nondominated(F)]
             front = front[np.argsort(front[:, 0])]
             new = rng.integers(0, levels, (5, n_obj)).astype(float)
             expected = [i for i, f in enumerate(front) if (new <= f).all(axis=1).any()]
-            assert weakly_dominated_rows(front, new).tolist() == expected
+            assert find_weakly_dominated_rows(front, new).tolist() == expected
 
 
 @pytest.mark.parametrize("n_obj", [2, 3, 5])
@@ -104,11 +104,11 @@ def test_not_weakly_dominated_in_several_blocks_agrees_with_all_pairs(n_obj, lon
     monkeypatch.setattr("mgeo.evaluation.dominance._LONG", long)
     rng = np.random.default_rng(n_obj)
     front = rng.integers(0, 9, (50, n_obj)).astype(float)
-    front = front[nondominated(front)]
+    front = front[find_nondominated(front)]
     front = front[np.argsort(front[:, 0], kind="stable")]
     F = rng.integers(0, 9, (70, n_obj)).astype(float)
     expected = [not any((row <= f).all() for row in front) for f in F]
-    assert not_weakly_dominated(F, front).tolist() == expected
+    assert find_not_weakly_dominated(F, front).tolist() == expected
 
 
 def test_add_tells_what_entered_and_keeps_the_first_of_equals():
@@ -140,8 +140,8 @@ def test_limited_archive_keeps_size_extremes_and_dominance(n_obj, seed):
     assert len(limited) == 20
     assert np.array_equal(limited.F, same.F)
     assert np.array_equal(limited.F.min(axis=0), F.min(axis=0))
-    assert np.array_equal(limited.F.max(axis=0), F[nondominated(F)].max(axis=0))
-    assert nondominated(limited.F).all()
+    assert np.array_equal(limited.F.max(axis=0), F[find_nondominated(F)].max(axis=0))
+    assert find_nondominated(limited.F).all()
     assert np.array_equal(F[limited.individuals.astype(int)], limited.F)
 
 
@@ -166,7 +166,7 @@ def grid_front(n_obj):
     """Points of a simplex whose distances are exact, so that ties are true ties."""
     cuts = np.sort(np.random.default_rng(n_obj).integers(0, 129, (150, n_obj - 1)), axis=1)
     F = np.concatenate([np.eye(n_obj), np.diff(cuts / 128, axis=1, prepend=0.0, append=1.0)])
-    F = F[nondominated(F)]
+    F = F[find_nondominated(F)]
     return F[np.argsort(F[:, 0], kind="stable")]
 
 
@@ -236,6 +236,6 @@ def test_front_rows_are_those_of_the_definition_in_order(seed):
         and not any((g <= f).all() and (g < f).any() for g in F)
         and not any((g == f).all() for g in F[:i])
     ]
-    rows = front_rows(F)
+    rows = find_front_rows(F)
     assert sorted(rows) == expected
     assert (np.diff(F[rows, 0]) > 0.0).all()

@@ -12,11 +12,16 @@ ADAPTIVE = {"tau": "a-geo2", "restart": "archive", "patience": 1}
 
 
 class Learning(MGEODirected):
-    learning_after = 30
+    adaptation_delay = 30
 
 
 class AlwaysAttracted(MGEODirected):
-    coupling, widths, return_to_best, migrate = (0.0, 1.0), (0.1, 0.1), 1.0, (0.0, 0.0)
+    coupling, sigma_range, return_probability, migration_probability = (
+        (0.0, 1.0),
+        (0.1, 0.1),
+        1.0,
+        (0.0, 0.0),
+    )
 
 
 @pytest.mark.cases(4)
@@ -26,7 +31,7 @@ class AlwaysAttracted(MGEODirected):
         real(n_walkers=3, **ADAPTIVE),
         canonical(n_walkers=3),
         MGEODirected(),
-        MGEOStaged(stages=(0.0, 1.0), n_walkers=3, archive_size=9),
+        MGEOStaged(fidelity_schedule=(0.0, 1.0), n_walkers=3, archive_size=9),
         *(variant(n_walkers=3, **ADAPTIVE) for variant in VARIANTS[1:]),
         real2(n_walkers=3),
         var(n_walkers=3),

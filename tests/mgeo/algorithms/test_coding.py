@@ -7,7 +7,7 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.optimize import minimize
 
 from mgeo import MGEOCanonical, MGEOReal, MGEOVar
-from mgeo.algorithms import BitCode, Variables
+from mgeo.algorithms import BitEncoding, Variables
 
 from .. import naive
 
@@ -16,7 +16,7 @@ KINDS = ("real", "integer", "binary")
 
 def code_of(kinds, xl, xu, bits, gray=False):
     variables = Variables(tuple(kinds), np.array(xl, dtype=float), np.array(xu, dtype=float))
-    return BitCode.of(variables, bits, gray)
+    return BitEncoding.from_variables(variables, bits, gray)
 
 
 def all_strings(length):

@@ -9,15 +9,15 @@ from pymoo.problems.multi import ZDT1
 
 from mgeo import MGEODirected
 from mgeo.algorithms import capture, restore
-from mgeo.algorithms.matrix_adaptation import Normals
+from mgeo.algorithms.matrix_adaptation import SearchDistributions
 
 
 class Early(MGEODirected):
-    learning_after = 30
+    adaptation_delay = 30
 
 
 class Never(MGEODirected):
-    learning = 0.0
+    adaptive_share = 0.0
 
 
 def begun(algorithm, problem, generations, seed=3):
@@ -51,21 +51,21 @@ def one_by_one(sigma, matrix, path, z):
 @pytest.mark.parametrize(("n", "together"), [(1, 1), (2, 2), (7, 3), (30, 3)])
 def test_it_learns_as_the_published_strategy_sum_by_sum(n, together):
     rng = np.random.default_rng(1)
-    normals = Normals.of(4, n, 2, together)
+    normals = SearchDistributions.create(4, n, 2, together)
     size = normals.z.shape[1]
     assert size % together == 0
     assert size >= 4 + int(3 * np.log(n))
-    normals.begin(np.arange(4), np.array([0.1, 0.2, 0.3, 0.01]))
+    normals.reset(np.arange(4), np.array([0.1, 0.2, 0.3, 0.01]))
     for _ in range(3):
         before = [copy.copy(normals.sigma), normals.matrix.copy(), normals.path.copy()]
         full = [
-            normals.take(np.zeros((4, together, 2)), np.zeros((4, together)))
+            normals.add_evaluations(np.zeros((4, together, 2)), np.zeros((4, together)))
             for _ in range(size // together)
-            if normals.steps(together, rng) is not None
+            if normals.draw_steps(together, rng) is not None
         ]
         assert full == [False] * (len(full) - 1) + [True]
         z, ranking = normals.z.copy(), rng.permuted(np.tile(np.arange(size), (4, 1)), axis=1)
-        steps = normals.learn(ranking)
+        steps = normals.adapt(ranking)
         for k in range(4):
             expected = one_by_one(*(each[k] for each in before), z[k, ranking[k]])
             found = steps[k], normals.sigma[k], normals.matrix[k], normals.path[k]
@@ -77,13 +77,13 @@ def test_it_learns_an_ellipsoid_that_no_round_distribution_descends():
     rng = np.random.default_rng(2)
     n, axes = 6, np.logspace(0, 3, 6)
     turned = np.linalg.qr(rng.standard_normal((n, n)))[0]
-    normals, mean = Normals.of(1, n, 1, 3), np.full((1, n), 3.0)
-    normals.begin(np.arange(1), np.array([1.0]))
+    normals, mean = SearchDistributions.create(1, n, 1, 3), np.full((1, n), 3.0)
+    normals.reset(np.arange(1), np.array([1.0]))
     for generation in range(1800):
-        points = mean[:, None] + normals.steps(3, rng)
+        points = mean[:, None] + normals.draw_steps(3, rng)
         f = ((points @ turned * axes) ** 2).sum(axis=2, keepdims=True)
-        if normals.take(f, np.zeros((1, 3))):
-            mean = mean + normals.learn(normals.F[:, :, 0].argsort(axis=1))
+        if normals.add_evaluations(f, np.zeros((1, 3))):
+            mean = mean + normals.adapt(normals.F[:, :, 0].argsort(axis=1))
         if generation == 100:
             early = f.min()
     assert f.min() < 1e-12 * early
@@ -115,7 +115,7 @@ def test_a_run_whose_walkers_learn_resumes_to_the_same_end():
     for _ in range(20):
         run.next(), again.next()
     np.testing.assert_array_equal(again.front.F, run.front.F)
-    for field in fields(Normals):
+    for field in fields(SearchDistributions):
         assert np.array_equal(
             getattr(again.state.normals, field.name), getattr(run.state.normals, field.name)
         )

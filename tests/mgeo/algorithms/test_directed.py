@@ -11,13 +11,13 @@ from pymoo.problems.multi import BNH, ZDT1
 from scipy.stats import kstest
 
 from mgeo import MGEODirected
-from mgeo.algorithms.moves import Attraction, joint_steps, momentum_steps
+from mgeo.algorithms.moves import Attraction, draw_joint_steps, draw_momentum_steps
 from mgeo.algorithms.selection import (
-    distance,
-    nearest,
-    nearest_drawn,
-    random_weights,
-    weight_vectors,
+    build_weight_vectors,
+    draw_weights,
+    find_nearest,
+    find_nearest_in_sample,
+    tchebycheff_distance,
 )
 
 from .problems import Fixed, Rosenbrock
@@ -49,9 +49,10 @@ def test_directions_of_two_objectives_are_the_ends_and_an_even_grid():
     for n in range(1, 40):
         middle = 1.0 / n * (np.arange(n) + 0.5)
         assert (
-            weight_vectors(n, 2, 0.0).tolist() == np.column_stack([middle, 1.0 - middle]).tolist()
+            build_weight_vectors(n, 2, 0.0).tolist()
+            == np.column_stack([middle, 1.0 - middle]).tolist()
         )
-    weights = weight_vectors(7, 2, 0.43)
+    weights = build_weight_vectors(7, 2, 0.43)
     assert weights[:3].tolist() == [[1, 0], [0, 1], [1, 0]]
     assert weights[3:, 0] == pytest.approx([0.125, 0.375, 0.625, 0.875])
     assert weights.sum(axis=1) == pytest.approx(np.ones(7))
@@ -59,7 +60,7 @@ def test_directions_of_two_objectives_are_the_ends_and_an_even_grid():
 
 @pytest.mark.parametrize("n_obj", [1, 3, 5, 9, 15, 30])
 def test_directions_fill_the_simplex(n_obj):
-    weights = weight_vectors(2000, n_obj, 0.0)
+    weights = build_weight_vectors(2000, n_obj, 0.0)
     assert (weights > 0).all()
     assert (weights < 1).all() or n_obj == 1
     assert weights.sum(axis=1) == pytest.approx(np.ones(2000))
@@ -71,7 +72,7 @@ def test_directions_fill_the_simplex(n_obj):
 
 @pytest.mark.parametrize("n_obj", [1, 2, 4])
 def test_drawn_directions_are_uniform_on_the_simplex(n_obj):
-    weights = random_weights(20_000, n_obj, np.random.default_rng(1))
+    weights = draw_weights(20_000, n_obj, np.random.default_rng(1))
     assert (weights >= 0).all()
     assert weights.sum(axis=1) == pytest.approx(np.ones(20_000))
     variance = (n_obj - 1) / (n_obj**2 * (n_obj + 1))
@@ -81,7 +82,9 @@ def test_drawn_directions_are_uniform_on_the_simplex(n_obj):
 
 def test_distance_is_the_largest_weighted_objective_of_the_scaled_space():
     F = np.array([[2.0, 30.0], [3.0, 10.0], [np.nan, 1.0]])
-    found = distance(F, np.array([0.25, 0.75]), np.array([1.0, 10.0]), np.array([5.0, 50.0]))
+    found = tchebycheff_distance(
+        F, np.array([0.25, 0.75]), np.array([1.0, 10.0]), np.array([5.0, 50.0])
+    )
     assert found[:2] == pytest.approx([0.75 * 0.5, 0.25 * 0.5], abs=2e-3)
     assert np.isnan(found[2])
 
@@ -90,23 +93,23 @@ def test_distance_is_the_largest_weighted_objective_of_the_scaled_space():
 def test_the_nearest_point_is_that_of_the_least_distance(n_obj):
     rng = np.random.default_rng(n_obj)
     F = rng.random((500, n_obj))
-    weights = np.vstack([random_weights(20, n_obj, rng), np.eye(n_obj)])
+    weights = np.vstack([draw_weights(20, n_obj, rng), np.eye(n_obj)])
     F[100:110] = F[:10]  # of points equally near the first
     F[:, -1] = np.where(n_obj == 5, 3.0, F[:, -1])  # an objective without extent
     ends = F.min(axis=0), F.max(axis=0)
-    expected = distance(F, weights[:, None], *ends).argmin(axis=1)
-    assert nearest(F, weights, *ends).tolist() == expected.tolist()
+    expected = tchebycheff_distance(F, weights[:, None], *ends).argmin(axis=1)
+    assert find_nearest(F, weights, *ends).tolist() == expected.tolist()
 
 
 @pytest.mark.parametrize(("n_obj", "few"), [(1, 4), (2, 1), (2, 7), (3, 20)])
 def test_of_the_points_drawn_for_a_weight_vector_the_nearest_is_found(n_obj, few):
     rng = np.random.default_rng(few)
-    F, weights = rng.random((50, n_obj)), random_weights(30, n_obj, rng)
+    F, weights = rng.random((50, n_obj)), draw_weights(30, n_obj, rng)
     drawn, ends = rng.integers(50, size=(30, few)), (F.min(axis=0), F.max(axis=0))
-    found = nearest_drawn(drawn, F, weights, *ends)
+    found = find_nearest_in_sample(drawn, F, weights, *ends)
     for weight, rows, row in zip(weights, drawn, found, strict=True):
         assert row in rows
-        assert row == min(rows, key=lambda k: distance(F[k], weight, *ends))
+        assert row == min(rows, key=lambda k: tchebycheff_distance(F[k], weight, *ends))
 
 
 def test_a_candidate_changes_its_own_variable_and_others_as_often_as_said():
@@ -133,7 +136,7 @@ def test_a_candidate_changes_its_own_variable_and_others_as_often_as_said():
 def test_each_step_draws_how_many_variables_it_changes(mean):
     own = np.tile(np.arange(11), 4000)
     rng = np.random.default_rng(2)
-    steps, _, _ = joint_steps(own, np.ones(11), (0.1, 0.1), (mean, 0.9), 0.5, None, rng)
+    steps, _, _ = draw_joint_steps(own, np.ones(11), (0.1, 0.1), (mean, 0.9), 0.5, None, rng)
     others = np.count_nonzero(steps, axis=1) - 1
     assert (steps[np.arange(len(own)), own] != 0).all()
     assert others.mean() / 10 == pytest.approx(mean, abs=0.01)
@@ -146,7 +149,7 @@ def test_each_step_draws_how_many_variables_it_changes(mean):
 def test_normal_steps_are_as_wide_as_said():
     rng = np.random.default_rng(3)
     own, extent = np.tile([0, 1], 20_000), np.array([1.0, 50.0])
-    steps, _, _ = joint_steps(own, extent, (0.01, 1.0), (0.0, 0.0), 0.0, None, rng)
+    steps, _, _ = draw_joint_steps(own, extent, (0.01, 1.0), (0.0, 0.0), 0.0, None, rng)
     sizes = np.abs(steps[np.arange(len(own)), own]) / extent[own]
     # a log-uniform width times |N(0, 1)|, whose mean logarithm is -(gamma + ln 2) / 2
     expected = 0.5 * np.log(0.01) - (np.euler_gamma + np.log(2)) / 2
@@ -161,7 +164,7 @@ def test_attraction_adds_a_part_of_the_way_to_a_point():
     for share, difference in ((1.0, zero), (0.3, zero), (0.5, between)):
         attraction = Attraction(share, 1.0, x, target)
         donors = lambda _, first=difference: (first, zero)  # noqa: E731
-        steps, _, first = joint_steps(
+        steps, _, first = draw_joint_steps(
             own, np.ones(5), (0.1, 0.1), (0.0, 0.0), 1.0, donors, rng, attraction
         )
         pulled = (steps != 0.0).all(axis=1)  # the others change their own variable alone, or none
@@ -184,19 +187,19 @@ def test_steps_with_momentum_are_parts_of_the_step_before_and_of_the_way_to_a_ta
     rng = np.random.default_rng(6)
     x, before, target = (0.1 * rng.random((5000, 4)) for _ in range(3))
     zero = np.zeros_like(x)
-    gone = momentum_steps(x, before, x, np.ones(4), rng) / before
-    drawn = momentum_steps(x, zero, target, np.ones(4), rng) / (target - x)
+    gone = draw_momentum_steps(x, before, x, np.ones(4), rng) / before
+    drawn = draw_momentum_steps(x, zero, target, np.ones(4), rng) / (target - x)
     for found, largest in ((gone, 1.2), (drawn, 1.0)):  # of each variable its own, uniform
         assert kstest(found.ravel() / largest, "uniform").pvalue > 0.01
         assert np.abs(np.corrcoef(found.T) - np.eye(4)).max() < 0.05
-    both = momentum_steps(x, before, target, np.ones(4), rng)
+    both = draw_momentum_steps(x, before, target, np.ones(4), rng)
     expected = 0.6 * before + 0.5 * (target - x)
     assert (both - expected).mean(axis=0) == pytest.approx(np.zeros(4), abs=0.002)
 
 
 def test_a_step_with_momentum_is_at_most_a_fifth_of_the_bounds():
     extent = np.array([1.0, 100.0])
-    steps = momentum_steps(
+    steps = draw_momentum_steps(
         np.zeros((400, 2)), extent, -9.0 * extent, extent, np.random.default_rng(7)
     )
     assert (np.abs(steps) <= 0.2 * extent).all()
@@ -225,7 +228,7 @@ def test_walkers_under_high_pressure_take_the_nearest_candidate_along_their_dire
     X, F = infills.get("X").reshape(6, 5, 5).copy(), infills.get("F").reshape(6, 5, 2).copy()
     run.tell(infills=infills)
     ideal, nadir = run.front.F.min(axis=0), run.front.F.max(axis=0)
-    best = distance(F, run.state.weights[:, None], ideal, nadir).argmin(axis=1)
+    best = tchebycheff_distance(F, run.state.weights[:, None], ideal, nadir).argmin(axis=1)
     assert np.array_equal(run.walkers, X[np.arange(6), best])
 
 
@@ -250,7 +253,7 @@ def test_walkers_go_back_to_their_memory_or_to_the_archive():
     between = run.state.weights.max(axis=1) < 1
     assert between.tolist() == [False, False, True, True, True]
     for walker in np.flatnonzero(between):
-        far = distance(run.front.F, run.state.weights[walker], ideal, nadir)
+        far = tchebycheff_distance(run.front.F, run.state.weights[walker], ideal, nadir)
         assert np.array_equal(run.walkers[walker], run.front.individuals[far.argmin()].X)
         assert np.array_equal(run.state.incumbent_F[walker], run.front.F[far.argmin()])
     archived = run.front.individuals.get("X")
@@ -262,11 +265,11 @@ def test_a_walker_without_progress_restarts():
     options = {**STILL, "restart": (3, 5)}
     run = begun(directed(n_walkers=5, extreme_weights=0.4, **options), still, 3)
     between = np.array([False, False, True, True, True])
-    first, memory = weight_vectors(5, 2, 0.4), run.state.incumbents.copy()
+    first, memory = build_weight_vectors(5, 2, 0.4), run.state.incumbents.copy()
     assert np.array_equal(run.state.weights, first)
-    assert run.state.idle.tolist() == [2, 2, 2, 2, 2]
+    assert run.state.n_idle_generations.tolist() == [2, 2, 2, 2, 2]
     run.next()
-    assert run.state.idle.tolist() == [3, 3, 0, 0, 0]
+    assert run.state.n_idle_generations.tolist() == [3, 3, 0, 0, 0]
     assert (run.state.weights[between] != first[between]).all()
     assert np.array_equal(run.state.weights[~between], first[~between])
     archived = run.front.individuals.get("X")
@@ -274,7 +277,7 @@ def test_a_walker_without_progress_restarts():
     assert np.array_equal(run.state.incumbents[~between], memory[~between])
     run.next()
     run.next()
-    assert run.state.idle[~between].tolist() == [0, 0]
+    assert run.state.n_idle_generations[~between].tolist() == [0, 0]
     assert np.array_equal(run.state.weights[~between], first[~between])
     assert not (run.state.incumbents[~between] == memory[~between]).any()
     assert np.isinf(run.state.incumbent_F[~between]).all()
@@ -303,7 +306,7 @@ def test_less_violation_is_progress():
         before = run.state.incumbent_violation.copy()
         run.next()
         less = run.state.incumbent_violation < before
-        assert (run.state.idle == 0).all()  # progress, or a restart
+        assert (run.state.n_idle_generations == 0).all()  # progress, or a restart
         assert (less | np.isinf(run.state.incumbent_violation)).all()
     assert np.isinf(run.state.incumbent_violation).any()
 

@@ -14,7 +14,7 @@ from pymoo.optimize import minimize
 
 from mgeo import MGEOCanonical, MGEODirected
 from mgeo.algorithms import Variables
-from mgeo.algorithms.steps import whole_steps
+from mgeo.algorithms.steps import round_steps
 from mgeo.algorithms.variables import KINDS
 
 from .. import naive
@@ -135,7 +135,7 @@ def steps(draw):
 @given(steps())
 def test_steps_end_on_whole_numbers_within_the_bounds_and_change_their_own_variable(arguments):
     x, moved, own, donor, choice, xl, xu, _ = arguments
-    end = whole_steps(*arguments)
+    end = round_steps(*arguments)
     assert np.array_equal(end, np.rint(end))
     assert ((end >= xl) & (end <= xu)).all()
     changed = end != x
@@ -154,15 +154,15 @@ def test_a_choice_without_donor_takes_any_other_option_as_often():
     x, moved = np.full((n, 1), 2.0), np.full((n, 1), 3.0)
     bounds = np.array([0.0]), np.array([4.0])
     none, own = np.full((n, 1), np.nan), np.zeros(n, dtype=int)
-    end = whole_steps(x, moved, own, none, np.array([True]), *bounds, rng.random((n, 1)))
+    end = round_steps(x, moved, own, none, np.array([True]), *bounds, rng.random((n, 1)))
     found, counts = np.unique(end, return_counts=True)
     assert found.tolist() == [0, 1, 3, 4]
     assert counts == pytest.approx(n / 4, rel=0.05)
 
 
 def test_numbers_and_designs_of_all_kinds_are_inverse():
-    variables = Variables.of(Rod(), KINDS)
+    variables = Variables.from_problem(Rod(), KINDS)
     designs = MixedVariableSampling().do(Rod(), 50, random_state=np.random.default_rng(1)).get("X")
-    assert variables.designs(variables.values(designs)).tolist() == designs.tolist()
-    assert variables.choice.tolist() == [False, False, True, True, False]
+    assert variables.to_designs(variables.to_numbers(designs)).tolist() == designs.tolist()
+    assert variables.is_choice.tolist() == [False, False, True, True, False]
     assert variables.xu.tolist() == [1, 6, 2, 3, 2]

@@ -132,7 +132,7 @@ def test_tell_refuses_other_candidates():
         (MGEODirected(n_walkers=4), PROBLEM),
         (MGEOCanonical(n_walkers=3, bits=2), PROBLEM),  # with equal candidates
         (MGEODirected(n_walkers=4), Typed()),
-        (MGEOStaged(n_walkers=4, stages=(0.3, 0.6)), Estimated()),
+        (MGEOStaged(n_walkers=4, fidelity_schedule=(0.3, 0.6)), Estimated()),
     ],
     ids=lambda value: type(value).__name__,
 )

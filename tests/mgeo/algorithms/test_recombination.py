@@ -51,7 +51,7 @@ def test_a_choice_is_that_of_either_parent():
 
 def credit_after(gain, other, generations=200):
     """The credit where a recombined candidate always gains so much, and any other one so much."""
-    credit, recombined = Credit.begin(8), np.arange(8) < 2
+    credit, recombined = Credit.create(8), np.arange(8) < 2
     for _ in range(generations):
         credit.update(np.where(recombined, gain, other), recombined)
     return credit
@@ -60,29 +60,29 @@ def credit_after(gain, other, generations=200):
 def test_the_share_follows_the_ratio_of_the_gains():
     for ratio, share in ((0.5, 1 / 17), (1.0, 0.2), (2.0, 0.5), (4.0, 0.8)):
         for scale in (1e-9, 1.0, 1e9):
-            found = credit_after(ratio * scale, scale).share(0.0, 1.0)
+            found = credit_after(ratio * scale, scale).compute_share(0.0, 1.0)
             assert found == pytest.approx(share, abs=1e-3)
-    assert Credit.begin(48).share(0.0, 1.0) == pytest.approx(0.2)
+    assert Credit.create(48).compute_share(0.0, 1.0) == pytest.approx(0.2)
 
 
 def test_the_share_stays_between_its_limits():
-    assert credit_after(1.0, 0.0).share(0.02, 0.9) == 0.9
-    assert credit_after(0.0, 1.0).share(0.02, 0.9) == 0.02
+    assert credit_after(1.0, 0.0).compute_share(0.02, 0.9) == 0.9
+    assert credit_after(0.0, 1.0).compute_share(0.02, 0.9) == 0.02
 
 
 def test_recent_gains_count_more():
     credit, recombined = credit_after(1.0, 9.0), np.arange(8) < 2
     for _ in range(100):
         credit.update(np.where(recombined, 9.0, 1.0), recombined)
-    assert credit.share(0.0, 1.0) > 0.9
+    assert credit.compute_share(0.0, 1.0) > 0.9
 
 
 def test_a_generation_of_one_kind_or_without_gains_changes_nothing():
-    credit, gains = Credit.begin(8), np.ones(8)
-    before = credit.share(0.0, 1.0)
+    credit, gains = Credit.create(8), np.ones(8)
+    before = credit.compute_share(0.0, 1.0)
     for gained, number in ((gains, 0), (gains, 8), (0 * gains, 4)):
         credit.update(gained, np.arange(8) < number)
-    assert credit.share(0.0, 1.0) == before
+    assert credit.compute_share(0.0, 1.0) == before
 
 
 class Ellipsoids(Problem):

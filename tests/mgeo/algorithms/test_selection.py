@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2_contingency, chisquare
 
-from mgeo.algorithms.selection import pick, rank
+from mgeo.algorithms.selection import draw_position, rank
 
 from .. import naive
 
@@ -14,7 +14,7 @@ DRAWS = 200_000
 @pytest.mark.parametrize("tau", [0.0, 0.5, 1.0, 3.0])
 @pytest.mark.parametrize("n", [1, 2, 12])
 def test_pick_follows_the_power_law(n, tau):
-    places = pick(np.random.default_rng(0).random(DRAWS), n, tau)
+    places = draw_position(np.random.default_rng(0).random(DRAWS), n, tau)
     law = np.array([k**-tau for k in range(1, n + 1)])
     counts = np.bincount(places, minlength=n)
     assert len(counts) == n
@@ -26,24 +26,26 @@ def test_pick_follows_the_power_law(n, tau):
 def test_pick_is_the_law_of_drawing_until_accepted(tau):
     rng = np.random.default_rng(1)
     rejected = np.bincount([naive.rejection_rank(rng, 6, tau) - 1 for _ in range(40_000)])
-    picked = np.bincount(pick(rng.random(40_000), 6, tau))
+    picked = np.bincount(draw_position(rng.random(40_000), 6, tau))
     assert chi2_contingency([rejected, picked]).pvalue > 1e-3
 
 
 def test_pick_stays_in_range_at_the_ends_of_the_unit_interval():
     ends = np.array([0.0, np.nextafter(1.0, 0.0)])
-    assert pick(ends, 12, 0.0).tolist() == [0, 11]
-    assert pick(ends, 1, 3.0).tolist() == [0, 0]
+    assert draw_position(ends, 12, 0.0).tolist() == [0, 11]
+    assert draw_position(ends, 1, 3.0).tolist() == [0, 0]
 
 
 def test_pick_takes_one_number_of_ranks_per_draw():
     u = np.linspace(0, 1, 50, endpoint=False)[:, None]
     n = np.array([1, 4, 9])
-    alone = [pick(u[:, 0], int(size), 1.5) for size in n]
-    assert np.array_equal(pick(u, n, 1.5), np.column_stack(alone))
+    alone = [draw_position(u[:, 0], int(size), 1.5) for size in n]
+    assert np.array_equal(draw_position(u, n, 1.5), np.column_stack(alone))
     taus = np.linspace(0, 3, 50)[:, None]
-    each = [[int(pick(u[i], int(size), float(taus[i, 0]))[0]) for size in n] for i in range(50)]
-    assert np.array_equal(pick(u, n, taus), each)
+    each = [
+        [int(draw_position(u[i], int(size), float(taus[i, 0]))[0]) for size in n] for i in range(50)
+    ]
+    assert np.array_equal(draw_position(u, n, taus), each)
 
 
 def test_rank_puts_feasible_then_infeasible_then_failed():

@@ -6,7 +6,7 @@ from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
 
 from mgeo import MGEODirected, MGEOStaged, compare
-from mgeo.evaluation.dominance import nondominated
+from mgeo.evaluation.dominance import find_nondominated
 from tests.mgeo.solved import solve
 
 from .problems import Estimated
@@ -15,21 +15,21 @@ from .problems import Estimated
 @pytest.mark.parametrize("constrained", [False, True])
 def test_a_stage_begins_with_the_archive_judged_anew(constrained):
     problem = Estimated(constrained)
-    algorithm = MGEOStaged(stages=(0.5, 0.75), n_walkers=4)
+    algorithm = MGEOStaged(fidelity_schedule=(0.5, 0.75), n_walkers=4)
     algorithm.setup(problem, termination=("n_eval", 640), seed=1)
     began = []
     while algorithm.has_next():
         before = algorithm.front.individuals.get("X")
         algorithm.next()
         stage, X = problem.batches[-1]
-        assert stage == algorithm.stage
+        assert stage == algorithm.fidelity
         if stage != len(began):
             continue
         if stage:
             np.testing.assert_array_equal(X, before)
             out = {}
             algorithm.problem._evaluate(X, out)
-            F = out["F"][nondominated(out["F"])]
+            F = out["F"][find_nondominated(out["F"])]
             if not constrained:
                 np.testing.assert_array_equal(algorithm.front.F, F[np.argsort(F[:, 0])])
             known = algorithm.front.individuals.get("X").tolist()
@@ -48,7 +48,7 @@ def test_a_run_that_ends_before_is_judged_as_in_the_last(evaluations):
     problem = Estimated()
     found = minimize(problem, MGEOStaged(n_walkers=4), ("n_eval", evaluations), seed=1)
     np.testing.assert_array_equal(found.F, problem.evaluate(found.X, return_values_of=["F"]))
-    assert nondominated(found.F).all()
+    assert find_nondominated(found.F).all()
 
 
 def test_so_is_one_that_was_stopped():

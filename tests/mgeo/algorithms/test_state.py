@@ -124,8 +124,8 @@ class Counts(RunState):
 class Counting(MGEOReal):
     """A variant with a state of its own, on which its way depends."""
 
-    def new_state(self, streams, front, walkers):
-        return Counts.begin(
+    def create_state(self, streams, front, walkers):
+        return Counts.create(
             streams, front, walkers, accepted=np.zeros(len(walkers), dtype=int), shift=0.0,
             phase="first", spare=np.random.default_rng(5), extremes=ParetoArchive(2, 4),
         )  # fmt: skip

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from mgeo.benchmarks.collections import expanded, short_name
+from mgeo.benchmarks.collections import expand_name, format_short_name
 from mgeo.plugins.problems import load_problem
 
 cocoex = pytest.importorskip("cocoex")
@@ -76,11 +76,11 @@ def test_other_names_are_refused(name, message):
 
 
 def test_ranges_stand_for_many():
-    found = expanded("coco:bbob-biobj/f1-3,7/d5,10/i2")
+    found = expand_name("coco:bbob-biobj/f1-3,7/d5,10/i2")
     assert len(found) == 8
     assert found[0] == "coco:bbob-biobj/f1/d5/i2"
     assert found[-1] == "coco:bbob-biobj/f7/d10/i2"
-    assert expanded("pymoo:zdt1") == ["pymoo:zdt1"]
-    assert short_name(found[0]) == "bbob_biobj f1 d5 i2"
+    assert expand_name("pymoo:zdt1") == ["pymoo:zdt1"]
+    assert format_short_name(found[0]) == "bbob_biobj f1 d5 i2"
     with pytest.raises(ValueError, match="'3-1' is not a number or range"):
-        expanded("coco:bbob-biobj/f3-1/d5/i2")
+        expand_name("coco:bbob-biobj/f3-1/d5/i2")

@@ -7,7 +7,7 @@ import pytest
 from pymoo.core.problem import Problem
 from pymoo.problems import get_problem
 
-from mgeo.benchmarks.shifted import ABOVE, BELOW, Shifted
+from mgeo.benchmarks.shifted import EXTENSION_ABOVE, EXTENSION_BELOW, ShiftedProblem
 from mgeo.plugins.problems import load_problem
 
 DISTANCE = {"zdt4": 0.0, "dtlz6": 0.0, "dtlz7": 0.0} | {f"zdt{i}": 0.0 for i in (1, 2, 3, 6)}
@@ -26,8 +26,8 @@ def test_within_the_former_bounds_it_is_the_same_problem(name):
     X = plain.xl + np.random.default_rng(1).random((50, plain.n_var)) * (plain.xu - plain.xl)
     assert np.array_equal(shifted.evaluate(X), plain.evaluate(X))
     width = plain.xu - plain.xl
-    assert shifted.xl == pytest.approx(plain.xl - BELOW * width)
-    assert shifted.xu == pytest.approx(plain.xu + ABOVE * width)
+    assert shifted.xl == pytest.approx(plain.xl - EXTENSION_BELOW * width)
+    assert shifted.xu == pytest.approx(plain.xu + EXTENSION_ABOVE * width)
     given = X.copy()
     shifted.evaluate(given)
     assert np.array_equal(given, X)
@@ -39,8 +39,12 @@ def test_beyond_them_it_is_mirrored(name):
     plain, shifted = pair(name)
     rng, width = np.random.default_rng(2), plain.xu - plain.xl
     out, side = rng.random((50, plain.n_var)), rng.random((50, plain.n_var)) < 0.5
-    inside = np.where(side, plain.xl + BELOW * out * width, plain.xu - ABOVE * out * width)
-    beyond = np.where(side, plain.xl - BELOW * out * width, plain.xu + ABOVE * out * width)
+    inside = np.where(
+        side, plain.xl + EXTENSION_BELOW * out * width, plain.xu - EXTENSION_ABOVE * out * width
+    )
+    beyond = np.where(
+        side, plain.xl - EXTENSION_BELOW * out * width, plain.xu + EXTENSION_ABOVE * out * width
+    )
     assert shifted.evaluate(beyond) == pytest.approx(shifted.evaluate(inside), rel=1e-9)
     assert not np.array_equal(shifted.evaluate(beyond), plain.evaluate(np.clip(beyond, 0, 1)))
 
@@ -87,4 +91,4 @@ def test_no_new_bound_is_near_an_optimum(name):
 )
 def test_only_bounded_real_variables_are_moved(inner):
     with pytest.raises(ValueError, match="cannot be shifted: expected bounded real variables"):
-        Shifted(inner)
+        ShiftedProblem(inner)

@@ -114,7 +114,7 @@ class Halved(MGEOReal):
         super().__init__(**options)
         self.scale = scale / 2
 
-    def deviations(self, sigma):
+    def compute_step_sigmas(self, sigma):
         return self.scale * sigma
 
 
@@ -125,7 +125,7 @@ class Hidden(MGEOReal):
         super().__init__(**options)
         self.scale, self.width = 0.1, scale
 
-    def deviations(self, sigma):
+    def compute_step_sigmas(self, sigma):
         return self.width * sigma
 
 

@@ -37,26 +37,26 @@ class Good(ProblemMixin, Problem):
         out["G"] = X[:, :1] - 1.0
         out["H"] = X[:, 1:] - 1.0
 
-    def options(self):
+    def to_options(self):
         return {"shift": self.shift}
 
-    def indicator_space(self, F):
+    def map_to_indicator_space(self, F):
         return np.log10(1.0 + F) / 2.0
 
     def view(self, X):
         return self.shown(self, X)
 
-    def starts(self, n, random_state):
+    def suggest_initial_designs(self, n, random_state):
         return random_state.uniform(-1.0, 3.0, (n, 2))
 
     def refine(self, X):
         return iter([X, np.vstack([X, X])])
 
-    def recommended(self):
+    def recommend_settings(self):
         return {"starts": 2, "polish": True}
 
-    def at_stage(self, stage):
-        return self if stage else Good()
+    def at_fidelity(self, fidelity):
+        return self if fidelity else Good()
 
 
 class Sphere(ElementwiseProblem):
@@ -119,17 +119,17 @@ class NeedsArguments(Good):
 
 
 class OtherStage(Good):
-    def at_stage(self, stage):
+    def at_fidelity(self, fidelity):
         return Sphere()
 
 
 class SwapsDominance(Good):
-    def indicator_space(self, F):
+    def map_to_indicator_space(self, F):
         return -F
 
 
 class UnseededStarts(Good):
-    def starts(self, n, random_state):
+    def suggest_initial_designs(self, n, random_state):
         return np.random.default_rng().random((n, 2))
 
 
@@ -139,7 +139,7 @@ class LosesDesigns(Good):
 
 
 class OptionsWithTuple(Good):
-    def options(self):
+    def to_options(self):
         return {"shift": (1.0, 2.0)}
 
 

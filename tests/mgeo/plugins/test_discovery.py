@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
-from mgeo.plugins.discovery import PluginError, find_plugin, installed_plugins
+from mgeo.plugins.discovery import PluginError, find_plugin, list_plugins
 from mgeo.plugins.problems import load_problem, read_scenario
 from mgeo.studies import read_comparison
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.usefixtures("stand_in")
 
 def test_plugins_are_found_with_their_distribution_and_imported_on_demand(monkeypatch):
     monkeypatch.delitem(sys.modules, "stand_in", raising=False)
-    found = {plugin.name: plugin for plugin in installed_plugins()}
+    found = {plugin.name: plugin for plugin in list_plugins()}
     assert (found["cantilever"].distribution, found["cantilever"].version) == ("stand-in", "1.2.3")
     assert {"no-module", "zdt1"} <= set(found)
     assert "stand_in" not in sys.modules
@@ -53,14 +53,16 @@ def test_an_option_that_the_constructor_would_ignore_is_refused(
     monkeypatch.syspath_prepend(str(tmp_path))
     message = rf"unknown option '{option}' of problem '{name}': expected {expected}(;|$)"
     with pytest.raises(ValueError, match=message):
-        load_problem(name, {option: 7}, named=(name,))
+        load_problem(name, {option: 7}, trusted_classes=(name,))
     sys.modules.pop("swallowing", None)
 
 
 def test_options_of_a_base_are_accepted_where_keywords_are_passed_on(tmp_path, monkeypatch):
     (tmp_path / "passing.py").write_text(SWALLOWING)
     monkeypatch.syspath_prepend(str(tmp_path))
-    problem = load_problem("passing:Leaf", {"length": 3.0, "width": 2.0}, named=("passing:Leaf",))
+    problem = load_problem(
+        "passing:Leaf", {"length": 3.0, "width": 2.0}, trusted_classes=("passing:Leaf",)
+    )
     assert (problem.length, problem.width, problem.n_var) == (3.0, 2.0, 2)
 
 
@@ -95,7 +97,7 @@ def test_the_problem_reads_the_files_that_a_scenario_names(tmp_path, monkeypatch
 )
 def test_what_is_no_problem_is_refused(name, message):
     with pytest.raises(PluginError, match=message):
-        load_problem(name, named=(name,))
+        load_problem(name, trusted_classes=(name,))
 
 
 def test_a_name_claimed_twice_is_refused_naming_both_distributions(tmp_path, monkeypatch):
@@ -163,11 +165,11 @@ def test_a_class_is_imported_only_if_the_user_names_it(beam, tmp_path):
     (tmp_path / "mine.toml").write_text('from = "l.txt"\n')
     assert read_scenario(beam, "mine.toml") == {"from": "l.txt"}
     assert "own_beam" not in sys.modules
-    assert load_problem(beam, {"length": 2.0}, named=(beam,)).length == 2.0
+    assert load_problem(beam, {"length": 2.0}, trusted_classes=(beam,)).length == 2.0
     (tmp_path / "l.txt").write_text("3.5")
-    assert read_scenario(beam, "mine.toml", named=(beam,)) == {"length": 3.5}
+    assert read_scenario(beam, "mine.toml", trusted_classes=(beam,)) == {"length": 3.5}
     with pytest.raises(ValueError, match=r"unknown option 'n_var' .*: expected length$"):
-        load_problem(beam, {"n_var": 3}, named=(beam,))
+        load_problem(beam, {"n_var": 3}, trusted_classes=(beam,))
 
 
 @pytest.mark.slow

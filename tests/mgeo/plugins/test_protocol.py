@@ -7,7 +7,7 @@ from pymoo.core.problem import Problem
 from mgeo import ProblemMixin
 from mgeo.plugins import protocol
 from mgeo.plugins.discovery import PluginError
-from mgeo.plugins.protocol import column_names
+from mgeo.plugins.protocol import get_column_names
 
 
 def problem(**attributes):
@@ -24,16 +24,16 @@ class Plain(ProblemMixin, Problem):
 
 @pytest.mark.parametrize("made", [problem(), Plain()])
 def test_a_problem_without_optional_parts_has_the_defaults(made):
-    assert column_names(made) == (("x1", "x2"), ("f1", "f2"))
-    assert protocol.options(made) is None
-    assert protocol.indicator_space(made) is None
-    assert protocol.recommended(made) == (0, False, None)
-    assert protocol.instance_of(made) == ""
+    assert get_column_names(made) == (("x1", "x2"), ("f1", "f2"))
+    assert protocol.get_options(made) is None
+    assert protocol.get_indicator_map(made) is None
+    assert protocol.get_recommended_settings(made) == (0, False, None)
+    assert protocol.get_function_name(made) == ""
     with pytest.raises(ValueError, match=r"has no robust\(\): expected a run without it"):
-        protocol.robust(made)
+        protocol.get_robust_problem(made)
     with pytest.raises(PluginError, match=r"has no refine\(\): expected a run without --polish"):
-        next(protocol.refinement(made, np.zeros((1, 2))))
-    assert not protocol.is_own(made, ProblemMixin.starts)
+        next(protocol.iterate_refinement(made, np.zeros((1, 2))))
+    assert not protocol.has_override(made, ProblemMixin.suggest_initial_designs)
 
 
 def test_a_part_that_raises_is_named():
@@ -45,9 +45,9 @@ def test_a_part_that_raises_is_named():
         raise ZeroDivisionError
 
     broken = problem(refine=steps, indicator_space=summary)
-    tables = protocol.refinement(broken, np.zeros((1, 2)))
+    tables = protocol.iterate_refinement(broken, np.zeros((1, 2)))
     assert next(tables).shape == (1, 2)
     with pytest.raises(PluginError, match=r"^refine of problem Problem raised KeyError: 'spring'"):
         next(tables)
     with pytest.raises(PluginError, match=r"^indicator_space of problem Problem raised ZeroDiv"):
-        protocol.indicator_space(broken)(np.zeros((1, 2)))
+        protocol.get_indicator_map(broken)(np.zeros((1, 2)))

@@ -3,9 +3,9 @@
 import numpy as np
 from pymoo.core.problem import Problem
 
-from mgeo import View, view_of
-from mgeo.plugins.protocol import ask, is_own
-from mgeo.plugins.view import TOLERANCE
+from mgeo import View, build_view
+from mgeo.plugins.protocol import call_optional, has_override
+from mgeo.plugins.view import EQUALITY_TOLERANCE
 
 X = np.array([[0.5, 0.25], [0.75, 1.0], [1.0, 0.0]])
 
@@ -35,15 +35,15 @@ class Own(Plain):
 
 def test_any_problem_has_a_view_that_evaluates_it_once():
     problem = Plain()
-    view = view_of(problem, X)
+    view = build_view(problem, X)
     assert type(view) is View
     table = view.describe()
     assert list(table.columns) == ["f1", "f2", "a [m]", "b"]
     np.testing.assert_array_equal(table, np.column_stack([X[:, 0], X[:, 1] ** 2, X]))
-    assert view.answers()[0] == "f1 0.5, f2 0.0625"
-    limits = view.limits()[2]
+    assert view.summaries()[0] == "f1 0.5, f2 0.0625"
+    limits = view.constraints()[2]
     assert limits.index.tolist() == ["g1", "h1"]
-    assert limits["margin"].tolist() == [-0.25, TOLERANCE]
+    assert limits["margin"].tolist() == [-0.25, EQUALITY_TOLERANCE]
     assert list(view.figures()) == ["front"]
     assert view.solution_figures() == [{}, {}, {}]
     assert problem.seen == [3]
@@ -51,21 +51,21 @@ def test_any_problem_has_a_view_that_evaluates_it_once():
 
 def test_objectives_of_a_run_are_not_evaluated_again():
     problem, F = Plain(), np.array([[5.0, 6.0], [7.0, 8.0], [9.0, 10.0]])
-    view = view_of(problem, X, F)
-    assert view.take([2, 0]).answers() == ["f1 9, f2 10", "f1 5, f2 6"]
+    view = build_view(problem, X, F)
+    assert view.select([2, 0]).summaries() == ["f1 9, f2 10", "f1 5, f2 6"]
     assert problem.seen == []
 
 
 def test_a_problem_s_own_view_is_used():
-    view = view_of(Own(), X)
-    assert ask(view, View.remarks) == ["3 of 2"]
-    assert is_own(view, View.remarks)
-    assert not is_own(view, View.describe)
-    assert view.take([1]).remarks() == ["1 of 2"]
-    assert view_of(Own()).remarks() == ["0 of 2"]
+    view = build_view(Own(), X)
+    assert call_optional(view, View.remarks) == ["3 of 2"]
+    assert has_override(view, View.remarks)
+    assert not has_override(view, View.describe)
+    assert view.select([1]).remarks() == ["1 of 2"]
+    assert build_view(Own()).remarks() == ["0 of 2"]
 
 
 def test_the_review_of_one_solution_has_its_description_and_its_margins():
-    review = view_of(Plain(), X[:1]).review()
-    assert (review.title, review.answer) == ("Plain", "f1 0.5, f2 0.0625")
+    review = build_view(Plain(), X[:1]).review()
+    assert (review.title, review.summary) == ("Plain", "f1 0.5, f2 0.0625")
     assert [section.title for section in review.sections] == ["Solution", "Limits"]

@@ -12,7 +12,7 @@ from pymoo.problems.many import DTLZ2
 from pymoo.problems.multi import BNH, ZDT1
 from pymoo.problems.single import Sphere
 
-from mgeo.algorithms.variables import designs_of
+from mgeo.algorithms.variables import convert_numbers_to_designs
 from mgeo.runs.algorithms import build_algorithm, complete_parameters, default_evaluations, set_up
 from mgeo.runs.registry import ALGORITHMS
 from tests.mgeo.solved import solve
@@ -120,7 +120,9 @@ def test_integers_and_bits_are_searched_as_such_or_refused(name, vtype):
     assert (X >= 0).all()
     assert (problem.xu >= X).all()
     assert len(np.unique(X, axis=0)) > 10
-    assert np.array_equal(outcome.F, problem.evaluate(designs_of(problem, outcome.X)))
+    assert np.array_equal(
+        outcome.F, problem.evaluate(convert_numbers_to_designs(problem, outcome.X))
+    )
 
 
 class Declared(Problem):

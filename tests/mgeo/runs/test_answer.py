@@ -4,7 +4,7 @@ import numpy as np
 from pymoo.problems import get_problem
 
 from mgeo.algorithms import MGEODirected
-from mgeo.plugins.view import view_of
+from mgeo.plugins.view import build_view
 from mgeo.runs.answer import answer
 from tests.mgeo.solved import solve
 
@@ -24,7 +24,7 @@ class Tall(Told):
 
 def answered(problem):
     found = solve(problem, MGEODirected(), 400, seed=1)
-    return answer(view_of(problem, found.X, found.F))
+    return answer(build_view(problem, found.X, found.F))
 
 
 def test_a_limit_that_is_exceeded_is_told():

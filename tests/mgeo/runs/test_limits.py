@@ -6,13 +6,13 @@ import pytest
 from pymoo.core.problem import Problem
 from pymoo.problems.multi import OSY
 
-from mgeo import View, view_of
-from mgeo.plugins.view import TOLERANCE
+from mgeo import View, build_view
+from mgeo.plugins.view import EQUALITY_TOLERANCE
 from mgeo.runs.answer import limits as limits_of
 
 
 def limits(problem, X):
-    return limits_of(view_of(problem, X))
+    return limits_of(build_view(problem, X))
 
 
 class Column(Problem):
@@ -30,7 +30,7 @@ class Column(Problem):
 
 
 class Heights(View):
-    def limits(self):
+    def constraints(self):
         return [
             pd.DataFrame(
                 {
@@ -55,9 +55,12 @@ class Told(Column):
 
 def test_constraints_are_told_as_they_are_computed():
     kept, broken = limits(Column(), np.array([[1.0, 1.0], [3.0, 1.0]]))
-    assert [(limit.name, limit.margin) for limit in kept] == [("buckling", 0.5), ("h1", TOLERANCE)]
+    assert [(limit.name, limit.margin) for limit in kept] == [
+        ("buckling", 0.5),
+        ("h1", EQUALITY_TOLERANCE),
+    ]
     assert [limit.kept for limit in broken] == [False, False]
-    assert [limit.margin for limit in broken] == [-0.5, pytest.approx(TOLERANCE - 2.0)]
+    assert [limit.margin for limit in broken] == [-0.5, pytest.approx(EQUALITY_TOLERANCE - 2.0)]
     assert str(kept[0]) == "buckling: margin 0.5"
     assert str(broken[0]) == "buckling: exceeded by 0.5"
     problem = OSY()

@@ -7,9 +7,9 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
 
-from mgeo import MGEOReal, view_of
-from mgeo.evaluation.dominance import nondominated
-from mgeo.plugins.view import TOLERANCE
+from mgeo import MGEOReal, build_view
+from mgeo.evaluation.dominance import find_nondominated
+from mgeo.plugins.view import EQUALITY_TOLERANCE
 from mgeo.runs.answer import dead_end
 from mgeo.runs.nearest import MOST
 from mgeo.runs.prepare import prepare
@@ -32,7 +32,7 @@ class Shelf(Problem):
         out["F"] = np.column_stack([X.sum(axis=1), (X**2).sum(axis=1)])
         out["G"] = np.column_stack([3.0 - X[:, 0], X[:, 0] - self.room])
         out["H"] = X[:, 1:] - 1.0
-        violation = np.maximum(np.hstack([out["G"], np.abs(out["H"]) - TOLERANCE]), 0.0)
+        violation = np.maximum(np.hstack([out["G"], np.abs(out["H"]) - EQUALITY_TOLERANCE]), 0.0)
         self.rows.append(np.hstack([X, out["F"], violation]))
 
 
@@ -51,7 +51,7 @@ def test_they_are_ordered_and_the_nearest_of_all_is_the_first(algorithm):
     told = np.hstack([nearest.X, nearest.F, nearest.violation])
     for row in told:  # each is one that was evaluated
         assert (rows == row).all(axis=1).sum() == 1
-    first = nondominated(nearest.violation)
+    first = find_nondominated(nearest.violation)
     assert (np.diff(first.astype(int)) <= 0).all()  # those that none beats come first
     assert (np.diff(nearest.violation[first].sum(axis=1)) >= 0.0).all()
 
@@ -67,7 +67,7 @@ def test_nothing_is_kept_once_something_is_feasible():
 
 def test_ways_out_name_units_and_round_so_that_they_are_enough():
     nearest = solve(Both(), NSGA2(pop_size=20), 200, seed=2).nearest
-    found = dead_end(view_of(Both(), nearest.X, nearest.F))
+    found = dead_end(build_view(Both(), nearest.X, nearest.F))
     assert len(found.exceeded) == 1
     assert found.exceeded[0].startswith("height: ")
     assert found.exceeded[0].endswith(f"({len(nearest)} of {len(nearest)})")

@@ -17,7 +17,7 @@ class Plain(Problem):
 
 
 class Logarithmic(Plain):
-    def indicator_space(self, F):
+    def map_to_indicator_space(self, F):
         return np.log10(np.asarray(F))
 
 

@@ -24,7 +24,7 @@ class CantileverView(View):
         mass, deflection = self.F.T
         return pd.DataFrame({"mass [kg]": mass, "deflection [mm]": 1000 * deflection})
 
-    def answers(self):
+    def summaries(self):
         mass, deflection = self.F.T
         return [
             f"{m:.3g} kg that sag {1000 * d:.3g} mm" for m, d in zip(mass, deflection, strict=True)

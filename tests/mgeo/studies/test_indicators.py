@@ -29,7 +29,7 @@ class Plain(Problem):
 
 
 class Scaled(Plain):
-    def indicator_space(self, F):
+    def map_to_indicator_space(self, F):
         return np.log10(F)
 
     def view(self, X):

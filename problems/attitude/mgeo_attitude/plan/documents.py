@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from mgeo.validation.entries import entry, errors_of
+from mgeo.validation.entries import convert_file_errors, get_entry
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.settings.errors import InvalidValue
 
@@ -102,7 +102,7 @@ def scenario_of(table: Mapping[str, Any]) -> Scenario:
     ValueError, TypeError
         If the scenario is invalid; the message names the key, after ``scenario``.
     """
-    own = entry(table, "scenario", dict)
+    own = get_entry(table, "scenario", dict)
     if "preset" in own:
         whole = "expected all keys instead of a preset, whose values may change between versions"
         raise InvalidValue("scenario.preset", own["preset"], whole)
@@ -122,5 +122,5 @@ def read_document(path: Path | str, read: Callable[[str], T]) -> T:
     ValueError
         If `read` raises one; the message also names the file.
     """
-    with errors_of(path):
+    with convert_file_errors(path):
         return read(Path(path).read_text(encoding="utf-8"))

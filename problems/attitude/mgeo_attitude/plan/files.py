@@ -14,8 +14,8 @@ from typing import Any
 import pandas as pd
 
 from mgeo.store.atomic import write_file
-from mgeo.validation.arguments import refuse_unknown
-from mgeo.validation.entries import entry
+from mgeo.validation.arguments import reject_unknown_keywords
+from mgeo.validation.entries import get_entry
 from mgeo_attitude.export_formats import FORMATS, format_of
 from mgeo_attitude.plan.documents import Form, read_document, written
 from mgeo_attitude.plan.plan import ManeuverPlan
@@ -61,7 +61,9 @@ def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
 def plan_content(plan: ManeuverPlan, path: Path | str, options: Mapping[str, Any]) -> bytes:
     """Return the content that `write_plan` writes to a path, with its exceptions."""
     chosen = format_of(path)
-    refuse_unknown(options, {key for each in FORMATS for key in each.options()}, "write_plan")
+    reject_unknown_keywords(
+        options, {key for each in FORMATS for key in each.options()}, "write_plan"
+    )
     content = chosen.load()(plan, **{k: options[k] for k in chosen.options() if k in options})
     return content.encode() if isinstance(content, str) else content
 
@@ -201,6 +203,6 @@ _FORM = Form(
     PLAN_FORMAT,
     3,
     keys=lambda plan: {"scenario": plan.scenario.to_dict(), "design": list(plan.design)},
-    made=lambda table, scenario: ManeuverPlan(scenario, tuple(entry(table, "design", list))),
+    made=lambda table, scenario: ManeuverPlan(scenario, tuple(get_entry(table, "design", list))),
     consequences=_consequences,
 )

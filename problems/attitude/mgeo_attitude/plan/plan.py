@@ -184,7 +184,7 @@ class ManeuverPlan(Settings):
     @property
     def answer(self) -> str:
         """One-line summary of the plan; see `describe.answers`."""
-        (answer,) = self.view.answers()
+        (answer,) = self.view.summaries()
         return answer
 
     def promises(self) -> pd.DataFrame:
@@ -330,7 +330,7 @@ class ManeuverPlan(Settings):
         which is negative if the constraint is violated; ``kept``, whether it is satisfied. See
         `ManeuverView.limits`.
         """
-        (table,) = self.view.limits()
+        (table,) = self.view.constraints()
         return table.assign(kept=table["margin"].to_numpy(float) >= 0.0)
 
     def violations(self) -> list[str]:

@@ -10,10 +10,10 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from mgeo.evaluation.dominance import front_rows
+from mgeo.evaluation.dominance import find_front_rows
 from mgeo.runs.answer import default_solution
 from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
-from mgeo.validation.entries import errors_of
+from mgeo.validation.entries import convert_file_errors
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.objectives import PAPER
 from mgeo_attitude.plan.plan import ManeuverPlan
@@ -91,7 +91,7 @@ class Front:
             raise ValueError(
                 f"solution {number}: expected 0 to {len(self.X) - 1}, the solutions of {self.path}"
             )
-        with errors_of(self.path):
+        with convert_file_errors(self.path):
             plan = ManeuverPlan.from_design(self.problem, self.X[number], self.F[number])
         if self.nominal is not None:
             plan.view.exactly = Nominal(*(each[[number]] for each in self.nominal))
@@ -116,7 +116,7 @@ class Front:
         if self.problem.objectives != PAPER:
             result = self.nominal or self.problem.run(self.X)
             F = np.column_stack([result.t_end, result.trace])
-        rows = front_rows(F)
+        rows = find_front_rows(F)
         return rows, F[rows, 0]
 
 
@@ -146,7 +146,7 @@ def read_front(folder: Path | str) -> Front:
     folder = Path(folder)
     run = read_run(folder)
     outcome, configuration = run.outcome, run.configuration
-    with errors_of(folder / RUN_FILE):
+    with convert_file_errors(folder / RUN_FILE):
         if configuration.problem != PROBLEM:
             name = configuration.problem
             raise InvalidValue("configuration.problem", name, f"expected {PROBLEM!r}")
@@ -156,7 +156,7 @@ def read_front(folder: Path | str) -> Front:
             raise error.under("configuration.options") from None
     is_feasible = len(outcome.X) > 0
     path = folder / (FRONT_FILE if is_feasible else NEAREST_FILE)
-    with errors_of(path):
+    with convert_file_errors(path):
         columns = [*outcome.variables, *outcome.objectives]
         expected = [*problem.var_names, *problem.obj_names]
         if columns != expected:

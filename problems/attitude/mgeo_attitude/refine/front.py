@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mgeo.evaluation.dominance import front_rows
+from mgeo.evaluation.dominance import find_front_rows
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.refine.at_time import Judge
 
@@ -70,7 +70,7 @@ class Front:
             return
         F, violation = self._judge(designs)
         feasible = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0))
-        order = feasible[front_rows(F[feasible])]
+        order = feasible[find_front_rows(F[feasible])]
         place = np.searchsorted(F[order, 0], self._F[rows, 0], side="right") - 1
         rows, place = rows[place >= 0], place[place >= 0]
         best = order[place]
@@ -89,7 +89,7 @@ def _add_rows(F: Floats, violation: Floats, ratio: float) -> tuple[Floats, Ints]
     it.
     """
     feasible = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0) & (F[:, 0] > 0.0))
-    order = feasible[front_rows(F[feasible])]
+    order = feasible[find_front_rows(F[feasible])]
     if len(order) < 2 or not np.isfinite(ratio):
         return np.empty(0), np.empty(0, dtype=np.int64)
     logs, values = np.log(F[order, 0]), F[order, 1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from mgeo.validation.arguments import did_you_mean
+from mgeo.validation.arguments import format_suggestion
 
 
 class InvalidValue(ValueError):
@@ -44,4 +44,4 @@ def expect_unique(key: str, values: Sequence[object]) -> None:
 def known_names(name: object, known: Iterable[str]) -> str:
     """Return ``; did you mean 'x'? (known: 'x', 'y')``; the question needs a similar name."""
     names = list(known)
-    return f"{did_you_mean(name, names)} (known: {', '.join(map(repr, names))})"
+    return f"{format_suggestion(name, names)} (known: {', '.join(map(repr, names))})"

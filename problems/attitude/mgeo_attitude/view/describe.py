@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from mgeo.evaluation.dominance import nondominated
+from mgeo.evaluation.dominance import find_nondominated
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.samples import NoLimit
 from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER
@@ -188,7 +188,7 @@ def front_summary(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
         t_end [s] and trace.
     """
     table = np.asarray(F, dtype=float)
-    t_end = table[nondominated(table), 0]
+    t_end = table[find_nondominated(table), 0]
     first = int((t_end <= scenario.orbit.period).sum())
     return {"points, first orbit": first, "points, second orbit": len(t_end) - first}
 

@@ -89,7 +89,7 @@ def remarks(plans: Plans, some: Plans, these: str) -> list[str]:
     if not len(rows) or np.isnan(ratios).all():
         return []
     row = int(rows[default_solution(problem, plans.F[rows]).row])
-    shown = plans.take([row]).exactly
+    shown = plans.select([row]).exactly
     (least,) = curves.at(shown.t_end)
     return [
         f"the lower bound of the trace after {span(shown.t_end[0])} is {least:.3g}: solution {row} "

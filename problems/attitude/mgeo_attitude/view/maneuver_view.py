@@ -31,13 +31,13 @@ class ManeuverView(Plans):
     def describe(self) -> pd.DataFrame:
         return describe.describe(self)
 
-    def glance(self) -> pd.DataFrame:
+    def quick_metrics(self) -> pd.DataFrame:
         return describe.glance(self)
 
-    def answers(self) -> list[str]:
+    def summaries(self) -> list[str]:
         return describe.answers(self)
 
-    def limits(self) -> list[pd.DataFrame]:
+    def constraints(self) -> list[pd.DataFrame]:
         """Return constraints and margins, one table per plan; see `margins.tables`.
 
         With Monte Carlo runs, each value holds in the requested share of the runs. Path constraints
@@ -59,7 +59,7 @@ class ManeuverView(Plans):
         if not len(self.X):
             return self.notes()
         rows = spread(len(self.X))
-        some, these = self.take(rows), looked_at(rows, len(self.X))
+        some, these = self.select(rows), looked_at(rows, len(self.X))
         return [
             _summarize_robustness(some, these),
             *margins.remarks(some, these),
@@ -67,7 +67,7 @@ class ManeuverView(Plans):
             *self.notes(),
         ]
 
-    def ways_out(self) -> list[str]:
+    def suggestions(self) -> list[str]:
         """Return suggestions for required 1-sigmas that no plan reaches."""
         return requirements.ways_out(self)
 
@@ -83,10 +83,10 @@ class ManeuverView(Plans):
 
         return [
             {name: go.Figure(tree, _validate=False) for name, tree in trees.items()}
-            for trees in self.drawings()
+            for trees in self.figure_dicts()
         ]
 
-    def drawings(self) -> list[dict[str, dict[str, Any]]]:
+    def figure_dicts(self) -> list[dict[str, dict[str, Any]]]:
         """Return the figures of `solution_figures` as plotly dictionaries."""
         from mgeo_attitude.view.figures.single import drawings
 
@@ -99,7 +99,7 @@ class ManeuverView(Plans):
 
         return review(ManeuverPlan.from_design(self.problem, self.X[0], self.F[0]))
 
-    def impossible(self) -> list[str]:
+    def infeasibility_reasons(self) -> list[str]:
         """Return the requirements that the lower bound proves infeasible."""
         return lower_bound.impossible(self.problem)
 

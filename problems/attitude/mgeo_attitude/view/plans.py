@@ -62,8 +62,8 @@ class Plans(View):
         self._known: dict[object, EvaluationCache] = {}
         self._backs: dict[bytes, SlewBack | None] = {}
 
-    def take(self, rows: ArrayLike) -> Plans:
-        part = super().take(rows)
+    def select(self, rows: ArrayLike) -> Plans:
+        part = super().select(rows)
         assert isinstance(part, Plans)  # the class of the problem's view
         part._known, part._backs = self._known, self._backs
         if "exactly" in self.__dict__:

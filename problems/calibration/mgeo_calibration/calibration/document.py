@@ -17,7 +17,7 @@ from mgeo_attitude.plan.documents import Form, read_document, written
 from mgeo_attitude.scenario.prior import prior_of
 from mgeo_attitude.scenario.scenario import Scenario
 
-from mgeo.validation.entries import entry
+from mgeo.validation.entries import get_entry
 from mgeo_calibration.calibration.agreement import PriorTest, SensorTest
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.model_tests import ModelTest
@@ -86,11 +86,11 @@ def _derive_keys(calibration: Calibration) -> dict[str, Any]:
 
 def _build_calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
     for key, kind in _ESTIMATES.items():
-        entry(table, key, kind)
+        get_entry(table, key, kind)
     prior = prior_of(table, scenario.suite)
     return Calibration(
         scenario=scenario,
-        time=float(entry(table, "time_s", float)),
+        time=float(get_entry(table, "time_s", float)),
         quaternion=np.array(prior.quaternion),
         rate_deg_s=np.array(prior.rate_deg_s),
         states=prior.estimates,
@@ -98,20 +98,20 @@ def _build_calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibrat
         tests=_read_tests(SensorTest, table, "tests"),
         rejected=tuple(
             (float(time), str(sensor), float(square))
-            for time, sensor, square in entry(table, "rejected", _ROWS)
+            for time, sensor, square in get_entry(table, "rejected", _ROWS)
         ),
         prior_tests=_read_tests(PriorTest, table, "prior_tests"),
         model_tests=_read_tests(ModelTest, table, "model_tests"),
-        causes=tuple(entry(table, "causes", list[str])),
-        notes=tuple(entry(table, "notes", list[str])),
+        causes=tuple(get_entry(table, "causes", list[str])),
+        notes=tuple(get_entry(table, "notes", list[str])),
     )
 
 
 def _read_tests(kind: type[T], table: Mapping[str, Any], key: str) -> tuple[T, ...]:
     types = get_type_hints(kind)
     return tuple(
-        kind(**{name: to(entry(row, name, to, f"{key}[{i}].")) for name, to in types.items()})
-        for i, row in enumerate(entry(table, key, _TABLES))
+        kind(**{name: to(get_entry(row, name, to, f"{key}[{i}].")) for name, to in types.items()})
+        for i, row in enumerate(get_entry(table, key, _TABLES))
     )
 
 

@@ -82,7 +82,7 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
         "solution": picked.solution,
         "answer": plan.answer,
         "problem": PROBLEM,
-        "options": plan.problem.options(),
+        "options": plan.problem.to_options(),
         "design": list(plan.design),
         "achieved": bool(found.achieved),
         "violations": plan.violations(),

@@ -14,7 +14,7 @@ from mgeo_attitude.scenario.prior import check_quaternion, states_of
 from mgeo_attitude.settings.errors import expect
 from scipy.spatial.transform import Rotation
 
-from mgeo.validation.entries import entry
+from mgeo.validation.entries import get_entry
 from mgeo_calibration.calibration.corrections import in_units, telemetry_units
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
@@ -42,13 +42,13 @@ def read_truth(path: Path, plan: ManeuverPlan) -> Truth:
 def _parse_truth(text: str, plan: ManeuverPlan) -> Truth:
     table = opened(text, FORMAT, VERSION)
     before = scenario_of(table)
-    entry(table, "states", dict)
+    get_entry(table, "states", dict)
     states = states_of(table, plan.scenario.suite)
-    rows = [entry(states, block, list[float], "states.") for block in states]
+    rows = [get_entry(states, block, list[float], "states.") for block in states]
     expect({len(row) for row in rows} == {3}, "states", states, "three numbers each")
-    quaternion = entry(table, "quaternion", list[float])
+    quaternion = get_entry(table, "quaternion", list[float])
     check_quaternion(quaternion)
-    time = float(entry(table, "time_s", float))
+    time = float(get_entry(table, "time_s", float))
     gap = elapsed(before.epoch, plan.scenario.epoch) - time
     start = f"the epoch of the plan, {time + gap:.6f} s after {before.epoch.isoformat()}"
     expect(abs(gap) < _SAME_INSTANT, "time_s", time, start)

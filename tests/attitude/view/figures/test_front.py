@@ -10,7 +10,7 @@ from mgeo_attitude.criteria.robustness import draw_flights
 from mgeo_attitude.scenario import FlightErrors, PathLimit
 from mgeo_attitude.view.plans import spread
 
-from mgeo.evaluation.dominance import front_rows
+from mgeo.evaluation.dominance import find_front_rows
 from mgeo.figures.style import literal
 
 
@@ -41,13 +41,13 @@ def test_points_are_the_objectives_and_the_attitude(figure, problem, X, F):
     sigma = attitude_sigma_deg(problem.view(X).exactly.covariance)
     np.testing.assert_array_equal(points.y, sigma)
     np.testing.assert_array_equal(by_trace(figure, "plans"), F)
-    np.testing.assert_array_equal(by_trace(figure, "boundary"), F[front_rows(F)])
+    np.testing.assert_array_equal(by_trace(figure, "boundary"), F[find_front_rows(F)])
 
 
 def test_what_flights_keep_has_a_boundary_of_its_own(figure, problem, X):
     kept = problem.view(X[spread(len(X))]).kept
     drawn = by_trace(figure, "in 9 of 10 Monte Carlo runs")
-    np.testing.assert_array_equal(drawn, kept[front_rows(kept)])
+    np.testing.assert_array_equal(drawn, kept[find_front_rows(kept)])
 
 
 def test_a_problem_knows_its_dead_end_and_its_longest_run(problem, X):

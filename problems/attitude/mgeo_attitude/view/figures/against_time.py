@@ -45,7 +45,7 @@ def figures(plans: Plans) -> dict[str, go.Figure]:
     front = {}
     if problem.objectives == PAPER:
         rows = spread(len(solutions.X))
-        some = plans.take(solutions.numbers[rows])
+        some = plans.select(solutions.numbers[rows])
         robust_values = np.full((len(own), 3), np.nan)
         robust_values[rows] = np.column_stack([some.kept, some.kept_sigma_deg])
         too_late = problem.model.too_late

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import plotly.graph_objects as go
 
-from mgeo.evaluation.dominance import front_rows
+from mgeo.evaluation.dominance import find_front_rows
 from mgeo.figures.style import COLORS, GRAY, HOVER, SYMBOLS, finished, literal, log_axis
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.scenario.scenario import Scenario
@@ -197,7 +197,7 @@ def _line(at: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
 
 def _stairs(at: Floats, name: str, line: dict[str, Any]) -> dict[str, Any]:
     """Return the boundary of the region that points, shape (n, 2), dominate."""
-    trace = _line(at[front_rows(at)], name, {"shape": "hv", **line})
+    trace = _line(at[find_front_rows(at)], name, {"shape": "hv", **line})
     return {**trace, "hoverinfo": "skip"}
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mgeo.evaluation.dominance import front_rows
+from mgeo.evaluation.dominance import find_front_rows
 from mgeo.figures.style import COLORS
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.objectives import attitude_sigma_deg
@@ -108,7 +108,7 @@ class Solutions:
         Solutions
             In the order of t_end.
         """
-        front = front_rows(self.F)
+        front = find_front_rows(self.F)
         fastest, best = int(front[0]), int(front[-1])
         roles = {} if bend is None else {bend: "knee"}
         roles[fastest] = "fastest"  # replaces "knee" at an end of the front
